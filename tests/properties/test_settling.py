@@ -216,7 +216,7 @@ def test_motions_that_repeat_less_often_than_the_engine(r, repeats):
 def test_a_motion_without_a_period_ends_early_and_says_why():
     settling = settled_cycles(Recorder(Toy(3.9), 0.05, 20), Judge({"toy": [0]}, frozenset())).settling
     assert settling.repeats == 0 and settling.cycles <= 20
-    assert settling.parting > 1.0 and "two that are alike differ" in settling.text
+    assert settling.parting > 1.0 and "difference of similar cycles grows" in settling.text
     assert settling.as_dict()["cycles_part_by"] == settling.attributes["cycles_part_by"] == settling.parting
 
 

@@ -1,4 +1,4 @@
-"""Cycles of a simulation at constant speed, from where it stands: their samples, how settled, how warm."""
+"""Run of a simulation over cycles at constant speed: samples, settling and heat balance."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ __all__ = [
 
 
 class Run(Stepped, Protocol):
-    """What is asked of a simulation that has been initialised."""
+    """Interface of an initialised simulation that is run over cycles."""
 
     engine: Engine
     counts: Counts
@@ -68,7 +68,7 @@ class Run(Stepped, Protocol):
 
     @property
     def shown_outputs(self) -> tuple[str, ...]:
-        """Names of the outputs that tell something."""
+        """Names of the outputs that the levels model."""
 
 
 @dataclass(frozen=True)
@@ -78,15 +78,14 @@ class Result:
     ``time`` and ``angle`` (rad; of the shaft whose speed is given, else of the crank) are (n,), ``outputs`` maps each
     output's name to (n,); ``counters`` holds steps, newton_iterations, rejected_steps, missed_steps (of adaptive
     control) and limited_steps (communication steps that ``work_limit`` cut short); ``seconds`` is wall time without
-    compilation and start. Samples are uniform in time, ``per_cycle`` of them to 720°. ``settling`` says how settled
-    they are; where a run went on until its outputs repeated, the last cycle or the last ones that repeat are kept,
-    while ``counters`` and ``seconds`` tell of all. ``film_temperatures`` (b,), K, are those of the main bearings' films
-    and ``passes`` the runs that it took to find them; all else tells of the last. ``complete`` is False where an
-    interrupt cut the run short; ``learned`` is what settled last beside the slow modes, where that was expected.
-    ``step`` is that between two samples, s. ``powers`` (per_cycle + 1, POWERS), W, are those of the last cycle, see
-    ``dynamics.model.slots``; None where the speed is free or no cycle was completed.
-    ``film_peaks`` (b, PEAKS) are the largest pressures of elastic films in the last cycle, see
-    :mod:`cranktrain.film.laws.pressure_peak`; None where films are not elastic.
+    compilation and start. Samples are uniform in time, ``per_cycle`` of them in 720°. ``settling`` says how settled
+    they are. A run until its outputs repeat keeps the last period only, while ``counters`` and ``seconds`` belong to
+    the whole run. ``film_temperatures`` (b,), K, are those of the main bearings' films and ``passes`` is the number of
+    runs to find them; everything else belongs to the last run. ``complete`` is False if an interrupt cut the run short;
+    ``learned`` are the learned data of settling, if expected. ``step`` is the time between two samples, s. ``powers``
+    (per_cycle + 1, POWERS), W, are those of the last cycle, see ``dynamics.model.slots``; None if the speed is free or
+    no cycle was completed. ``film_peaks`` (b, PEAKS) are the largest pressures of elastic films in the last cycle, see
+    :mod:`cranktrain.film.laws.pressure_peak`; None if films are not elastic.
     """
 
     time: Array
@@ -113,14 +112,14 @@ class Result:
 
 def communication_step(speed: float, step: float) -> float:
     """Communication step (s) of a simulation: the largest that divides a cycle and is at most ``step`` (rad)."""
-    step = step or math.radians(Law.step_deg)  # 0 where the level's is not chosen yet
+    step = step or math.radians(Law.step_deg)  # 0 if the level's default is not filled in yet
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
 def row_step(simulation: Run) -> float:
-    """Time between two rows of a simulation over cycles, s: a step, or as large a part of it as ``ROW`` allows.
+    """Time between two rows of a simulation over cycles, s: a step, or the largest part of it that ``ROW`` allows.
 
-    A step is divided where it is the usual one of the levels, and the simulation passes over communication points.
+    A step is divided only if it is the default of the levels and the simulation passes over communication points.
     """
     speed, settings = float(simulation.inputs[0]), simulation.settings
     step = communication_step(speed, settings.step)
@@ -140,7 +139,7 @@ def run_cycles(
     sink: Sink | None = None,
     expected: Expected = NOTHING,
 ) -> Result:
-    """Cycles at constant speed from the simulation's state, whose time is 0."""
+    """Run cycles at constant speed from the simulation's state, whose time is 0."""
     speed = float(simulation.inputs[0])
     h = row_step(simulation)
     recorder = Recorder(simulation, h, round(4.0 * math.pi / speed / h))
@@ -214,7 +213,7 @@ def balanced(
     films: str,
     damper: bool,
 ) -> Result:
-    """Repeat a run until its temperatures agree with what it dissipates; ``films`` is one of ``FILM_TEMPERATURES``."""
+    """Repeat a run until its temperatures balance its dissipated power; ``films`` is one of ``FILM_TEMPERATURES``."""
     engine = simulation.engine
     inlet = supply_temperature(engine, simulation.settings, float(simulation.inputs[0]))
     bounds: tuple[str, ...] = ()
@@ -245,13 +244,13 @@ def balanced(
 
 
 def output_judge(counts: Counts, columns: Mapping[str, int]) -> Judge:
-    """What judges the settling of outputs in these columns."""
+    """Judge of the settling of outputs in the given columns."""
     judged, of_block = _judged(counts)
     return Judge({name: [columns[n] for n in names if n in columns] for name, names in judged.items()}, of_block)
 
 
 @cache
 def _judged(counts: Counts) -> tuple[dict[str, list[str]], frozenset[str]]:
-    """Outputs that tell how settled a run is, by families, and the families whose motion is the block's."""
+    """Outputs by which settling is judged, by family, and the families whose motion is the block's."""
     judged, needs = judged_families(counts), output_needs(counts)
     return judged, frozenset(name for name, names in judged.items() if "block" in needs[names[0]])

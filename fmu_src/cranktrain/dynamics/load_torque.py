@@ -1,14 +1,14 @@
-"""A load torque that a script gives: an array over the turns of the loaded end, or a function of its angle and speed.
+"""Load torque given by a script, as an array over the angle of the loaded end or a function of its angle and speed.
 
-The loaded end is the dynamometer's rotor, the far end of the drive line. Its angle ψ (rad, whole turns counted) is 0
-with the crank's where the drive line is not wound up; behind gears it turns faster or slower than the crank. Over a
-communication step the torque goes along a straight line, from its value at the step's begin to that at the angle and
+The loaded end is the dynamometer's rotor, the far end of the drive line. Its angle ψ (rad, whole turns counted) is 0 at
+crank angle 0 without wind-up of the drive line; behind gears it turns faster or slower than the crank. Over a
+communication step the torque is a straight line, from its value at the step's begin to the value at the angle and
 speed extrapolated to its end,
 
     T(t) = T₀ + (T₁ − T₀) t/h,    T₁ = T(ψ + ω h + α h²/2, ω + α h),    α = (ω − ω₋)/h₋
 
-which is of second order in h. A torque that follows the speed acts half a step late at most, in which the rotor's
-inertia lets the speed change little.
+which is of second order in h. A torque that depends on speed is at most half a step late, in which the speed changes
+little because of the rotor's inertia.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from cranktrain.dynamics.model.state import (
 
 LoadValues: TypeAlias = ArrayLike | Callable[..., float]
 NAME = "load_torque_nm"
-"""Keyword, with which messages begin."""
+"""Keyword of the load torque, with which messages begin."""
 CYCLE = 4.0 * math.pi
 LARGEST = 1e6
 FEWEST = 2
@@ -80,7 +80,7 @@ class LoadTorque:
         self.table = table
 
     def at(self, angle: float, speed: float) -> float:
-        """Torque at an angle and speed of the loaded end; ``InputError`` for what is no torque."""
+        """Torque (N m) at an angle and speed of the loaded end; ``InputError`` for an invalid result."""
         if self.table is not None:
             place = (angle / CYCLE) % 1.0 * self.table.size
             k = int(place) % self.table.size
@@ -99,7 +99,7 @@ class LoadTorque:
 
 
 class LoadFollower:
-    """Inputs of a run, value and rate over a communication step, from a load torque."""
+    """Load torque as input of a run: value and rate over a communication step."""
 
     def __init__(self, load: LoadTorque) -> None:
         self.load = load
@@ -108,7 +108,7 @@ class LoadFollower:
     def over(self, model: ModelArrays, state: Array, end_speed: float, t_end: float) -> tuple[float, float]:
         """Torque (N m) at the state's time and its rate (N m/s) over the step to ``t_end``.
 
-        ``end_speed`` is that of the loaded end over the crank's.
+        ``end_speed`` is the speed ratio of loaded end and crank.
         """
         angle, speed = loaded_end(model, state, end_speed)
         time, change = float(state[TIME]), 0.0

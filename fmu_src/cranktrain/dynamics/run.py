@@ -1,4 +1,4 @@
-"""What a run shows: outputs filled from the state."""
+"""Outputs of a run, filled from the state."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""A run as one record, and what a driver does with it: prepare, start, advance, observe.
+"""A run as one record, with the kernels of a driver: prepare, start, advance, observe.
 
-Drivers that are not Python know nothing but this record and these four kernels; Python's own simulations go through
-what they call.
+Drivers in other languages use only this record and these four kernels. Simulations in Python call the same kernels.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 
 LONGEST_STEP = 1.0
-"""Longest communication step, s: beyond it inputs held or extrapolated have no meaning."""
+"""Longest communication step, s; over longer steps held or extrapolated inputs would be meaningless."""
 
 
 @record
@@ -50,11 +49,11 @@ def make_run(
     engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts,
     films_made: dict[Any, Any] | None = None,
 ) -> Run:  # fmt: skip
-    """A run at the levels of ``settings`` that is not prepared yet; compiles the kernels of all integrators.
+    """Make a run at the levels of ``settings``, not prepared yet; compiles the kernels of all integrators.
 
-    Its numbers are those of the settings; what these leave open stays open, so that one number may be changed without
-    the others. ``films_made``: see :func:`cranktrain.dynamics.model.arrays.structure`.
-    ``InputError`` for levels that do not exist, or lack what they need.
+    Its numbers are those of the settings. Open settings stay open, so that one number may be changed without the
+    others. ``films_made``: see :func:`cranktrain.dynamics.model.arrays.structure`.
+    ``InputError`` for levels that do not exist, or whose parts are missing.
     """
     model = structure(engine, body, resolved(settings, engine), gas, parts, films_made)
     size = dimensions(model)
@@ -71,7 +70,7 @@ def make_run(
 
 @kernel
 def inputs_status(inputs):
-    """Whether inputs are numbers, speed and pressures not negative; a status."""
+    """Status of the inputs: OK if all are finite and speed and pressures are not negative."""
     for k in range(inputs.shape[0]):
         if not math.isfinite(inputs[k]):
             return INPUT_NOT_FINITE + k
@@ -82,7 +81,7 @@ def inputs_status(inputs):
 
 @kernel
 def prepare(run):
-    """Write the numbers into the model, at the temperatures of the speed among the inputs; a status."""
+    """Write the numbers into the model, with temperatures for the speed among the inputs; returns a status."""
     status = prepare_model(run.model, run.numbers, run.temperatures, run.inputs[0])
     tell_stages(run.model, run.work.staged)
     if status == OK and run.work.family[int(run.model.stages[HEAD, FAMILY]), at.STEP_KERNEL] == 0:
@@ -92,7 +91,7 @@ def prepare(run):
 
 @kernel
 def start(run, time):
-    """Fill the state from the inputs, at a time (s); a status. On failure the state is that of before."""
+    """Fill the state from the inputs, at a time (s); returns a status. On failure the state is unchanged."""
     status = inputs_status(run.inputs)
     if status != OK:
         return status
@@ -101,7 +100,7 @@ def start(run, time):
 
 @kernel
 def advance_run(run, t_end):
-    """Advance the state to ``t_end`` (s) and observe it; a status. On failure the state is that of before."""
+    """Advance the state to ``t_end`` (s) and observe it; returns a status. On failure the state is unchanged."""
     status = inputs_status(run.inputs)
     if status != OK:
         return status

@@ -1,6 +1,6 @@
-"""Running a cranktrain: the object that the FMU drives, and a whole simulation at constant speed.
+"""Simulation of a cranktrain: the object that the FMU drives, and a whole run at constant speed.
 
-Both call the same :func:`~cranktrain.dynamics.time.communication.advance`; that they agree to the last bit is a test.
+Both call the same :func:`~cranktrain.dynamics.time.communication.advance`; a test checks that they agree bitwise.
 """
 
 from __future__ import annotations
@@ -77,11 +77,11 @@ BEHIND_PRESSURES = {
     "flywheel.axial_force": "N",
     "pressure.angle": "rad",
 }
-"""Inputs of no cylinder behind the pressures, with their units."""
+"""Inputs after the pressures that belong to no cylinder, with their units."""
 
 
 def check_far_end(engine: Engine) -> None:
-    """Refuse a drive line whose far end is free: nothing would give or load the engine's speed; ``InputError``."""
+    """Refuse a drive line with a free far end, because nothing would set or load the engine's speed; ``InputError``."""
     line = engine.drive_line_chain
     if line is not None and DYNAMOMETER not in (*line.starts, *line.ends):
         raise InputError(
@@ -110,30 +110,30 @@ class Simulation(SteppedModel):
     Parameters
     ----------
     engine : the engine
-    body : its crankshaft with flywheel, pulley and what else is fixed to it attached
+    body : its crankshaft with flywheel, pulley and all other fixed parts
     settings : levels, integrator, step and sources
     gas : pressure trace in place of the engine's built-in one
-    parts : film tables, elastic bores, block: what the levels of the settings need
-    temperatures : (b,) of the main bearings' films, K; without them all are as warm as the engine's oil, or with
-        ``film_temperature`` heat-balance or adiabatic as a run at the speed of the start makes them
+    parts : film tables, elastic bores and block that the levels of the settings need
+    temperatures : (b,) of the main bearings' films, K. The default is the temperature of the engine's oil, or with
+       ``film_temperature`` heat-balance or adiabatic the result of a run at the speed of the start
 
     Attributes
     ----------
     inputs : (5 + 2 cylinders,) speed (rad/s), absolute cylinder pressures (Pa), the load torque (N m) on the
         dynamometer, which acts at boundary ``torque`` only, the torque (N m) that the valve train takes from the
         crank's front end, the axial force (N) on the flywheel, positive away from the pulley, the crank angle (rad)
-        that the pressures belong to, and the deviation (m³) of each cylinder's volume that its pressure belongs to,
-        0 where nobody tells; set in place before each step
+           that the pressures belong to, and the deviation (m³) of each cylinder's volume that its pressure belongs to,
+           0 if not known; set in place before each step
     pressures : the pressures among them
-    input_rates : (5 + 2 cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from
-        its value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
+    input_rates : (5 + 2 cylinders,) rates of the inputs, 1/s, over the next communication step: an input continues from
+       its value at the given rate under every reconstruction; NaN, the initial value, gives no rate
     input_names, output_names : as in the FMU
-    outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
-        ``on_demand`` is set before: then those alone that :meth:`read` has asked for
-    counts : how many members the families of outputs have
+    outputs : values in that order (SI), valid after ``initialize`` and after each step; if ``on_demand`` is set before,
+       only those that :meth:`read` was called for
+    counts : numbers of members of the output families
     load_law : load torque over angle and speed of the loaded end, which sets that input and its rate before each step;
-        None: the input is what is set
-    power_samples : where the powers of each step are kept, if anywhere
+       None leaves the input as set by the user
+    power_samples : store for the powers of each step, or None
     """
 
     def __init__(
@@ -176,7 +176,7 @@ class Simulation(SteppedModel):
             )
 
     def _fitting(self, body: ReducedBody) -> ReducedBody:
-        """The body at the settings' crank level; ``InputError`` for one that bends where the level does not."""
+        """The body at the settings' crank level; ``InputError`` for one that bends at a level without bending."""
         level = crank_level(self.settings.crank)
         if not level.elastic:
             return rigid(body)
@@ -217,13 +217,13 @@ class Simulation(SteppedModel):
         return self._gas.at(float(self.inputs[0]), self.settings.gas_load)
 
     def follow_gas(self) -> None:
-        """Take the pressure trace of the present speed in a run whose speed has changed."""
+        """Switch to the pressure trace of the present speed, in a run whose speed has changed."""
         self._end_step()
         self.model.gas[:] = gas_tables(self.gas)
 
     @property
     def limited(self) -> bool:
-        """Whether the last communication step took more work than ``work_limit`` and was cut short."""
+        """True if the last communication step reached ``work_limit`` and was cut short."""
         return bool(self._current()[LIMITED] > 0.0)
 
     @property
@@ -237,13 +237,13 @@ class Simulation(SteppedModel):
 
     @property
     def shown_outputs(self) -> tuple[str, ...]:
-        """Names of the outputs that tell something: without bearings there is nothing of theirs."""
+        """Names of the outputs that the levels model; without bearings those of bearings are left out."""
         if bearing_law(self.settings.bearings).carries:
             return self.output_names
         return tuple(name for name, need in self._needs.items() if "bearings" not in need or "block" in need)
 
     def _end_step(self) -> None:
-        """Let a step that reaches beyond the present time end here: what comes is another model."""
+        """End a step under way at the present time, before the model is replaced."""
         state = self._current()
         if state[UNDER_WAY] > 0.0:
             end_step_here(self.model, self.work, state)
@@ -256,7 +256,7 @@ class Simulation(SteppedModel):
 
     @property
     def film_temperatures(self) -> Array:
-        """Temperatures of the main bearings' films, (b,) K; assigning others goes on from the present state.
+        """Temperatures of the main bearings' films, (b,) K; new ones may be assigned and the present state is kept.
 
         Known after ``initialize``.
         """
@@ -280,7 +280,7 @@ class Simulation(SteppedModel):
 
     @property
     def damper_temperature(self) -> float:
-        """Temperature of the damper, K; assigning another goes on from the present state."""
+        """Temperature of the damper, K; a new one may be assigned and the present state is kept."""
         self._current()
         return float(self.model.scalars[at.DAMPER_TEMPERATURE])
 
@@ -298,9 +298,9 @@ class Simulation(SteppedModel):
         self._observe()
 
     def go_on_at(self, speed: float) -> None:
-        """Call the present state the start of a run at another speed (rad/s); oil and damper are as warm as there.
+        """Make the present state the start of a run at another speed (rad/s), with oil and damper temperatures there.
 
-        Motion and films stay as they are. Raises ``InputError`` for a speed that no run can have.
+        Motion and films stay as they are. Raises ``InputError`` for an invalid speed.
         """
         state = self._current()
         self._end_step()
@@ -310,7 +310,7 @@ class Simulation(SteppedModel):
         model = self._model()
         model.links.hooks[:] = self.model.links.hooks  # kernels of the workspace, which stays
         self.model = model
-        # Factors are those of another speed, input samples those of another run.
+        # Factors belong to the old speed, and input samples to the old run.
         self.work.key[:] = -1.0
         self.work.counters[:] = 0.0
         state[[TIME, SAMPLES, LAST_INTERVAL, SHAFT_ACCELERATION]] = 0.0
@@ -319,7 +319,7 @@ class Simulation(SteppedModel):
         state[CONTRACTION] = FIRST_CONTRACTION
 
     def _balanced_temperatures(self) -> Array:
-        """Film temperatures (b,), K, of a run until its outputs repeat, at the present speed and on the gas trace."""
+        """Film temperatures (b,), K, from a run until its outputs repeat, at the present speed with the gas trace."""
         if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
             raise InputError(
                 f"the heat balance of films needs a start at {SLOWEST_RPM:g} rev/min or more, got "
@@ -345,7 +345,7 @@ class Simulation(SteppedModel):
         return RunEntries("cranktrain", run, run_record)
 
     def _warm(self) -> None:
-        """Run one step and take it back, so that compiling never falls into the first real step."""
+        """Run one step and undo it, so that the first real step includes no compilation."""
         if not self._entries.compiles:
             return
         state, outputs = self.state, self.outputs.copy()
@@ -380,7 +380,7 @@ class Simulation(SteppedModel):
             self.power_samples.begin(self.work.powers)
 
     def _entered(self) -> RunEntries:
-        """The entries of the present model and workspace, one of which may have been replaced."""
+        """Entries of the present model and workspace, made again if one of them was replaced."""
         run = self._entries.run
         if run.model is not self.model or run.work is not self.work:
             self._entries = self._entries_of(self.model, self.work, self._current(), self._observed)
@@ -413,7 +413,7 @@ class Simulation(SteppedModel):
         self.inputs[self._load], self.input_rates[self._load] = torque, rate
 
     def read(self, places: Sequence[int]) -> list[float]:
-        """As ever; with ``on_demand`` the outputs' families are observed from now on."""
+        """Read outputs by position; with ``on_demand`` their families are observed from now on."""
         if self.on_demand and not self._watched.issuperset(places):
             self._watched.update(places)
             for place in places:
@@ -424,7 +424,7 @@ class Simulation(SteppedModel):
     def series(self, step: float, first: int, rows: Array) -> int:
         """Take steps to ``(first + k) step`` (s) and keep their outputs in row k of ``rows``.
 
-        Inputs stay as they are. Returns how many were taken; where it stops, :meth:`step` says why.
+        Inputs stay as they are. Returns the number of steps taken; after an early stop, :meth:`step` raises the reason.
         """
         self._current()
         advance, outputs, samples = self._entered().advance, self.outputs, self.power_samples
@@ -439,7 +439,7 @@ class Simulation(SteppedModel):
         return len(rows)
 
     def _error(self, status: int, t_end: float, state: Array) -> CranktrainError:
-        """What to raise for a status of a step to ``t_end`` (s) that no input explains."""
+        """Error to raise for a status of a step to ``t_end`` (s) that no input explains."""
         interval = t_end - state[TIME]
         if not interval > 0.0:
             return InputError(f"communication step must be positive, got {interval:g} s at t = {state[TIME]:g} s")
@@ -472,7 +472,7 @@ class Simulation(SteppedModel):
 
 
 def fitted_engine(engine: Engine, settings: Settings) -> Engine:
-    """The engine with what a run of these settings fixes to its crank: the damper's housing on the pulley."""
+    """Engine with the damper's housing fixed to the pulley, if the settings have the damper fitted."""
     return with_damper_housing(engine) if settings.damper == "fitted" else engine
 
 
@@ -493,17 +493,17 @@ def simulate(
 ) -> Result:
     """Run at constant ``speed`` (rad/s) until the outputs repeat, or ``cycles`` cycles, and keep every output.
 
-    Without ``cycles`` a run goes on until no more than ``settle`` of any family of outputs is left of settling, at most
-    ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last cycle, or the last ones that repeat.
-    ``parts`` hold what the levels need. With ``film_temperature`` heat-balance or adiabatic each main's film is as warm
-    as its friction makes it (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses
-    make it: the run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most
-    ``PASSES`` times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N
-    m, or one over its angle and speed), or by the torque that holds the speed; ``speed`` is where the run starts, and a
-    cycle the time that it takes there.
-    ``progress`` is called with the share of a run done, in [0, 1], ``say`` with cycles and what is left. An interrupt
-    ends the run early and keeps what it has. With a ``sink`` all samples go there, those of a failing run as well; the
-    result holds the last cycles, and memory does not grow with their number.
+    Without ``cycles`` the run ends when the settling error of every output family is at most ``settle``, or after
+    ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last period. ``parts`` hold the input
+    that the levels need. With ``film_temperature`` heat-balance or adiabatic the temperature of each main's film
+    follows from its friction (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` that of the damper from
+    its losses. The run is then repeated from where it ended until no temperature changes by more than ``SETTLED``, at
+    most ``PASSES`` times, and the last run is the result. At boundary ``torque`` the dynamometer is loaded by
+    ``load_torque`` (N m, or a law over its angle and speed), or by the torque that holds the speed; ``speed`` is then
+    the speed at the start, and a cycle is the time of a cycle at this speed.
+    ``progress`` is called with the fraction of the run done, in [0, 1], ``say`` with cycles and settling error. An
+    interrupt ends the run early and keeps its samples. With a ``sink`` all samples go there, also those of a failing
+    run; the result then holds the last cycles only, so that memory does not grow with their number.
 
     Raises
     ------
@@ -520,7 +520,7 @@ def simulate(
     if cycles is not None and cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
     if not 0.0 < settle < 1.0:
-        raise InputError(f"what may be left of settling must lie between 0 and 1, got {settle:g}; e.g. 1e-3")
+        raise InputError(f"the tolerance of the settling error must lie between 0 and 1, got {settle:g}; e.g. 1e-3")
     warmed = settings.film_temperature != "engine"
     if warmed:
         check_level(resolved(settings, engine).bearings)
@@ -528,7 +528,7 @@ def simulate(
         raise InputError(f"a load torque acts at boundary 'torque' only, not '{settings.boundary}'; change one of them")
     if damper_balance and settings.damper != "fitted":
         raise InputError(f"the heat balance of a damper needs damper 'fitted', not '{settings.damper}'")
-    # The balance is found here, cycle by cycle.
+    # The heat balance is made here, after each run.
     simulation = Simulation(engine, body, replace(settings, film_temperature="engine"), gas, parts)
     simulation.inputs[0] = speed
     if simulation.settings.boundary == "torque":

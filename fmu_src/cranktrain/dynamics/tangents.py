@@ -1,12 +1,12 @@
 """Tangents of all force laws at the state of a run, by displacement, velocity and acceleration of their ports.
 
-A stage folds them into one block of each connection,
+A stage combines them into one block for each connection,
 
     ∂f/∂u = K + (c_v/c_q) C + (1/c_q) M,
 
-so that three evaluations with (c_q, c_v) of their own tell K, C and M apart. That is exact for films, thrust bearing,
-damper, and rods whose pistons run on the axes of their cylinders: all are affine in both ratios. K and C are the
-derivatives by u and u̇ in axes of the frame; K holds what the frame's turning makes of a derivative by velocity.
+so three evaluations with different (c_q, c_v) give K, C and M. This is exact for films, thrust bearing, damper, and
+rods whose pistons run on the axes of their cylinders, because all are affine in both ratios. K and C are the
+derivatives by u and u̇ in axes of the frame; K includes derivatives by velocity times the frame's rotation.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.motion.equations import port_forces
 
 NO_MASS = 1.0e30
-"""c_q, s², whose inverse counts for nothing."""
+"""Value of c_q, s², so large that its inverse is negligible."""
 PER_VELOCITY, PER_ACCELERATION = 1.0e3, 1.0e6
-"""Ratios of the evaluations, 1/s and 1/s², about those of vibration at some hundred Hz."""
+"""Ratios c_v/c_q (1/s) and 1/c_q (1/s²) of the evaluations, like those of vibration at some hundred Hz."""
 
 
 class Tangents(NamedTuple):
-    """Force laws at one state, along the axes of the frame.
+    """Tangents and forces of all force laws at one state, along the axes of the frame.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Tangents(NamedTuple):
 
 @kernel
 def evaluate_at_state(model, work, c_q, c_v):
-    """Forces and folded tangents at the state that ``work`` has been shown last, into ``work``; 0, or what failed.
+    """Forces and combined tangents at the state observed last, into ``work``; 0, or a failure.
 
     Films with a memory are those of the last stage.
     """
@@ -61,7 +61,7 @@ def evaluate_at_state(model, work, c_q, c_v):
 
 
 def tangents_at_state(model: ModelArrays, work: Work) -> Tangents:
-    """Tangents at the state of a run that was observed last; ``SolverError`` where a law fails."""
+    """Tangents at the state of a run that was observed last; ``SolverError`` if a law fails."""
     found = []
     for c_q, c_v in ((NO_MASS, 0.0), (NO_MASS, PER_VELOCITY * NO_MASS), (1.0 / PER_ACCELERATION, 0.0)):
         if evaluate_at_state(model, work, c_q, c_v) != 0:

@@ -1,10 +1,10 @@
-"""Temperatures of the main bearings' films from the heat balance of each, over a cycle of a run.
+"""Temperatures of the main bearings' films, from the heat balance of each over a cycle of a run.
 
-What a journal puts into its film over a cycle, friction torque times speed and the work of its centre against the
-force, ends as heat; a share of it leaves with the oil that pressure drives out of both ends, the rest through journal
-and housing (:mod:`cranktrain.film.steady.heat_balance`). The oil comes at the engine's temperature. A bearing warms
-within seconds or more and a cycle takes hundredths of one: the balance is that of means, and the film stays as warm all
-through the cycle.
+A journal's work on its film over a cycle, friction torque times speed plus the work of its centre against the force,
+becomes heat. A fraction of it leaves with the oil that pressure drives out of both ends, the rest through journal and
+housing (:mod:`cranktrain.film.steady.heat_balance`). The oil is supplied at the engine's temperature. A bearing warms
+up in seconds or more, but a cycle takes hundredths of a second. So the balance uses mean values, and the film's
+temperature is constant over the cycle.
 
 ``adiabatic`` leaves all of the heat in the oil, which warms along the film; the film's viscosity is the mean over its
 length (:func:`cranktrain.film.steady.heat_balance.adiabatic_temperature`).
@@ -26,7 +26,7 @@ from cranktrain.film.laws.register import PLAIN, bearing_law, bearing_levels
 from cranktrain.film.steady.heat_balance import adiabatic_temperature, balanced_temperature
 
 SETTLED = 0.5
-"""Change of every film's temperature below which the balance has settled, K."""
+"""Largest change of a film's temperature (K) at which the heat balance counts as settled."""
 PASSES = 6
 """Most runs of a heat balance."""
 
@@ -61,9 +61,9 @@ def cycle_means(outputs: Mapping[str, Array], bearings: int, samples: int) -> tu
 def balanced_temperatures(
     engine: Engine, inlet: float, temperatures: Array, powers: Array, flows: Array, adiabatic: bool = False
 ) -> tuple[Array, tuple[str, ...]]:
-    """Temperatures (b,), K, at which films that ran at ``temperatures`` would balance, and what bounds each of them.
+    """Balanced temperatures (b,), K, of films that ran at ``temperatures``, and the reason for a bound of each, or "".
 
-    Rollers stay at the inlet's.
+    Rollers stay at the inlet's temperature.
     """
     balance = adiabatic_temperature if adiabatic else balanced_temperature
     found = [
@@ -74,7 +74,7 @@ def balanced_temperatures(
 
 
 def warn_of_bounds(bounds: tuple[str, ...]) -> None:
-    """One warning that names the bearings whose heat balance is bounded, and why the first of them is."""
+    """Warn of all bearings whose heat balance is bounded, with the reason for the first of them."""
     held = [i for i, bound in enumerate(bounds) if bound]
     if held:
         names = ", ".join(f"main[{i + 1}]" for i in held)

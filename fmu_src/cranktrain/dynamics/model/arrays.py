@@ -1,6 +1,6 @@
-"""The running model as flat arrays: what an engine, a reduced body and the chosen levels amount to.
+"""Flat arrays of the running model, built from an engine, a reduced body and the chosen fidelity levels.
 
-Where force laws act, and on which components of motion, is laid out in :mod:`cranktrain.dynamics.model.ports`.
+:mod:`cranktrain.dynamics.model.ports` lists the points and components of motion at which force laws act.
 """
 
 from __future__ import annotations
@@ -72,15 +72,15 @@ from cranktrain.loads.torsional_line import (
 )
 
 LEAST_COUPLING = 1.0e-12
-"""Gyroscopic and centrifugal terms of mass-normalised modes, of order one; below they are rounding."""
+"""Smallest coupling between mass-normalised modes by rotation; terms are of order one, smaller ones are rounding."""
 
 
 @record
 class ModelArrays(NamedTuple):
     """Contiguous float64 arrays of the running model (SI).
 
-    n modes: n_t of bodies that turn, n_b of the block, two of each guided piston; m ports likewise; b main bearings, c
-    cylinders.
+    Sizes: n modes (n_t of rotating bodies, n_b of the block, two of each guided piston), m ports in the same groups, b
+    main bearings, c cylinders.
     """
 
     omega2: Array  # (n,)
@@ -96,47 +96,47 @@ class ModelArrays(NamedTuple):
     block_ports_transposed: Array  # (n_b, m_b)
     pairs: Array  # (r, 2) see dynamics.ports
     axial: Array  # (0 or 1, 2)
-    axis_weights: Array  # (b,) of the main journals' displacements, whose sum is that of the crank's centre of mass
-    shafts: Array  # (s, n_t) twist of each of the drive line's shafts, of the dynamometer only where that is free, and
-    # of the crank's own shafts that damp, see dynamics.model.hysteresis
+    axis_weights: Array  # (b,) with which displacements of main journals add up to that of the crank's centre of mass
+    shafts: Array  # (s, n_t) twist of each shaft of the drive line (a dynamometer of given speed adds none), and of the
+    # crank's own shafts that damp, see dynamics.model.hysteresis
     shaft_laws: Array  # (s, LAW) see loads.torsional_line
-    lag: Array  # (n_t,) how far the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
-    rotor: Array  # (n_t,) the free dynamometer's rotation, else 0
+    lag: Array  # (n_t,) amplitudes by which the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
+    rotor: Array  # (n_t,) rotation of a free dynamometer in each mode; 0 if its speed is given
     block: BlockArrays
-    bodies: AddedBodies  # those beside crank and block
-    links: AddedConnections  # connections beside the engine's own
+    bodies: AddedBodies  # bodies other than crank and block
+    links: AddedConnections  # connections other than the engine's own
     ends: Array  # (4, n_t): see dynamics.model.slots
     tilts: Array  # (2b, n_t): rotation about x and y of each main journal
     bearings: Array  # (b, COLUMNS) see film.laws.parameters
-    laws: Films  # of each connection, with its memory of a step; a rod's row is empty where its big end is rigid
+    laws: Films  # force law of each connection with its memory of a step; empty for a rod with a rigid big end
     pins: Array  # (c, 2) undeformed x, y of each rod's pin
-    big_ends: Array  # (c, COLUMNS) like ``bearings``: the film between pin and rod, where the big end is not rigid
-    connections: Array  # (k, CONNECTION) Newton ports that each law couples, and what else it acts on, see slots
-    scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
-    limited: Array  # (l, 2) ports whose change an iteration limits, and that from which it is counted, or NO_PORT
-    judged: Array  # (j,) ports whose error counts in a step's
+    big_ends: Array  # (c, COLUMNS) like ``bearings``, for the film between pin and rod if the big end is not rigid
+    connections: Array  # (k, CONNECTION) Newton ports that each law couples, and its other ports, see slots
+    scales: Array  # (n_newton,) scale of each Newton port: displacement that counts like one clearance
+    limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
+    judged: Array  # (j,) ports whose error counts in the error of a step
     layout: Array  # (LAYOUT,) see dynamics.model.layout
     damper: Array  # (PARAMETERS,) see loads.damper
     cylinders: Array  # (c, CYLINDER) see dynamics.model.slots
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion; (2c, k, 4) by cylinder
     scalars: Array  # (SCALARS,)
-    kinks: Array  # (KINKS,) angles after firing dead centre at which the trace is least smooth, filled up with NO_KINK
+    kinks: Array  # (KINKS,) angles after firing dead centre at which the gas trace is least smooth, padded with NO_KINK
     choices: Array  # (CHOICES,) see dynamics.model.slots
-    stages: Array  # the integrator's table, see dynamics.time.table, filled up with zeros
-    basis: Basis  # what the preparation of a run reads
-    lumps: Lumps  # what lumped data are part of
+    stages: Array  # the integrator's table, see dynamics.time.table, padded with zeros
+    basis: Basis  # constants that the preparation of a run reads
+    lumps: Lumps  # constants from which the arrays of other lumped data are made
     build: NDArray[np.void]  # (0,) see core.build_mark
 
     @property
     def films(self) -> Films:
-        """Laws of the main bearings, the first rows of ``laws``; their memory is that of all."""
+        """Laws of the main bearings: the first rows of ``laws``, with which they share their memory."""
         b, laws = self.bearings.shape[0], self.laws
         rows = {name: getattr(laws, name)[:b] for name in ("entry", "traits", "place", "velocity")}
         return laws._replace(remembered=laws.remembered[: b + 1], **rows)
 
 
 class Dimensions(NamedTuple):
-    """Sizes that follow from the arrays, and where the laws are that an engine has once."""
+    """Sizes of the arrays, and rows of the laws that an engine has only once."""
 
     modes: int
     turning_modes: int
@@ -145,15 +145,15 @@ class Dimensions(NamedTuple):
     newton: int  # components of all connections
     ports: int
     turning_ports: int
-    films: int  # values in the state that laws and added connections remember
+    films: int  # values of the state that hold the memory of laws and added connections
     crank_modes: int
     thrust: int  # rows of ``connections`` of thrust bearing, axial joint and damper; −1: none
     joint: int
     damper: int
-    slides: bool  # whether the joint does
-    collar: int  # ports of the collar along its axis and of the damper's twist
+    slides: bool  # whether the axial joint slides
+    collar: int  # port of the thrust collar along its axis, and port of the damper's twist (next)
     twist: int
-    passes: bool  # whether a step may pass over communication points: what laws remember can be interpolated
+    passes: bool  # whether a step may pass over communication points; the memory of all laws can then be interpolated
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
@@ -171,11 +171,11 @@ def dimensions(model: ModelArrays) -> Dimensions:
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
-    """Damping of each mode, (n,) 1/s: the body's own, else that of the engine file on the elastic modes.
+    """Damping of each mode, (n,) 1/s: the body's own if it has any, else the engine file's on the elastic modes.
 
-    The engine file means the crank with its rods: with the mean rods' mass on its pins a mode of unit mass and
-    stiffness ω² has the mass m. Its damping is c = 2ζ √(ω² m), so that ζ is the damping ratio at the frequency that
-    rods lower, or c = α m + β ω². Shafts of a table damp by rows of their own (:mod:`.hysteresis`).
+    Damping in the engine file is meant for the crank with its rods. The mean mass of the rods on the pins raises the
+    mass of a mode with stiffness ω² from 1 to m. Its damping is c = 2ζ √(ω² m), where ζ is the damping ratio at the
+    frequency with rods, or c = α m + β ω². Shafts of a table have rows of their own for damping (:mod:`.hysteresis`).
     """
     if body.brings_damping:
         return body.damping if body.damping.size else np.zeros(body.n_modes)
@@ -187,17 +187,17 @@ def structural_damping(engine: Engine, body: ReducedBody) -> Array:
 
 
 class Parts(NamedTuple):
-    """What a run may need besides the crankshaft: each serves the level that asks for it."""
+    """Input of a model other than engine, crankshaft and settings; each part is needed by one fidelity level."""
 
     table: FilmTable | None = None  # films of the main bearings, level ``table``
     bore: BoreCompliance | None = None  # elastic main bores, level ``ehd``
     big_end_table: FilmTable | None = None  # films of the big ends, level ``table``
     block: ReducedBody | None = None  # the block, level ``flexible``
-    topology: Topology | None = None  # bodies and connections beside those of the engine's file
-    bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
+    topology: Topology | None = None  # bodies and connections added to those of the engine file
+    bodies: Mapping[str, ReducedBody] | None = None  # bodies that the engine file takes from separate files
     film_tables: tuple[FilmTable, ...] = ()  # films of added bearings, level ``table``
     big_end_bore: BoreCompliance | None = None  # elastic eyes of the rods, level ``ehd`` of the big ends
-    data: Mapping[str, float] | None = None  # lumped values other than the engine's, see .lumped_data
+    data: Mapping[str, float] | None = None  # lumped values that replace the engine's, see .lumped_data
 
 
 def build_model(
@@ -212,9 +212,9 @@ def build_model(
     """Arrays of the running model at the oil temperature of ``speed`` (rad/s).
 
     ``body`` is the crankshaft with flywheel and pulley attached, and with the damper's housing where there is one.
-    ``temperatures`` (b,), K, gives each main bearing's film its own; without them, and at the thrust bearing and the
-    big ends, all oil is as warm as the engine's.
-    ``InputError`` for a level that does not exist, or that lacks what it needs.
+    ``temperatures`` (b,), K, are those of the main bearings' films. The default, which also holds for thrust bearing
+    and big ends, is the temperature of the engine's oil.
+    ``InputError`` for a level that does not exist, or whose part is missing.
     """
     settings, parts = resolved(settings, engine), parts or Parts()
     model = structure(engine, body, settings, gas, parts)
@@ -230,7 +230,7 @@ def build_model(
 
 
 def _check_temperatures(engine: Engine, settings: Settings, speed: float, films: Sequence[float]) -> None:
-    """Refuse temperatures (K) at which oil or damper have no law; ``InputError``."""
+    """Refuse temperatures (K) outside the range of the laws of oil or damper; ``InputError``."""
     supplied = viscosity(engine.oil, supply_temperature(engine, settings, speed))
     if bearing_law(settings.bearings).carries and not engine.rollers_only:
         etas = [viscosity(engine.oil, own) for own in films] or [supplied]
@@ -248,13 +248,13 @@ def structure(
     engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts,
     films_made: dict[Any, Any] | None = None,
 ) -> ModelArrays:  # fmt: skip
-    """Arrays of the running model as far as levels, bodies and the engine's constants make them.
+    """Arrays of the running model that follow from fidelity levels, bodies and the engine's constants.
 
-    ``settings`` have nothing left open; only their levels count. No parameter, temperature or speed has gone into the
-    arrays: :func:`cranktrain.dynamics.model.preparation.prepare_model` writes what depends on these, before any use.
-    ``films_made`` holds the bearings of models with the same engine and parts that were made before; with it models
-    have them in common, memory of the films included, and may be looked at, but not run.
-    ``InputError`` for a level that does not exist, or that lacks what it needs.
+    ``settings`` are resolved; only their levels count. The arrays do not depend on parameters, temperatures or speed:
+    :func:`cranktrain.dynamics.model.preparation.prepare_model` writes all such values before any use.
+    ``films_made`` holds bearings made earlier for the same engine and parts. Models that share it share these bearings
+    and the memory of their films, so they may be inspected, but not run.
+    ``InputError`` for a level that does not exist, or whose part is missing.
     """
     check_levels(settings, engine)
     law, big_end_law = bearing_law(settings.bearings), bearing_law(settings.big_ends)
@@ -278,7 +278,7 @@ def structure(
     path = engine.axial_path if "shaft" in turning.interfaces else None
     drive_line, windup = _line_arrays(engine, turning, line, path)
     topology = added_topology(engine, turning, block, parts.bodies, parts.topology)
-    # Pistons that are added bodies are none of the engine's own.
+    # A piston that is an added body is not one of the engine's own pistons.
     own = [k for k in range(engine.n_cylinders) if k + 1 not in topology.cylinders]
     guided = own if settings.pistons == "guided" else []
     stationary = stationary_body(engine, block, guided)
@@ -302,7 +302,7 @@ def structure(
     laws = laws_of(ports, main_films, floating, thrust, path, damper)
     trace = gas_tables(gas)
     least_smooth = np.zeros(KINKS)
-    # Where cylinders differ, kinks are those of their mean.
+    # If cylinders differ, the kinks of their mean trace count.
     fill_kinks(trace if len(trace) == 2 else trace.reshape(-1, 2, *trace.shape[1:]).mean(axis=0), least_smooth)
     made_of = {
         "ports": ports.turning,
@@ -359,9 +359,9 @@ def structure(
 
 
 def axis_weights(places: Array, centre: float) -> Array:
-    """Weights (b,) of displacements at ``places`` (b,) along a rigid body's axis, m, whose sum is that at ``centre``.
+    """Weights (b,) with which displacements at ``places`` (b,), m, of a rigid body's axis add up to that at ``centre``.
 
-    The smallest ones; all alike where the places are.
+    Of all such weights these have the least sum of squares. They are equal if all places coincide.
     """
     away = places - places.mean() if places.size else places
     spread = float(away @ away)
@@ -370,25 +370,25 @@ def axis_weights(places: Array, centre: float) -> Array:
 
 
 def whirls(turning: ReducedBody) -> bool:
-    """Whether turning couples the modes of what turns: those of twist alone do not feel it."""
+    """True if rotation couples modes of the rotating body by gyroscopic or centrifugal terms; pure twist has none."""
     stretched = turning.stress_stiffness - turning.centrifugal
     return bool(max(np.abs(turning.gyroscopic).max(), np.abs(stretched).max()) > LEAST_COUPLING)
 
 
 def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
-    """What films of added bearings may need; the mains' own table and bores serve too."""
+    """Tables and bores for films of added bearings, including those of the mains."""
     tables = (*parts.film_tables, *(() if parts.table is None else (parts.table,)))
     return FilmParts(tables, engine.main_bearing, parts.bore, engine.oil)
 
 
 def _without_block_shares(engine: Engine) -> Engine:
-    """Engine whose linear bearings and thrust bearing end on a block that gives way itself."""
+    """Engine with linear bearings and thrust bearing without the block's compliance, for use with a flexible block."""
     mains = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
     return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
 
 
 def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: TorsionalLine) -> ReducedBody:
-    """Crankshaft ``body`` with all that turns with it: big ends, the damper's ring, drive line, dynamometer's rotor."""
+    """Crankshaft ``body`` with all other rotating bodies: big ends, damper's ring, drive line, dynamometer's rotor."""
     if not bearing_law(settings.bearings).carries:
         body = locked_on_axis(body)
     if bearing_law(settings.big_ends).carries:
@@ -407,18 +407,18 @@ def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: T
 def _line_arrays(
     engine: Engine, turning: ReducedBody, line: TorsionalLine, path: AxialPath | None
 ) -> tuple[dict[str, Array], Array]:
-    """The drive line in the modes of what turns: ``shafts``, ``shaft_laws``, ``lag``, ``rotor``; and its wind-up.
+    """Arrays ``shafts``, ``shaft_laws``, ``lag``, ``rotor`` of the drive line in the rotating modes, and its wind-up.
 
-    The axial support of the connecting shaft is one row more of ``shafts``. Rows behind it damp: those of a crank's own
-    shafts, and those that stand for loss factors. The wind-up (n,) at the flywheel, rad, is that of one shaft with the
-    stiffness of all that the flywheel drives.
+    ``shafts`` has one more row for the axial support of the connecting shaft. The rows after it are dampers: viscous
+    shafts of the crank, and those that replace loss factors. The wind-up (n,) at the flywheel, rad, is that of one
+    shaft with the stiffness of all shafts that the flywheel drives.
     """
 
     def turned(name: str) -> Array:
         return turning.shapes[turning.index(name), 5] if name in turning.interfaces else np.zeros(turning.n_modes)
 
     rows = np.stack([turned(name) for name in ("flywheel", *line.interfaces, "rotor")])
-    # A rotor's modal amplitude is its rotation over its shape, which moves nothing else.
+    # A rotor has a mode to itself, so its modal amplitude is its rotation over its shape.
     still = dict(zip((*line.interfaces, "rotor"), (*(line.speeds - line.follow), line.end_speed), strict=True))
     lag = np.zeros(turning.n_modes)
     for name, fallen in still.items():
@@ -447,7 +447,7 @@ def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
 
 
 def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, rotation: float) -> Array:
-    """Scalars of the model that are no numbers of a run; ``rotation``: the crank's per amplitude of its rigid mode."""
+    """Scalars of the model that no run changes; ``rotation`` of the crank per unit amplitude of its rigid mode."""
     filtered = engine.drive_line.speed_filter_time
     scalars = np.zeros(at.SCALARS)
     scalars[at.BEST_SPEED] = gas.best_speed
@@ -464,14 +464,14 @@ def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalL
 
 
 def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:
-    """Temperature of the engine's oil at ``speed`` (rad/s), K: that of all films, or of the oil supplied to them."""
+    """Temperature of the engine's oil at ``speed`` (rad/s), K: of all films, or of the supply if films heat up."""
     return settings.oil_temperature or oil_temperature(engine.oil, speed)
 
 
 def pin_positions(engine: Engine, cylinder: int) -> tuple[float, float]:
-    """Highest and lowest position of a piston's pin above the crank axis, m: rod and throw in line.
+    """Highest and lowest position of a piston's pin above the crank axis, m, where rod and throw are in line.
 
-    Those of an articulated rod follow from its true path. ``cylinder`` counts from 0.
+    For an articulated rod both follow from the exact path of its pin. ``cylinder`` counts from 0.
     """
     if engine.articulations[cylinder] is not None:
         highest, lowest = dead_centre_heights(engine, cylinder).tolist()
@@ -481,10 +481,10 @@ def pin_positions(engine: Engine, cylinder: int) -> tuple[float, float]:
 
 
 def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[int] = ()) -> Array:
-    """Pack rods, pistons and phases, (c, PARAMETERS), but for piston area and clearance volume.
+    """Parameters of rods, pistons and phases, (c, PARAMETERS), without piston area and clearance volume.
 
-    The mass of a free big end is a body of its own. Of ``added`` cylinders rod and piston are other bodies;
-    ``InputError`` for one that the engine lacks, or where big ends float.
+    The mass of a free big end is 0 here because it is a body of its own. Rod and piston of ``added`` cylinders are
+    added bodies; ``InputError`` for such a cylinder that the engine lacks, or if big ends have films.
     """
     for number in added:
         if free_big_ends or not 1 <= number <= engine.n_cylinders:

@@ -1,4 +1,4 @@
-"""What the preparation of a model reads: constants behind all that temperatures and parameters decide."""
+"""Constants of an engine that the preparation of a model reads together with temperatures and parameters."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Basis(NamedTuple):
     trace: Array  # (TRACE_CONSTANTS,) of the built-in gas trace, see loads.built_in_trace
     trace_rows: Array  # (TRACE_ROWS, SAMPLES) scratch
     methods: Array  # (methods, METHOD_COLUMNS) all integrators of the register
-    tables: Array  # (methods, rows, WIDTH) their coefficients, filled up with zeros
+    tables: Array  # (methods, rows, WIDTH) coefficients of the integrators, padded with zeros
 
 
 def basis(engine: Engine, settings: Settings, gas: GasTrace) -> Basis:
-    """Gather the constants; ``settings`` have nothing left open."""
+    """Gather the constants of an engine; ``settings`` are resolved."""
     fitted = settings.damper == "fitted"
     damper = required_damper(engine) if fitted else None
     mains = bearing_law(settings.bearings).carries and not engine.rollers_only
@@ -69,9 +69,9 @@ def basis(engine: Engine, settings: Settings, gas: GasTrace) -> Basis:
 
 @cache
 def _methods(given: str, names: tuple[str, ...]) -> tuple[Array, Array]:
-    """All integrators: ``tables`` and, but for the last column, ``methods`` of :class:`Basis`.
+    """Arrays ``methods`` (without the last column) and ``tables`` of :class:`Basis` for all integrators.
 
-    One is ``given`` by its name and parameter.
+    The integrator ``given`` may state its parameter behind its name.
     """
     chosen = integrator(given).name
     full = [given if name == chosen else name for name in names]

@@ -1,7 +1,7 @@
 """The block on its mounts, and the pistons in it, as arrays of the running model.
 
-Mounts are linear and stationary, so their stiffness and damping are part of the stationary bodies' linear system. The
-engine's place at rest is the one that it has under its own weight: each mount is preloaded with its share of it.
+Mounts are linear and stationary, so their stiffness and damping are part of the stationary bodies' linear system.
+Displacements count from the engine's position at rest under its own weight, so each mount is preloaded with its part.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ DIRECTIONS = 6
 
 
 class BlockArrays(NamedTuple):
-    """What the running model knows of the block and the pistons; n_s stationary modes, n_b the block's, j mounts."""
+    """Arrays of block and guided pistons, with n_s stationary modes, of which n_b are the block's, and j mounts."""
 
     stiffness: Array  # (n_b, n_b) of the mounts
     damping: Array  # (n_b, n_b) of the mounts
-    preload: Array  # (n_s,) of the mounts
-    weight: Array  # (n_s,) the same per m/s² of gravity
+    preload: Array  # (n_s,) modal force of the mounts that carries the engine's weight
+    weight: Array  # (n_s,) preload per m/s² of gravity
     heads: Array  # (c, n_s) displacement of each head along its cylinder
     liners: Array  # (c, 2) height of each liner's upper and lower ring along its cylinder from the crank axis, m
     mounts: Array  # (6 j, n_s) displacement and rotation of each mount
-    mount_laws: Array  # (6 j, MOUNT_LAW) along each
-    cover: Array  # (n_s,) displacement of the bottom cover's middle, upwards
+    mount_laws: Array  # (6 j, MOUNT_LAW) law of each component of ``mounts``
+    cover: Array  # (n_s,) upward displacement of the bottom cover's middle
     motion: Array  # (6, n_s) displacement and rotation of the whole block, at its centre of mass
     guidance: Array  # (10,) see loads.piston_guidance
     piston_shape: Array  # (2, 2) shape P of a guided piston's ports in its modes
-    piston_inverse: Array  # (2, 2) its inverse mass, P Pᵀ
+    piston_inverse: Array  # (2, 2) inverse mass P Pᵀ of a guided piston at its ports
 
 
 def block_arrays(
     engine: Engine, stationary: ReducedBody, block: ReducedBody | None, crank_mass: float, crank_centre: Array
 ) -> BlockArrays:
-    """Gather the block's arrays, without preload; ``stationary`` holds its modes, then those of guided pistons.
+    """Arrays of the block with zero preload; ``stationary`` has the block's modes, then those of guided pistons.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def block_arrays(
         shape[:] = piston_modes(mass)
     liners = np.tile([1.0, -1.0], (count, 1))
     if block is None:
-        # A piston on rigid ground needs no liner: any two heights serve, their displacement is 0.
+        # On rigid ground liners have no displacement, so their heights do not matter.
         return BlockArrays(
             z((0, 0)), z((0, 0)), z(n), z(n), z((count, n)), liners, z((0, n)), z((0, at.MOUNT_LAW)), z(n),
             z((DIRECTIONS, n)), guidance, shape, shape @ shape.T,
@@ -101,7 +101,7 @@ def block_arrays(
 def _weight(
     engine: Engine, block: ReducedBody, mounts: Array, stiffness: Array, origin: Array, crank: tuple[float, Array]
 ) -> Array:
-    """Force of each mount in each direction (6 j,) that carries the engine at rest, per m/s² of gravity."""
+    """Forces (6 j,) of all mount components that carry the engine at rest, per m/s² of gravity."""
     rods = (engine.rod.big_end_mass + engine.rod.small_end_mass + engine.cylinders.piston_mass) * engine.n_cylinders
     mass = block.mass + crank[0] + rods
     moment = block.mass * block.centre + (crank[0] + rods) * crank[1]
@@ -109,7 +109,7 @@ def _weight(
     # Motion of each mount per motion of the block's origin as a rigid body.
     rigid = mounts[:, :DIRECTIONS] @ np.linalg.inv(origin[:, :DIRECTIONS])
     supports = rigid.T @ (stiffness[:, None] * rigid)
-    # Metres and radians: scaled by their own stiffness before the rank is judged.
+    # Rows in metres and radians are scaled by their own stiffness before the rank is checked.
     size = np.sqrt(np.diag(supports))
     if not (size > 0.0).all() or np.linalg.cond(supports / np.outer(size, size)) > 1e12:
         raise InputError("mounts: the engine is free to move on them; give stiffness in every direction")

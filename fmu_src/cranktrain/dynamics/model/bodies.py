@@ -1,8 +1,8 @@
-"""What moves: the bodies of a run, gathered into one that turns with the crank's frame and one that is stationary.
+"""Bodies of a run, gathered into one that rotates with the crank's frame and one that is stationary.
 
-Both are :class:`~cranktrain.core.reduced_body.ReducedBody`. To the crankshaft come free big ends (point masses in the
-plane, whose displacement from the undeformed pin is exact at any angle), the damper's ring and the dynamometer's rotor
-(one rotation each). To the block come the guided pistons, each with a motion across its cylinder and a tilt.
+Both are :class:`~cranktrain.core.reduced_body.ReducedBody`. The crankshaft is extended by free big ends (point masses
+in the plane, whose displacement from the undeformed pin is exact at any angle), the damper's ring and the dynamometer's
+rotor (one rotation each). The block is extended by guided pistons, each with a motion across its cylinder and a tilt.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.piston_guidance import piston_mass_matrix, piston_modes
 
 BENDING = 1.0e-9
-"""Motion of a main journal across, m, over the rotation of the crank, rad, from which a body bends."""
+"""A crank bends if elastic modes move a main journal across by more than this per rotation of the crank, m/rad."""
 
 
 def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
@@ -52,16 +52,16 @@ def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
 
 
 def bends(body: ReducedBody) -> bool:
-    """Whether elastic modes of a crankshaft move its main journals across."""
+    """True if elastic modes of a crankshaft move its main journals across."""
     mains = [k for k, name in enumerate(body.interfaces) if name.startswith("main[")]
     bending = np.abs(body.shapes[mains][:, :2, 6:]).max(initial=0.0)
     return bool(bending > BENDING * np.abs(body.shapes[:, 5]).max())
 
 
 def locked_on_axis(body: ReducedBody) -> ReducedBody:
-    """The body with its journals locked on their axis: of its rigid motions only that about the axis is left.
+    """Crankshaft with its journals locked on their axis; the only rigid motion left is rotation about the axis.
 
-    ``InputError`` for a body that bends, which nothing would carry.
+    ``InputError`` for a body that bends, because no bearing would carry its bending.
     """
     n = body.n_modes
     if bends(body):
@@ -86,9 +86,9 @@ def locked_on_axis(body: ReducedBody) -> ReducedBody:
 
 
 def with_rotor(body: ReducedBody, name: str, at: str, inertia: float, speed: float = 1.0) -> ReducedBody:
-    """Append a rotor that turns freely about the crank's axis, with an interface ``name`` at the place of ``at``.
+    """Append a rotor that rotates freely about the crank's axis, with an interface ``name`` at the position of ``at``.
 
-    It turns ``speed`` times as fast as the crank.
+    The rotor turns ``speed`` times as fast as the crank.
     """
     shapes = np.zeros((1, 6, 1))
     shapes[0, 5, 0] = 1.0 / math.sqrt(inertia)
@@ -97,7 +97,7 @@ def with_rotor(body: ReducedBody, name: str, at: str, inertia: float, speed: flo
 
 
 def with_axial_mass(body: ReducedBody, name: str, at: str, mass: float) -> ReducedBody:
-    """Append a mass that moves freely along the crank's axis, with an interface ``name`` at the place of ``at``."""
+    """Append a mass that moves freely along the crank's axis, with an interface ``name`` at the position of ``at``."""
     shapes = np.zeros((1, 6, 1))
     shapes[0, 2, 0] = 1.0 / math.sqrt(mass)
     translation = np.zeros((3, 1))
@@ -106,11 +106,11 @@ def with_axial_mass(body: ReducedBody, name: str, at: str, mass: float) -> Reduc
 
 
 def stationary_body(engine: Engine, block: ReducedBody | None, guided: Sequence[int]) -> ReducedBody:
-    """What does not turn, as one body: the block, if there is one, and the pistons of the ``guided`` cylinders.
+    """Stationary bodies gathered into one: the block, if there is one, and the pistons of the ``guided`` cylinders.
 
     Cylinders count from 0. Without block and pistons the body has no modes.
 
-    ``InputError`` where the engine does not say how pistons run.
+    ``InputError`` if the engine has no piston guidance.
     """
     if not guided:
         return block or _nothing()
@@ -143,7 +143,7 @@ def _nothing() -> ReducedBody:
 def _appended(
     body: ReducedBody, names: tuple[str, ...], places: Array, shapes: Array, **invariants: Array
 ) -> ReducedBody:
-    """Body with free modes of unit mass behind its own; invariants that are not named are zero."""
+    """Body with free modes of unit mass appended to its own; invariants that are not given are zero for them."""
     n, added = body.n_modes, shapes.shape[2]
     m = len(body.interfaces)
     both = np.zeros((m + len(names), 6, n + added))

@@ -1,4 +1,4 @@
-"""The numbers of a run from its settings; their slots: :mod:`cranktrain.dynamics.model.numbers`."""
+"""Numbers of a run from its settings, in the slots of :mod:`cranktrain.dynamics.model.numbers`."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ GEOMETRY_SLOTS = {"bore": SET_BORE, "compression_ratio": SET_COMPRESSION}
 
 
 def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
-    """Slots of the settings that are words, and the number of each word."""
+    """Slot of each setting that is a word, and the number that stands for each word."""
     methods = {"auto": -1.0} | {name: float(row) for row, name in enumerate(INTEGRATORS)}
     return {
         "control": (SET_ADAPTIVE, {"fixed": 0.0, "adaptive": 1.0}),
@@ -79,7 +79,7 @@ def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
 
 
 def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
-    """What the bearing levels of ``settings`` bring, by slot."""
+    """Default numbers that follow from the bearing levels of ``settings``, by slot."""
     law, rows = ruling_law(resolved(settings, engine).bearings, settings.big_ends, engine), list(INTEGRATORS)
     return {
         LEVEL_TOLERANCE: law.tolerance,
@@ -91,9 +91,9 @@ def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
 
 
 def run_numbers(settings: Settings, engine: Engine, data: Mapping[str, float] | None = None) -> Array:
-    """All numbers of a run; ``settings`` of words that exist, with or without what is left open.
+    """All numbers of a run. ``settings`` may be resolved or not, but each word in them must exist.
 
-    ``data`` are lumped values other than the engine's, see :mod:`cranktrain.dynamics.model.lumped_data`.
+    ``data`` are lumped values that replace the engine's, see :mod:`cranktrain.dynamics.model.lumped_data`.
     """
     numbers = lumped_numbers(engine, data)
     for name, slot in NUMBER_SLOTS.items():
@@ -101,7 +101,7 @@ def run_numbers(settings: Settings, engine: Engine, data: Mapping[str, float] | 
     for name, slot in GEOMETRY_SLOTS.items():
         numbers[slot] = getattr(engine.cylinders, name)
     for name, (slot, words) in option_slots().items():
-        # An integrator's name may give its parameter as well.
+        # The name of an integrator may be followed by its parameter.
         numbers[slot] = words[getattr(settings, name).partition(":")[0]]
     for slot, number in level_numbers(settings, engine).items():
         numbers[slot] = number

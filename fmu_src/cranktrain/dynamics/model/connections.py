@@ -1,4 +1,4 @@
-"""Laws of an engine's own connections, one row each, at the rows that :mod:`.ports` gives them."""
+"""Force laws of an engine's own connections, one for each row that :mod:`.ports` lays out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cranktrain.film.table.database import FilmTable
 
 
 def laws_of(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: AxialPath | None, damper: Array) -> Films:
-    """Laws of all connections; ``damper`` (PARAMETERS,) are the parameters of the damper's law."""
+    """Force laws of all connections; ``damper`` (PARAMETERS,) are the parameters of the damper's law."""
     of_pins = ports.cylinders[:, at.PIN_ROW - at.PIN_PORT].astype(int).tolist()
     parts = [(mains, range(len(mains.entry))), (big_ends, of_pins)]
     once = {
@@ -38,7 +38,7 @@ def laws_of(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: Ax
 def big_end_films(
     engine: Engine, law: Law, table: FilmTable | None, bore: BoreCompliance | None
 ) -> tuple[Array, Films]:
-    """Parameters (c, COLUMNS) of the big ends' films, zero where there are none, and their law."""
+    """Parameters (c, COLUMNS) of the big ends' films, zero if the engine has no such bearing, and the films' law."""
     parameters = np.zeros((engine.n_cylinders, COLUMNS))
     if engine.big_end_bearing is not None:
         parameters[:] = bearing_parameters(engine.big_end_bearing, REFERENCE_VISCOSITY)

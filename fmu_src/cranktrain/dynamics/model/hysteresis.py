@@ -6,13 +6,13 @@ the viscous damping
 
     C = Σ_s η_s k_s p_s p_sᵀ,   p_s = Σ_j (r_sᵀ φ_j)/√ω_j M φ_j
 
-with the elastic modes φ_j (φ_jᵀ M φ_j = 1) of all that turns: crank, flywheel, pulley, mean rods, drive line and the
-ring of a damper that has a spring. Each mode then has φ_jᵀ C φ_j = Σ η k (r_sᵀ φ_j)²/ω_j, the damping of the hysteresis
-at its own frequency, and two modes are coupled as hysteresis couples them at √(ω_i ω_j). Rotation as a whole is not
-damped. The error: a mode that is forced at a frequency ω other than its own loses ω/ω_j times as much per cycle as the
-hysteresis would take. At a resonance only the modes beside it, which respond as springs, have this error.
+with the elastic modes φ_j (φ_jᵀ M φ_j = 1) of all rotating bodies: crank, flywheel, pulley, mean rods, drive line and
+the ring of a damper that has a spring. Each mode then has φ_jᵀ C φ_j = Σ η k (r_sᵀ φ_j)²/ω_j, the damping of the
+hysteresis at its own frequency, and two modes are coupled as hysteresis couples them at √(ω_i ω_j). Rotation as a whole
+is not damped. This replacement has an error: a mode that is forced at a frequency ω other than its own loses ω/ω_j
+times as much energy per cycle as by hysteresis. At a resonance only the other modes, which respond as springs, have it.
 
-Loss factors must not become modal damping of a crankshaft alone: what is attached afterwards lowers its frequencies.
+Loss factors must not become modal damping of a crankshaft alone, because parts attached later lower its frequencies.
 
 Source: S. H. Crandall, J. Sound Vib. 11 (1970) 3, the role of damping in vibration theory.
 """
@@ -30,11 +30,11 @@ from cranktrain.loads.torsional_line import DAMPING, LAW, STIFFNESS, TorsionalLi
 OF_SHAFT, OF_DAMPING, OF_LOSS = range(3)
 """Columns of a body's ``shaft_laws``."""
 FREE = 1.0e-6
-"""ω over the highest below which a mode moves as a whole."""
+"""A mode counts as rigid if its ω is below this fraction of the highest."""
 
 
 def viscous_rows(body: ReducedBody) -> tuple[Array, Array]:
-    """Twists (s, n) and laws (s, LAW) of the viscous shafts and discs of a table that a crank was made from."""
+    """Twists (s, n) and laws (s, LAW) of the viscous shafts and discs in the table that a crank was made from."""
     found = np.flatnonzero(body.shaft_laws[:, OF_DAMPING])
     laws = np.zeros((found.size, LAW))
     laws[:, DAMPING] = body.shaft_laws[found, OF_DAMPING]
@@ -42,9 +42,9 @@ def viscous_rows(body: ReducedBody) -> tuple[Array, Array]:
 
 
 def lossy_twists(body: ReducedBody, line: TorsionalLine, line_twists: Array) -> tuple[Array, Array]:
-    """Twists (s, n) of the shafts with a loss factor, of a crank and its drive line, and η k (s,), N m/rad.
+    """Twists (s, n) and η k (s,), N m/rad, of the shafts with a loss factor in a crank and its drive line.
 
-    ``line_twists`` (rows, n) are those of the line's rows.
+    ``line_twists`` (rows, n) are the twists of the drive line's rows.
     """
     own = body.shaft_laws[:, OF_SHAFT] * body.shaft_laws[:, OF_LOSS]
     crank, shafts = np.flatnonzero(own), np.flatnonzero(line.hysteresis)
@@ -53,12 +53,12 @@ def lossy_twists(body: ReducedBody, line: TorsionalLine, line_twists: Array) -> 
 
 
 def hysteresis_rows(engine: Engine, body: ReducedBody, line: TorsionalLine, line_twists: Array) -> tuple[Array, Array]:
-    """Rows p_s (s, n) and laws (s, LAW) of the viscous damping that stands for loss factors in time.
+    """Rows p_s (s, n) and laws (s, LAW) of the viscous damping that replaces loss factors in the time domain.
 
     Parameters
     ----------
-    body : all that turns
-    line_twists : (rows, n) of the drive line's rows in its modes
+    body : all rotating bodies as one
+    line_twists : (rows, n) twists of the drive line's rows in the modes of ``body``
     """
     twists, hysteresis = lossy_twists(body, line, line_twists)
     laws = np.zeros((hysteresis.size, LAW))

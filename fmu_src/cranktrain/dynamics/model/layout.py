@@ -1,4 +1,4 @@
-"""Sizes of a model, and rows of the laws that an engine has once, for kernels; Python asks ``dimensions``."""
+"""Sizes of a model and rows of the laws that an engine has only once, for kernels; Python code uses ``dimensions``."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from cranktrain.dynamics.model import slots as at
 
 @inlined_kernel
 def crank_modes(model):
-    """Modes of the crank, the first of those that turn."""
+    """Number of the crank's modes, which come first among the rotating ones."""
     return int(model.layout[at.CRANK_MODES])
 
 
 @inlined_kernel
 def port_count(model):
-    """Ports in all."""
+    """Number of all ports."""
     return int(model.layout[at.PORTS])
 
 
 @inlined_kernel
 def first_piston(model):
-    """First port of guided pistons, which come last."""
+    """First port of the guided pistons, whose ports come last."""
     return model.ports.shape[0] + model.block_ports.shape[0] + model.bodies.shapes.shape[0]
 
 
@@ -32,29 +32,29 @@ def thrust_row(model):
 
 @inlined_kernel
 def collar_port(model):
-    """Displacement of the thrust bearing's collar along its axis."""
+    """Port of the thrust collar's displacement along its axis."""
     return int(model.connections[thrust_row(model), at.FIRST])
 
 
 @inlined_kernel
 def joint_row(model):
-    """Row of the drive line's axial joint, −1: none."""
+    """Row of the drive line's axial joint, or −1."""
     return int(model.layout[at.JOINT_ROW])
 
 
 @inlined_kernel
 def damper_row(model):
-    """Row of the damper, −1: none."""
+    """Row of the damper, or −1."""
     return int(model.layout[at.DAMPER_ROW])
 
 
 @inlined_kernel
 def has_additions(model):
-    """Whether bodies or connections are added."""
+    """True if the model has added bodies or connections."""
     return model.layout[at.ADDED] > 0.0
 
 
 @inlined_kernel
 def couples_modes(model):
-    """Whether turning couples modes."""
+    """True if rotation couples modes, by gyroscopic or centrifugal terms."""
     return model.layout[at.WHIRLS] > 0.0

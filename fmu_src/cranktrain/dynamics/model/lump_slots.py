@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-# Slots of ``Lumps.traits``. Of the crank: mass (kg) and centre (3, m); 1 where it only twists, where its journals are
-# locked on their axis, where the damper is fitted; kind of its damping with two constants.
+# Slots of ``Lumps.traits``. Of the crank: mass (kg) and centre (3, m); 1 if it only twists, if its journals are locked
+# on their axis, if the damper is fitted; kind and two constants of the crank's damping.
 CRANK_MASS, CRANK_CENTRE, TWISTS, LOCKED, FITTED, DAMPING_KIND, DAMPING_A, DAMPING_B = 0, 1, 4, 5, 6, 7, 8, 9
-# 1 where big ends are free, where rods have the engine file's one rod, where pistons have a guidance; the number of
-# guided pistons and the first of their modes; inertia and arm of a piston's mass in tilting.
+# 1 if big ends are free, if all rods are the engine file's one rod, if pistons have a guidance; the first mode of
+# guided pistons and their number; inertia and arm of a piston's mass in tilting.
 FREE_ENDS, ROD_ALIKE, GUIDED, FIRST_PISTON, PISTONS, TILT_INERTIA, PISTON_ARM = 10, 11, 12, 13, 14, 15, 16
-# 1 where the drive line is one shaft; the row of the axial path in ``shaft_laws`` or −1; speed of the dynamometer over
-# the crank's; 1 where mains, and where big ends, follow another clearance; 1 with a flexible block, its mass (kg) and
-# centre (3, m).
+# 1 if the drive line is one shaft; the row of the axial path in ``shaft_laws`` or −1; speed ratio of dynamometer and
+# crank; 1 if the law of the mains, and of the big ends, allows another clearance; 1 with a flexible block, the block's
+# mass (kg) and centre (3, m).
 ONE_SHAFT, PATH_ROW, END_SPEED, MAINS_FREE, ENDS_FREE, FLEXIBLE, BLOCK_MASS, BLOCK_CENTRE = range(17, 25)
-# Inertia of the drive line as the crank feels it; 1 where the damper's stiffness and damping are stated.
+# Inertia of the drive line reduced to the crank; 1 if the damper's stiffness and damping are stated.
 LINE_INERTIA, STATED_DAMPER, TRAITS = 27, 28, 29
 OWN_DAMPING, MODAL, RAYLEIGH = range(3)
 NOT_LUMPED = -1.0

@@ -1,8 +1,8 @@
-"""Lumped data of an engine that an FMU's parameters may change: the one table of their names and slots.
+"""Table of the lumped data of an engine that an FMU's parameters may change, with their names and slots.
 
 A row is a value of the engine file by its name there, with its slot among the numbers of a run. The reduced bodies and
-the film tables stay those of the engine file; :mod:`cranktrain.dynamics.model.trimming` writes into a model all that
-follows from the values. Bounds are those of the engine file's checks.
+the film tables stay those of the engine file; :mod:`cranktrain.dynamics.model.trimming` writes the consequences of new
+values into a model. Bounds are those of the engine file's checks.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def _always(engine: Engine) -> bool:
 
 
 def _rods_alone(engine: Engine) -> bool:
-    """Whether no rod hangs on another one: those have masses of their own."""
+    """True if the engine has no articulated rods, whose masses differ from rod to rod."""
     return not any(engine.articulations)
 
 
@@ -53,13 +53,13 @@ def _damper(*kinds: str) -> Callable[[Engine], bool]:
 
 @dataclass(frozen=True)
 class Lumped:
-    """One value, or one of each mount where ``each`` is set.
+    """Row of the table: one lumped value, or one for each mount if ``each`` is set.
 
     Attributes
     ----------
-    table, key : its place in the engine file
-    slot : among the numbers of a run; of the first mount
-    unit, display_unit : of the FMU's variable, as units.toml names them
+    table, key : table and key in the engine file
+    slot : slot among the numbers of a run; for mounts that of the first one
+    unit, display_unit : units of the FMU's variable, as named in units.toml
     title : one line for users
     fits : whether an engine that has the table has this value
     each : whether the value is a list with one number for each mount
@@ -201,7 +201,7 @@ def lumped_values(engine: Engine) -> Iterator[LumpedValue]:
         low, high = _bounds(row.table, row.key)
         if not row.each:
             value = float(getattr(part, row.key))
-            # What a file leaves out is a default, which may lie below what a file may state.
+            # A default of a value that the file leaves out may lie below the least that a file may state.
             yield LumpedValue(f"{row.table}.{row.key}", row.slot, value, min(low, value), high, row)
             continue
         for k, value in enumerate(getattr(part, row.key)):
@@ -211,7 +211,7 @@ def lumped_values(engine: Engine) -> Iterator[LumpedValue]:
 
 @cache
 def _bounds(table: str, key: str) -> tuple[float, float]:
-    """Range of a value of a table (SI)."""
+    """Lower and upper bound (SI) of a value of an engine file's table."""
     kind = get_type_hints(Engine)[table]
     part = get_args(kind)[0] if isinstance(kind, UnionType) else kind
     hint = get_type_hints(part, include_extras=True)[key]
@@ -225,12 +225,12 @@ def _bounds(table: str, key: str) -> tuple[float, float]:
 
 
 def number_count(engine: Engine) -> int:
-    """How many numbers a run of the engine has."""
+    """Number of the numbers that a run of the engine has."""
     return at.NUMBERS + at.MOUNT_NUMBERS * (len(engine.mounts.x) if engine.mounts is not None else 0)
 
 
 def lumped_numbers(engine: Engine, data: Mapping[str, float] | None = None) -> Array:
-    """Numbers of a run with the values of ``engine``, or of ``data`` by their names; (numbers,), others 0.
+    """Numbers (numbers,) of a run with the lumped values of ``engine``, replaced by ``data`` where given; others 0.
 
     Raises
     ------
@@ -252,7 +252,7 @@ def lumped_numbers(engine: Engine, data: Mapping[str, float] | None = None) -> A
 
 
 def split_data(engine: Engine, chosen: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, Any]]:
-    """Lumped values among chosen values by their names, and the rest."""
+    """Split chosen values into the lumped ones of an engine, by their names, and the rest."""
     names = {value.name for value in lumped_values(engine)}
     data = {name: float(value) for name, value in chosen.items() if name in names}
     return data, {name: value for name, value in chosen.items() if name not in names}

@@ -1,7 +1,7 @@
-"""What lumped data of the engine are part of: constants from which a model of other values is made.
+"""Constants from which the arrays of a model are remade when lumped data of the engine change.
 
-The arrays are those of the model as its bodies were made; :mod:`cranktrain.dynamics.model.trimming` makes the model's
-own from them. Nothing writes to them but to the scratch.
+The constants belong to the model with the engine file's values; :mod:`cranktrain.dynamics.model.trimming` makes the
+arrays of other values from them. Only the scratch arrays are ever written to.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from cranktrain.loads.rod_masses import mean_rod_masses
 
 
 class Lumps(NamedTuple):
-    """Constants of a model: t turning modes, of which the first r are the crank's, n modes in all, j mounts."""
+    """Constants of a model with t rotating modes (the first r are the crank's), n modes in all, and j mounts."""
 
     values: Array  # (numbers,) lumped values that the arrays hold, by slot
     traits: Array  # (TRAITS,)
     fixed: Array  # (2, 6, r) shapes of flywheel and pulley
-    places: Array  # (2, 3) of both
+    places: Array  # (2, 3) positions of flywheel and pulley
     rigid: Array  # (6, 6) rigid motions about the origin in the crank's rigid modes
-    mains: Array  # (b,) places of the main journals along the axis
-    plain: Array  # (b,) 1 where a main has a film
+    mains: Array  # (b,) positions of the main journals along the axis
+    plain: Array  # (b,) 1 if the main bearing has a film
     omega2: Array  # (t,)
     damping: Array  # (t,)
     rod_masses: Array  # (c,) mean mass of each rod on its pin
-    gyroscopic: Array  # (t, t) G transposed, as the model's
+    gyroscopic: Array  # (t, t) G transposed, as in the model
     centrifugal: Array  # (r, r)
     stress: Array  # (r, r)
-    spin: Array  # (t, t) as the model's
+    spin: Array  # (t, t) as in the model
     loads: Array  # (2, t) centrifugal and Euler load
     gravity: Array  # (3, n)
     ports: Array  # (m, t)
@@ -49,12 +49,12 @@ class Lumps(NamedTuple):
     lag: Array  # (t,)
     rotor: Array  # (t,)
     axis_weights: Array  # (b,)
-    grown: Array  # (t,) slot of the mass or inertia that a mode has to itself, or NOT_LUMPED
+    grown: Array  # (t,) slot of the mass or inertia if a mode moves just one lumped part, else NOT_LUMPED
     block_stiffness: Array  # (n_b, n_b)
     block_damping: Array  # (n_b, n_b)
     weight: Array  # (n_s,)
     mount_weight: Array  # (6j,)
-    mount_motion: Array  # (6j, 6) of each mount in the block's rigid motions about the origin
+    mount_motion: Array  # (6j, 6) motion of each mount in the block's rigid motions about the origin
     piston_shape: Array  # (2, 2)
     piston_inverse: Array  # (2, 2)
     room: Array  # (ROOMS, r, r) scratch
@@ -66,16 +66,16 @@ def lumps(
     engine: Engine, settings: Settings, body: ReducedBody, turning: ReducedBody, block: ReducedBody | None,
     guided: Sequence[int], arrays: dict[str, Array], stationary: BlockArrays,
 ) -> Lumps:  # fmt: skip
-    """Gather them.
+    """Gather the constants of a model.
 
     Parameters
     ----------
-    settings : nothing left open
+    settings : resolved
     body : the crank
-    turning : all that turns
+    turning : all rotating bodies as one
     guided : cylinders (from 0) with guided pistons
-    arrays : of the model, by name
-    stationary : block and pistons
+    arrays : arrays of the model, by name
+    stationary : arrays of block and pistons
     """
     r, t, z = body.n_modes, turning.n_modes, np.zeros
     values = lumped_numbers(engine)
@@ -124,7 +124,7 @@ def lumps(
 
 
 def _slot(turning: ReducedBody, mode: int) -> float:
-    """Slot of the lumped value that a mode behind the crank's has to itself."""
+    """Slot of the lumped mass or inertia that a mode after the crank's modes belongs to."""
     name = turning.interfaces[int(np.argmax(np.abs(turning.shapes[:, :, mode]).max(axis=1)))]
     slots = {"ring": numbers.SET_RING, "rotor": numbers.SET_DYNAMOMETER, "shaft": numbers.SET_PATH_MASS}
     return float(numbers.SET_BIG_END if name.startswith("rod[") else slots.get(name, at.NOT_LUMPED))

@@ -1,4 +1,4 @@
-"""Main bearings of a run: their law, their data, and over which width tilt counts."""
+"""Main bearings of a run: their force law, their data, and the width over which tilt counts."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
 
 REFERENCE_VISCOSITY = 0.01
-"""Viscosity (Pa s) of all oil in a model that is not prepared yet: any that every law takes."""
+"""Viscosity (Pa s) of all oil in a model that is not prepared yet; any value that all laws accept would do."""
 
 
 class Mains(NamedTuple):
-    """Layout, parameters (b, COLUMNS) and films of the main bearings; b is 0 where journals are locked."""
+    """Layout, parameters (b, COLUMNS) and films of the main bearings; b is 0 if journals are locked."""
 
     journals: MainJournals
     parameters: Array
@@ -31,12 +31,12 @@ class Mains(NamedTuple):
 
 
 def mains_kind(engine: Engine) -> str:
-    """Kind of bearing that an engine's bearing level chooses the law of: films where it has any, else rollers."""
+    """Kind of main bearings whose force law the bearing level chooses: plain if the engine has any, else rollers."""
     return ROLLER if engine.rollers_only else PLAIN
 
 
 def check_mains(engine: Engine, level: str) -> None:
-    """Refuse a level that the engine's main bearings do not know; ``InputError``."""
+    """Refuse a level that has no law for the engine's main bearings; ``InputError``."""
     kind = mains_kind(engine)
     if kind in bearing_law(level).forms:
         return
@@ -53,7 +53,7 @@ def check_mains(engine: Engine, level: str) -> None:
 
 
 def roller_law(level: str) -> Law:
-    """Law of roller bearings beside plain ones of a ``level``: its own, or where it has none the usual one's."""
+    """Force law of roller bearings in an engine with plain mains of a ``level``: the level's, else the default one."""
     law = bearing_law(level)
     return law if ROLLER in law.forms else bearing_law(usual_level(ROLLER))
 
@@ -69,7 +69,7 @@ def main_bearings(
     Raises
     ------
     InputError
-        a level that the engine's bearings do not know, or that lacks what it needs
+        a level that has no law for the engine's bearings, or whose table or bore is missing
     """
     check_mains(engine, level)
     count, law = len(engine.crankshaft.main_widths), bearing_law(level)

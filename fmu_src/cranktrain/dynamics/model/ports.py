@@ -1,31 +1,31 @@
-"""Ports: the components of motion at which force laws act, and which law couples which of them.
+"""Ports, which are the components of motion at which force laws act, and the connections that couple them.
 
-Bodies fall into two groups: those that turn with the crank's frame (crankshaft, free big ends, damper ring,
-dynamometer) and stationary ones (block, pistons). Turning ports, in axes of the frame, come in this order:
+Bodies fall into two groups: those that rotate with the crank's frame (crankshaft, free big ends, damper ring,
+dynamometer) and stationary ones (block, pistons). Rotating ports, in axes of the frame, come in this order:
 
 1. x and y of each main journal,
 2. z of the thrust collar,
 3. x and y of each crank pin under its rod, one pair for each cylinder,
-4. x and y of each rod's big end, where films carry it,
-5. where journals feel tilt: their ends against their middle, x and y (slope times half the width, m); where the
-   collar does: its rotations about x and y (rad),
-6. z of the flywheel against the connecting shaft, where the drive line has an axial path,
-7. the pulley's rotation against the damper ring's, where there is one,
-8. the drive line's wind-up at the flywheel, where it has an axial path,
+4. x and y of each rod's big end, if films carry it,
+5. if a bearing's law depends on tilt: the journal's end relative to its middle, x and y (slope times half the width,
+  m); if the collar may tilt: its rotations about x and y (rad),
+6. z of the flywheel relative to the connecting shaft, if the drive line has an axial path,
+7. the pulley's rotation relative to the damper ring, if there is one,
+8. the drive line's wind-up at the flywheel, if it has an axial path,
 9. z-rotation of each pin under its rod, z-rotation of each main journal.
 
-All but the last two groups are unknowns of a stage's Newton iteration. Where journals are locked on their axis a pin
-can but turn about it: its rotation takes the place of its x and y. Stationary ports follow, in axes at rest:
+All but the last two groups are unknowns of a stage's Newton iteration. If journals are locked on their axis, a pin can
+only rotate about it, so its rotation replaces its x and y. Stationary ports follow, in axes at rest:
 
 1. with a flexible block: x and y of each main bore, z of the thrust faces, the bores' ends and the thrust faces'
-   rotations where films feel tilt, then z-rotation of each main bore, and of each liner its displacement across its
-   cylinder at the upper and at the lower ring and its displacement along;
+  rotations if films depend on tilt, then z-rotation of each main bore, and of each liner its displacement across its
+  cylinder at the upper and at the lower ring and its displacement along;
 2. with guided pistons: displacement across the cylinder and rotation of each piston at the height of its pin.
 
 A *connection* is one force law with the Newton ports it couples; connections come as main journals, crank pins (or the
-films of the big ends), thrust bearing, rods of free big ends, axial joint, damper. Laws between a turning and a
-stationary body act on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`. Nobody else
-knows this order: each connection and each cylinder has its ports in its row.
+films of the big ends), thrust bearing, rods of free big ends, axial joint, damper. Laws between a rotating and a
+stationary body act on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`. No other
+module uses this order, because each connection and each cylinder has its ports in its row.
 """
 
 from __future__ import annotations
@@ -44,15 +44,15 @@ from cranktrain.engine.model import Engine
 
 BoolArray = NDArray[np.bool_]
 PIN_SCALE, PIN_SHARE = 1.0e-4, 1.0e-3
-"""Displacement of a pin that counts as much as a clearance: m, or a share of the throw where that is more."""
+"""Scale of a pin's displacement, which counts like one clearance: m, or a fraction of the throw if that is more."""
 TWIST_SCALE = 1.0e-2
-"""Rotation against the damper's ring that counts as much, rad."""
+"""Scale of the twist between pulley and damper ring, which counts like one clearance, rad."""
 
 
 class Ports(NamedTuple):
-    """Shapes of the turning ports (m_t, n_t) and the block's (m_b, n_b), and what joins them.
+    """Shapes of the rotating ports (m_t, n_t) and the block's (m_b, n_b), and the connections and pairs between them.
 
-    Each piston's two ports move with its own two modes only, all by the same shape, so they need none here.
+    Each piston's two ports move with its own two modes only, with the same shape for all, so none are stored here.
     """
 
     turning: Array
@@ -60,27 +60,27 @@ class Ports(NamedTuple):
     connections: Array  # (k, CONNECTION) see slots.COUPLED
     cylinders: Array  # (c, CYLINDER - PIN_PORT) ports and rows of each cylinder, see slots.PIN_PORT
     scales: Array  # (n_newton,)
-    limited: Array  # (l, 2) ports whose change an iteration limits, and that from which it is counted, or NO_PORT
-    judged: Array  # (j,) ports whose error counts in a step's
-    pairs: Array  # (r, 2) turning and stationary port of each x that a law takes relatively; y follows
-    axial: Array  # (0 or 1, 2) likewise along the axis
+    limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
+    judged: Array  # (j,) ports whose error counts in the error of a step
+    pairs: Array  # (r, 2) rotating and stationary port of each x whose relative motion a law uses; y follows
+    axial: Array  # (0 or 1, 2) rotating and stationary port along the axis
     layout: Array
 
 
 class MainJournals(NamedTuple):
-    """What the layout needs of the main bearings: half the width over which tilt counts and the scale of motion, m.
+    """Data of the main bearings for the layout: half the width over which tilt counts and the scale of motion, m.
 
-    Journals that are locked on their axis have no bearing: b is 0.
+    If journals are locked on their axis, there are no bearings and b is 0.
     """
 
     half_widths: Array  # (b,)
     clearances: Array  # (b,)
-    tilted: BoolArray  # (b,) whether its bearing feels its tilt
-    collar: bool  # whether the thrust bearing's collar feels its tilt
+    tilted: BoolArray  # (b,) whether the bearing's law depends on the journal's tilt
+    collar: bool  # whether the thrust bearing's law depends on the collar's tilt
 
 
 class _Laid:
-    """Ports of a group of bodies, each where it is laid."""
+    """Ports of a group of bodies, numbered in the order in which they are added."""
 
     def __init__(self, first: int = 0) -> None:
         self.rows: list[Array] = []
@@ -88,7 +88,7 @@ class _Laid:
         self.end = first
 
     def lay(self, shapes: Array, scale: float | None = None) -> int:
-        """Ports of these shapes (·, n); the first one. With a scale they are Newton ports, which come first."""
+        """Append ports with ``shapes`` (·, n); returns the first. With a scale they are Newton ports and come first."""
         first = self.end
         self.rows.append(shapes)
         self.end += len(shapes)
@@ -97,7 +97,7 @@ class _Laid:
 
     @property
     def shapes(self) -> Array:
-        """Of all, (m, n)."""
+        """Shapes of all ports, (m, n)."""
         return np.ascontiguousarray(np.concatenate(self.rows))
 
 
@@ -114,10 +114,10 @@ def lay_ports(
 
     Parameters
     ----------
-    body : what turns; holds ``rod[i]`` too where big ends are free, ``ring`` where there is a damper
-    crank_modes : its first modes, which are the crankshaft's
-    windup : (n,) wind-up of the drive line at the flywheel, rad, where the body holds a ``shaft`` of an axial path
-    block : the flexible block, or nothing
+    body : all rotating bodies as one; has interfaces ``rod[i]`` if big ends are free, ``ring`` with a damper
+    crank_modes : number of the crankshaft's modes, which come first
+    windup : (n,) wind-up of the drive line at the flywheel, rad, used if the body has a ``shaft`` of an axial path
+    block : the flexible block, or None
     pistons : cylinders (from 0) whose pistons are guided
     """
     index, shapes, laid = body.index, body.shapes, _Laid()
@@ -173,10 +173,10 @@ def lay_ports(
 def _lay_rods(
     engine: Engine, body: ReducedBody, pins: list[Array], laid: _Laid, rows: list[Array], along: int, cylinders: Array
 ) -> tuple[int, list[tuple[float, float]]]:
-    """Lay pins and free big ends, with their rows and between them that of the thrust bearing at port ``along``.
+    """Lay out the ports and connections of pins, thrust bearing (at port ``along``) and free big ends, in this order.
 
-    Fills the columns of pins, big ends and rows in ``cylinders``. Returns the row of the thrust bearing, and pairs of
-    a big end's port with its pin's.
+    Fills the columns of pins, big ends and rows in ``cylinders``. Returns the row of the thrust bearing, and pairs of a
+    big end's port and its pin's port.
     """
     rods = [body.index(f"rod[{i + 1}]") for i in range(len(pins))] if "rod[1]" in body.interfaces else []
     turns = not rows
@@ -200,7 +200,7 @@ def _lay_rods(
 
 
 def _row(ports: Iterable[int], pairs: int = -1, of_rod: bool = False) -> Array:
-    """Row of a connection at these Newton ports, see ``ModelArrays.connections``."""
+    """Row of a connection between the given Newton ports, see ``ModelArrays.connections``."""
     row = np.full(at.CONNECTION, at.NO_PORT)
     row[[at.COUPLED, at.PAIRS, at.OF_ROD, at.ON_BLOCK]] = 0.0, pairs, of_rod, 0.0
     for port in ports:
@@ -210,16 +210,16 @@ def _row(ports: Iterable[int], pairs: int = -1, of_rod: bool = False) -> Array:
 
 
 def _couple(row: Array, first: int) -> None:
-    """Let a connection couple two Newton ports more."""
+    """Add two Newton ports, ``first`` and the next one, to a connection."""
     size = int(row[at.COUPLED])
     row[at.FIRST + size : at.FIRST + size + 2] = first, first + 1
     row[at.COUPLED] += 2
 
 
 def with_added_ports(ports: Ports, more: Added) -> Ports:
-    """The ports with those that added connections hold on crank and block, and of added bodies.
+    """Ports extended by those of added connections on crank and block, and by those of added bodies.
 
-    They come behind the crank's, behind the block's, and between the block's and the pistons'.
+    The new ports come after the crank's, after the block's, and between the block's and the pistons', respectively.
     """
     on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
     pairs, axial, connections, cylinders, layout = (
@@ -252,13 +252,13 @@ def pin_shapes(engine: Engine, body: ReducedBody, cylinder: int) -> Array:
 
 
 def cylinder_axes(angle: float) -> tuple[Array, Array]:
-    """Unit vectors across and along a cylinder whose bank is at ``angle``, in axes at rest, (3,) each."""
+    """Unit vectors across and along a cylinder whose bank is at ``angle`` (rad), in axes at rest, (3,) each."""
     cos, sin = math.cos(angle), math.sin(angle)
     return np.array([cos, sin, 0.0]), np.array([-sin, cos, 0.0])
 
 
 def _tilt(shape: Array, half_width: float) -> Array:
-    """End displacement of a journal or bore against its middle, x and y, (2, n)."""
+    """Displacement of the end of a journal or bore relative to its middle, x and y, (2, n)."""
     return half_width * np.array([shape[4], -shape[3]])
 
 
@@ -266,10 +266,10 @@ def _block_ports(
     engine: Engine, body: ReducedBody | None, journals: MainJournals, rows: list[Array], thrust: int, first: int,
     liners: Array,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Shapes of the block's ports, from port ``first`` on, with the pairs they form.
+    """Shapes of the block's ports, from port ``first`` on, and the pairs they form with rotating ports.
 
-    ``rows`` of the connections, of which ``thrust`` is the thrust bearing's, get the bores' rotations, ``liners`` their
-    first ports.
+    Writes the ports of the bores' rotations into ``rows`` of the connections (``thrust`` is the thrust bearing's row),
+    and the first port of each liner into ``liners``.
     """
     if body is None:
         return np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((0, 2))

@@ -1,7 +1,7 @@
-"""From the structure of a model to one that runs: all that parameters, temperatures and speed decide, as one kernel.
+"""Kernel that writes into a model all values that depend on parameters, temperatures and speed.
 
 :func:`prepare_model` writes every number of a run into the arrays of a model and reads none that an earlier preparation
-left there: what it leaves depends on its arguments alone.
+left there, so the result depends on its arguments alone.
 """
 
 from __future__ import annotations
@@ -70,14 +70,14 @@ from cranktrain.loads.damper import HIGHEST, KIND, LOWEST, NO_DAMPER, damper_at
 HELD = 0.0
 """Number of the reconstruction that holds inputs."""
 STAGED = 4.0
-"""Number of the one whose inputs are given at the stages of the integrator."""
+"""Number of the reconstruction whose inputs are given at the stages of the integrator."""
 CLOSE = 1.0e-9
-"""Relative difference that a dimension may have from being written as text."""
+"""Largest relative difference of two dimensions that is taken for rounding by conversion to text."""
 
 
 @kernel
 def prepare_model(model, numbers, temperatures, speed):
-    """Write the numbers of a run into a model; a status. What is refused leaves it as it was.
+    """Write the numbers of a run into a model; returns a status. A refusal leaves the model as it was.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def prepare_model(model, numbers, temperatures, speed):
 
 @kernel
 def refusal(model, numbers, temperatures, speed):
-    """Why a model cannot be prepared so; a status. Only oil too thin for Roelands' law is found later."""
+    """Status that says why a model cannot be prepared, or OK. Only oil too thin for Roelands' law is found later."""
     basis = model.basis
     if not LEAST_STEP <= step_of(numbers) < math.inf:
         return STEP_RANGE
@@ -153,13 +153,13 @@ def refusal(model, numbers, temperatures, speed):
 
 @inlined_kernel
 def step_of(numbers):
-    """Internal step, rad: the one that is asked for, or the level's usual one."""
+    """Internal step, rad: the chosen one, or the default of the level."""
     return numbers[SET_STEP] if numbers[SET_STEP] != 0.0 else numbers[LEVEL_STEP]
 
 
 @inlined_kernel
 def method_row(numbers):
-    """Row of the integrator in its register: the one that is asked for, or the level's usual one."""
+    """Row of the integrator in its register: the chosen one, or the default of the level."""
     if numbers[SET_METHOD] >= 0.0:
         return numbers[SET_METHOD]
     return numbers[LEVEL_HELD_METHOD] if numbers[SET_RECONSTRUCTION] == HELD else numbers[LEVEL_METHOD]
@@ -167,7 +167,7 @@ def method_row(numbers):
 
 @inlined_kernel
 def oil_warmth(basis, numbers, speed):
-    """Temperature of the oil that comes to the films, K."""
+    """Temperature of the oil supplied to the films, K."""
     if numbers[SET_OIL_TEMPERATURE] != 0.0:
         return numbers[SET_OIL_TEMPERATURE]
     return temperature_at(speed, basis.oil_speeds, basis.oil_temperatures)
@@ -185,7 +185,7 @@ def damper_warmth(basis, numbers, speed):
 
 @kernel
 def tell_stages(model, staged):
-    """Tell a driver that gives inputs at the stages of a step how many there are, and where; 0 for other drivers."""
+    """Write number and times of the stages, and the step, for a driver that gives inputs at stages; 0 for others."""
     stages = int(model.stages[HEAD, STAGES]) if model.choices[at.RECONSTRUCTION] == STAGED else 0
     staged[0, at.STAGES_GIVEN] = 0.0
     staged[0, at.STAGES_THERE] = stages
@@ -196,7 +196,7 @@ def tell_stages(model, staged):
 
 @kernel
 def choose(model, numbers):
-    """The integrator with its tolerances, and what else the settings choose."""
+    """Write the integrator, its tolerances and the other choices of the settings into a model."""
     choices = model.choices
     choices[at.GAS_SOURCE] = numbers[SET_GAS_SOURCE]
     choices[at.RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
@@ -226,7 +226,7 @@ def choose(model, numbers):
 
 @kernel
 def size_cylinders(model, numbers):
-    """Piston area and clearance volume, and the built-in gas trace of such cylinders."""
+    """Set piston area, clearance volume and built-in gas trace for the bore and compression ratio of a run."""
     made = model.basis.cylinders
     bore = written(numbers[SET_BORE], made[at.BORE])
     ratio = written(numbers[SET_COMPRESSION], made[at.COMPRESSION])
@@ -243,13 +243,13 @@ def size_cylinders(model, numbers):
 
 @kernel
 def written(value, own):
-    """A dimension as it was meant: ``own`` where it differs from that no more than by being written as text."""
+    """Value of a dimension, replaced by ``own`` if the two differ only by rounding in conversion to text."""
     return own if abs(value - own) <= CLOSE * max(abs(value), abs(own)) else value
 
 
 @kernel
 def warm_films(model, temperature, temperatures):
-    """Films of mains, big ends and thrust bearing with oil of a temperature, mains of their own; a status."""
+    """Set the viscosity of mains, big ends and thrust bearing at ``temperature``, or at the mains' own; a status."""
     basis = model.basis
     eta = oil_viscosity(temperature, basis.oil)
     if basis.films[at.MAINS_OIL] > 0.0:
@@ -268,7 +268,7 @@ def warm_films(model, temperature, temperatures):
 
 @kernel
 def warm_links(model, temperature, speed):
-    """Added connections with oil of a temperature (K) in an engine of a ``speed``, rad/s; a status."""
+    """Set oil viscosity at a ``temperature`` (K) and engine ``speed`` (rad/s) in added connections; a status."""
     eta = oil_viscosity(temperature, model.basis.oil)
     links = model.links
     numbers = links.numbers
@@ -288,7 +288,7 @@ def warm_links(model, temperature, speed):
 
 @inlined_kernel
 def tell_link(links, action, k):
-    """Let the law of added connection k take what ``numbers`` say; its status."""
+    """Call the law of added connection k with an action that reads ``links.numbers``; returns its status."""
     row = links.entry[k]
     arguments = (row[1], action, row[2], links.place[k], links.velocity[k], links.numbers, links.out, links.out)
     return call_kernel(row[0], arguments)
@@ -296,7 +296,7 @@ def tell_link(links, action, k):
 
 @kernel
 def fill_bearing(bearing, viscosity):
-    """What follows from a viscosity (Pa s) in a plain bearing's parameters, see film.laws.parabolic.film_geometry."""
+    """Set viscosity (Pa s) and its factor in a plain bearing's parameters, see film.laws.parabolic.film_geometry."""
     bearing[BEARING_VISCOSITY] = viscosity
     ratio = bearing[RADIUS] / bearing[CLEARANCE]
     bearing[FACTOR] = 10.0 * viscosity * bearing[RADIUS] * bearing[WIDTH] * ratio**2
@@ -304,7 +304,7 @@ def fill_bearing(bearing, viscosity):
 
 @kernel
 def tell_law(laws, k, viscosity):
-    """Tell law k of its oil where it wants to know; its status."""
+    """Pass the oil's viscosity (Pa s) to law k if the law needs it; returns the law's status."""
     if laws.traits[k, VISCOUS] == 0.0:
         return 0
     laws.numbers[VISCOSITY] = viscosity

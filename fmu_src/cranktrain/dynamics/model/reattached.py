@@ -1,14 +1,14 @@
-"""Modes of a crankshaft whose flywheel, clutch, pulley or damper housing have other masses and inertias: kernels.
+"""Kernels for modes of a crankshaft whose flywheel, clutch, pulley or damper housing have other masses and inertias.
 
-The parts are rigid, axisymmetric and on the crank's axis; what changes is ΔM = Bᵀ ΔZ B with the shapes B of the two
-interfaces that they are fixed to, and likewise G, C, K_σ and the loads (:mod:`cranktrain.core.rigid_slices`). In the
-modes that the crank has in the FMU its mass matrix is then I + ΔM and its stiffness still diag(ω²): a Ritz problem of
-a few dozen coordinates, see :mod:`.ritz_modes`. Its modes are the columns of T. The rigid motions come first and stay
-exact: the factorisation begins with the rotation about the axis, like
-:func:`cranktrain.core.rigid_slices.rigid_modes`, so that this stays pure.
+The parts are rigid, axisymmetric and on the crank's axis. The mass matrix changes by ΔM = Bᵀ ΔZ B, with the shapes B of
+the two interfaces that carry the parts; G, C, K_σ and the loads change likewise (:mod:`cranktrain.core.rigid_slices`).
+In the modes that the crank has in the FMU its mass matrix is then I + ΔM and its stiffness still diag(ω²): a Ritz
+problem of a few dozen coordinates, see :mod:`.ritz_modes`. Its modes are the columns of T. The rigid motions come first
+and stay exact. The factorisation begins with the rotation about the axis, like
+:func:`cranktrain.core.rigid_slices.rigid_modes`, so that this mode stays a pure rotation.
 
-Nothing is lost where the crank has all its modes; of one that was cut, the modes and static answers that it keeps span
-the new ones as well as they did the old.
+The result is exact if the crank has all its modes. For a truncated crank the kept modes and static responses represent
+the new modes as well as the old ones.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 
 MASS, FIRST, ACROSS, ALONG, MOMENTS = range(5)
-"""Moments of the parts at an interface: Σ m, Σ m o, ∫ρ x², ∫ρ z² about the interface, of offsets o along the axis."""
+"""Moments of the parts at an interface: Σ m, Σ m o with axial offsets o, ∫ρ x² and ∫ρ z² about the interface."""
 FLYWHEEL, PULLEY = range(2)
 ROW_X, ROW_Y, ROW_Z, FIELD = range(0, 16, 4)
 OF_X, OF_Y, OF_Z = 1, 2, 3
-"""Rows of a field (3, 4) laid flat, and columns by the place r in the part; the first is that of the interface."""
+"""Rows of a flat field (3, 4), and its columns that multiply the position r in the part; column 0 is at r = 0."""
 F_FIELD, G_FIELD, H_FIELD = 0, FIELD, 2 * FIELD
-"""Fields in scratch."""
+"""Positions of three fields in scratch."""
 TURN_X, TURN_Y, TURN_Z = 3, 4, 5
 SPUN, PART = 3, 3
-"""Rotations of an interface; row of the load of a rotation about z; numbers of a part's mass and inertias."""
+"""Rotations of an interface; row for the load of a rotation about z; number of values (mass, inertias) of a part."""
 NOW, BEFORE, EXTRA = 8, 12, 16
-"""Scratch behind the changes of both interfaces."""
+"""Positions in scratch, after the changes of both interfaces, of new and old moments and of the damper's part."""
 
 
 @kernel
 def part_moments(numbers, slot, extra, out):
-    """Add the moments of the part at a slot to ``out`` (MOMENTS,), ``extra`` (3,) being added to mass and inertias."""
+    """Add the moments of the part at a slot to ``out`` (MOMENTS,); ``extra`` (3,) is added to its mass and inertias."""
     mass = numbers[slot + to.PART_MASS] + extra[0]
     polar = numbers[slot + to.PART_POLAR] + extra[1]
     diametral = numbers[slot + to.PART_DIAMETRAL] + extra[2]
@@ -48,7 +48,7 @@ def part_moments(numbers, slot, extra, out):
 
 @kernel
 def fitted_extra(numbers, fitted, extra):
-    """What a damper adds to mass, polar and diametral inertia of the pulley, see loads.damper."""
+    """Mass, polar and diametral inertia that a fitted damper adds to the pulley, see loads.damper."""
     for k in range(3):
         extra[k] = 0.0
     if fitted > 0.0:
@@ -59,9 +59,9 @@ def fitted_extra(numbers, fitted, extra):
 
 @kernel
 def moment_changes(lumps, numbers, out):
-    """Changes (2, MOMENTS) of the moments at flywheel and pulley, in ``out[0:8]``; whether there are any.
+    """Write the changes (2, MOMENTS) of the moments at flywheel and pulley to ``out[0:8]``; 1 if there are any, else 0.
 
-    Behind them ``out`` is scratch, to 20.
+    ``out[8:20]`` is scratch.
     """
     fitted = lumps.traits[at.FITTED]
     changed = 0
@@ -87,7 +87,7 @@ def moment_changes(lumps, numbers, out):
 
 @kernel
 def field_of(shapes, mode, f):
-    """Field (12,), row by row of B (3, 4), of a mode at an interface with ``shapes`` (6, r)."""
+    """Field f (12,), B (3, 4) row by row, of the motion of a part in a mode, at an interface with ``shapes`` (6, r)."""
     x, y, z = shapes[TURN_X, mode], shapes[TURN_Y, mode], shapes[TURN_Z, mode]
     f[ROW_X], f[ROW_X + OF_X], f[ROW_X + OF_Y], f[ROW_X + OF_Z] = shapes[0, mode], 0.0, -z, y
     f[ROW_Y], f[ROW_Y + OF_X], f[ROW_Y + OF_Y], f[ROW_Y + OF_Z] = shapes[1, mode], z, 0.0, -x
@@ -96,7 +96,7 @@ def field_of(shapes, mode, f):
 
 @kernel
 def turned_of(f, g):
-    """Field of e_z × what a field moves."""
+    """Field ``g`` whose displacement is e_z × that of field ``f``."""
     for k in range(4):
         g[k] = -f[4 + k]
         g[4 + k] = f[k]
@@ -105,7 +105,7 @@ def turned_of(f, g):
 
 @kernel
 def paired(moments, f, g):
-    """∫ρ u·v of two fields over parts of these moments."""
+    """∫ρ u·v of the displacements of two fields over parts with the given ``moments``."""
     total = 0.0
     for a in range(0, 12, 4):
         total += moments[MASS] * f[a] * g[a] + moments[FIRST] * (f[a] * g[a + 3] + f[a + 3] * g[a])
@@ -115,7 +115,7 @@ def paired(moments, f, g):
 
 @kernel
 def add_changes(lumps, changes, scratch):
-    """Fill MASS, GYROSCOPIC, CENTRIFUGAL and STRESS of ``room``, and the loads, with the crank's and what is added.
+    """Fill MASS, GYROSCOPIC, CENTRIFUGAL and STRESS of ``room``, and the loads, with the crank's plus the changes.
 
     ``changes`` (2, MOMENTS) flat; ``scratch`` (64,).
     """
@@ -151,7 +151,7 @@ def add_changes(lumps, changes, scratch):
 
 @kernel
 def paired_turned(moments, turned, g):
-    """∫ρ u·(e_z×v) of a field that is turned already and one that is not."""
+    """∫ρ u·(e_z×v), with displacement u of the field ``turned`` and v of the field ``g``."""
     total = 0.0
     for a in range(0, 8, 4):
         b = 4 - a
@@ -167,7 +167,7 @@ def paired_turned(moments, turned, g):
 
 @kernel
 def turn_in_place(g):
-    """Replace a field by that of e_z × what it moves."""
+    """Replace a field by the one whose displacement is e_z × its own."""
     for k in range(4):
         first = g[k]
         g[k] = -g[4 + k]
@@ -177,7 +177,7 @@ def turn_in_place(g):
 
 @kernel
 def add_loads(lumps, side, moments, scratch):
-    """Add centrifugal load, Euler load and translation of parts at an interface."""
+    """Add centrifugal load, Euler load and translation of the parts at an interface to ``vectors``."""
     vectors = lumps.vectors
     shapes = lumps.fixed[side]
     f, outward, around = (
@@ -197,7 +197,7 @@ def add_loads(lumps, side, moments, scratch):
 
 @kernel
 def outward_field(place, outward):
-    """Field of X_⊥ about a place (3,)."""
+    """Field of X_⊥, the position across the axis, for parts at ``place`` (3,)."""
     for k in range(12):
         outward[k] = 0.0
     outward[ROW_X], outward[ROW_X + OF_X] = place[0], 1.0
@@ -206,9 +206,9 @@ def outward_field(place, outward):
 
 @kernel
 def add_stress(lumps, side, moments, scratch):
-    """Add K_σ of parts at an interface to STRESS of ``room``, with its exact rows and columns of the rigid modes.
+    """Add K_σ of the parts at an interface to STRESS of ``room``, with exact rows and columns of the rigid modes.
 
-    See :func:`cranktrain.core.reduced_body.with_rigid_rows`. A crank that only twists has the rigid part alone.
+    See :func:`cranktrain.core.reduced_body.with_rigid_rows`. A crank that only twists has only the rigid part.
     """
     room = lumps.room
     shapes = lumps.fixed[side]

@@ -1,7 +1,7 @@
-"""The Ritz problem of a crankshaft with other masses: kernels.
+"""Kernels that solve the Ritz problem of a crankshaft with other masses.
 
-Modes are orthonormalised from the mass matrix by Cholesky's factors, the rotation about the axis first, and turned by
-Jacobi's rotations until they are orthogonal in the stiffness too.
+Cholesky factors of the mass matrix make the vectors orthonormal, beginning with the rotation about the axis. Jacobi
+rotations then make them orthogonal in the stiffness too.
 
 Source: G. H. Golub, C. F. Van Loan, *Matrix Computations*, section 8.5 (cyclic Jacobi).
 """
@@ -17,7 +17,7 @@ from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 
 SWEEPS = 60
 SMALL = 1.0e-17
-"""Most sweeps of Jacobi's rotations, and the share of the diagonal from which an element is rotated away."""
+"""Most sweeps of Jacobi rotations, and fraction of the diagonal above which an element is rotated away."""
 
 
 @kernel
@@ -39,15 +39,15 @@ def inverse_of_six(matrix, work, inverse, pivots, column):
 
 @kernel
 def ordered(k):
-    """Place of a mode in the order of the factorisation: rotation about the axis first, then the others as they are."""
+    """Mode at position k of the factorisation: the rotation about the axis first, then the others in their order."""
     return 5 if k == 0 else k - 1 if k < 6 else k
 
 
 @kernel
 def new_modes(lumps):
-    """Fill TURN of ``room`` with the new modes (r, r) as columns and OMEGA2 of ``vectors`` with their ω²; 0 or 1.
+    """Fill TURN of ``room`` with the new modes (r, r) as columns and OMEGA2 of ``vectors`` with their ω².
 
-    MASS holds the mass matrix. 1: that is not positive definite.
+    Returns 0, or 1 if the mass matrix in MASS is not positive definite.
     """
     room = lumps.room
     r = lumps.fixed.shape[2]
@@ -63,7 +63,7 @@ def new_modes(lumps):
                 return 1
             else:
                 factor[i, i] = math.sqrt(total)
-    # The inverse of the factor, by columns, below the diagonal; its transposed are orthonormal vectors.
+    # Inverse of the factor, by columns and lower triangular. Its transpose has orthonormal vectors as columns.
     inverse = room[at.VECTORS]
     for j in range(r):
         for i in range(r):
@@ -84,7 +84,7 @@ def new_modes(lumps):
 
 @kernel
 def elastic_modes(lumps):
-    """Turn the vectors in TURN behind the rigid ones into modes, by frequency, the largest component positive."""
+    """Turn the elastic vectors in TURN into modes, sorted by frequency, with the largest component positive."""
     room, vectors = lumps.room, lumps.vectors
     r = lumps.fixed.shape[2]
     turn, squares, modes, product = room[at.TURN], room[at.SQUARES], room[at.VECTORS], room[at.PRODUCT]
@@ -123,7 +123,7 @@ def elastic_modes(lumps):
 
 @kernel
 def diagonalise(a, v, first, end):
-    """Jacobi's rotations on rows and columns ``first`` to ``end`` of a symmetric ``a``; ``v`` takes them along."""
+    """Diagonalise rows and columns ``first`` to ``end`` of symmetric ``a`` by Jacobi rotations; ``v`` follows."""
     for _ in range(SWEEPS):
         turned = 0
         for p in range(first, end - 1):
@@ -155,10 +155,10 @@ def diagonalise(a, v, first, end):
 
 @kernel
 def keep_twists(lumps):
-    """Make MASS that of a crank that only twists, whose new elastic modes are sums of the rotation and its twists.
+    """Adapt MASS of a crank that only twists, so that its new elastic modes are sums of the rotation and its twists.
 
-    Such a crank keeps its place across (:func:`cranktrain.structure.crank.torsional.twist_only`). A rigid motion that
-    is made orthogonal to the rotation then has nothing in common with a twist.
+    Such a crank does not move across (:func:`cranktrain.structure.crank.torsional.twist_only`). A rigid motion that is
+    made orthogonal to the rotation is then orthogonal to every twist.
     """
     mass = lumps.room[at.MASS]
     if lumps.traits[at.TWISTS] == 0.0:
@@ -171,7 +171,7 @@ def keep_twists(lumps):
 
 @kernel
 def lock_journals(lumps):
-    """Lock in TURN the rigid motions that journals on their axis lock."""
+    """Set the rigid motions in TURN to zero that are prevented by journals locked on their axis."""
     turn = lumps.room[at.TURN]
     if lumps.traits[at.LOCKED] > 0.0:
         for j in range(5):

@@ -1,4 +1,4 @@
-"""Choices of one run, what they amount to on an engine, and which of them it refuses."""
+"""Settings of one run, their defaults for an engine, and checks of the chosen levels."""
 
 from __future__ import annotations
 
@@ -23,38 +23,38 @@ GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2, "polytropic": 3, "stages": 4}
 CONTROLS = ("fixed", "adaptive")
 DENSE_OUTPUTS = {"off": 0, "on": 1}
-"""Whether internal steps pass over communication points, whose outputs are interpolated, or end at each."""
+"""With "on" internal steps pass over communication points, where outputs are interpolated; else a step ends at each."""
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
-"""What is given at the dynamometer."""
+"""Quantity given at the dynamometer: its speed, or the load torque on it."""
 FOR_HELD_INPUTS = {"esdirk47": "sdirk4", "esdirk4": "sdirk4", "esdirk3": "sdirk3"}
-"""Usual integrators whose first stage is that of the step before, and knows nothing of inputs that jump in between:
-their like of which all stages are implicit."""
+"""Default integrators with an explicit first stage, and their replacements, with implicit stages only, for held inputs.
+An explicit first stage is taken from the step before, so it misses a jump of the inputs."""
 ROW, RECORDED = math.radians(3.0), math.radians(2.5)
-"""Longest turn between two rows of a run over cycles, from which largest values, orders and orbits are read; the same
-where stresses and tangents are found at each row, and no row may lie within a step."""
+"""Largest crank angles between two rows of a run over cycles. Rows give largest values, orders and orbits; RECORDED is
+for stresses and tangents, which are evaluated at the end of a step, so that no row may lie within one."""
 ADDED = math.radians(2.5)
-"""Longest usual step beside added connections: balancers' teeth at twice the crank's speed ring at 5 degrees."""
+"""Longest default step with added connections; with 5 degrees teeth of balancers at twice crank speed would ring."""
 TEMPERATURES = ("engine", "heat-balance")
-"""Where the damper has its temperature from: the engine's table over speed, or its own heat balance."""
+"""Source of the damper's temperature: the engine's table over speed, or the damper's own heat balance."""
 FILM_TEMPERATURES = (*TEMPERATURES, "adiabatic")
-"""The same of films; adiabatic: all friction stays in the oil, which warms along the film."""
+"""Source of the films' temperature; "adiabatic" leaves all friction heat in the oil, which warms along the film."""
 
 
 @dataclass(frozen=True)
 class Settings:
     """Choices of one run; angles rad, pressures Pa, temperatures K (0: from the engine's tables at the first speed).
 
-    What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``step`` 0, rad of crank angle;
-    ``newton_tolerance`` of the ports in units of clearance, with elastic films solved in double precision from 1e-6 on;
-    ``film_change``, the share of itself by which a film may close over a step. With ``control``
-    adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
-    (:mod:`cranktrain.dynamics.time.error_estimate`). With ``dense_output`` on they pass over communication points that
-    are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of ``FILM_TEMPERATURES``;
-    ``encoder`` is the place, one of ``ENCODERS``, whose angle a gas trace belongs to;
-    ``gas_delay`` is how many communication steps before its own a given pressure was computed for
-    (:mod:`cranktrain.dynamics.time.reconstruction`); ``work_limit`` bounds the Newton iterations of a communication
-    step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). ``axial_force`` (N) on the flywheel is what the input
-    begins with; None takes that of the engine's axial path.
+    Open settings (auto, 0 or None) get defaults from the level, see :func:`resolved`. ``step`` is in rad of crank
+    angle. ``newton_tolerance`` of the ports is in units of clearance; elastic films are solved in double precision from
+    1e-6 on. ``film_change`` is the fraction of its thickness by which a film may close in a step. With ``control``
+    adaptive, steps are parts of ``step``, short enough for an error of ``tolerance`` per step
+    (:mod:`cranktrain.dynamics.time.error_estimate`). With ``dense_output`` on, steps pass over communication points
+    that are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of
+    ``FILM_TEMPERATURES``. ``encoder``, one of ``ENCODERS``, is where the angle of a gas trace was measured.
+    ``gas_delay`` is the number of communication steps by which given pressures are late
+    (:mod:`cranktrain.dynamics.time.reconstruction`). ``work_limit`` is the most Newton iterations of a communication
+    step, 0 for no limit (:mod:`cranktrain.dynamics.time.work_limit`). ``axial_force`` (N) on the flywheel is the start
+    value of that input; None takes the force of the engine's axial path.
     """
 
     crank: str = "solid"
@@ -86,19 +86,19 @@ class Settings:
 
 
 def axial_force(settings: Settings, engine: Engine) -> float:
-    """Axial force on the flywheel, N, at which a run's input begins: the settings', else the engine file's."""
+    """Axial force on the flywheel, N, as start value of the input: from the settings, else from the engine file."""
     if settings.axial_force is not None:
         return settings.axial_force
     return engine.axial_path.force if engine.axial_path is not None else 0.0
 
 
 def resolved(settings: Settings, engine: Engine) -> Settings:
-    """The settings with nothing left open for this engine.
+    """Resolved settings: every open choice replaced by its default for this engine.
 
-    Journals of a crank that only twists are locked on their axis; else mains are rollers where the engine has them,
-    else films without tilt. Rollers run in a flexible block where engine and crank allow it, for the ground leaves the
-    largest error beside them; films, which leave as much themselves, run on ground. Integrator, step and tolerances are
-    those of the bearings with the shortest step. Pistons are guided by a flexible block's liners.
+    Journals of a crank that only twists are locked on their axis. Otherwise mains are rollers if the engine has them,
+    else films without tilt. With rollers the block is flexible if engine and crank allow it, because a rigid ground
+    would be the largest error. Films have errors of that size themselves, so they run on ground. Integrator, step and
+    tolerances are those of the bearings with the shortest step. Pistons are guided by a flexible block's liners.
     """
     bearings = settings.bearings
     if bearings == "auto":
@@ -127,14 +127,14 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
 
 
 def step_each_row(settings: Settings) -> Settings:
-    """Settings, nothing left open, of a run that steps to every row, for forces and tangents are read there."""
+    """Resolved settings of a run whose steps end at every row, because forces and tangents are read there."""
     return replace(settings, step=min(settings.step, RECORDED))
 
 
 def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
-    """Row whose integrator, step and tolerances a run takes: of mains, big ends and added bearings the shortest step's.
+    """Ruling law: the one with the shortest step of mains, big ends and added bearings; sets integrator and tolerances.
 
-    Where several have it the mains' row rules.
+    If several laws have that step, the mains' law is taken.
     """
     laws = [bearing_law(bearings)]
     big_end = bearing_law(big_ends, "big-end level")
@@ -147,18 +147,18 @@ def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
 
 
 def usual_step(law: Law, engine: Engine) -> float:
-    """Step (rad) of a run under a ruling law that chooses none."""
+    """Default step (rad) of a run under a ruling law, limited to ADDED with added connections."""
     return min(math.radians(law.step_deg), ADDED if engine.connection else math.inf)
 
 
 def usual_film_change(law: Law, engine: Engine) -> float:
-    """Fraction of its thickness by which a film may close over a step: the least of the ruling law and added films'."""
+    """Default fraction by which a film may close in a step: the least of the ruling law and all added films."""
     films = [bearing_law(table.film.level) for table in engine.connection if table.film is not None]
     return min(row.film_change for row in (law, *films))
 
 
 def _usual_block(settings: Settings, engine: Engine, law: Law) -> str:
-    """Block level of a run that chooses none; ``law`` is that of its mains."""
+    """Default block level of a run; ``law`` is that of its mains."""
     described = None not in (engine.block, engine.mounts, engine.piston_guidance)
     hung = any(engine.articulations)  # on master rods, whose pistons are rigid
     deforms = settings.crank in CRANKS and CRANKS[settings.crank].elastic
@@ -166,7 +166,7 @@ def _usual_block(settings: Settings, engine: Engine, law: Law) -> str:
 
 
 def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:
-    """Fields of ``Parts`` that a run needs; ``settings`` have nothing left open."""
+    """Fields of ``Parts`` that a run with resolved ``settings`` needs."""
     mains = bearing_law(settings.bearings).forms[mains_kind(engine)]
     block = ("block",) if settings.block == "flexible" else ()
     films = [table.film for table in engine.connection if table.film is not None]
@@ -175,18 +175,18 @@ def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:
 
 
 def keeps_peaks(name: str, settings: Settings, engine: Engine) -> bool:
-    """Whether largest pressures settle as the step of an integrator shrinks: always, unless there are elastic films.
+    """True if the largest film pressures converge as the step of an integrator shrinks; elastic films may prevent this.
 
-    ``settings`` have nothing left open but the integrator.
+    ``settings`` are resolved except for the integrator.
     """
     elastic = any(part in ("bore", "big_end_bore") for part in needed_parts(engine, settings))
     return not elastic or settles_films(name)
 
 
 def check_levels(settings: Settings, engine: Engine) -> None:
-    """Refuse a level that does not exist, that the engine lacks, or that makes no sense beside another; ``InputError``.
+    """Refuse a level that does not exist, that the engine lacks, or that contradicts another one; ``InputError``.
 
-    ``settings`` have nothing left open.
+    ``settings`` are resolved.
     """
     for value, valid, what in (
         (settings.crank, CRANKS, "crank level"),
@@ -221,7 +221,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
             "that of a master whose units step at the same time"
         )
     if not 0.0 <= settings.work_limit < math.inf:
-        raise InputError(f"the work of a communication step is limited to 0 (not) or more, not {settings.work_limit:g}")
+        raise InputError(f"work_limit must be 0 (no limit) or a number of iterations, not {settings.work_limit:g}")
     if settings.block == "flexible" and settings.pistons == "rigid":
         raise InputError(
             "rigid pistons run on an axis at rest and cannot follow a flexible block, which leans on its mounts; "
@@ -256,7 +256,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
 
 
 def _check_locked(settings: Settings) -> None:
-    """Refuse what journals that are locked on their axis do not go with; ``InputError``."""
+    """Refuse levels that cannot be combined with journals locked on their axis; ``InputError``."""
     level = settings.bearings
     if CRANKS[settings.crank].bends:
         raise InputError(

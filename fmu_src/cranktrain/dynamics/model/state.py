@@ -1,11 +1,11 @@
 """The whole state of the running model in one float64 vector.
 
 A header of scalars, the inputs at the last three communication points, the rates that were given with the last, then
-modal position, velocity, acceleration and two blocks that integrators remember, what the guess of the ports missed at
-each stage of the last step, and the elastic films: of each its node unknowns, shapes, their rates, and the results at
-the end of the step. Behind them there may be room for the two ends of an internal step that reaches beyond the
-communication point (:mod:`cranktrain.dynamics.time.between`); what comes before it is the motion at that point. A copy
-of the vector is all that get, set and serialise need.
+modal position, velocity, acceleration and two blocks that integrators remember, the error of the ports' guess at each
+stage of the last step, and for each elastic film its node unknowns, shapes, their rates, and the results at the end of
+the step. There may be room at the end for both ends of an internal step that reaches beyond the communication point
+(:mod:`cranktrain.dynamics.time.between`); the part before it is the motion at that point. A copy of the vector is all
+that get, set and serialise need.
 """
 
 from __future__ import annotations
@@ -19,44 +19,44 @@ STEP_REFERENCE, OMEGA_REFERENCE = 6, 7
 PRESSURES_SET = 8
 SUBSTEPS, ITERATIONS, RESIDUAL, CONTRACTION, STEP_LAST = 10, 11, 12, 13, 14
 ONLINE_FILMS = 15
-# Step control: halvings of the last step, error of the last step in tolerances, and the running mean and variance of
-# the pulley's torsion and axial motion, to which their errors are relative.
+# Step control: halvings of the last step, error of the last step in units of the tolerance, and the running mean and
+# variance of the pulley's torsion and axial motion, which scale their errors.
 HALVINGS, STEP_ERROR = 16, 17
 OUTPUT_MEAN, OUTPUT_VARIANCE = 18, 20
 GAS_DONE, GAS_RATE = 22, 23
 """Work of given pressures since the start, J, and their power at the end of the last internal step, W."""
 METHOD = 24
-"""Mark of the integrator, whose blocks mean nothing to another; 0 where none is given."""
-# Samples of the inputs: how many are kept; the communication step that began at the newest of them, s, and the time
-# between it and the one before; the crank's angle at the last communication point, and those that the samples'
-# pressures belong to, newest first, rad.
+"""Mark of the integrator, because another one cannot use its blocks; 0 if none is given."""
+# Samples of the inputs: number of samples kept; the communication step that began at the newest sample, s, and the time
+# from the sample before to it, s; the crank's angle at the last communication point, and the angles that the pressures
+# of the samples belong to, newest first, rad.
 SAMPLES, LAST_INTERVAL, EARLIER_INTERVAL, POINT_ANGLE, SAMPLE_ANGLES = 9, 25, 26, 27, 28
 ANGLE_SET = 31
-"""Whether a partner has said which angle its pressures belong to."""
+"""1 if a partner has given the crank angle that its pressures belong to, else 0."""
 LIMITED = 32
-"""1 where the last communication step took more work than it may, else 0."""
-# The internal step that is under way at the communication point: 1 if there is one; its begin and its end, s; begin of
-# the sub-step that it is a part of, s; how many of the sub-step's parts are done with it; least halvings of the next
-# part.
+"""1 if the last communication step reached its work limit, else 0."""
+# Internal step under way at the communication point: 1 if there is one; its begin and end, s; begin of the sub-step
+# that contains it, s; number of the sub-step's parts that are done at its end; least halvings of the next part.
 UNDER_WAY, STEP_BEGIN, STEP_END, SUBSTEP_BEGIN, PARTS_DONE, PARTS_HALVED = range(33, 39)
 EACH_POINT = 39
-"""1 where the next communication step shall be stepped to its end, as if an input had changed at its begin; then 0."""
+"""1 if the next communication step must end a step, as if an input had changed at its begin; that step resets it."""
 DEVIATIONS_SET = 40
-"""Whether a partner has said which deviation of a volume its pressures belong to."""
-# The crank's own speed over the cycle under way: the cycle's begin, angle (rad) and time (s), and the least and largest
-# speed since then, rad/s; of the last full cycle (largest − least) / mean.
+"""1 if a partner has given the deviations of the volumes that its pressures belong to, else 0."""
+# The crank's own speed in the present cycle: the cycle's begin, as angle (rad) and time (s), and the least and largest
+# speed since then, rad/s; then (largest − least) / mean of the last full cycle.
 ROUND_ANGLE, ROUND_TIME, SPEED_LEAST, SPEED_LARGEST, IRREGULARITY = range(41, 46)
 MOST_SAMPLES = 3
 HEADER = 46
 MAX_INPUTS = 65
-"""Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
+"""Size of a sample: one speed, the pressures of up to 30 cylinders and the inputs after them."""
 INPUTS_NOW = HEADER
 INPUTS_BEFORE = HEADER + MAX_INPUTS
 INPUT_RATES = HEADER + MOST_SAMPLES * MAX_INPUTS
 RATES_GIVEN = INPUT_RATES + MAX_INPUTS
-"""Rates of the inputs over the communication step that begins at the newest sample, and 1 where one was given."""
+"""Marks of the inputs' rates over the communication step that begins at the newest sample: 1 if a rate was given."""
 MAX_STAGES = 8
-# Blocks of n modal values: what generalised-α calls ā, or bdf2's position a step before; bdf2's velocity then.
+# Blocks of n modal values. AUXILIARY is ā of generalised-α or bdf2's position one step before, HISTORY bdf2's velocity
+# one step before.
 POSITION, VELOCITY, ACCELERATION, AUXILIARY, HISTORY = 0, 1, 2, 3, 4
 MODAL_BLOCKS = 5
 BODY = RATES_GIVEN + MAX_INPUTS
@@ -70,7 +70,7 @@ def offset(block, n):
 
 @kernel
 def defect_offset(n):
-    """First index of what the ports' guesses missed, m values a stage."""
+    """First index of the errors of the ports' guesses, m values for each stage."""
     return BODY + MODAL_BLOCKS * n
 
 
@@ -82,7 +82,7 @@ def film_offset(n, m):
 
 @kernel
 def end_size(size):
-    """Numbers that are kept of an end of a step, of a state whose motion takes ``size`` numbers in all."""
+    """Number of values kept for one end of a step, in a state whose motion takes ``size`` values."""
     return METHOD + size - BODY
 
 

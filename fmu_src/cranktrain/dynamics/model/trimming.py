@@ -1,13 +1,13 @@
-"""A model for other lumped data than its bodies were made for: kernels that run as a model is prepared.
+"""Kernels that adapt a model to other lumped data than its bodies were made for, while it is prepared.
 
-Each array is made anew from the constants of :mod:`cranktrain.dynamics.model.lumps`, so that nothing of an earlier
-preparation is left; with the engine file's values the arrays are, to the bit, those that were built.
+Each array is computed from the constants of :mod:`cranktrain.dynamics.model.lumps`, so that nothing of an earlier
+preparation is left. With the engine file's values the arrays are identical to the built ones.
 
-* Flywheel, clutch, pulley and the damper's housing: the crank's modes, :mod:`.reattached`; q = T q', so shapes, loads
-  and G, C, K_σ follow by T.
-* What has a mode to itself (a free big end, the damper's ring, the dynamometer's rotor, the connecting shaft's mass):
-  its shape is 1/√m, its load √m.
-* Rods, pistons, connecting shaft, mounts, clearances, oil and damper: their rows, by the formulas of the builder.
+* Flywheel, clutch, pulley and the damper's housing change the crank's modes (:mod:`.reattached`). With q = T q', T
+ transforms shapes, loads and G, C, K_σ.
+* A part with a mode to itself (a free big end, the damper's ring, the dynamometer's rotor, the connecting shaft's mass)
+ has the shape 1/√m and the load √m.
+* Values of rods, pistons, connecting shaft, mounts, clearances, oil and damper follow the formulas of the builder.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.loads.damper import FLUID, KIND, LOSS_FACTOR, NEWTONIAN, RUBBER, SPRING
 
 VOGEL = 1
-"""First of the oil's constants that lumped data hold, see engine.lubricant."""
+"""Index of the first constant of Vogel's law among the oil's constants, see engine.lubricant."""
 ROUNDING = 1.0e-9
 LOAD, LOAD_END, FIELDS = 12, 18, 20
-"""Places in scratch."""
+"""Positions in scratch: load on the mounts, its end, and the fields of parts."""
 
 
 @kernel
 def trim_refusal(model, numbers):
-    """Why a model cannot have these lumped data; a status."""
+    """Status that says why a model cannot have the lumped data in ``numbers``, or OK."""
     lumps = model.lumps
     traits = lumps.traits
     for slot in (to.SET_FLYWHEEL, to.SET_PULLEY, to.SET_CLUTCH):
@@ -59,13 +59,13 @@ def trim_refusal(model, numbers):
 
 @kernel
 def other(lumps, numbers, slot):
-    """Whether a number is another than that of the bodies."""
+    """True if a number differs from the value that the bodies were made for."""
     return numbers[slot] != lumps.values[slot]
 
 
 @kernel
 def trim_oil(model, numbers):
-    """Constants of Vogel's law."""
+    """Set the constants of Vogel's law of the oil."""
     if model.lumps.values[to.SET_VOGEL_A] > 0.0:
         for k in range(3):
             model.basis.oil[VOGEL + k] = numbers[to.SET_VOGEL_A + k]
@@ -73,7 +73,7 @@ def trim_oil(model, numbers):
 
 @kernel
 def trim_model(model, numbers):
-    """Write lumped data into a model; a status. ``numbers`` as of :func:`trim_refusal`, which has passed them."""
+    """Write lumped data into a model; returns a status. ``numbers`` have passed :func:`trim_refusal`."""
     lumps = model.lumps
     changes = lumps.scratch
     changed = moment_changes(lumps, numbers, changes)
@@ -105,7 +105,7 @@ def trim_model(model, numbers):
 
 @kernel
 def trim_rods(model, numbers):
-    """Rods and pistons, whose masses are eliminated onto the pins."""
+    """Set the masses of rods and pistons, which are eliminated onto the pins."""
     traits = model.lumps.traits
     if traits[of.ROD_ALIKE] == 0.0:
         return
@@ -124,7 +124,7 @@ def trim_rods(model, numbers):
 
 @kernel
 def trim_line(model, numbers):
-    """Connecting shaft and axial path."""
+    """Set connecting shaft and axial path."""
     traits = model.lumps.traits
     if traits[of.ONE_SHAFT] > 0.0:
         model.shaft_laws[0, 0] = numbers[to.SET_LINE_STIFFNESS]
@@ -146,7 +146,7 @@ def trim_line(model, numbers):
 
 @kernel
 def trim_pistons(model, numbers):
-    """Guided pistons, whose two modes are those of their mass with the rod's small end."""
+    """Set the two modes of guided pistons, which include the mass of the rod's small end."""
     lumps, block = model.lumps, model.block
     traits = lumps.traits
     stationary = model.lumps.weight.shape[0]
@@ -186,7 +186,7 @@ def trim_pistons(model, numbers):
 
 @kernel
 def trim_mounts(model, numbers):
-    """Stiffness and damping of the mounts in the block's modes."""
+    """Set stiffness and damping of the mounts in the block's modes."""
     lumps, block = model.lumps, model.block
     mounts = block.mounts.shape[0]
     modes = lumps.block_stiffness.shape[0]
@@ -210,7 +210,7 @@ def trim_mounts(model, numbers):
 
 @kernel
 def weigh_block(model, numbers):
-    """Forces of the mounts that carry the engine at rest, see dynamics.model.block."""
+    """Set the forces of the mounts that carry the engine at rest, see dynamics.model.block."""
     lumps, block = model.lumps, model.block
     traits = lumps.traits
     rows = block.mounts.shape[0]
@@ -258,7 +258,7 @@ def weigh_block(model, numbers):
 
 @kernel
 def trim_films(model, numbers):
-    """Clearances of mains and big ends."""
+    """Set the clearances of mains and big ends."""
     lumps = model.lumps
     clearance = numbers[to.SET_MAIN_CLEARANCE]
     for i in range(model.bearings.shape[0]):
@@ -277,7 +277,7 @@ def trim_films(model, numbers):
 
 @kernel
 def scale_ports(model, i, clearance):
-    """Scale of the ports of main journal i."""
+    """Set the scale of the ports of main journal i to its clearance."""
     row = model.connections[i]
     for k in range(int(row[at.COUPLED])):
         model.scales[int(row[at.FIRST + k])] = clearance
@@ -285,7 +285,7 @@ def scale_ports(model, i, clearance):
 
 @kernel
 def trim_damper(model, numbers):
-    """Fluid or spring of the damper."""
+    """Set fluid or spring of the damper."""
     damper = model.basis.damper
     lumps = model.lumps
     if lumps.traits[of.FITTED] == 0.0:

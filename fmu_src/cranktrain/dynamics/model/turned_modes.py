@@ -1,4 +1,4 @@
-"""Arrays of what turns in the modes of a crankshaft with other masses: kernels.
+"""Kernels that transform arrays of rotating bodies into the modes of a crankshaft with other masses.
 
 With q = T q' shapes become Φ T, loads Tᵀ f, matrices Tᵀ G T (:mod:`.reattached` makes T). A body with a mode to itself
 has the shape 1/√m and the load √m.
@@ -17,12 +17,12 @@ from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS, TURN_X, T
 from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 
 TOTAL, ALONG_AXIS = 8, 3
-"""Place in scratch of the crank's mass and its first moments; that along the axis among them."""
+"""Position in scratch of the crank's mass and first moments, and index among them of the axial one."""
 
 
 @kernel
 def turned_row(lumps, base, out, changed, power):
-    """A row over the turning modes in the new ones; ``power`` 1 of shapes, −1 of what goes with the mass."""
+    """Transform a row over the rotating modes into the new modes; ``power`` is 1 for shapes, −1 for loads."""
     turn = lumps.room[of.TURN]
     r = lumps.fixed.shape[2]
     for j in range(r):
@@ -40,7 +40,7 @@ def turned_row(lumps, base, out, changed, power):
 
 @kernel
 def turn_shapes(model, changed):
-    """Shapes of ports and of what outputs and shafts are read from."""
+    """Set the shapes of ports, shafts and the points that outputs are read from."""
     lumps = model.lumps
     for k in range(model.ports.shape[0]):
         turned_row(lumps, lumps.ports[k], model.ports[k], changed, 1)
@@ -64,7 +64,7 @@ def turn_shapes(model, changed):
 
 @kernel
 def turn_loads(model, changed):
-    """Loads by turning and by gravity, and frequencies."""
+    """Set the loads by rotation and gravity, and ω² of the crank's modes."""
     lumps = model.lumps
     vectors = lumps.vectors
     r = lumps.fixed.shape[2]
@@ -96,7 +96,7 @@ def turn_loads(model, changed):
 
 @kernel
 def damp_modes(model, numbers, changed):
-    """Structural damping of the crank's modes, 1/s, for its masses and those of the rods."""
+    """Set the structural damping of the crank's modes, 1/s, with the masses of crank and rods."""
     lumps = model.lumps
     own = lumps.traits[of.DAMPING_KIND] == of.OWN_DAMPING
     other_rods = False
@@ -113,7 +113,7 @@ def damp_modes(model, numbers, changed):
 
 @kernel
 def stated_damping(model, numbers, mode):
-    """Damping of a mode by the engine file, 1/s, see :func:`cranktrain.dynamics.model.arrays.structural_damping`."""
+    """Damping of a mode from the engine file, 1/s, see :func:`cranktrain.dynamics.model.arrays.structural_damping`."""
     lumps, ports = model.lumps, model.ports
     traits, square = lumps.traits, model.omega2[mode]
     if mode < 6:
@@ -136,7 +136,7 @@ def stated_damping(model, numbers, mode):
 
 @kernel
 def own_damping(lumps, mode, square):
-    """Damping of a new mode of a body that brings its own, 1/s; see core.reduced_body.damping_in_modes."""
+    """Damping of a new mode of a body that has damping of its own, 1/s; see core.reduced_body.damping_in_modes."""
     total = 0.0
     for i in range(lumps.fixed.shape[2]):
         lost = lumps.room[of.TURN, i, mode] ** 2 * lumps.damping[i]
@@ -149,7 +149,7 @@ def own_damping(lumps, mode, square):
 
 @kernel
 def turn_matrices(model, changed):
-    """G and K_σ − C of the crank."""
+    """Set G and K_σ − C of the crank."""
     lumps = model.lumps
     r = lumps.fixed.shape[2]
     for i in range(model.spin.shape[0]):
@@ -158,7 +158,7 @@ def turn_matrices(model, changed):
             model.gyroscopic[i, j] = lumps.gyroscopic[i, j]
     if changed == 0 or not couples_modes(model):
         return
-    # A crank that only twists has terms of its rigid motions alone.
+    # A crank that only twists has terms for its rigid motions only.
     n = 6 if lumps.traits[of.TWISTS] > 0.0 else r
     room = lumps.room
     turn, product = room[of.TURN], room[of.PRODUCT]
@@ -187,7 +187,7 @@ def turn_matrices(model, changed):
 
 @kernel
 def turning_stiffness(lumps, n):
-    """Take from STRESS what no force or moment is, see :func:`cranktrain.core.reduced_body.turning_stiffness`."""
+    """Remove rigid-body residuals from STRESS, see :func:`cranktrain.core.reduced_body.turning_stiffness`."""
     room = lumps.room
     stress, tells, fields, lines = room[of.STRESS], room[of.PRODUCT], room[of.VECTORS], room[of.SQUARES]
     for k in range(6):
@@ -222,7 +222,7 @@ def turning_stiffness(lumps, n):
 
 @kernel
 def crank_total(lumps, changed, out):
-    """Mass of the crank and its first moments about the origin, in ``out[0:4]``."""
+    """Write the mass of the crank and its first moments about the origin to ``out[0:4]``."""
     mass = lumps.traits[of.CRANK_MASS]
     for k in range(3):
         out[1 + k] = mass * lumps.traits[of.CRANK_CENTRE + k]
@@ -239,7 +239,7 @@ def crank_total(lumps, changed, out):
 
 @kernel
 def weigh_axis(model, changed):
-    """Weights of the main journals for the axis, see dynamics.model.arrays.axis_weights."""
+    """Set the weights of the main journals, see dynamics.model.arrays.axis_weights."""
     lumps = model.lumps
     count = lumps.mains.shape[0]
     for i in range(count):

@@ -1,4 +1,4 @@
-"""Memory of a running model that the caller owns."""
+"""Workspace of a running model, which the caller owns."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.dynamics.topology.records import AddedWork, added_work
 
 HOOKS = "cranktrain.dynamics.motion.added_hooks:hooks"
-"""What lists the kernels of added bodies and connections, which rest on this module's records."""
+"""Function that lists the kernels of added bodies and connections; named here because it imports this module."""
 
 
 class Factors(NamedTuple):
@@ -38,29 +38,29 @@ class StartRoom(NamedTuple):
 
     mean: Array  # (START_MEAN,)
     circle: Array  # (2, START_SAMPLES) cosines and sines
-    torque: Array  # (START_SAMPLES,) on a rigid crank over a cycle, N m
-    spectrum: Array  # (2, START_HARMONICS) of it, real and imaginary parts
-    rod: Array  # (40,) of one rod
+    torque: Array  # (START_SAMPLES,) torque on a rigid crank over a cycle, N m
+    spectrum: Array  # (2, START_HARMONICS) spectrum of the torque, real and imaginary parts
+    rod: Array  # (40,) scratch of one rod
     block: Array  # (START_ROWS, n_b)
     matrix: Array  # (12, 12) of the block as a rigid body, complex numbers as pairs
     vectors: Array  # (2, 12)
-    joined: Array  # (·, 6) equations of the crank that goes along with the block
+    joined: Array  # (·, 6) equations of the crank's rigid motion with the block
 
 
 @record
 class Work(NamedTuple):
-    """Memory that the caller owns: factors, matrices and vectors of a stage. Results never depend on what it holds."""
+    """Workspace with factors, matrices and vectors of a stage. Results never depend on its earlier content."""
 
     key: Array  # (FACTOR_SLOTS, 2) step and speed that the factors of each slot were made for
     turning: Factors
     block: Factors
     added: AddedWork
-    relative: Array  # (n, n) compliance that the components of connections feel, transposed
-    turned: Array  # (c, 2) what a turn of the crank moves each pin besides, m/rad, see motion.turned_pins
-    turned_compliance: Array  # (n, n) compliance that connections feel where the crank has turned, transposed
-    jacobian: Array  # (n_newton, n_newton) and more, to a multiple of four, for vectors of four
+    relative: Array  # (n, n) compliance of the relative motion of all connections, transposed
+    turned: Array  # (c, 2) motion of each pin by rotation of the crank beyond its shape, m/rad, see motion.turned_pins
+    turned_compliance: Array  # (n, n) compliance ``relative`` for a crank that has turned, transposed
+    jacobian: Array  # (n_newton, n_newton), padded to a multiple of four for vectors of four
     blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
-    factored: Array  # (k, 16) the tangents that the Newton matrix was made from
+    factored: Array  # (k, 16) force tangents from which the Newton matrix was made
     modal: Array  # (MODAL_VECTORS, n)
     port: Array  # (PORT_VECTORS, m)
     stage: Array  # (stages, 3, n) q, v, a of each stage
@@ -69,28 +69,28 @@ class Work(NamedTuple):
     counters: Array  # (COUNTERS,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual,
     # steps that missed the tolerance
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
-    guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
-    pressures: Array  # (stages, 2c) cylinder pressures at each stage, and given ones as they go by time
-    heads: Array  # (c,) force of the gas on heads of a flexible block, N, as the stage under way has taken it
+    guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, last found in a stage
+    pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given ones as functions of time
+    heads: Array  # (c,) force of the gas on heads of a flexible block, N, as applied in the present stage
     rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
     inputs: Array  # (INPUT_ROWS, i) the reconstructed inputs
-    input_rates: Array  # (i,) rates of the inputs (1/s) that a driver gives for the next communication
-    # step; what is no number is not given
-    staged: Array  # (1 + MAX_STAGES, 1 + i) inputs at the stages of the next communication step: how
-    # many are given, how many there are, the internal step (rad); then each stage's share of a step, and its inputs
-    powers: Array  # (POWERS,) of gas, losses and dynamometer as last observed, W, and the energy stored, J
-    backup: Array  # (3, state) state at the start of a communication step, of a part of a sub-step, and before a step
-    # that is under way ends at a communication point
+    input_rates: Array  # (i,) rates of the inputs (1/s) that a driver gives for the next communication step;
+    # NaN if not given
+    staged: Array  # (1 + MAX_STAGES, 1 + i) inputs at the stages of the next communication step. Row 0: number of given
+    # stages, number of stages, internal step (rad); then for each stage its time as fraction of a step, and its inputs
+    powers: Array  # (POWERS,) powers of gas, losses and dynamometer as last observed, W, and the energy stored, J
+    backup: Array  # (3, state) state at the start of a communication step, at the start of a part of a sub-step, and
+    # before a step under way is ended at a communication point
     family: NDArray[np.int64]  # (families, 2) addresses of the integrators' kernels by family: a step, the difference
-    # from its embedded solution; 0 where nobody needs them
+    # from its embedded solution; 0 if not used
     start: StartRoom
     build: NDArray[np.void]  # (0,) see core.build_mark
 
 
 def make_work(model: ModelArrays, state_size: int, integrators: bool = False, input_rates: Array | None = None) -> Work:
-    """Allocate the workspace of one model; compiles its integrator's kernels, or those of all ``integrators``.
+    """Allocate the workspace of one model; compiles the kernels of its integrator, or of all with ``integrators``.
 
-    ``input_rates`` are those of a driver, which it sets in place.
+    ``input_rates`` is an array that the driver of the run writes in place.
     """
     d = dimensions(model)
     n, fours = d.modes, -4 * (-d.newton // 4)
@@ -141,7 +141,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
 
 
 def start_room(model: ModelArrays) -> StartRoom:
-    """Scratch of the start of one model."""
+    """Allocate the scratch for finding the start of a run of one model."""
     z = np.zeros
     joined = 2 * len(model.pairs) + len(model.axial)
     return StartRoom(

@@ -1,1 +1,1 @@
-"""Equations of motion: what acts on crank, rods, pistons and block."""
+"""Equations of motion and forces of crank, rods, pistons and block."""

@@ -1,10 +1,10 @@
-"""Motion of added bodies in a stage: each its own linear part, in a frame that follows the crank's.
+"""Motion of added bodies in a stage; each has its own linear part, in a frame that moves with the crank angle.
 
-Bodies that relations join, gears without give, move in modes that they have in common: their matrices add up.
+Bodies joined by rigid gears (relations) move in common modes, so their matrices add up.
 
 The equations are those of the crank (:mod:`cranktrain.core.reduced_body`) with the frame's speed α′Ω, its change
-α″Ω² + α′Ω̇ and the acceleration of its origin, o″Ω² + o′Ω̇. What swings about a mean speed is no part of the matrix that
-is factored, but iterated with the stage. Ports and modes are slices of those of the whole model.
+α″Ω² + α′Ω̇ and the acceleration of its origin, o″Ω² + o′Ω̇. Oscillation of the frame's speed about its mean is not part
+of the factored matrix but iterated with the stage. Ports and modes are slices of those of the whole model.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from cranktrain.dynamics.motion.linear_algebra import add_product, dot, invert, 
 from cranktrain.dynamics.topology import slots as added
 
 SOFT_HOLD = 1.0e4
-"""(rad/s)² that hold an added body against turning while a run's start is sought."""
+"""Squared frequency, (rad/s)², of a spring that restrains the rotation of an added body in the search for a start."""
 
 
 @kernel
 def factor_added(model, work, level, c_q, c_v, omega, holding):
-    """Make S⁻¹, responses and compliances of added bodies, kept as ``level``; 0, or 1 where one is singular.
+    """Make S⁻¹, responses and compliances of added bodies in cache slot ``level``; 0, or 1 if one is singular.
 
-    With ``holding`` each body is held against turning, softly, so that gears still bring it where their teeth fit.
+    With ``holding`` a soft spring restrains the rotation of each body, so that gears can still turn it into mesh.
     """
     bodies = model.bodies
     part = work.added
@@ -70,7 +70,7 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
 
 @kernel
 def load_added(model, work, frame, displaced, out):
-    """Modal force of frame and gravity on added bodies, and where their centres of mass are, ``work.added.axes``."""
+    """Modal force of frame and gravity on added bodies; motion of their centres of mass into ``work.added.axes``."""
     bodies = model.bodies
     turn_frames(model, work, frame[at.THETA])
     square = frame[at.OMEGA] * frame[at.OMEGA]
@@ -80,7 +80,7 @@ def load_added(model, work, frame, displaced, out):
         first = int(row[added.MODE])
         o = int(row[added.OWN_MODE])
         moved = work.added.frames[int(row[added.FRAME_OF])]
-        # Gravity less the acceleration of the frame's origin, in its axes.
+        # Gravity minus the acceleration of the frame's origin, in the frame's axes.
         g_x = -model.scalars[at.GRAVITY] * math.sin(moved[added.TURNED])
         g_y = -row[added.SENSE] * model.scalars[at.GRAVITY] * math.cos(moved[added.TURNED])
         g_x -= square * moved[added.OWN_X2] + frame[at.OMEGA_DOT] * moved[added.OWN_X1]
@@ -102,7 +102,7 @@ def load_added(model, work, frame, displaced, out):
 
 @kernel
 def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
-    """Modal motion of added bodies without forces at their ports, into ``work.modal[Q_FREE]``; as of a stage."""
+    """Modal motion of added bodies in a stage without forces at their ports, into ``work.modal[Q_FREE]``."""
     bodies = model.bodies
     ratio = c_v / c_q
     big_q = work.modal[at.BIG_Q]
@@ -140,7 +140,7 @@ def move_added_freely(model, work, frame, number, slot, c_q, c_v, stage_omega):
 
 @kernel
 def recover_added(model, work, slot, f, q):
-    """Add what forces f (m,) at the ports do to the modal motion q (n,) of added bodies."""
+    """Add the response of added bodies to forces f (m,) at their ports to the modal motion q (n,)."""
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
@@ -152,7 +152,7 @@ def recover_added(model, work, slot, f, q):
 
 @inlined_kernel
 def added_to_ports(model, q, u):
-    """Motion of the ports of added bodies in the modal motion q (n,), into u (m,)."""
+    """Motion u (m,) of the ports of added bodies from the modal motion q (n,)."""
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
@@ -165,7 +165,7 @@ def added_to_ports(model, q, u):
 
 @inlined_kernel
 def added_answer(model, work, slot, f, u):
-    """Add what added bodies answer to forces f (m,) at their ports to u (m,)."""
+    """Add the displacements of added bodies by forces f (m,) at their ports to u (m,)."""
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]

@@ -1,12 +1,12 @@
-"""Forces of added connections in a stage, and what their components add to its Newton iteration.
+"""Forces of added connections in a stage, and their components as unknowns of the Newton iteration.
 
-A component's motion is a sum over ports, with coefficients of the crank angle
-(:mod:`cranktrain.dynamics.topology.terms`). The components are unknowns of the iteration behind those of the engine's
-own connections. A component's compliance against any other is R H Rᵀ of the bodies that it holds, row by row: what its
-unit force moves at the ports of these bodies, read by the other's terms.
+A component's motion is a sum over ports, with coefficients that depend on the crank angle
+(:mod:`cranktrain.dynamics.topology.terms`). The components are unknowns of the iteration after those of the engine's
+own connections. The compliance between two components is R H Rᵀ of the bodies that they hold. A row is the motion of
+the ports by a unit force of one component, summed with the terms of the other.
 
-Forces act where their points are: a force on an interface that is displaced by u against its body's centre of mass
-turns the body by (u × f)_z besides. Gravity and inertia act at that centre.
+Forces act at the displaced points: a force f on an interface that is displaced by u relative to its body's centre of
+mass also has the moment (u × f)_z on the body. Gravity and inertia act at that centre.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from cranktrain.film.laws.films import (
 
 @inlined_kernel
 def turn_frames(model, work, angle):
-    """Bring ``work.added.frames`` to an angle (rad) of the crank's frame."""
+    """Update ``work.added.frames`` to an angle (rad) of the crank's frame."""
     if work.added.sizes[added.FRAMES_ANGLE] != angle:
         work.added.sizes[added.FRAMES_ANGLE] = angle
         move_frames(model.links.frames, angle, work.added.frames)
@@ -53,7 +53,7 @@ def turn_terms(model, work, angle, speed):
 
 @inlined_kernel
 def component(model, work, j, u):
-    """Sum of the terms of component j over motion u (m,) of the ports."""
+    """Motion of component j: sum of its terms over the motion u (m,) of the ports."""
     links = model.links
     total = 0.0
     for t in range(int(links.starts[j]), int(links.starts[j + 1])):
@@ -76,7 +76,7 @@ def measure_links(model, work, u, ud):
 
 @kernel
 def link_forces(model, work, frame, pressures, ratio):
-    """Forces of added connections at the motion of the ports and their tangents; 0, or tells that a law failed."""
+    """Forces and tangents of added connections at the motion of the ports; 0, or the status of a law that failed."""
     links = model.links
     u = work.port[at.U]
     ud = work.port[at.UD]
@@ -108,14 +108,14 @@ def link_forces(model, work, frame, pressures, ratio):
 def rub(row, out, gaps, u, f):
     """Add the torque about z of a connection to the rotations of its ends, f (m,), from displacements u (m,) of ports.
 
-    It is friction, and what the moments across do to an end that is tilted. The second end feels the opposite about its
-    own centre, beside which the first one lies.
+    The torque is friction plus the moment of transverse couples on a tilted end. The opposite torque acts on the second
+    end about its own centre, from which the first end is displaced.
     """
     torque = out[FRICTION]
     if row[added.TURN_A] >= 0.0:
         turn = int(row[added.TURN_A])
         if row[added.TILT_LEVER] > 0.0:
-            # Moments (−l Q_y, l Q_x) of a journal's end, or those of a collar.
+            # Moments (−l Q_y, l Q_x) on a journal by forces at its end, or moments on a collar.
             pair = int(row[added.SIZE]) - 2
             x, y = u[turn - 2], u[turn - 1]
             if row[added.PAIRS] == 0.0:
@@ -130,7 +130,7 @@ def rub(row, out, gaps, u, f):
 
 @inlined_kernel
 def second_lever(row, out, gaps):
-    """Moment (N m) of a bearing's force at the first end's place about the second end's centre."""
+    """Moment (N m) of a bearing's force at the first end about the second end's centre."""
     if row[added.PAIRS] != 0.0:
         return 0.0
     first = int(row[added.FIRST])
@@ -139,10 +139,10 @@ def second_lever(row, out, gaps):
 
 @kernel
 def lean(model, work, frame, k, u, f):
-    """Turn what an end that slides feels with the wall it slides on; its power as it does, W.
+    """Rotate the force on a sliding end with the lean of its wall; returns the power of the change, W.
 
-    The gas acts along the liner, its wall presses square to it, wherever it leans. An end that slides far would gain
-    energy from a wall that leans and presses along axes at rest.
+    Gas acts along the liner, and the wall presses normal to it, also if the liner leans. With forces along axes at
+    rest, an end that slides far would gain energy from a leaning wall.
     """
     links = model.links
     row = links.leans[k]
@@ -183,7 +183,7 @@ def lean(model, work, frame, k, u, f):
 
 @inlined_kernel
 def sliding_rate(work, slide):
-    """How far the frames of ends that slide move along a component against each other per crank angle, m."""
+    """Relative velocity of the frames of sliding ends along a component, per crank angle, m/rad."""
     frames = work.added.frames
     moved = frames[int(slide[added.SLIDING])]
     other = frames[int(slide[added.AGAINST])]
@@ -195,13 +195,13 @@ def sliding_rate(work, slide):
 
 @inlined_kernel
 def frame_turn(work, row):
-    """Turns per turn of the crank of the axes in which a connection's law is evaluated, about their own z."""
+    """Rotation, per rotation of the crank, of the axes of a connection's law about their own z."""
     return row[added.AXES_SENSE] * work.added.frames[int(row[added.AXES]), added.TURN]
 
 
 @inlined_kernel
 def place_link(model, work, whirl, omega, ud, k):
-    """Place and velocity of connection k at the motion of its components, and the ``numbers`` that its law is told.
+    """Set displacement and velocity of connection k from the motion of its components, and ``numbers`` of its law.
 
     ``whirl`` and ``omega`` (rad/s) are the speeds of the frame and of the shaft, ud (m,) the ports' velocity.
     """
@@ -240,7 +240,7 @@ def place_link(model, work, whirl, omega, ud, k):
 
 @inlined_kernel
 def call_link(links, k, action, memory, out):
-    """Let the law of connection k act at its place and velocity; 0, or a failure."""
+    """Call the law of connection k at its displacement and velocity; 0, or a failure."""
     row = links.entry[k]
     arguments = (row[1], action, row[2], links.place[k], links.velocity[k], links.numbers, memory, out)
     return call_kernel(row[0], arguments)
@@ -248,7 +248,7 @@ def call_link(links, k, action, memory, out):
 
 @inlined_kernel
 def link_law(model, work, frame, pressures, k, action, memory):
-    """Let the law of connection k act at the motion of its components, into ``links.out``; 0, or a failure."""
+    """Evaluate the law of connection k at the motion of its components, into ``links.out``; 0, or a failure."""
     links = model.links
     place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
     if links.rows[k, added.CYLINDER] >= 0.0:
@@ -259,7 +259,7 @@ def link_law(model, work, frame, pressures, k, action, memory):
 
 @inlined_kernel
 def link_block(row, out, ratio, turning, block):
-    """Tangent of a connection's forces by its components' displacement, 4 × 4, in a stage; axes turn at ``turning``."""
+    """Tangent (4 × 4) of a connection's forces by displacement in a stage, in axes rotating at ``turning``, rad/s."""
     for k in range(16):
         block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
     if row[added.PAIRS] >= 0.0:
@@ -282,7 +282,7 @@ def load_ports(model, work, forces, f):
 
 @inlined_kernel
 def displaced_moments(model, work, frame, u, f):
-    """Moments of forces at displaced interfaces, about the centre of mass of their bodies, at the interfaces' turns."""
+    """Add moments of forces at displaced interfaces about their body's centre of mass, at the interfaces' rotations."""
     links = model.links
     for k in range(links.interfaces.shape[0]):
         row = links.interfaces[k]
@@ -303,14 +303,14 @@ def displaced_moments(model, work, frame, u, f):
 
 @kernel
 def link_steps(model, work, step, out):
-    """Change of all added components from a change of all ports (m,), into ``out`` from its first place on."""
+    """Change of all added components from a change of all ports (m,), into the first values of ``out``."""
     for j in range(model.links.scales.shape[0]):
         out[j] = component(model, work, j, step)
 
 
 @kernel
 def follow_links(model, work, step, f):
-    """Add what steps (C,) of the components change of their forces to the ports' f (m,)."""
+    """Add the change of the components' forces by their ``step`` (C,) to the ports' forces f (m,)."""
     links = model.links
     change = work.added.gaps[added.F_CHANGE]
     for j in range(change.shape[0]):
@@ -326,7 +326,7 @@ def follow_links(model, work, step, f):
 
 @kernel
 def link_compliance(model, work, cos, sin, slot, out):
-    """Compliance of added components against all, rows and columns of ``out`` behind the engine's own (transposed)."""
+    """Compliance of added components: rows and columns of ``out`` after those of the engine's own (transposed)."""
     n = model.scales.shape[0]
     count = model.links.scales.shape[0]
     answered = work.added.answered
@@ -341,7 +341,7 @@ def link_compliance(model, work, cos, sin, slot, out):
                 out[n + i, j] = 0.0
                 out[j, n + i] = 0.0
             continue
-        # The engine's components: what turns less what stands, as in every step of the iteration.
+        # The engine's components are motions of rotating minus stationary bodies, as in every step of the iteration.
         for j in range(n):
             out[n + i, j] = answered[j]
         for p in range(model.pairs.shape[0]):
@@ -356,7 +356,7 @@ def link_compliance(model, work, cos, sin, slot, out):
 
 @inlined_kernel
 def unit_answer(model, work, i, slot, answered):
-    """Motion of all ports (m,) that a unit force of added component i gives."""
+    """Motion of all ports (m,) by a unit force of added component i."""
     links = model.links
     for k in range(answered.shape[0]):
         answered[k] = 0.0
@@ -390,7 +390,7 @@ def owner_of(bodies, port):
 
 @inlined_kernel
 def engine_column(model, work, cos, sin, slot, i, out):
-    """Column of added component i in the rows of the engine's own: what their unit forces move of it."""
+    """Column of added component i in the rows of the engine's own: its motion by their unit forces."""
     links = model.links
     n = model.scales.shape[0]
     turning = model.ports.shape[0]
@@ -419,7 +419,7 @@ def engine_column(model, work, cos, sin, slot, i, out):
 
 @kernel
 def link_size(model, work):
-    """Size of a Newton step of added components in their scales, and of those limited, ``work.added.sizes``."""
+    """Size of a Newton step of added components over their scales, and of limited ones, in ``work.added.sizes``."""
     links = model.links
     step = work.added.gaps[added.STEP]
     size = 0.0

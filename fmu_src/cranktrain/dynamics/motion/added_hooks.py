@@ -1,6 +1,6 @@
-"""What a stage calls where bodies or connections are added, each a kernel at its address.
+"""Hooks that a stage calls if bodies or connections are added; each is a kernel at its address.
 
-A run without additions compiles none of them, and the stage of an engine is no longer by them than by one comparison.
+A run without additions compiles none of them, and its stages cost only one comparison more.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from cranktrain.dynamics.topology import slots as added
 
 @law_kernel
 def factor_hook(model, work, level, c_q, c_v, omega, holding):
-    """S⁻¹, responses and compliances of added bodies. Returns 0, or 1 where one is singular."""
+    """S⁻¹, responses and compliances of added bodies. Returns 0, or 1 if one is singular."""
     return factor_added(model, work, level, c_q, c_v, omega, holding)
 
 
@@ -54,7 +54,7 @@ def load_hook(model, work, frame, displaced, out):
 
 @law_kernel
 def compliance_hook(model, work, frame, slot):
-    """Compliance of added components, behind the engine's in ``work.relative``. Returns 0."""
+    """Compliance of added components, after the engine's in ``work.relative``. Returns 0."""
     turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
     link_compliance(model, work, frame[at.COS], frame[at.SIN], slot, work.relative)
     return 0
@@ -69,17 +69,17 @@ def move_hook(model, work, frame, number, slot, c_q, c_v, omega):
 
 @law_kernel
 def steps_hook(model, work, step):
-    """Change of the added components from one of all ports (m,). Returns 0."""
+    """Change of the added components from a change of all ports (m,). Returns 0."""
     link_steps(model, work, step, work.added.gaps[added.STEP])
     return 0
 
 
 @law_kernel
 def newton_hook(model, work):
-    """Newton matrix with the added connections, by the tangents found last, and its factors.
+    """Newton matrix with the added connections, from the tangents found last, and its factors.
 
     Components of one added body alone are eliminated first, because they do not couple with those of another body. Only
-    components of crank and block fill the matrix. Returns 0, or 1 where the matrix is singular.
+    components of crank and block fill the matrix. Returns 0, or 1 if the matrix is singular.
     """
     for k in range(work.added.blocks.shape[0]):
         for j in range(work.added.blocks.shape[1]):
@@ -130,14 +130,14 @@ def size_hook(model, work):
 
 @law_kernel
 def follow_hook(model, work, f):
-    """Add what the step changes of the added connections' forces to f (m,). Returns 0."""
+    """Add the change of the added connections' forces by the step to f (m,). Returns 0."""
     follow_links(model, work, work.added.gaps[added.STEP], f)
     return 0
 
 
 @law_kernel
 def recover_hook(model, work, slot, f, q):
-    """Add what forces at the ports do to the motion of added bodies. Returns 0."""
+    """Add the response of added bodies to forces at the ports to their motion. Returns 0."""
     recover_added(model, work, slot, f, q)
     return 0
 
@@ -151,40 +151,40 @@ def ports_hook(model, q, u):
 
 @law_kernel
 def answer_hook(model, work, slot, f, u):
-    """Add what added bodies answer to forces at their ports. Returns 0."""
+    """Add the displacements of added bodies by forces at their ports. Returns 0."""
     added_answer(model, work, slot, f, u)
     return 0
 
 
 @law_kernel
 def forces_hook(model, work, frame, pressures, ratio):
-    """Forces of added connections and their tangents. Returns 0, or tells that a law failed."""
+    """Forces and tangents of added connections. Returns 0, or the status of a law that failed."""
     return link_forces(model, work, frame, pressures, ratio)
 
 
 @law_kernel
 def open_step_hook(model, work, state):
-    """Memory of added connections at the step's start. Returns 0."""
+    """Pass their memory at the step's start to added connections. Returns 0."""
     open_links(model, work, state)
     return 0
 
 
 @law_kernel
 def open_stage_hook(model, work, stage, elapsed, h, gain):
-    """Times of a stage, told to added connections with a memory. Returns 0."""
+    """Pass the times of a stage to added connections with a memory. Returns 0."""
     open_link_stage(model, work, stage, elapsed, h, gain)
     return 0
 
 
 @law_kernel
 def close_stage_hook(model, work, frame):
-    """Added connections with a memory at the stage's ports. Returns 0, or tells that a law failed."""
+    """Solve added connections with a memory at the stage's ports. Returns 0, or the status of a law that failed."""
     return close_link_stage(model, work, frame)
 
 
 @law_kernel
 def close_step_hook(model, work, state):
-    """Keep the memory of added connections. Returns 0."""
+    """Write the memory of added connections to the state. Returns 0."""
     close_links(model, work, state)
     return 0
 
@@ -197,7 +197,7 @@ def rate_hook(model, work, state):
 
 
 def hooks(model: Any, work: Any) -> list[tuple[Any, tuple[Any, ...]]]:
-    """Kernel of each hook, in the order of their slots, with arguments of the types that it takes."""
+    """Kernel of each hook in the order of the slots, with sample arguments of its types."""
     x = np.zeros(1)
     return [
         (factor_hook, (model, work, 0, 0.0, 0.0, 0.0, 0.0)),

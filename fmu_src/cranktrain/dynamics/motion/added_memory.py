@@ -1,7 +1,7 @@
-"""What added connections are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
+"""Calls of added connections with a memory in a step; see :mod:`cranktrain.film.laws.films`.
 
-The calls are those of :mod:`cranktrain.dynamics.motion.film_memory`, in its order, at the motion of the connections'
-components. The memory lies in the state behind that of the engine's own films and axial joint.
+The calls are those of :mod:`cranktrain.dynamics.motion.film_memory`, in the same order, at the motion of the
+connections' components. The memory lies in the state after that of the engine's own films and axial joint.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from cranktrain.film.laws.films import (
 
 @inlined_kernel
 def link_offset(model, k):
-    """First index in the state of what added connection k remembers; the next one's begins where it ends."""
+    """First index in the state of the memory of added connection k, which ends where that of the next one begins."""
     first = film_offset(model.omega2.shape[0], port_count(model))
     first += model.laws.remembered[model.laws.remembered.shape[0] - 1]
     return first + model.links.remembered[k]
@@ -36,7 +36,7 @@ def link_offset(model, k):
 
 @inlined_kernel
 def measure_at_state(model, work, state):
-    """Motion of all components at a state whose ports are in ``work.port``; the frame's speed, rad/s."""
+    """Motion of all components at a state whose ports are in ``work.port``; returns the frame's speed, rad/s."""
     whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
     turn_terms(model, work, state[SHAFT_ANGLE] + state[LEAD_ANGLE], whirl)
     measure_links(model, work, work.port[at.STATE_U], work.port[at.STATE_UD])
@@ -45,7 +45,7 @@ def measure_at_state(model, work, state):
 
 @kernel
 def open_links(model, work, state):
-    """Hand the memory of connections at the step's start, with their motion then, to the stages."""
+    """Pass memory and motion of connections at the step's start to their laws."""
     whirl = measure_at_state(model, work, state)
     for k in range(model.links.rows.shape[0]):
         if model.links.traits[k, added.KEEPS] > 0.0:
@@ -56,7 +56,7 @@ def open_links(model, work, state):
 
 @kernel
 def open_link_stage(model, work, stage, elapsed, h, gain):
-    """Tell connections the times of a stage: ``elapsed`` since the step's start, step, g of the stage's rule, s."""
+    """Pass the times of a stage to connections: ``elapsed`` since the step's start, step, g of the stage's rule, s."""
     numbers = model.links.numbers
     numbers[ELAPSED] = elapsed
     numbers[STEP] = h
@@ -83,7 +83,7 @@ def close_link_stage(model, work, frame):
 
 @kernel
 def close_links(model, work, state):
-    """Keep what connections with a memory became at the last stage."""
+    """Write the memory of connections after the last stage to the state."""
     for k in range(model.links.rows.shape[0]):
         if model.links.traits[k, added.KEEPS] > 0.0:
             memory = state[link_offset(model, k) : link_offset(model, k + 1)]
@@ -92,7 +92,7 @@ def close_links(model, work, state):
 
 @kernel
 def fastest_link(model, work, state):
-    """Largest rate (1/s) at which the gap of an added bearing closes, over itself, from the ports at the state."""
+    """Largest relative rate (1/s) at which the gap of an added bearing closes, from the ports at the state."""
     whirl = measure_at_state(model, work, state)
     links = model.links
     worst = 0.0

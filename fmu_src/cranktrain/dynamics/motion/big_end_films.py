@@ -1,8 +1,8 @@
-"""Films of floating big ends: what their laws are told, and the actions of a step for laws with a memory.
+"""Films of floating big ends: motion and axes for their laws, and the actions of a step for laws with a memory.
 
-Pin and rod both turn. Laws that remember their film solve it in axes of the rod (x across it, y from the big end to the
-small end, and the angle of a supply counts from x), in which the bore is at rest; the others take the motion in axes of
-the frame. As the rod leans by ψ, sin ψ = s/L with the big end s beside the axis of its cylinder, it turns at
+Pin and rod both rotate. Laws with a memory solve their film in axes of the rod (x across it, y from the big end to the
+small end, and the angle of a supply counts from x), in which the bore is at rest. Other laws use axes of the frame. The
+rod leans by ψ with sin ψ = s/L, where s is the distance of the big end from the axis of its cylinder, and rotates at
 ψ̇ = ṡ/(L cos ψ).
 """
 
@@ -41,8 +41,8 @@ from cranktrain.film.laws.films import (
 def big_end_film(model, work, frame, c, cos, sin, ratio):
     """Film between pin and free big end of cylinder c, from the motions in scratch, the pin's from PIN on.
 
-    Adds its forces to pin, rod and pin rotation, and fills its tangent; returns the side force that holds its friction
-    on the rod, and 0 or what tells that the law failed.
+    Adds its forces to pin, rod and pin rotation, and fills its tangent. Returns the side force on the piston that
+    balances its friction torque on the rod, and 0 or the status of a law that failed.
     """
     row = model.cylinders[c]
     rod = work.scratch
@@ -79,7 +79,7 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
 
 @inlined_kernel
 def place_pin(model, film, pin, rod):
-    """Place and velocity of a pin in its floating big end, whose film has this row, from the motions of both."""
+    """Displacement and velocity of a pin in its floating big end, from the motions of both, into row ``film``."""
     for k in range(2):
         model.laws.place[film, k] = pin[k] - rod[k]
         model.laws.velocity[film, k] = pin[VX + k] - rod[VX + k]
@@ -87,10 +87,10 @@ def place_pin(model, film, pin, rod):
 
 @inlined_kernel
 def tell_big_end(model, row, rod, cos, sin, pin_speed):
-    """Tell the law of a floating big end its speeds and the rod's axes; height of the small end (m), rod's speed.
+    """Pass speeds and the rod's axes to the law of a floating big end; returns the small end's height (m), rod's speed.
 
-    ``cos`` and ``sin`` of the frame's angle against the cylinder; ``rod`` the big end's motion; speeds in rad/s.
-    :func:`frame_again` undoes what this says of the axes.
+    ``cos`` and ``sin`` are those of the frame's angle relative to the cylinder, ``rod`` is the big end's motion; speeds
+    in rad/s. :func:`frame_again` restores the axes.
     """
     numbers = model.laws.numbers
     height, rod_speed = rod_swing(row, rod, cos, sin)
@@ -103,7 +103,7 @@ def tell_big_end(model, row, rod, cos, sin, pin_speed):
 
 @inlined_kernel
 def turn_to_rod(row, rod, cos, sin, height, numbers):
-    """Cosine and sine of the frame's angle against the rod into ``numbers``, from those against the cylinder."""
+    """Cosine and sine of the frame's angle relative to the rod, from those to the cylinder, into ``numbers``."""
     lean_sin = (cos * rod[X] - sin * rod[Y] - row[at.OFFSET]) / row[at.ROD]
     lean_cos = height / row[at.ROD]
     numbers[COS] = cos * lean_cos + sin * lean_sin
@@ -112,31 +112,31 @@ def turn_to_rod(row, rod, cos, sin, height, numbers):
 
 @inlined_kernel
 def frame_again(model, frame):
-    """Tell laws the frame's own axes again."""
+    """Restore the frame's own axes in the ``numbers`` of the laws."""
     frame_numbers(frame, model.laws.numbers)
     model.laws.numbers[TURN] = 0.0
 
 
 @inlined_kernel
 def big_end_row(model, c, trait):
-    """Row of the film of cylinder c's big end if that floats and its law has the trait, else −1."""
+    """Row of the film of cylinder c's big end if it floats and its law has the trait, else −1."""
     film = int(model.cylinders[c, at.PIN_ROW])
     return film if model.cylinders[c, at.END_PORT] >= 0.0 and model.laws.traits[film, trait] > 0.0 else -1
 
 
 @kernel
 def open_big_end(model, work, cos, sin, whirl, film, c):
-    """Tell the law of cylinder c where its pin is at a step's start; ``cos``, ``sin`` of the frame's angle then.
+    """Pass the motion of a pin at a step's start to the law of cylinder c; ``cos``, ``sin`` of the frame's angle then.
 
-    ``whirl`` is the frame's speed then, rad/s. The state's motion stands in the rows from STATE_U on of ``work.port``.
-    The caller hands on the action.
+    ``whirl`` is the frame's speed then, rad/s. The state's motion is in ``work.port`` from row STATE_U on. The caller
+    calls the law.
     """
     u = work.port[at.STATE_U]
     row = model.cylinders[c]
     rod = work.scratch
     pin = work.scratch[PIN:]
     frame = work.frames[0]
-    # Places and velocities read the speed alone; the frame's own is that of the first stage.
+    # Displacements and velocities need only the speed, and the frame's row has that of the first stage.
     first_stage = frame[at.OMEGA]
     frame[at.OMEGA] = whirl
     pin_motion(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], pin)
@@ -150,7 +150,7 @@ def open_big_end(model, work, cos, sin, whirl, film, c):
 
 @kernel
 def act_on_big_ends(model, work, frame, action, trait):
-    """Let the laws of floating big ends that have a trait act at the motion of a stage; 0, or a failure."""
+    """Call the laws of floating big ends that have a trait at the motion of a stage; 0, or a failure."""
     status = 0
     for c in range(model.cylinders.shape[0]):
         film = big_end_row(model, c, trait)
@@ -173,7 +173,7 @@ def act_on_big_ends(model, work, frame, action, trait):
 
 @inlined_kernel
 def line_up_big_ends(model, work, frame):
-    """Tell laws that solve their films side by side where all pins are in their big ends."""
+    """Pass the motion of all pins to laws that solve several films together."""
     act_on_big_ends(model, work, frame, LINE_UP, TOGETHER)
 
 

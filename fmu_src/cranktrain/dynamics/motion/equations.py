@@ -1,25 +1,25 @@
-"""What acts on crank and block: the frozen linear part and the force laws at the ports.
+"""Equations of crank and block: the frozen linear part and the force laws at the ports.
 
-The linear part of a stage with q = Q + c_q a, v = V + c_v a is, for what turns and for what stands,
+The linear part of a stage with q = Q + c_q a, v = V + c_v a is, for rotating and for stationary bodies,
 
     S_t = I/c_q + (c_v/c_q) (D + 2Ω₀G + Σ c_s d dᵀ) + diag(ω²) + Ω₀² (K_σ − C) + Σ k_s d dᵀ
     S_s = I/c_q + (c_v/c_q) (D + C_m) + diag(ω²) + K_m
 
-and I/c_q of guided pistons, with springs and dampers of the drive line's shafts (k_s, c_s at their twists d) and the
-mounts' (K_m, C_m) folded in. S⁻¹, S⁻¹Φᵀ and Φ S⁻¹ Φᵀ are made once for (h, Ω₀). Everything else is a force at a port.
+and I/c_q of guided pistons. It includes springs and dampers of the drive line's shafts (k_s, c_s at their twists d) and
+of the mounts (K_m, C_m). S⁻¹, S⁻¹Φᵀ and Φ S⁻¹ Φᵀ are made once for (h, Ω₀). Everything else is a force at a port.
 
-Forces act where their points are, not where they were: with φ the pin's own rotation its position is
-R(φ) X + (u − φ e_z×X), exact for a rigid crank at any wind-up, and every force f on a displaced point (pins, journals,
-and gravity on the displaced mass) adds the moment (u × f)_z about the frame's axis. Pins and journals nearly cancel;
-together they keep the balance of angular momentum and of energy that linear shapes alone would miss. The block feels
-the opposite of what journals and collar feel, moments included.
+Forces act at the displaced points. With φ the pin's own rotation, its position is R(φ) X + (u − φ e_z×X), exact for a
+rigid crank at any wind-up. Every force f on a displaced point (pins, journals, and gravity on the displaced mass) adds
+the moment (u × f)_z about the frame's axis. The moments of pins and journals nearly cancel. Together they keep the
+balance of angular momentum and of energy, which linear shapes alone would violate. Forces and moments on the block are
+opposite to those on journals and collar.
 
-A flexible block carries the crank along on its mounts, by half a millimetre where bending moves journals by
+A flexible block carries the crank along on its mounts, by half a millimetre, where bending moves journals by
 hundredths of one. Moments are then taken about axes that move with the bodies: each body's about the displacement of
-its own axis, the crank's weighted as to be that of its centre of mass
-(:func:`~cranktrain.dynamics.motion.relative.move_axis`). What a force turns by that displacement is the body's own
-mass times acceleration turned by it, which equations of translation hold already. About an axis at rest 100 kN half a
-millimetre beside it would twist pins against journals by 50 N m, and do work.
+its own axis, the crank's weighted so that it is that of its centre of mass
+(:func:`~cranktrain.dynamics.motion.relative.move_axis`). The moment of all forces with this displacement equals that of
+the body's mass times acceleration, which the equations of translation contain already. About an axis at rest, 100 kN
+at half a millimetre would twist pins against journals by 50 N m, and do work.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 @kernel
 def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
-    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀), kept as ``level``.
+    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀), in cache slot ``level``.
 
-    Returns 0, or 1 if S is singular. ``holding`` (N m/rad) holds the flywheel against turning, ``block_holding``
-    ((rad/s)²) the block as a whole where it is.
+    Returns 0, or 1 if S is singular. ``holding`` (N m/rad) restrains the rotation of the flywheel, ``block_holding``
+    ((rad/s)²) the rigid motion of the block.
     """
     t = model.ports.shape[1]
     ratio = c_v / c_q
@@ -92,9 +92,10 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
 
 @kernel
 def factor_part(part, level, shapes, transposed):
-    """Invert the matrix in ``part.scratch`` and find what its ports answer; 0, or 1 if it is singular.
+    """Invert the matrix in ``part.scratch`` and make response and compliance of its ports; 0, or 1 if it is singular.
 
-    1/c_q outweighs what turning softens and gyroscopes couple at steps that are short beside a turn: no pivots needed.
+    No pivoting is needed, because for steps much shorter than a turn 1/c_q outweighs centrifugal softening and
+    gyroscopic terms.
     """
     n = part.scratch.shape[0]
     m = shapes.shape[0]
@@ -108,7 +109,7 @@ def factor_part(part, level, shapes, transposed):
 
 @inlined_kernel
 def external_force(model, frame, displaced, out):
-    """Modal force (n,) of frame, shaft, valve train, gravity on the displaced mass, mounts' preload."""
+    """Modal force (n,) of frame motion, shaft, valve train, gravity on displaced mass, and preload of the mounts."""
     t = model.ports.shape[1]
     omega = frame[at.OMEGA]
     g_x = -model.scalars[at.GRAVITY] * frame[at.SIN]
@@ -144,7 +145,7 @@ def external_force(model, frame, displaced, out):
     if frame[at.AXIAL_FORCE] != 0.0:
         for i in range(t):
             out[i] += frame[at.AXIAL_FORCE] * model.ends[at.FLYWHEEL_AXIAL, i]
-    # By each rigid mode's own rotation: those of an unbalanced crank that move it across turn it a little as well.
+    # Each rigid mode has its own rotation: lateral ones of an unbalanced crank rotate it a little as well.
     for i in range(6):
         out[i] += model.ends[1, i] * (x * g_y - y * g_x)
     n = t + model.block.preload.shape[0]
@@ -164,7 +165,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
 
     These are the rows U, UD, UDD, FORCES of ``work.port``; U_Q, U_V and U_FREE hold Q, V and the displacement without
     forces of the ports where pistons are guided. Moments of displaced forces and film friction act at the rotations of
-    journals and pins; the Newton matrix omits their tangents. ``pressures`` (c,) are made those at the cylinders' own
+    journals and pins; the Newton matrix omits their tangents. ``pressures`` (c,) are set to those at the cylinders' own
     angles. Returns 0, or a status if a law failed.
     """
     ratio = c_v / c_q
@@ -190,7 +191,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     status |= rod_forces(model, work, frame, pressures, c_q, c_v)
     if model.block_ports.shape[0] > 0:
         reactions(model, frame[at.COS], frame[at.SIN], f)
-        # The block feels the opposite about its own axis.
+        # The opposite moment acts on the block, about its own axis.
         x = frame[at.CRANK_X] - frame[at.COS] * frame[at.BLOCK_X] - frame[at.SIN] * frame[at.BLOCK_Y]
         y = frame[at.CRANK_Y] - frame[at.COS] * frame[at.BLOCK_Y] + frame[at.SIN] * frame[at.BLOCK_X]
         for k in range(model.connections.shape[0]):
@@ -218,9 +219,9 @@ def law_force(model, work, frame, k, ratio):
 
 @inlined_kernel
 def journal_force(model, work, frame, k, ratio):
-    """The same of a law that has nothing but pairs, at most two: the direct path of journals, the most frequent laws.
+    """Forces and tangents of connection k with one or two pairs of components only; faster path for journals.
 
-    By the general path a cycle of the six at ``impedance`` takes 2 % longer.
+    By :func:`law_force` a cycle of the six-cylinder engine at ``impedance`` takes 2 % longer.
     """
     row = model.connections[k]
     laws = model.laws

@@ -1,7 +1,7 @@
-"""What laws with a memory are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
+"""Calls of laws with a memory in a step; see :mod:`cranktrain.film.laws.films`.
 
 The order of calls in a step is ``open_step``, then for each stage ``open_stage``, the stage's iteration and
-``close_stage``, and ``close_step`` at the end. Where no law has a memory they do nothing.
+``close_stage``, and ``close_step`` at the end. If no law has a memory, they do nothing.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
 @inlined_kernel
 def memory_offset(model, k):
-    """First index in the state of what law k remembers; the next law's begins where it ends."""
+    """First index in the state of the memory of law k, which ends where that of the next law begins."""
     first = film_offset(model.omega2.shape[0], port_count(model))
     return first + model.laws.remembered[k]
 
 
 @inlined_kernel
 def motion_size(model):
-    """Length of the state without the ends of a step that is under way."""
+    """Length of the state without the ends of a step under way."""
     first = film_offset(model.omega2.shape[0], port_count(model))
     first += model.laws.remembered[model.laws.remembered.shape[0] - 1]
     return first + model.links.remembered[model.links.remembered.shape[0] - 1]
@@ -61,19 +61,19 @@ def motion_size(model):
 
 @inlined_kernel
 def remembers(laws):
-    """Whether any of the laws, or of the added connections, has a memory."""
+    """True if any of ``laws`` (of the engine or of added connections) has a memory."""
     return laws.remembered[laws.remembered.shape[0] - 1] > 0
 
 
 @inlined_kernel
 def recalling_call(model, state, action, k, out):
-    """Let law k act with the part of the state that it remembers; 0, or a failure."""
+    """Call law k with its memory, a part of the state; 0, or a failure."""
     return film_call(model.laws, action, k, state[memory_offset(model, k) : memory_offset(model, k + 1)], out)
 
 
 @kernel
 def open_step(model, work, state):
-    """Hand the memory of laws at the step's start, with the ports' motion then, to the stages."""
+    """Pass memory and motion at the step's start to laws with a memory."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_OPEN_STEP], (model, work, state))
     if not remembers(model.laws):
@@ -101,7 +101,7 @@ def open_step(model, work, state):
 
 @inlined_kernel
 def open_stage(model, work, stage, elapsed, h, gain):
-    """Tell laws the times of a stage: ``elapsed`` since the step's start, g of the stage's rule, s."""
+    """Pass the times of a stage to laws: ``elapsed`` since the step's start, step h, g of the stage's rule, s."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_OPEN_STAGE], (model, work, stage, elapsed, h, gain))
     if not remembers(model.laws):
@@ -118,7 +118,7 @@ def open_stage(model, work, stage, elapsed, h, gain):
 
 @inlined_kernel
 def close_stage(model, work, frame):
-    """Solve laws with a memory at the stage's ports, which the last Newton step only foresaw; 0, or a failure."""
+    """Solve laws with a memory at the final ports of a stage, after the linearised Newton step; 0, or a failure."""
     if remembers(model.links):
         status = call_kernel(model.links.hooks[added.AT_CLOSE_STAGE], (model, work, frame))
         if status != 0:
@@ -148,7 +148,7 @@ def close_stage(model, work, frame):
 
 @kernel
 def close_step(model, work, state):
-    """Write into the state what laws with a memory hold after the last stage."""
+    """Write the memory of laws after the last stage to the state."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_CLOSE_STEP], (model, work, state))
     for k in range(model.connections.shape[0]):
@@ -158,10 +158,10 @@ def close_step(model, work, state):
 
 @kernel
 def fastest_closing(model, work, state, whirl):
-    """Largest rate (1/s) at which a film closes, over itself, from the ports at the state.
+    """Largest relative rate (1/s) at which a film closes, from the ports at the state.
 
-    Laws with a memory, and the thrust bearing's, tell it themselves; of other journals it is the rate of the middle
-    over the gap at the end that is nearest to the bore.
+    Laws with a memory, and the thrust bearing's law, compute it themselves. For other journals it is the rate of the
+    middle over the gap at the end that is nearest to the bore.
     """
     laws = model.laws
     laws.numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
@@ -181,7 +181,7 @@ def fastest_closing(model, work, state, whirl):
 
 @kernel
 def closing_rate(law, place, velocity):
-    """Rate (1/s) at which the middle of a journal goes to or from the wall, over the least gap in a round bore."""
+    """Radial speed of the middle of a journal over the least gap in a round bore, 1/s."""
     x = place[0]
     y = place[1]
     e = math.sqrt(x * x + y * y)

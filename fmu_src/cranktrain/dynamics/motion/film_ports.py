@@ -1,9 +1,9 @@
-"""Laws at the ports of a stage: the motion that one feels, the forces it gives, and its tangents by the ports' motion.
+"""Force laws at the ports of a stage: input motion of a law, its forces, and its tangents by the ports' motion.
 
-A law acts at the Newton ports of its connection. Components that form pairs turn with the frame's axes: of a journal x
-and y of its middle, and where it feels tilt those of its end as well; of a collar its rotations. With u̇ following u as
-(c_v/c_q) u in a stage, and velocities in space along the frame's axes u̇ + Ω e_z×u, a law's tangents by place and by
-velocity make one block.
+A law acts at the Newton ports of its connection. Components that form pairs rotate with the frame's axes: for a journal
+x and y of its middle, and with tilt those of its end as well; for a collar its rotations. In a stage u̇ changes by
+(c_v/c_q) times the change of u, and velocities in space along the frame's axes are u̇ + Ω e_z×u. So a law's tangents by
+displacement and by velocity make one block.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ROW = 4
 
 @inlined_kernel
 def frame_numbers(frame, numbers):
-    """Tell laws the frame's angle."""
+    """Write the frame's angle into the ``numbers`` of laws."""
     numbers[COS] = frame[at.COS]
     numbers[SIN] = frame[at.SIN]
     numbers[ANGLE] = frame[at.THETA]
@@ -38,7 +38,7 @@ def frame_numbers(frame, numbers):
 
 @inlined_kernel
 def place_law(model, k, u, ud, whirl):
-    """Place and velocity in space, along the frame's axes, of what connection k measures, into ``model.laws``."""
+    """Displacement and velocity in space, along the frame's axes, of connection k, into ``model.laws``."""
     row = model.connections[k]
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
@@ -66,7 +66,7 @@ def place_pair(port, u, ud, whirl, place, velocity):
 
 @inlined_kernel
 def tell_law(model, frame, k, u, ud):
-    """Tell the law of connection k its speed, and the torque of the drive line's springs where it asks for that."""
+    """Pass the speed to the law of connection k, and the torque of the drive line's springs if the law needs it."""
     row = model.connections[k]
     speed = frame[at.OMEGA]
     if row[at.SPIN] >= 0.0:
@@ -80,9 +80,9 @@ def tell_law(model, frame, k, u, ud):
 
 @kernel
 def line_up_laws(model, work, frame):
-    """Tell laws that solve their films side by side where all their journals are, by RELATIVE and RELATIVE_RATE.
+    """Pass the motion of all journals, RELATIVE and RELATIVE_RATE, to laws that solve several films together.
 
-    Of those of rods :mod:`cranktrain.dynamics.motion.big_end_films` tells them.
+    For journals in rods :mod:`cranktrain.dynamics.motion.big_end_films` does this.
     """
     laws = model.laws
     for k in range(model.connections.shape[0]):
@@ -94,7 +94,7 @@ def line_up_laws(model, work, frame):
 
 @inlined_kernel
 def hand_forces(row, frame, out, u, f):
-    """Hand a law's forces ``out`` to the ports f (m,) of its connection, and their moments where they act.
+    """Write a law's forces ``out`` to the ports f (m,) of its connection, and add their moments.
 
     u (m,) are the displacements of the ports. Moments are about the crank's axis.
     """
@@ -118,7 +118,7 @@ def hand_forces(row, frame, out, u, f):
 
 @inlined_kernel
 def hand_pair(port, x, y, out, u, f, torque):
-    """Hand a pair of forces to the ports from ``port`` on; the torque with their moment about x and y."""
+    """Write a pair of forces to the ports from ``port`` on; returns ``torque`` plus their moment about (x, y)."""
     f[port] = out[0]
     f[port + 1] = out[1]
     return torque + (u[port] - x) * out[1] - (u[port + 1] - y) * out[0]
@@ -128,7 +128,7 @@ def hand_pair(port, x, y, out, u, f, torque):
 def law_block(out, size, pairs, ratio, whirl, block):
     """Tangent of a law's ``size`` forces by the displacement of its ports into the 4 × 4 ``block``.
 
-    ``pairs``: first component of those that turn with the frame's axes, −1: none.
+    ``pairs`` is the first component of those that rotate with the frame's axes, or −1.
     """
     for r in range(size):
         for s in range(size):
@@ -143,7 +143,7 @@ def law_block(out, size, pairs, ratio, whirl, block):
 
 @inlined_kernel
 def pairs_block(out, ratio, whirl, block):
-    """The same of a law that has nothing but pairs; zero where it has one only."""
+    """Tangent block of a law with pairs of components only; values of a missing second pair are zero."""
     for r in range(ROW):
         for s in range(0, ROW, 2):
             i = ROW * r + s

@@ -1,18 +1,18 @@
-"""Cylinder pressure at a crank angle: that of the cylinder's own crank pin.
+"""Cylinder pressure as a function of the angle of the cylinder's own crank pin.
 
-A pressure belongs to the volume of its own cylinder, and that follows from the pin under its rod. A crank twists, so
-pins turn by different angles: a trace p(φ) that all cylinders take at the crank's mean angle θ does the work
+A pressure belongs to the volume of its own cylinder, which follows from the pin under its rod. Because a crank twists,
+pins turn by different angles. A trace p(φ) that all cylinders read at the crank's mean angle θ would do the work
 ∮ p(θ) dV(φ), which is 0.2 to 1.2 % more than the indicated work ∮ p dV of the trace. With φ of the own pin it is the
-indicated work, whatever the twist. φ is the angle of the point about which the rod turns (the pin, or the centre of a
-big end that floats on it) about the crank's axis; where a block moves on its mounts, against the axis of the own
-cylinder, which heaves, pitches and rolls with it. Motion of that point towards or from the axis leaves the pressure as
-it is: a trace was measured over an angle.
+indicated work for any twist. φ is the angle about the crank's axis of the point about which the rod turns (the pin, or
+the centre of a big end that floats on it). If a block moves on its mounts, φ is relative to the axis of the own
+cylinder, which heaves, pitches and rolls with the block. Radial motion of this point does not change the pressure,
+because a trace was measured over an angle.
 
-A trace may be phased to the pulley or the flywheel instead (``Settings.encoder``): then the angle of that place serves
-all cylinders.
+A trace may be phased to the pulley or the flywheel instead (``Settings.encoder``); its angle then holds for all
+cylinders.
 
-Phased to the frame instead of the crank, a trace would act on the drive line like a spring of −Σ mean[(p − p_c) V″],
-2.9 kN m/rad of the six at 2000 rev/min. Over a cycle the torque's derivative by the pin's own angle has no mean.
+A trace phased to the frame instead of the crank would act on the drive line like a spring of −Σ mean[(p − p_c) V″],
+2.9 kN m/rad for the six at 2000 rev/min. The derivative of the torque by the pin's own angle has no mean over a cycle.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ def trace_angle(model, cylinder, theta):
 
 @inlined_kernel
 def gas_force(rod, scalars, pressure):
-    """Force (N) of the gas on a piston and on its head at a cylinder pressure (Pa, absolute); ``rod`` its row."""
+    """Force (N) of the gas on a piston and on its head at a cylinder pressure (Pa, absolute); ``rod`` is its row."""
     return (pressure - scalars[at.CRANKCASE]) * rod[at.AREA] * rod[at.OWN_ROD]
 
 
 @inlined_kernel
 def own_angle(model, frame, u, x, y, cylinder):
-    """Crank angle (rad) of the point at x and y (m, axes of the frame) that the rod of a cylinder turns about.
+    """Crank angle (rad) of the point at x and y (m, axes of the frame) about which the rod of a cylinder turns.
 
-    Where a block on its mounts carries the cylinder along, it is the angle against the axis of that cylinder, which
-    moves across and along itself and leans with the liner's ports in ``u``.
+    With a block on mounts the angle is relative to the axis of the cylinder, which moves across and along itself and
+    leans with the liner's ports in ``u``.
     """
     rod = model.cylinders[cylinder]
     liner = int(rod[at.LINER_PORT])
@@ -67,7 +67,7 @@ def own_angle(model, frame, u, x, y, cylinder):
 
 @inlined_kernel
 def polar_angle(x, y):
-    """Angle (rad) of a point from the x-axis, by a few terms of the series where it is small."""
+    """Angle (rad) of a point from the x-axis, by a few terms of the series if it is small."""
     if abs(y) > SMALL_TANGENT * x:
         return math.atan2(y, x)
     tangent = y / x
@@ -92,13 +92,13 @@ def given_pressure(model, work, cylinder, angle, elapsed):
 
 @inlined_kernel
 def knows_volumes(work):
-    """Whether who gives the pressures takes deviations of the volumes, so that the pistons' own volumes are meant."""
+    """True if the partner uses deviations of the volumes, so that its pressures belong to actual volumes."""
     return work.inputs[at.ANGLES, at.DEVIATIONS] > 0.0
 
 
 @inlined_kernel
 def pressure_in(work, cylinder, angle, volume):
-    """Pressure (Pa, absolute) of the inputs at the crank's angle in the volume (m³) that the piston leaves."""
+    """Pressure (Pa, absolute) of the inputs at the crank's angle in the actual volume (m³) above the piston."""
     k = 1 + cylinder
     bend = (angle - work.inputs[at.ANGLES, 1]) * work.inputs[at.BEND, k]
     value = work.inputs[at.VALUE, k] + (angle - work.inputs[at.ANGLES, 0]) * (work.inputs[at.RATE, k] + bend)
@@ -107,10 +107,10 @@ def pressure_in(work, cylinder, angle, volume):
 
 @inlined_kernel
 def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
-    """Pressure (Pa, absolute) of a cylinder at its own crank angle, and the slope of a trace that goes by it, Pa/rad.
+    """Pressure (Pa, absolute) of a cylinder at its own crank angle, and for a trace the derivative by it, Pa/rad.
 
-    ``volume`` (m³) is what its piston leaves, for pressures that go by it; ``at_time`` the pressure of an input that
-    goes by time.
+    ``volume`` (m³) is the actual volume above the piston, for pressures that depend on it; ``at_time`` is the pressure
+    of an input given over time.
     """
     if frame[at.BURN] >= 0.0:
         if model.choices[at.ENCODER] == at.PIN:
@@ -150,7 +150,7 @@ def trace_pressure(model, cylinder, theta, speed):
 
 @inlined_kernel
 def burn_share(model, speed):
-    """Share of the burn's rise at a speed, rad/s."""
+    """Fraction of the burn's pressure rise at a speed, rad/s."""
     x = speed / model.scalars[at.BEST_SPEED] - 1.0
     share = model.scalars[at.GAS_LOAD] * (1.0 - model.scalars[at.FALLOFF] * x * x)
     return max(share, 0.0)
@@ -158,14 +158,14 @@ def burn_share(model, speed):
 
 @inlined_kernel
 def gas_volume(model, cylinder, theta):
-    """Volume above a piston (m³) at a crank angle, of parts that do not deform."""
+    """Volume above a piston (m³) at a crank angle, with rigid parts."""
     volume, _ = rigid_volume(model, cylinder, theta)
     return volume
 
 
 @inlined_kernel
 def rigid_volume(model, cylinder, theta):
-    """Volume above a piston (m³) at a crank angle, and its derivative (m³/rad), of parts that do not deform."""
+    """Volume above a piston (m³) at a crank angle, and its derivative (m³/rad), with rigid parts."""
     row = model.cylinders[cylinder]
     if row[at.MASTER] >= 0.0:
         height, rise = articulated_height(model, row, theta, cylinder)
@@ -182,7 +182,7 @@ def rigid_volume(model, cylinder, theta):
 
 @inlined_kernel
 def volume_over(row, height):
-    """Volume above a piston (m³) whose pin is ``height`` (m) over the crank's axis; a head's rise is taken off it."""
+    """Volume above a piston (m³) whose pin is ``height`` (m), minus any rise of the head, above the crank's axis."""
     return row[at.CLEARANCE_VOLUME] + row[at.AREA] * (row[at.STROKE_TOP] - height)
 
 
@@ -208,13 +208,13 @@ def articulated_height(model, row, theta, cylinder):
 
 @inlined_kernel
 def built_in(model, state):
-    """Whether the gas is the built-in trace."""
+    """True if the gas pressure is the built-in trace."""
     return model.choices[at.GAS_SOURCE] == 1.0 or (model.choices[at.GAS_SOURCE] == 0.0 and state[PRESSURES_SET] == 0.0)
 
 
 @inlined_kernel
 def crank_rotation(model, state):
-    """Rotation of the crank as a rigid body against its frame at the state (rad), its rate and acceleration."""
+    """Rotation of the crank as a rigid body relative to its frame at the state (rad), its rate and acceleration."""
     n = model.omega2.shape[0]
     unit = model.scalars[at.RIGID_ROTATION]
     return (

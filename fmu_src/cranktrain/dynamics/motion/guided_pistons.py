@@ -1,6 +1,6 @@
-"""Pistons between the springs of their skirts: motion across the cylinder and in tilt at each evaluation of a stage.
+"""Guided pistons between the springs of their skirts: motion across the cylinder and tilt in an evaluation of a stage.
 
-Two unknowns that nothing else feels, found from the pin's and the liner's motion, so that they need no place in the
+These two unknowns act on no other connection. They follow from the motion of pin and liner, so they are not part of the
 stage's Newton iteration.
 """
 
@@ -22,24 +22,24 @@ from cranktrain.loads.slider_crank import (
     rod_force,
 )
 
-# What :func:`piston_forces` writes: force across and moment on the piston, their derivatives by gap and rate of the
-# upper and the lower layer, the layers' forces, friction along the cylinder, and what liner and gas do to the piston:
-# force across and along the cylinder's axis at rest, and its moment about the crank's axis.
+# Results of :func:`piston_forces`: force across and moment on the piston, their derivatives by gap and rate of the
+# upper and the lower layer, the layers' forces, friction along the cylinder, and the resultant of liner and gas on the
+# piston: force across and along the cylinder's axis at rest, and moment about the crank's axis.
 ACROSS, MOMENT, UPPER_BY_GAP, UPPER_BY_RATE, LOWER_BY_GAP, LOWER_BY_RATE = 0, 1, 2, 3, 5, 6
 UPPER, LOWER, FRICTION_ALONG, LINER_ACROSS, LINER_ALONG, LINER_MOMENT = range(7, 13)
 LAYER = 3
-"""Values that a layer's law writes: force, and its derivatives by gap and rate."""
+"""Number of values that a layer's law writes: force, and its derivatives by gap and rate."""
 PISTON_STEPS = 12
 PISTON_TOLERANCE = 1.0e-15
-"""Newton steps of a guided piston at most, and the motion (m) at which they end."""
+"""Most Newton steps of a guided piston, and the change (m) at which the iteration ends."""
 
 
 class RodLoad(NamedTuple):
-    """What a rod and its piston are given besides their motion; axes of the cylinder."""
+    """Loads of a rod and its piston, apart from their motion, in axes of the cylinder."""
 
     cylinder: int
     gas: float  # gauge pressure times piston area, N
-    torque: float  # side force that keeps the big end's friction on the rod, N
+    torque: float  # side force on the piston that balances the big end's friction torque on the rod, N
     g_x: float  # gravity's reaction, m/s²
     g_y: float
 
@@ -56,17 +56,17 @@ class PistonMotion(NamedTuple):
 
 @inlined_kernel
 def upper_share(model, c, height):
-    """Share of a side force at ``height`` along the cylinder that the liner's upper ring takes."""
+    """Fraction of a side force at ``height`` along the cylinder that the liner's upper ring carries."""
     lower = model.block.liners[c, 1]
     return (height - lower) / (model.block.liners[c, 0] - lower)
 
 
 @kernel
 def guided_rod(model, work, frame, load, c_q, c_v):
-    """Rod whose piston moves between the guiding springs; ``work.scratch`` as of rod_force, and its CROSS as given.
+    """Solve for a piston between its guiding springs; results as of rod_force in ``work.scratch``, CROSS is input.
 
-    Solves M (x, τ)'' = F of the piston at the pin's motion and the liner's; the forces go to the piston's and the
-    liner's ports, the motion that was found to the piston's.
+    Solves M (x, τ)'' = F of the piston at the motion of pin and liner. The forces are written to the ports of piston
+    and liner, the motion found to those of the piston.
     """
     c = load.cylinder
     out = work.scratch
@@ -77,7 +77,7 @@ def guided_rod(model, work, frame, load, c_q, c_v):
     u_q = work.port[at.U_Q]
     u_v = work.port[at.U_V]
     port = int(rod[at.PISTON_PORT])
-    # Side forces and friction go on from the stage's last evaluation.
+    # Side forces and friction start from the stage's last evaluation.
     for j in range(LAYER):
         side[UPPER + j] = work.guides[c, j]
     for _ in range(PISTON_STEPS):
@@ -98,7 +98,7 @@ def guided_rod(model, work, frame, load, c_q, c_v):
     f[port] = side[ACROSS]
     f[port + 1] = side[MOMENT]
     if rod[at.LINER_PORT] >= 0.0:
-        # The opposite of what liner and gas do to the piston: same force, same moment about the block's axis.
+        # Reaction of the forces of liner and gas on the piston, with the opposite moment about the block's axis.
         k = int(rod[at.LINER_PORT])
         upper = model.block.liners[c, 0]
         lower = model.block.liners[c, 1]
@@ -109,7 +109,7 @@ def guided_rod(model, work, frame, load, c_q, c_v):
         f[k] += push
         f[k + 1] -= side[LINER_ACROSS] + push
         f[k + 2] -= side[LINER_ALONG] + load.gas
-    # The pin feels the rod and its big end.
+    # Force on the pin: rod and its big end.
     out[0] += load.torque - rod[at.M_BIG] * (cross[AX] + load.g_x)
     out[1] -= rod[at.M_BIG] * (cross[AY] + load.g_y)
     out[BY_ACCELERATION] -= rod[at.M_BIG]
@@ -145,11 +145,11 @@ def piston_step(model, work, port, piston, c_q, c_v, side):
 
 @kernel
 def piston_forces(model, load, piston, u, ud, cross, out, side):
-    """Forces on a guided piston at its motion into ``side``; ``out`` as of rod_force without big end.
+    """Forces on a guided piston at its motion, into ``side``; ``out`` as of rod_force without big end.
 
     ``side[UPPER:]`` holds the layers' forces and the friction of the last evaluation. Gas and friction act along the
-    liner, its springs square to it, wherever it leans: an engine on soft mounts leans by a degree, and 100 kN of gas
-    have then 2 kN across.
+    liner and its springs normal to it, also if it leans: an engine on soft mounts leans by a degree, and 100 kN of gas
+    then have a component of 2 kN across.
     """
     c = load.cylinder
     rod = model.cylinders[c]
@@ -162,7 +162,7 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         rise = u[liner + 2]
         rise_rate = ud[liner + 2]
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
-    # Friction and lean follow the side forces found last; a step of the iteration later they agree.
+    # Friction and lean use the side forces found last, which agree after one more step of the iteration.
     push = load.gas - side[FRICTION_ALONG]
     down = push + slope * (side[UPPER] + side[LOWER])
     rod_force(
@@ -180,11 +180,11 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         gap = piston.x - piston.t * height
         rate = piston.x_v - piston.t_v * height
         if liner >= 0:
-            # Along the liner as far as it has moved itself.
+            # Position along the liner, which has moved itself.
             share = upper_share(model, c, out[PISTON] + height - rise)
             gap -= share * u[liner] + (1.0 - share) * u[liner + 1]
             rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (out[PISTON_VELOCITY] - rise_rate)
-        # Its force lies where the moment comes, or between both layers' tangents, until it is read.
+        # The layer's force is kept temporarily where the moment, or a gap between the tangents, lies.
         layer_force(law, layer, gap, rate, side[MOMENT + LAYER * layer :])
         pressing = side[MOMENT + LAYER * layer]
         side[UPPER + layer] = pressing

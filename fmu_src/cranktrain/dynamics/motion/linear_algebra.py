@@ -1,4 +1,4 @@
-"""Small dense linear algebra without allocation or Python: what the stage solver needs and no more."""
+"""Small dense linear algebra for the stage solver, as kernels without allocation."""
 
 from __future__ import annotations
 
@@ -54,22 +54,22 @@ def solve_lu(a, n, pivots, b):
 def factor_rows(a, n):
     """LU-factorise the leading n × n block in place without pivoting; 0, or 1 if a pivot vanishes.
 
-    For the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four pivots
-    are made, then subtracted from all rows below, four at once, which do not wait for each other. Each product is
-    rounded by itself and in order: the bits are those of the plain loop over pivots. The diagonal is kept inverted.
+    Made for the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four
+    pivots are made, then subtracted from all rows below, four rows at once, which are independent. Each product is
+    rounded by itself and in order, so the result is bitwise that of a plain loop. The diagonal is kept inverted.
     """
     return factor_by_fours(a, n, False)
 
 
 @kernel
 def factor_sparse_rows(a, n):
-    """The same where many elements are zero: rows that four pivots do not reach are left alone."""
+    """LU-factorise as :func:`factor_rows` a matrix with many zeros; rows that four pivots do not change are skipped."""
     return factor_by_fours(a, n, True)
 
 
 @inlined_kernel
 def factor_by_fours(a, n, sparse):
-    """Factorise by four pivots at a time; with ``sparse`` rows are looked at before pivots are subtracted."""
+    """Factorise by four pivots at a time; with ``sparse`` rows that would not change are skipped."""
     k = 0
     while k + 3 < n:
         if factor_block(a, n, k, k + 4) != 0:
@@ -86,7 +86,7 @@ def factor_by_fours(a, n, sparse):
 
 @inlined_kernel
 def reaches(a, i, height, k):
-    """Whether four pivots from k on change rows from i on."""
+    """True if four pivots from k on change the ``height`` rows from i on."""
     size = 0.0
     for r in range(i, i + height):
         size += abs(a[r, k]) + abs(a[r, k + 1]) + abs(a[r, k + 2]) + abs(a[r, k + 3])
@@ -95,7 +95,7 @@ def reaches(a, i, height, k):
 
 @inlined_kernel
 def eliminate(a, n, i, height, k):
-    """Subtract four pivots from k on from four rows from i on, or from one."""
+    """Subtract the four pivots from k on from the ``height`` rows (4 or 1) from i on."""
     for r in range(i, i + height):
         f0 = a[r, k] * a[k, k]
         f1 = (a[r, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
@@ -123,7 +123,7 @@ def factor_block(a, n, start, end):
         if not abs(a[r, r]) > 1.0e-9:
             return 1
         a[r, r] = 1.0 / a[r, r]
-    # Only the last block is smaller, and has no columns behind it.
+    # Only the last block is smaller, and no columns follow it.
     j = end
     while j + 3 < n:
         first = load(a, (start, j))
@@ -143,7 +143,7 @@ def factor_block(a, n, start, end):
 
 @inlined_kernel
 def subtract_four(a, n, i, k):
-    """Subtract four pivots from the columns behind them of four rows."""
+    """Subtract the four pivots from k on from the later columns of the four rows from i on."""
     j = k + 4
     while j + 3 < n:
         subtract_4x4(a, a, a, i, k, j)
@@ -154,7 +154,7 @@ def subtract_four(a, n, i, k):
 
 @inlined_kernel
 def subtract_one(a, n, i, k):
-    """The same of one row."""
+    """Subtract the four pivots from k on from the later columns of row i."""
     j = k + 4
     while j + 3 < n:
         subtract_1x4(a, a, a, i, k, j)
@@ -168,7 +168,7 @@ def subtract_one(a, n, i, k):
 def solve_rows(a, n, vectors, v):
     """Solve Aᵀ x = b with the factors of A by :func:`factor_rows`, in place on the first n numbers of ``vectors[v]``.
 
-    The transposed system, because it walks along rows both ways; callers keep their matrix transposed.
+    The transposed system is solved because it runs along rows in both passes; callers keep their matrix transposed.
     """
     b = vectors[v]
     fours = n - n % LANES
@@ -200,9 +200,9 @@ def solve_rows(a, n, vectors, v):
 
 @kernel
 def add_product(transposed, x, rows, columns, y):
-    """y += Bᵀ x for B (rows, columns): kept transposed, so that the sum runs over contiguous rows, four at once.
+    """y += Bᵀ x for B (rows, columns); B is kept transposed, so that the sum runs over contiguous rows, four at once.
 
-    Eight columns at a time stay in registers. The last eight overlap those before: each starts from y as it was.
+    Eight columns at a time stay in registers. The last eight overlap the others; all are computed from the old y.
     """
     if columns < 2 * LANES:
         add_narrow(transposed, x, rows, columns, y)
@@ -212,7 +212,7 @@ def add_product(transposed, x, rows, columns, y):
 
 @kernel
 def add_columns(transposed, x, rows, start, columns, y):
-    """The same for the columns from ``start`` on; others are neither read nor written."""
+    """y += Bᵀ x for the columns from ``start`` on; others are neither read nor written."""
     last = columns - 2 * LANES
     if last < start:
         for i in range(rows):
@@ -258,7 +258,7 @@ def eight_columns(transposed, x, rows, j, y):
 
 @inlined_kernel
 def add_narrow(transposed, x, rows, columns, y):
-    """The same for fewer than eight columns."""
+    """y += Bᵀ x for fewer than eight columns."""
     if columns < LANES:
         for i in range(rows):
             for j in range(columns):
@@ -276,7 +276,7 @@ def add_narrow(transposed, x, rows, columns, y):
 
 @kernel
 def dot(x, y, n):
-    """Σ x y of n numbers: eight sums side by side, which do not wait for each other, added at the end."""
+    """Σ x y of n numbers, as eight independent sums that are added at the end."""
     if n < 2 * LANES:
         total = 0.0
         for k in range(n):
@@ -339,17 +339,17 @@ def subtract_block(out, left, right, i, start, end, columns):
 
 @inlined_kernel
 def subtract_row(row, factor, other, columns):
-    """``row`` less ``factor`` times another."""
+    """Subtract ``factor`` times ``other`` from ``row``."""
     for j in range(columns):
         row[j] -= factor * other[j]
 
 
 @kernel
 def invert(a, n, inverse):
-    """Invert the n × n matrix ``a`` (destroyed), fit for :func:`factor_rows`, into ``inverse``; 0, or 1 if singular.
+    """Invert the n × n matrix ``a`` (destroyed), without pivoting as :func:`factor_rows`; 0, or 1 if singular.
 
-    All columns are solved for together, four rows at once: the first step after a start, or at another length, takes no
-    longer than a hard one.
+    All columns are solved for together, four rows at once, so that the first step after a start, or of another length,
+    takes no longer than one with many iterations.
     """
     if factor_rows(a, n) != 0:
         return 1

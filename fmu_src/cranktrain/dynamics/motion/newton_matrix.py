@@ -8,7 +8,7 @@ from cranktrain.core.vectors import LANES, load, store
 
 @inlined_kernel
 def start_jacobian(jacobian):
-    """The identity, which is what rows beyond the components keep."""
+    """Set the matrix to the identity, which rows beyond the components keep."""
     size = jacobian.shape[0]
     for i in range(size):
         row = jacobian[i]
@@ -21,7 +21,7 @@ def start_jacobian(jacobian):
 def fill_jacobian(compliance, connections, blocks, n, jacobian):
     """Subtract (H J)ᵀ from ``jacobian`` on the n components; J is the sum of the connections' blocks.
 
-    ``compliance`` is symmetric only without gyroscopic terms; it is kept transposed: [k, i] = H_ik.
+    ``compliance`` is kept transposed, [k, i] = H_ik, because it is symmetric only without gyroscopic terms.
     """
     for k in range(connections.shape[0]):
         size = int(connections[k, 0])
@@ -38,7 +38,7 @@ def fill_jacobian(compliance, connections, blocks, n, jacobian):
 
 @inlined_kernel
 def subtract_shares(row, shares, first, second, n):
-    """``row`` less ``shares`` of two columns, n numbers."""
+    """Subtract two columns, times the factors ``shares``, from ``row``; n numbers."""
     of_first, of_second = shares
     i = 0
     while i + 3 < n:

@@ -1,12 +1,12 @@
 """Relative motion of rotating and stationary bodies, in axes of the frame.
 
-A film between journal (displacement u in the frame's axes) and bore (w in axes at rest) feels d = u − Rᵀ w, with R the
-frame's turn by θ. It acts on the bore with −R f. Seen by a Newton iteration on d, the compliance of both bodies is that
-of one, H + Rᵀ H_b R: a flexible block adds unknowns to no stage. Velocities in space along the frame's axes are
-ḋ + Ω e_z×d with the ḋ given here, u̇ − Rᵀ ẇ + Ω e_z×Rᵀ w; its last term follows the iteration one step behind, which
-costs no digits: it weighs Ω c_q/c_v, about a hundredth, of the others.
+A film between journal (displacement u in the frame's axes) and bore (w in axes at rest) depends on d = u − Rᵀ w, where
+R is the frame's rotation by θ. It acts on the bore with −R f. In a Newton iteration on d both bodies together have the
+compliance H + Rᵀ H_b R, so a flexible block adds no unknowns to a stage. Velocities in space along the frame's axes
+are ḋ + Ω e_z×d with ḋ = u̇ − Rᵀ ẇ + Ω e_z×Rᵀ w. The last term lags the iteration by one step, which costs no accuracy
+because it is only Ω c_q/c_v, about a hundredth, of the others.
 
-On rigid ground there are no pairs, and all this is a copy.
+On rigid ground there are no pairs, so relative motion is a copy of the ports' motion.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def relative_motion(model, cos, sin, whirl, u, ud, d, dd):
 
 @inlined_kernel
 def relative_step(model, cos, sin, step):
-    """Turn a change of all ports (m,) into that of the relative motion, in place on the first n_newton."""
+    """Convert a change of all ports (m,) to a change of the relative motion, in place on the first n_newton ports."""
     for i in range(model.pairs.shape[0]):
         t = int(model.pairs[i, 0])
         s = int(model.pairs[i, 1])
@@ -51,9 +51,9 @@ def relative_step(model, cos, sin, step):
 
 @inlined_kernel
 def move_axis(model, frame, u):
-    """Write where the block's motion on its mounts has put the axes of crank and block, from the ports u (m,).
+    """Displacement of the axes of crank and block with the block on its mounts, from the ports u (m,), into ``frame``.
 
-    Means of the main journals' and the bores' displacements, weighted as to be that of the crank's centre of mass.
+    They are means of the displacements of main journals and bores, weighted for the crank's centre of mass.
     """
     frame[at.CRANK_X] = 0.0
     frame[at.CRANK_Y] = 0.0
@@ -72,7 +72,7 @@ def move_axis(model, frame, u):
 
 @inlined_kernel
 def reactions(model, cos, sin, f):
-    """Forces on bores and thrust faces, from those on journals and collar, in f (m,)."""
+    """Set the forces on bores and thrust faces, opposite to those on journals and collar, in f (m,)."""
     for i in range(model.pairs.shape[0]):
         t = int(model.pairs[i, 0])
         s = int(model.pairs[i, 1])
@@ -84,7 +84,7 @@ def reactions(model, cos, sin, f):
 
 @inlined_kernel
 def relative_compliance(model, cos, sin, turning, standing, out):
-    """H + Rᵀ H_b R on the Newton ports, (n, n), kept transposed as its parts are: [k, i] = H_ik."""
+    """Compliance H + Rᵀ H_b R on the Newton ports, (n, n), kept transposed like its parts, [k, i] = H_ik."""
     n = model.scales.shape[0]
     first = model.ports.shape[0]
     for k in range(n):

@@ -1,4 +1,4 @@
-"""Motion of what rods hang on, pins and free big ends, in axes of the frame and of a rod's cylinder."""
+"""Motion of the pins and free big ends that carry rods, in axes of the frame and of a rod's cylinder."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.loads.articulated_rod import hang
 
-# Motion of a point in a plane, six values from X on; a pin's is followed by how far it moved, and by the share
-# (R(φ) − I) X of turning alone.
+# Motion of a point in a plane, six values from X on. For a pin its displacement follows, and the part (R(φ) − I) X of
+# it by rotation alone.
 X, Y, VX, VY, AX, AY, MOVED, ARM = 0, 1, 2, 3, 4, 5, 6, 8
-# Where in the scratch memory a pin's motion, a rod's in axes of its cylinder, and its piston lie, clear of rod_force's
-# results.
+# Positions in scratch, beyond rod_force's results, of a pin's motion, a rod's motion in axes of its cylinder, and
+# values of its piston.
 PIN, CROSS, SIDE = 16, 24, 48
 MASTERS_PIN, PUSH = 32, 44
-"""Motion of the crank pin under an articulated rod, in axes of its master's cylinder; CROSS has the knuckle pin's.
-Force on a rod's end by unit force on its piston."""
+"""Positions in scratch of the motion of the crank pin under an articulated rod, in axes of its master's cylinder (CROSS
+has the knuckle pin's), and of the force on a rod's end by unit force on its piston."""
 SMALL = 0.1
 """Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
 
 
 @inlined_kernel
 def rod_end(model, frame, c, u, ud, udd, out):
-    """Motion of what the rod of cylinder c turns about: its big end where that floats, else the pin."""
+    """Motion of the point about which the rod of cylinder c turns: its big end if that floats, else the pin."""
     if model.cylinders[c, at.END_PORT] >= 0.0:
         big_end_motion(model, frame, c, u, ud, udd, out)
     else:
@@ -41,7 +41,7 @@ def big_end_motion(model, frame, c, u, ud, udd, out):
 
 @inlined_kernel
 def absolute_motion(x, y, vx, vy, ax, ay, frame, out):
-    """Position, absolute velocity and acceleration in frame axes of a point that moves in the turning frame."""
+    """Position, absolute velocity and acceleration in frame axes of a point that moves in the rotating frame."""
     omega = frame[at.OMEGA]
     omega_dot = frame[at.OMEGA_DOT]
     out[X] = x
@@ -56,7 +56,7 @@ def absolute_motion(x, y, vx, vy, ax, ay, frame, out):
 def pin_motion(model, frame, c, u, ud, udd, out):
     """Position, absolute velocity and acceleration of the pin under the rod of cylinder c in frame axes.
 
-    From MOVED on ``out`` holds how far it moved, from ARM on the share (R(φ) − I) X of turning alone.
+    From MOVED on ``out`` holds its displacement, from ARM on the part (R(φ) − I) X of it by rotation alone.
     """
     i = int(model.cylinders[c, at.PIN_PORT])
     r = int(model.cylinders[c, at.PIN_TURN])
@@ -93,7 +93,7 @@ def pin_motion(model, frame, c, u, ud, udd, out):
 
 @inlined_kernel
 def turn(phi):
-    """Cosine and sine of a pin's own rotation: small, so that a few terms of their series do."""
+    """Cosine and sine of a pin's own rotation, by a few terms of their series if it is small."""
     if abs(phi) > SMALL:
         return math.cos(phi), math.sin(phi)
     x = phi * phi
@@ -104,14 +104,14 @@ def turn(phi):
 
 @inlined_kernel
 def cylinder_axes(rod, frame):
-    """Cosine and sine of the frame's angle against a rod's cylinder."""
+    """Cosine and sine of the frame's angle relative to a rod's cylinder."""
     cos = frame[at.COS] * rod[at.COS_BANK] + frame[at.SIN] * rod[at.SIN_BANK]
     return cos, frame[at.SIN] * rod[at.COS_BANK] - frame[at.COS] * rod[at.SIN_BANK]
 
 
 @inlined_kernel
 def across_cylinder(motion, cos, sin, cross):
-    """Turn a motion, six values, into axes of a cylinder that stands at the angle given by cosine and sine."""
+    """Rotate a motion (six values) into axes of a cylinder, by cosine and sine of the frame's angle relative to it."""
     for j in range(X, MOVED, 2):
         cross[j] = cos * motion[j] - sin * motion[j + 1]
         cross[j + 1] = sin * motion[j] + cos * motion[j + 1]
@@ -119,17 +119,17 @@ def across_cylinder(motion, cos, sin, cross):
 
 @inlined_kernel
 def axes_of_pin(model, c):
-    """Cylinder in whose axes the pin's motion tells that of the rod of cylinder c: the master rod's, or its own."""
+    """Cylinder in whose axes the pin's motion is needed for the rod of cylinder c: the master rod's, or its own."""
     master = int(model.cylinders[c, at.MASTER])
     return c if master < 0 else master
 
 
 @kernel
 def rod_end_across(model, frame, c, u, ud, udd, out):
-    """Motion of what the rod of cylinder c turns about, in axes of its cylinder: pin, big end or knuckle pin.
+    """Motion of the pin, big end or knuckle pin about which the rod of cylinder c turns, in axes of its cylinder.
 
-    Six values into ``out[CROSS:]``; ``out[MASTERS_PIN:]`` has the crank pin's in axes of the master's cylinder, of an
-    articulated rod. ``out`` is ``work.scratch``.
+    Writes six values to ``out[CROSS:]``. For an articulated rod ``out[MASTERS_PIN:]`` gets the crank pin's motion in
+    axes of the master's cylinder. ``out`` is ``work.scratch``.
     """
     rod_end(model, frame, c, u, ud, udd, out)
     cos, sin = cylinder_axes(model.cylinders[axes_of_pin(model, c)], frame)
@@ -140,7 +140,7 @@ def rod_end_across(model, frame, c, u, ud, udd, out):
 
 @kernel
 def rod_swing(rod, motion, cos, sin):
-    """Height of a rod's small end over its big end (m), and its speed (rad/s): it turns as the big end moves across."""
+    """Height of a rod's small end above its big end (m), and the rod's angular speed by that end's motion (rad/s)."""
     side = cos * motion[X] - sin * motion[Y] - rod[at.OFFSET]
     height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
     return height, (cos * motion[VX] - sin * motion[VY]) / height

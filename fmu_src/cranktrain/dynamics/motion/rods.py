@@ -1,6 +1,6 @@
-"""Rods and pistons between pins and liners: what they do to crank, pistons and block.
+"""Forces of rods and pistons on crank, pistons and block.
 
-Rod and piston are eliminated onto the pin, or onto the big end where that floats.
+Rod and piston are eliminated onto the pin, or onto the big end if it floats.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ from cranktrain.loads.slider_crank import (
 )
 
 OBSERVING = 3
-"""Evaluations after which side forces and friction at a known motion agree."""
+"""Number of evaluations after which side forces and friction at a known motion agree."""
 
 
 @inlined_kernel
 def rod_forces(model, work, frame, pressures, c_q, c_v):
     """Add the rods' forces to pins, big ends, pistons and liners, and fill their tangents at pins and big ends.
 
-    The ports' motion and forces are rows of ``work.port``; ``pressures`` (2c,) become those at the cylinders' own
-    angles; behind them stand given ones that go by time. Returns 0, or tells that a law failed.
+    The ports' motion and forces are rows of ``work.port``. The first half of ``pressures`` (2c,) is set to those at the
+    cylinders' own angles; the second half has pressures given over time. Returns 0, or the status of a law that failed.
     """
     u = work.port[at.U]
     ud = work.port[at.UD]
@@ -107,13 +107,13 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             guided_rod(model, work, frame, load, c_q, c_v)
         else:
             rod_on_axis(rod, load, work.scratch[CROSS:], out)
-            # Friction that turns the rod is held by the piston's guide, a couple with the big end.
+            # The friction torque on the rod is balanced by forces at the piston's guide and the big end.
             out[0] += torque
         if hung:
             knuckle_to_pin(rod[at.JOINT :], frame, cos, sin, c_q, c_v, out, block)
         else:
             pin_block(out, frame, cos, sin, c_q, c_v, block)
-        # A block on its mounts must feel what the pin feels: head and liner have no tangent by which they would follow.
+        # No tangent of the gas with a block on mounts: head and liner have none, and their force must match the pin's.
         if slope != 0.0 and rod[at.LINER_PORT] < 0.0:
             gas_block(rod, work, slope, end_x, end_y, cos, sin, block)
         fx = cos * out[0] + sin * out[1]
@@ -125,7 +125,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         lever_y = model.pins[c, 1] + moved_y
         if port < 0:
             f[rotation] += lever_x * fy - lever_y * fx
-            # The pin goes along its circle, and the force keeps its direction.
+            # The pin moves along its circle, while the force keeps its direction.
             block[0] = lever_y * (lever_y * block[0] - lever_x * block[1])
             block[0] += lever_x * (lever_x * block[ROW + 1] - lever_y * block[ROW]) - lever_x * fx - lever_y * fy
         else:
@@ -138,9 +138,9 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
 
 @kernel
 def piston_rise(model, c, u, ud, cross):
-    """Height of the pin of piston c over the crank's axis and its rate, m and m/s; then both along its leaning liner.
+    """Height of the pin of piston c above the crank's axis and its rate, m and m/s; then both along its leaning liner.
 
-    ``cross`` is the motion of its rod's end. The liner's own rise is not taken off.
+    ``cross`` is the motion of its rod's end. The liner's own rise is not subtracted.
     """
     rod = model.cylinders[c]
     side = cross[X] - rod[at.OFFSET]
@@ -167,14 +167,14 @@ def piston_rise(model, c, u, ud, cross):
 
 @inlined_kernel
 def rod_load(rod, scalars, c, pressure, torque):
-    """What rod and piston of cylinder c are given."""
+    """Loads of rod and piston of cylinder c."""
     g = scalars[at.GRAVITY]
     return RodLoad(c, gas_force(rod, scalars, pressure), torque, g * rod[at.SIN_BANK], g * rod[at.COS_BANK])
 
 
 @inlined_kernel
 def rod_on_axis(rod, load, cross, out):
-    """Rod whose piston runs on the axis of its cylinder; ``out`` as of rod_force."""
+    """Force of a rod whose piston runs on the axis of its cylinder; ``out`` as of rod_force."""
     rod_force(
         cross[X], cross[Y], cross[VX], cross[VY], cross[AX], cross[AY], load.gas, rod[at.ROD], rod[at.M_BIG],
         rod[at.M_OSC], rod[at.DELTA_J], rod[at.OFFSET], load.g_x, load.g_y, out,
@@ -183,10 +183,10 @@ def rod_on_axis(rod, load, cross, out):
 
 @kernel
 def knuckle_to_pin(joint, frame, cos, sin, c_q, c_v, out, block):
-    """Replace an articulated rod's force on its knuckle pin, ``out`` as of rod_force, by that on the crank pin.
+    """Replace an articulated rod's force on its knuckle pin, ``out`` as of rod_force, by the one on the crank pin.
 
-    It is in axes of the master's cylinder, which ``cos`` and ``sin`` turn into the frame's; in these ``block`` (2 × 2)
-    is its tangent by the crank pin's displacement in a stage. ``out[MASTERS_PIN:]`` holds that pin's motion.
+    The force is in axes of the master's cylinder. ``block`` (2 × 2) gets its tangent by the crank pin's displacement in
+    a stage, in the frame's axes (by ``cos`` and ``sin``). ``out[MASTERS_PIN:]`` holds that pin's motion.
     """
     pin = out[MASTERS_PIN:]
     ratio = c_v / c_q
@@ -206,7 +206,7 @@ def knuckle_to_pin(joint, frame, cos, sin, c_q, c_v, out, block):
 
 @inlined_kernel
 def pin_block(out, frame, cos, sin, c_q, c_v, block):
-    """Tangent of a rod's force by its pin's displacement in a stage, from rod_force's, in the frame's axes (2 × 2)."""
+    """Tangent (2 × 2) of a rod's force by its pin's displacement in a stage, in the frame's axes, from rod_force."""
     ratio = c_v / c_q
     omega = frame[at.OMEGA]
     alpha = 1.0 / c_q - omega * omega
@@ -223,7 +223,7 @@ def pin_block(out, frame, cos, sin, c_q, c_v, block):
 
 @kernel
 def gas_block(rod, work, slope, x, y, cos, sin, block):
-    """Add to a rod's tangent the change of its gas: by ``slope`` (Pa/rad) along the circle of its end at x and y."""
+    """Add the change of the gas force to a rod's tangent: ``slope`` (Pa/rad) along the circle of its end at x and y."""
     side = work.scratch[CROSS + X] - rod[at.OFFSET]
     if rod[at.PISTON_PORT] >= 0.0:
         side -= work.port[at.U, int(rod[at.PISTON_PORT])]
@@ -246,7 +246,7 @@ def gas_block(rod, work, slope, x, y, cos, sin, block):
 
 @inlined_kernel
 def turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block):
-    """Turn a tangent T of a cylinder's axes into the frame's, Rᵀ T R, into ``block`` (2 × 2)."""
+    """Rotate a tangent T from a cylinder's axes into the frame's, Rᵀ T R, into ``block`` (2 × 2)."""
     block[0] = cos * cos * t_xx + cos * sin * (t_xy + t_yx) + sin * sin * t_yy
     block[1] = cos * cos * t_xy + cos * sin * (t_yy - t_xx) - sin * sin * t_yx
     block[ROW] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
@@ -255,11 +255,11 @@ def turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block):
 
 @kernel
 def observe_rod(model, work, c):
-    """Rod and piston of cylinder c at the state, whose cylinder pressures stand in ``work.pressures[0]``.
+    """Forces of rod and piston of cylinder c at the state, with cylinder pressures in ``work.pressures[0]``.
 
-    Fills ``work.scratch`` as of rod_force with the big end, but for friction in it; ``[SIDE + UPPER] + [SIDE + LOWER]``
-    force of the liner on the piston across the cylinder, ``[SIDE + FRICTION_ALONG]`` along it. The force of an
-    articulated rod acts on its knuckle pin; what that puts on the crank pin and the master's piston is not in theirs.
+    Fills ``work.scratch`` as of rod_force with the big end, without friction in it. ``[SIDE + UPPER] + [SIDE + LOWER]``
+    is the force of the liner on the piston across the cylinder, ``[SIDE + FRICTION_ALONG]`` along it. The force of an
+    articulated rod acts on its knuckle pin; forces on crank pin and master piston do not include it.
     """
     rod = model.cylinders[c]
     frame = work.frames[0]

@@ -1,15 +1,16 @@
-"""Pins on a crank that has turned against its frame: what a Newton step in its rotation moves besides.
+"""Correction of the Newton matrix for pins on a crank that has rotated relative to its frame.
 
-A pin's place is X + R(φ) X − X + u − φ e_z×X, with u its port's displacement, φ its rotation against the frame and X
-its place in it. The modes hold e_z×X φ, so the port moves along the tangent at X. The pin moves along its circle, by
+A pin's position is X + R(φ) X − X + u − φ e_z×X, with u its port's displacement, φ its rotation relative to the frame
+and X its undeformed position. The modes hold e_z×X φ, so the port moves along the tangent at X. The pin moves along its
+circle, so it moves by an additional
 
     a δφ,    a = (R(φ) − I) e_z×X
 
-more, and its force f turns the crank by a·f more. Rod and film feel δu + a δφ. With H the compliance of the ports,
-theirs is H + a H_φ· + H_·φ aᵀ + a H_φφ aᵀ. Without it the Newton matrix takes radial for tangential motion by the share
-φ. Where the crank turns freely and a big end's film is stiff the iteration then diverges, as that of a low-speed engine
-whose crank is 0.8 degrees ahead of its frame. Up to ``LEAST_TURN``, and where big ends are rigid, this is left to the
-iteration: rods alone are soft.
+and its force f adds the torque a·f on the crank. Rod and film move by δu + a δφ. With H the compliance of the ports,
+that of rod and film is H + a H_φ· + H_·φ aᵀ + a H_φφ aᵀ. Without this the Newton matrix takes the fraction φ of radial
+motion for tangential motion. If the crank turns freely and a big end's film is stiff, the iteration then diverges, as
+for a low-speed engine whose crank is 0.8 degrees ahead of its frame. Up to ``LEAST_TURN``, and with rigid big ends, the
+correction is left out, because rods alone are soft.
 """
 
 from __future__ import annotations
@@ -20,21 +21,21 @@ from cranktrain.dynamics.model.layout import has_additions
 from cranktrain.dynamics.motion.rod_motion import turn
 
 LEAST_TURN = 2.0e-3
-"""Rotation of the crank against its frame (rad) from which the Newton matrix knows of it."""
+"""Least rotation of the crank relative to its frame (rad) for which the Newton matrix is corrected."""
 
 
 @inlined_kernel
 def turned(work):
-    """Whether the Newton matrix knows of turned pins."""
+    """True if the Newton matrix is corrected for turned pins."""
     return work.turned.shape[0] > 0 and (work.turned[0, 0] != 0.0 or work.turned[0, 1] != 0.0)
 
 
 @kernel
 def turn_pins(model, work):
-    """Write a of each pin, (c, 2).
+    """Write the vector a of each pin to ``work.turned`` (c, 2).
 
-    All are 0 where the crank has hardly turned, where big ends are rigid, and beside added bodies, whose connections
-    may hold a pin by its port.
+    All are 0 if the crank has hardly turned, if big ends are rigid, and with added bodies, because their connections
+    may use the port of a pin.
     """
     phi = 0.0
     if work.turned.shape[0] > 0 and model.cylinders[0, at.END_PORT] >= 0.0 and not has_additions(model):
@@ -51,7 +52,7 @@ def turn_pins(model, work):
 
 @kernel
 def turned_step(model, work, step):
-    """Turn a change of all ports (m,) into what rods and films feel, in place at the pins."""
+    """Convert a change of all ports (m,) to the motion of rods and films, in place at the pins."""
     for c in range(work.turned.shape[0]):
         pin, rotation = int(model.cylinders[c, at.PIN_PORT]), int(model.cylinders[c, at.PIN_TURN])
         step[pin] += work.turned[c, 0] * step[rotation]
@@ -60,7 +61,7 @@ def turned_step(model, work, step):
 
 @kernel
 def turned_torque(model, work, change):
-    """Add to a change of forces (m,) the torques about the crank's axis that those on turned pins have besides."""
+    """Add the torques a·f about the crank's axis, by forces on turned pins, to a change of forces (m,)."""
     for c in range(work.turned.shape[0]):
         pin, rotation = int(model.cylinders[c, at.PIN_PORT]), int(model.cylinders[c, at.PIN_TURN])
         change[rotation] += work.turned[c, 0] * change[pin] + work.turned[c, 1] * change[pin + 1]
@@ -68,7 +69,7 @@ def turned_torque(model, work, change):
 
 @kernel
 def turned_compliance(model, work, turning, compliance, n, out):
-    """Compliance (n, n) that rods and films feel, from that of n Newton ports and all ``turning`` ones, transposed."""
+    """Compliance (n, n) of rods and films, from that of the n Newton ports and of all rotating ports, transposed."""
     for k in range(n):
         for i in range(n):
             out[k, i] = compliance[k, i]

@@ -1,1 +1,1 @@
-"""What the running model shows."""
+"""Outputs of the running model."""

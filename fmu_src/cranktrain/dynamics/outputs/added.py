@@ -1,4 +1,4 @@
-"""What a topology shows of its bodies and connections, and their part in the energy balance."""
+"""Outputs of added bodies and connections, and their part in the energy balance."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
 
 @law_kernel
 def observe_added(model, work, state, members, out):
-    """Speeds and places of added bodies, forces and motion of added connections; adds their energy and losses.
+    """Speeds and displacements of added bodies, forces and motion of added connections; adds their energy and losses.
 
-    Leaves in ``work.added.answered`` what added connections do to all ports.
+    Leaves the forces of added connections on all ports in ``work.added.answered``.
     """
     shown = model.links.shown
     turn_frames(model, work, work.frames[0, at.THETA])
@@ -71,7 +71,7 @@ def observe_added(model, work, state, members, out):
 
 @inlined_kernel
 def link_value(model, k, shown):
-    """One value of connection k as its law has just left it."""
+    """Value of one output of connection k, after a call of its law."""
     place = int(shown[added.SHOWN_AT])
     kind = int(shown[added.SHOWN_KIND])
     if kind == added.PLACE_KIND:
@@ -85,14 +85,14 @@ def link_value(model, k, shown):
 
 @inlined_kernel
 def link_loss(model, work, frame, k):
-    """Power (W) that connection k takes from the bodies, what its springs store included."""
+    """Power (W) that connection k takes from the bodies, including power stored in its springs."""
     links = model.links
     row = links.rows[k]
     lost = 0.0
     for r in range(int(row[added.SIZE])):
         lost -= links.out[r] * (links.velocity[k, r] - wandering(model, work, frame, int(row[added.FIRST]) + r))
     if row[added.RUBS] > 0.0:
-        # Speeds of both ends about z: their sum and difference were the law's numbers.
+        # The law's numbers are sum and difference of the speeds of both ends about z.
         speed = links.numbers[RUBBING]
         across = second_lever(row, links.out, work.added.gaps[added.D])
         other = 0.5 * (links.numbers[SPEED] - speed)
@@ -105,9 +105,9 @@ def link_loss(model, work, frame, k):
 
 @kernel
 def carried_rate(model, work, frame, j):
-    """Rate at which frames carry component j along as they turn: what a load works on besides its body's own motion.
+    """Rate of component j by rotation of frames, on which a load does work in addition to its body's own motion.
 
-    Between two bodies that mesh these rates cancel. What a load pushes against is at rest.
+    For two bodies in mesh these rates cancel. The other side of a load is at rest.
     """
     links = model.links
     rate = 0.0
@@ -140,7 +140,7 @@ def frame_speed(model, work, frame, owner):
 
 @inlined_kernel
 def wandering(model, work, frame, j):
-    """Rate of component j because the point where an end slides wanders over the other body, which does no work."""
+    """Rate of component j by motion of the contact point of a sliding end over the other body, which does no work."""
     terms = model.links.terms
     frames = work.added.frames
     rate = 0.0
@@ -158,7 +158,7 @@ def wandering(model, work, frame, j):
 
 @kernel
 def observe_bodies(model, work, state):
-    """Energy of added bodies, against frames that turn evenly, and what their own damping takes."""
+    """Energy of added bodies, relative to uniformly rotating frames, and the power of their own damping."""
     n = model.omega2.shape[0]
     work.powers[at.ADDED_LOSS] = 0.0
     for b in range(model.bodies.rows.shape[0]):
@@ -173,7 +173,7 @@ def observe_bodies(model, work, state):
         swept_x = work.frames[0, at.OMEGA] * moved[added.OWN_X1]
         swept_y = work.frames[0, at.OMEGA] * moved[added.OWN_Y1]
         if model.links.frames[int(row[added.FRAME_OF]), added.FRAME_KIND] != added.TURNING:
-            # What a frame moves by itself is constant in one that turns evenly.
+            # Energy of a frame's own motion is constant, and left out, for frames that rotate uniformly.
             own = row[added.MASS] * (swept_x * swept_x + swept_y * swept_y) + row[added.INERTIA] * omega * omega
             across = swept_y * row[added.UNBALANCE_X] - swept_x * row[added.UNBALANCE_Y]
             work.powers[at.STORED] += 0.5 * own + omega * across
@@ -194,7 +194,7 @@ def observe_bodies(model, work, state):
 
 @kernel
 def body_value(model, work, state, shown):
-    """Speed (rad/s), rotation against its frame (rad), or displacement of the centre of mass (m) of an added body."""
+    """Speed (rad/s), rotation relative to its frame (rad), or displacement of the centre (m) of an added body."""
     row = model.bodies.rows[int(shown[added.SHOWN_OF])]
     n = model.omega2.shape[0]
     size = int(row[added.MODES])

@@ -1,7 +1,8 @@
-"""Parts of the pulley's axial motion: they add up to ``pulley.axial``.
+"""Parts of the pulley's axial motion, which add up to ``pulley.axial``.
 
-From the block outwards: the thrust faces move with the block on its mounts, the collar between its faces, and the crank
-between collar and pulley, stretched by axial forces and, its throws being what they are, by twist and bending as well.
+From the block outwards: motion of the thrust faces with the block on its mounts, motion of the collar between its
+faces, and stretch of the crank between collar and pulley, by axial forces and, because of its throws, by twist and
+bending.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ FORCE, SLIP = range(2)
 
 @law_kernel
 def observe_axial(model, work, state, members, out):
-    """Displacements along the crank axis: thrust faces in space, collar against them, pulley against the collar."""
+    """Displacements along the axis: thrust faces in space, collar relative to them, pulley relative to the collar."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
@@ -39,7 +40,7 @@ def observe_axial(model, work, state, members, out):
 
 @law_kernel
 def observe_axial_path(model, work, state, members, out):
-    """Force of the drive line on the flywheel along the axis, and displacement of the flywheel against the shaft."""
+    """Axial force of the drive line on the flywheel, and displacement of the flywheel relative to the shaft."""
     out[FORCE] = 0.0
     out[SLIP] = 0.0
     n = model.omega2.shape[0]

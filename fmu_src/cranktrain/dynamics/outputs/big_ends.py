@@ -1,9 +1,9 @@
-"""What the running model shows of the big ends: load of each crank pin and, where it floats, its film.
+"""Outputs of the big ends: load of each crank pin and, for floating big ends, the film.
 
-Rods lie behind one another on a pin, each with a film of its own; pin and bore both turn, the bore as the rod swings.
-Vectors in axes at rest: x across the engine, y upwards. A rigid big end has a load as well; all else of it is 0. The
-load of a master rod's big end includes that of the rods that hang on it; that of an articulated rod is the load of its
-knuckle pin.
+Rods lie behind one another on a pin, each with a film of its own. Pin and bore both rotate, the bore with the swing of
+the rod. Vectors are in axes at rest: x across the engine, y upwards. A rigid big end has a load as well; its other
+outputs are 0. The load of a master rod's big end includes that of the articulated rods on it. The load of an
+articulated rod is that of its knuckle pin.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BIG_END_OUTPUTS = 9
 
 @law_kernel
 def observe_big_ends(model, work, state, members, out):
-    """Force on each pin, place of the pin in the bore, film."""
+    """Force on each pin, position of the pin in the bore, and film values, for all big ends."""
     work.powers[at.BIG_ENDS_FRICTION] = 0.0
     work.powers[at.BIG_ENDS_SHEAR] = 0.0
     work.powers[at.BIG_ENDS_SQUEEZE] = 0.0
@@ -80,14 +80,14 @@ def observe_floating(model, work, state, c, row):
     to_space(place, frame[at.COS], frame[at.SIN], row[POSITION_X:])
     row[ECCENTRIC] = found[ECCENTRICITY]
     row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - found[ECCENTRICITY]), 0.0)
-    # An elastic bore has a least gap of its own.
+    # The law of an elastic bore gives its own least gap.
     if found[GAP] >= 0.0:
         row[FILM_MIN] = found[GAP]
     row[PRESSURE_MAX] = found[P_MAX]
     row[FRICTION_TORQUE] = -found[FRICTION]
     work.powers[at.BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
     work.powers[at.BIG_ENDS_SHEAR] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
-    # The film acts on the rod where the pin is.
+    # The film's force on the rod acts at the displaced pin.
     work.powers[at.BIG_ENDS_SQUEEZE] -= found[X] * (velocity[X] + rod_speed * place[Y])
     work.powers[at.BIG_ENDS_SQUEEZE] -= found[Y] * (velocity[Y] - rod_speed * place[X])
     row[OIL_FLOW] = found[FLOW]
@@ -95,7 +95,7 @@ def observe_floating(model, work, state, c, row):
 
 @kernel
 def to_space(vector, cos, sin, out):
-    """Turn a plane vector by the angle whose cosine and sine are given, ``out[0:2]``."""
+    """Rotate a plane vector by the angle whose cosine and sine are given, into ``out[0:2]``."""
     x = vector[X]
     out[X] = cos * x - sin * vector[Y]
     out[Y] = sin * x + cos * vector[Y]

@@ -1,4 +1,4 @@
-"""What the running model shows of the crank as a whole, of its torques, and of its own work."""
+"""Outputs of the crank as a whole, of torques, of gas work and of the solver."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ CRANK_ANGLE, CYCLE_ANGLE, NEXT_ANGLE, CRANK_SPEED, CRANK_IRREGULARITY, FRAME_SPE
 PULLEY_TORSION, PULLEY_AXIAL, PULLEY_SPEED, FLYWHEEL_TORSION, FLYWHEEL_SPEED, SHAFT_TORQUE = range(6, 12)
 INDICATED, FRICTION, BRAKE = range(3)
 SLOWEST = 1.0
-"""Speed below which a power has no torque, rad/s."""
+"""Speed (rad/s) below which torques are 0 instead of power over speed."""
 ONLINE, LAST = 3, 4
-"""Places of the films that lay outside their table, and of whether the step's work was cut short."""
+"""Positions of the number of films outside their table, and of the mark for a step whose work was cut short."""
 
 
 @law_kernel
 def observe_crank(model, work, state, members, out):
-    """Angle, speed and irregularity of the crank, motion of pulley and flywheel, torque that the drive line takes."""
+    """Angle, speed and irregularity of the crank, motion of pulley and flywheel, torque of the drive line."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     frame = work.frames[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
-    # The crank is where it is, not where the frame that follows it has come to.
+    # The angle is that of the crank itself, not of the frame that follows it.
     rotation, rate, _ = crank_rotation(model, state)
     angle = frame[at.THETA] + rotation
     out[CRANK_ANGLE] = angle
     out[CYCLE_ANGLE] = angle - CYCLE * math.floor(angle / CYCLE)
-    # Where a partner that steps at the same time will find the crank.
+    # Crank angle at the end of the next step, for a partner that steps at the same time.
     out[CRANK_SPEED] = frame[at.OMEGA] + rate
     out[NEXT_ANGLE] = angle + out[CRANK_SPEED] * state[LAST_INTERVAL]
     out[CRANK_IRREGULARITY] = state[IRREGULARITY]
@@ -61,7 +61,7 @@ def observe_crank(model, work, state, members, out):
     powers[at.SHAFTS_LOSS] = 0.0
     powers[at.DYNAMOMETER_POWER] = 0.0
     powers[at.STORED] = 0.0
-    # The dynamometer keeps the given speed, which the frame leads.
+    # The dynamometer turns at the given speed, from which the frame differs by its lead.
     given = frame[at.OMEGA] - frame[at.LEAD_RATE]
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
@@ -78,7 +78,7 @@ def observe_crank(model, work, state, members, out):
 
 @kernel
 def observe_structure(model, work, state):
-    """Powers of the structures' own damping and of the valve train; adds the energy of crank, rotors and block."""
+    """Powers of structural damping and of the valve train; adds the energy of crank, rotors and block."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
@@ -112,10 +112,10 @@ def observe_structure(model, work, state):
 
 @law_kernel
 def observe_torques(model, work, state, members, out):
-    """Torques on the crank, powers over the frame's speed: of the gas, of friction, and of the gas less all losses.
+    """Torques on the crank as powers over the frame's speed: of the gas, of friction, and of the gas minus all losses.
 
-    The frame's speed is smooth, so that means of torques go as means of powers. Losses are all that the energy balance
-    of a run counts (:mod:`cranktrain.results.energy`). Powers are those that the families before have left.
+    The frame's speed is smooth, so mean torques are proportional to mean powers. Losses are those of the energy balance
+    of a run (:mod:`cranktrain.results.energy`). Earlier families have left the powers in ``work``.
     """
     speed = work.frames[0, at.OMEGA]
     for k in range(BRAKE + 1):
@@ -134,14 +134,14 @@ def observe_torques(model, work, state, members, out):
 
 @law_kernel
 def observe_gas(model, work, state, members, out):
-    """Work of given pressures since the start."""
+    """Work of given pressures since the start, J."""
     out[0] = state[GAS_DONE]
     return 0
 
 
 @law_kernel
 def observe_solver(model, work, state, members, out):
-    """Of the last communication step: worst residual, sub-steps, iterations, films outside their table, 1 where cut."""
+    """Worst residual, sub-steps, iterations, films outside their table, and mark if cut short, of the last step."""
     out[0] = state[RESIDUAL]
     out[1] = state[SUBSTEPS]
     out[2] = state[ITERATIONS]

@@ -1,6 +1,6 @@
-"""What the running model shows of pistons: the gas's volume, and the piston's motion in its liner.
+"""Outputs of cylinders and pistons: the gas volume, and the piston's motion in its liner.
 
-Motion and forces are across and along the cylinder; what a level lacks is 0.
+Motion and forces are across and along the cylinder. Values that a level does not model are 0.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)
 
 @law_kernel
 def observe_cylinders(model, work, state, members, out):
-    """Volume of the gas, its deviation from rigid parts, and their rates; place of each piston; its own crank angle."""
+    """Gas volume, its deviation from rigid parts, and their rates; position of each piston; its own crank angle."""
     frame = work.frames[0]
     u = work.port[at.STATE_U]
     ud = work.port[at.STATE_UD]
@@ -53,7 +53,7 @@ def observe_cylinders(model, work, state, members, out):
 
 @kernel
 def sliding_rate(model, work, c, position, rate):
-    """Rate (m/s) at which the pin of piston c rises along its leaning liner, the liner's own rise not taken off."""
+    """Rate (m/s) at which the pin of piston c rises along its leaning liner; the liner's own rise is not subtracted."""
     liner = int(model.cylinders[c, at.LINER_PORT])
     if liner < 0:
         return rate
@@ -72,7 +72,7 @@ def sliding_rate(model, work, c, position, rate):
 
 @law_kernel
 def observe_pistons(model, work, state, members, out):
-    """Motion in the liner, across the cylinder at the height of the pin and in tilt; forces on it, across and along."""
+    """Piston motion in the liner, across at the height of the pin and in tilt; forces on it, across and along."""
     u = work.port[at.STATE_U]
     r = work.scratch
     work.powers[at.LINERS_FRICTION] = 0.0
@@ -111,7 +111,7 @@ def observe_pistons(model, work, state, members, out):
 
 @kernel
 def rod_energy(model, work, c):
-    """Kinetic energy (J) of a rod and of its piston along the cylinder, from the motion that observe_rod has left."""
+    """Kinetic energy (J) of a rod and of its piston along the cylinder, from the motion left by observe_rod."""
     rod = model.cylinders[c]
     cross = work.scratch[CROSS:]
     side = cross[X] - rod[at.OFFSET]
@@ -128,7 +128,7 @@ def rod_energy(model, work, c):
 
 @kernel
 def layer_rate(model, work, c, layer, rod):
-    """Rate of the gap (m/s) between a layer of the skirt of piston c and its liner, square to the leaning liner."""
+    """Rate of the gap (m/s) between a layer of the skirt of piston c and its liner, normal to the leaning liner."""
     u = work.port[at.STATE_U]
     ud = work.port[at.STATE_UD]
     piston, liner = int(model.cylinders[c, at.PISTON_PORT]), int(model.cylinders[c, at.LINER_PORT])

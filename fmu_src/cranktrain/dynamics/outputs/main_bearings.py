@@ -1,10 +1,10 @@
-"""What the running model shows of the main bearings and the thrust bearing.
+"""Outputs of the main bearings and the thrust bearing.
 
-Forces, moments, places, velocities and angles are given in axes at rest: x across the engine, y upwards, angles from x
-in the crank's sense of rotation. A moment is the true vector about the bearing's middle, M = (−∫ z dF_y, ∫ z dF_x), on
-the journal. How velocities and gaps are defined: :mod:`cranktrain.film.laws.gap_motion`. Films without tilt have no
-moment, and their least gap is that of the journal's middle. In an elastic bore least film and gap.angle are the film's
-own; gap.side and gap.rate stay those of the rigid shell.
+Forces, moments, positions, velocities and angles are in axes at rest: x across the engine, y upwards, angles from x in
+the crank's sense of rotation. A moment is the true vector about the bearing's middle, M = (−∫ z dF_y, ∫ z dF_x), on the
+journal. Velocities and gaps are defined in :mod:`cranktrain.film.laws.gap_motion`. Films without tilt have no moment,
+and their least gap is that of the journal's middle. In an elastic bore, film_thickness_min and gap.angle belong to the
+deformed bore; gap.side and gap.rate are those of the rigid shell.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ EFFECTIVE_SPEED, ANGLE_OF_GAP, SIDE_OF_GAP, RATE_OF_GAP, BEARING_OUTPUTS = range
 
 @law_kernel
 def observe_bearings(model, work, state, members, out):
-    """Load, film and motion of each main journal in its bore; 0 where journals are locked on their axis."""
+    """Load, film and motion of each main journal in its bore; 0 if journals are locked on their axis."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     b = model.bearings.shape[0]
@@ -79,7 +79,7 @@ def observe_bearings(model, work, state, members, out):
         for k in range(int(connection[at.COUPLED])):
             work.powers[at.MAINS_SQUEEZE] -= films.out[k] * films.velocity[i, k]
         observe_gap(films.place[i], films.velocity[i], frame, model.bearings[i], speed, work.scratch, row)
-        # An elastic bore, or rollers, have a least gap of their own.
+        # The laws of elastic bores and of rollers give their own least gap.
         if films.out[GAP] >= 0.0:
             row[FILM_MIN] = films.out[GAP]
             row[ANGLE_OF_GAP] = math.atan2(math.sin(films.out[GAP_ANGLE]), math.cos(films.out[GAP_ANGLE]))
@@ -93,7 +93,7 @@ def observe_bearings(model, work, state, members, out):
 
 @kernel
 def observe_film(film, law, coupled, frame, row):
-    """Write force, figures and, where the journal's end is among the ``coupled`` ports, moment of a film's result."""
+    """Write force, film values and, if the journal's end is among the ``coupled`` ports, the moment of a film."""
     cos = frame[at.COS]
     sin = frame[at.SIN]
     row[FORCE_X] = cos * film[X] - sin * film[Y]
@@ -140,9 +140,9 @@ def observe_gap(place, velocity, frame, law, speed, motion, row):
 
 @law_kernel
 def observe_thrust(model, work, state, members, out):
-    """Axial force on the collar, by the very call that the equations of motion make, and its displacement.
+    """Axial force on the collar, by the same call as in the equations of motion, and its displacement.
 
-    The displacement is against the thrust faces.
+    The displacement is relative to the thrust faces.
     """
     frame = work.frames[0]
     k = thrust_row(model)

@@ -1,11 +1,12 @@
-"""The register of output families: what a run shows, in order, and the lowest fidelity levels that answer it.
+"""Register of output families: the outputs of a run, in order, and the lowest fidelity levels that model them.
 
 A family is a kernel ``observe(model, work, state, members, out) -> 0`` that fills ``out``, the values of its members
 one after the other, from the state alone. Its caller leaves in ``work`` the frame at the state (``frames[0]``), the
-cylinder pressures (``pressures[0]``) and the ports (``port[STATE_U]`` and the rows behind it, ``port[RELATIVE]``).
+cylinder pressures (``pressures[0]``) and the ports (``port[STATE_U]`` and the rows after it, ``port[RELATIVE]``).
 Adding an output is one kernel, one row and its entry in ``modelDescription/interface.toml``.
 
-Names do not depend on levels, since the FMU's description is fixed before any is chosen; what a level lacks is 0.
+Names do not depend on levels, because the FMU's description is fixed before levels are chosen. Values that a level does
+not model are 0.
 """
 
 from __future__ import annotations
@@ -28,32 +29,32 @@ from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.model import Engine
 
 Need = Mapping[str, Any]
-"""Lowest level of each kind that answers an output, where that is not the lowest; ``film``: rollers do not serve."""
+"""Lowest level of each kind that models an output, if not the lowest of all; ``film`` excludes rollers."""
 
 
 class Counts(NamedTuple):
-    """How many members families may have."""
+    """Number of members of output families, by kind."""
 
     bearings: int
     cylinders: int
     mounts: int
-    added: tuple[str, ...] = ()  # names of what added bodies and connections show
+    added: tuple[str, ...] = ()  # names of the outputs of added bodies and connections
 
 
 @dataclass(frozen=True)
 class Family:
-    """Outputs that one kernel fills.
+    """Output family: outputs that one kernel fills.
 
     Attributes
     ----------
-    name : first part of their names; empty where they bring their own
-    kernel : what fills them, or where it is
-    outputs : the rest of their names, in order, with what each needs
-    count : the entry of :class:`Counts` that numbers the members; empty: there is one, without number; where the entry
-        holds names, these are the outputs
-    units : of those outputs whose name does not tell, see :func:`cranktrain.results.files.output_unit`
-    unjudged : outputs that do not tell how settled a run is: angles that grow or wrap, counts, parts of others
-    after : by output, families whose kernels leave what it is made of
+    name : first part of the outputs' names; empty if names are complete
+    kernel : kernel that fills the outputs, or the name of its module and function
+    outputs : rest of the outputs' names, in order, with the levels that each needs
+    count : the entry of :class:`Counts` with the number of members; empty: one member, without number; if the entry
+       holds names, these are the outputs
+    units : units of outputs whose name does not imply them, see :func:`cranktrain.results.files.output_unit`
+    unjudged : outputs that do not show how settled a run is: angles that grow or wrap, counts, parts of others
+    after : by output, families whose kernels must run before, because they leave its input
     """
 
     name: str
@@ -65,16 +66,16 @@ class Family:
     after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def members(self, counts: Counts) -> int:
-        """How many there are."""
+        """Number of members of this family."""
         found = getattr(counts, self.count) if self.count else 1
         return found if isinstance(found, int) else 1
 
     def size(self, counts: Counts) -> int:
-        """How many outputs it has in all."""
+        """Number of outputs of all members."""
         return sum(1 for _ in self.names(counts))
 
     def names(self, counts: Counts) -> Iterator[tuple[str, Need]]:
-        """Names of its outputs, in order, and what each needs."""
+        """Names of its outputs, in order, and the levels that each needs."""
         found = getattr(counts, self.count) if self.count else 1
         if not isinstance(found, int):
             yield from ((name, {}) for name in found)
@@ -89,18 +90,18 @@ FAMILIES: dict[str, Family] = {}
 
 
 def register_family(family: Family) -> None:
-    """Add a row behind all others."""
+    """Add a family at the end of the register."""
     FAMILIES[family.name or "crank"] = family
 
 
 def output_counts(engine: Engine, more: Topology | None = None) -> Counts:
-    """Members of the families of an engine, with ``more`` bodies and connections than its file has."""
+    """Numbers of members for an engine, with ``more`` bodies and connections in addition to those of its file."""
     mounts = len(engine.mounts.x) if engine.mounts is not None else 0
     return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts, added_outputs(engine, more))
 
 
 def output_needs(counts: Counts) -> dict[str, Need]:
-    """Names of all outputs, in order, and what each needs; ``InputError`` where a name is there twice."""
+    """Names of all outputs, in order, and the levels that each needs; ``InputError`` for a name that occurs twice."""
     found: dict[str, Need] = {}
     for family in FAMILIES.values():
         for name, need in family.names(counts):
@@ -111,7 +112,7 @@ def output_needs(counts: Counts) -> dict[str, Need]:
 
 
 def judged_families(counts: Counts) -> dict[str, list[str]]:
-    """Outputs that tell how settled a run is, by families: name without number and axis, e.g. ``bearing.force``."""
+    """Outputs by which settling is judged, by family: name without number and axis, e.g. ``bearing.force``."""
     found: dict[str, list[str]] = {}
     for family in FAMILIES.values():
         for name, _ in family.names(counts):
@@ -124,14 +125,14 @@ def judged_families(counts: Counts) -> dict[str, list[str]]:
 def output_family(name: str) -> str:
     """Family of an output by which settling is judged: ``bearing.force`` of ``bearing[2].force.x``.
 
-    Connections, which have names in place of numbers, are one family too: one that carries nothing but rounding does
+    Connections, which have names in place of numbers, are one family too, so that one with only rounding errors does
     not keep a run from being periodic.
     """
     return re.sub(r"\[[^\]]*\]|\.[xyz]$", "", name)
 
 
 def nearest_output(name: str, valid: Iterable[str]) -> str:
-    """Say which of a run's outputs is closest to ``name``; one of its own family, or that the run has none of it."""
+    """Hint for an unknown output: the closest valid name, of the same family if any, or that the run has none of it."""
     names = list(valid)
     own = [one for one in names if output_family(one) == output_family(name)]
     family = FAMILIES.get(name.partition("[")[0])
@@ -146,7 +147,7 @@ def output_names(counts: Counts) -> tuple[str, ...]:
 
 
 class Outputs(NamedTuple):
-    """What a run shows, and what fills it."""
+    """Outputs of a run and the kernels that fill them."""
 
     families: NDArray[np.int64]  # (f, COLUMNS) see dynamics.outputs.slots
     values: Array  # (outputs,)
@@ -154,7 +155,7 @@ class Outputs(NamedTuple):
 
 
 def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array) -> Outputs:
-    """What fills the ``values`` of all outputs of a model; compiles the kernels."""
+    """Table of the kernels that fill the ``values`` of all outputs of a model; compiles the kernels."""
     rows, first = [], 0
     kernels = [resolve(family.kernel) for family in FAMILIES.values()]
     addresses = kernel_addresses(kernels, model, work, state, 0, state)
@@ -167,7 +168,7 @@ def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array
 
 
 def families_of(counts: Counts) -> list[tuple[int, ...]]:
-    """Of each output, in order, the rows of the families that are observed for it."""
+    """Rows of the families that must be observed for each output, in order of the outputs."""
     rows = {key: row for row, key in enumerate(FAMILIES)}
     found: list[tuple[int, ...]] = []
     for key, family in FAMILIES.items():
@@ -209,7 +210,7 @@ for _family in (
         units={"crank.angle_cycle": "rad", "crank.angle_next": "rad", "crank.irregularity": "1"},
         unjudged=frozenset(
             {"crank.angle", "crank.angle_cycle", "crank.angle_next", "crank.irregularity", "frame.speed"}
-            | {"pulley.speed", "flywheel.speed"}  # rates of what is judged
+            | {"pulley.speed", "flywheel.speed"}  # rates of judged outputs
         ),
     ),
     Family(
@@ -247,7 +248,7 @@ for _family in (
         f"{_HERE}.axial:observe_axial",
         {"engine": _SHAKES, "bearing": _BENDS, "crank": _BENDS},
         units={"axial.engine": "m", "axial.bearing": "m", "axial.crank": "m"},
-        unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of what is judged
+        unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of a judged output
     ),
     Family(
         "axial_path",
@@ -311,14 +312,14 @@ for _family in (
         {"torque": _DAMPED, "heat": _DAMPED, "twist": _DAMPED, "temperature": _DAMPED},
         unjudged=frozenset({"twist"}),  # a ring in its fluid may slip from cycle to cycle
     ),
-    # Before what reads powers and energies, which it adds to.
+    # Before the families that read powers and energies, because it adds to them.
     Family("added", f"{_HERE}.added:observe_added", {}, "added"),
     Family(
         "torque",
         f"{_HERE}.crank:observe_torques",
         {"indicated": {}, "friction": _FILM, "brake": {}},
         units={f"torque.{name}": "N m" for name in ("indicated", "friction", "brake")},
-        unjudged=frozenset({"indicated", "friction", "brake"}),  # of what is judged
+        unjudged=frozenset({"indicated", "friction", "brake"}),  # made of judged outputs
         after={
             "indicated": ("cylinder",),
             "friction": ("bearing", "big_end", "piston"),

@@ -1,9 +1,9 @@
-"""Columns of what fills the outputs, :class:`cranktrain.dynamics.outputs.register.Outputs`.
+"""Columns of the families in :class:`cranktrain.dynamics.outputs.register.Outputs`.
 
-Apart from the register, so that the kernels which call the families do not rest on which families there are.
+They are in a file of their own, so that kernels which call the families do not depend on the register.
 """
 
 from __future__ import annotations
 
-# Kernel's address, first value and the one behind the last, members, whether anybody reads them.
+# Address of the kernel, first value and the one after the last, number of members, 1 if the values are wanted.
 ADDRESS, FIRST, END, MEMBERS, WANTED, COLUMNS = range(6)

@@ -1,6 +1,6 @@
-"""What the running model shows of the engine as a whole: mounts, block, cover and damper.
+"""Outputs of the engine as a whole: mounts, block, cover and damper.
 
-Axes at rest, x across the engine, y upwards, z along the crank. What a level lacks is 0.
+Axes are at rest, x across the engine, y upwards, z along the crank. Values that a level does not model are 0.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, of
 from cranktrain.loads.damper import damper_torque
 
 AXES = 6
-"""Displacements along x, y, z and rotations about them, or forces and moments."""
+"""Number of components: displacements along x, y, z and rotations about them, or forces and moments."""
 TORQUE, HEAT, TWIST, TEMPERATURE, DAMPER_OUTPUTS = range(5)
 DAMPER_HEAT = 3
-"""Where the damper's law writes the power that it dissipates."""
+"""Position at which the damper's law writes its dissipated power."""
 
 
 @law_kernel
 def observe_mounts(model, work, state, members, out):
-    """What each mount does to the engine, the engine's weight included."""
+    """Forces and moments of each mount on the engine, including its weight."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
@@ -57,7 +57,7 @@ def observe_block(model, work, state, members, out):
 
 @law_kernel
 def observe_cover(model, work, state, members, out):
-    """Acceleration of the cover's middle, square to it."""
+    """Acceleration of the cover's middle, normal to the cover."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     a = state[offset(ACCELERATION, n) + t : offset(ACCELERATION, n) + n]
@@ -69,7 +69,7 @@ def observe_cover(model, work, state, members, out):
 
 @law_kernel
 def observe_damper(model, work, state, members, out):
-    """Torque of the ring on the housing, power that it dissipates, its twist against the housing, its temperature."""
+    """Torque of the damper's ring on the housing, dissipated power, twist relative to the housing, temperature."""
     for j in range(DAMPER_OUTPUTS):
         out[j] = 0.0
     work.powers[at.DAMPER_LOSS] = 0.0

@@ -1,1 +1,1 @@
-"""Cycles that repeat: how far a cycle is from the periodic one, and how to reach that in a few cycles."""
+"""Search for the periodic motion of a run: distance of a cycle from it, and corrections that reach it in few cycles."""

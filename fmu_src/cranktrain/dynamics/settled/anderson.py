@@ -1,12 +1,13 @@
-"""Anderson's method: all modes of a motion settle together, by what the last cycles changed.
+"""Anderson's method: correction of all modes of a motion together, from the changes over the last cycles.
 
-With the starts x_j of the last cycles and what each misses, f_j = G(x_j) − x_j and the slow modes' correction, the next
+Let x_j be the starts of the last cycles and f_j their residuals, G(x_j) − x_j plus the slow modes' correction. The next
 start is
 
     x + f − Σ γ_j (Δx_j + Δf_j),    γ the least squares of f ≈ Σ γ_j Δf_j
 
-between one cycle and the next, by the energies in :meth:`slow_modes.SlowModes.coordinates`. No multiplier has to be
-known, and it ends at the same cycle as plain running.
+with differences Δ between one cycle and the next, measured by the energies in
+:meth:`slow_modes.SlowModes.coordinates`. No multiplier has to be known, and the result is the same cycle as by plain
+running.
 
 Source: D. G. Anderson, Iterative procedures for nonlinear integral equations, J. ACM 12, 1965.
 """
@@ -23,11 +24,11 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 DISTINCT = 0.02
-"""Singular value of normalised differences, over the largest, below which they tell nothing new."""
+"""Relative singular value of normalised differences below which they count as linearly dependent."""
 
 
 def anderson_step(modes: SlowModes, known: Sequence[tuple[Motion, Motion]]) -> Motion:
-    """Motion −Σ γ_j (Δx_j + Δf_j) to add beside f; ``known`` are x_j and f_j of each cycle, the last one last."""
+    """Motion −Σ γ_j (Δx_j + Δf_j) to add to x + f; ``known`` are x_j and f_j of each cycle, the newest last."""
     missed = known[-1][1]
     total = missed.minus(missed)
     pairs = list(pairwise(known))

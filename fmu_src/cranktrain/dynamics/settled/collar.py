@@ -1,13 +1,14 @@
-"""The crank as a whole along its axis, whose collar floats between the films of the thrust bearing.
+"""Correction of the crank's rigid motion along its axis, with the collar between the films of the thrust bearing.
 
-What a cycle makes of its place z and velocity ż hangs on how the collar bounces between the films, and no formula tells
-it. At low speeds hardly anything is left; towards the speed where the motion begins to repeat every second cycle a real
-multiplier goes to −1. So the 2 × 2 matrix S with y₁ = S y₀, y = (ω z, ż), is learned from one change of a start and
-what the cycle makes of it after the other (Broyden, Math. Comp. 19, 1965),
+How its displacement z and velocity ż change over a cycle depends on how the collar bounces between the films, for which
+there is no formula. At low speeds a disturbance has almost decayed after a cycle. Near the speed at which the motion
+begins to repeat every second cycle a real multiplier approaches −1. So the 2 × 2 matrix S with y₁ = S y₀, y = (ω z, ż),
+is learned from successive pairs of a change of the start and the change after the cycle (Broyden, Math. Comp. 19,
+1965),
 
     S ← S + (y₁ − S y₀) y₀ᵀ/(y₀ᵀ y₀),
 
-and carried over to the next speed: it changes little over the speed.
+and carried over to the next speed, because S changes little with speed.
 """
 
 from __future__ import annotations
@@ -22,15 +23,15 @@ from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.motion import Motion
 
 RATE = 300.0
-"""ω, 1/s: of the order of a cycle's rate; it makes places and velocities comparable."""
+"""Scale ω, 1/s, that makes displacements and velocities comparable; of the order of a cycle's rate."""
 STABLE = 0.9
 """Largest multiplier of S with which motions are corrected; the six at usual steps has 0.74 near 2360 rev/min."""
 NOTHING_LEFT = np.zeros((2, 2))
-"""S of a collar of which nothing is known."""
+"""Initial S, of a collar without any data."""
 
 
 class Learned(NamedTuple):
-    """What settling beside the slow modes is known by: the mode that decays freely, and S of the collar."""
+    """Learned data of settling apart from the slow modes: the freely decaying mode, and S of the collar."""
 
     free: FreeMode
     collar: Array = NOTHING_LEFT
@@ -54,11 +55,11 @@ class Collar:
         self._along = rigid / size if size > 0.0 else rigid
 
     def split(self, motion: Motion) -> Array:
-        """Momentum along the axis tells y."""
+        """Coordinates y of a motion, from its momentum along the axis."""
         return np.array([RATE * (self._along @ motion.place), self._along @ motion.velocity])
 
     def lift(self, y: Array) -> Motion:
-        """The crank moves along its axis as a rigid body."""
+        """Motion of the crank along its axis as a rigid body with the coordinates y."""
         place, velocity = y[0] / RATE * self._along, y[1] * self._along
         return Motion(place, velocity, np.zeros_like(place), 0.0, 0.0)
 
@@ -68,9 +69,9 @@ class Collar:
         return bool(np.abs(np.linalg.eigvals(self.over_cycle)).max() <= STABLE)
 
     def correction(self, change: Motion, cycles: int) -> Motion:
-        """What to add after so many cycles over which a motion changed: M (I − M)⁻¹ y, M the power of S.
+        """Correction M (I − M)⁻¹ y after ``cycles`` cycles that changed the motion by ``change``; M is the power of S.
 
-        Nothing where S is near the edge of stability, beyond which a correction would hold on to what no engine does.
+        It is zero if S is near the limit of stability, beyond which it would lead to an unstable periodic motion.
         """
         if not self.stable:
             return self.lift(np.zeros(2))
@@ -78,10 +79,10 @@ class Collar:
         return self.lift(m @ np.linalg.solve(np.eye(2) - m, self.split(change)))
 
     def forget(self) -> None:
-        """Know nothing: of a motion that repeats less often, or not at all, S is another."""
+        """Reset S, because a motion of a longer period, or without a period, has another one."""
         self.over_cycle = NOTHING_LEFT
 
     def learn(self, before: Motion, after: Motion) -> None:
-        """Know S better from a change of the start and what a cycle makes of it."""
+        """Update S from a change of the start and the change after one cycle."""
         y = self.split(before)
         self.over_cycle = self.over_cycle + np.outer(self.split(after) - self.over_cycle @ y, y) / (y @ y)

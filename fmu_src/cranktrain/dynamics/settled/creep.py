@@ -1,10 +1,10 @@
-"""An engine that creeps along the crank's axis on its mounts: the spline of its drive line slides a little each cycle.
+"""Settling of an engine that creeps along the crank's axis, as the spline of its drive line slides in each cycle.
 
-A cycle moves block and crank together by d(s) from the place s, until the mounts balance the mean thrust. Far from that
-place d hardly depends on s, for friction does not; near it d falls steeply. So far away the next place is the root of
-the secant through the last two, but no further on than the collar's clearance, until d is small or changes its sign.
-Then all modes settle together by Anderson's method (:mod:`anderson`). Behind a bolted joint nothing creeps, and all is
-left to that.
+A cycle moves block and crank together by d(s) from the position s, until the mounts balance the mean thrust. Far from
+that position d hardly depends on s, because friction does not. Near it d falls steeply. So at first the next position
+is the root of the secant through the last two, at most the collar's clearance away, until d is small or changes its
+sign. Then all modes settle together by Anderson's method (:mod:`anderson`). With a bolted joint nothing creeps, so only
+that method is used.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import ALONG, SlowModes
 
 DEPTH = 5
-"""Differences that Anderson's method knows: as many as slow motions that no formula tells."""
+"""Number of differences in Anderson's method, that of slow motions without a formula."""
 NEAR, FARTHEST, LONGEST = 0.05, 1.0, 0.25
-"""Drift over a cycle from which on Anderson's method takes over; longest steps of the secant, and of that method along
-the axis: in clearances of the collar."""
+"""In clearances of the collar: drift per cycle below which Anderson's method takes over; longest step of the secant;
+longest step of Anderson's method along the axis."""
 FRESH_STARTS = 2
-"""How often a run that gains no more forgets its cycles and begins anew."""
+"""Number of times that a run without further progress drops its old cycles and begins again."""
 
 
 class Creep:
-    """How such an engine settles, block by block of cycles."""
+    """Corrections of a creeping engine, block by block of cycles."""
 
     def __init__(self, model: ModelArrays, modes: SlowModes) -> None:
         self._modes = modes
@@ -46,7 +46,7 @@ class Creep:
         self.forget()
 
     def fresh_start(self) -> bool:
-        """Forget all cycles where that may help; whether it was done."""
+        """Forget all cycles, at most ``FRESH_STARTS`` times; returns True if it was done."""
         if self._fresh_starts == FRESH_STARTS:
             return False
         self._fresh_starts += 1
@@ -54,12 +54,12 @@ class Creep:
         return True
 
     def forget(self) -> None:
-        """Know nothing of former cycles."""
+        """Drop the data of former cycles."""
         self._near, self._drifts = not self._slides, list[tuple[float, float]]()
         self._known: list[tuple[Motion, Motion]] = []
 
     def correction(self, start: Motion, change: Motion, known: Motion) -> Motion:
-        """What to add beside the correction ``known`` after cycles that changed their ``start``."""
+        """Motion to add to the correction ``known`` after cycles that changed their ``start`` by ``change``."""
         place, drift = (float(motion.place[self._block]) / self._per_metre for motion in (start, change))
         before = self._drifts[-1][1] if self._drifts else 0.0
         if abs(drift) < NEAR * self._clearance or before * drift < 0.0:
@@ -71,7 +71,7 @@ class Creep:
         return self._anderson()
 
     def _step(self) -> float:
-        """How far beyond its drift the engine goes next, m."""
+        """Step along the axis beyond the drift of the last cycle, m."""
         farthest = FARTHEST * self._clearance
         place, drift = self._drifts[-1]
         step = np.copysign(farthest, drift)
@@ -82,13 +82,13 @@ class Creep:
         return float(np.clip(step, -farthest, farthest))
 
     def _anderson(self) -> Motion:
-        """What that method adds, no further along the axis than ``LONGEST``."""
+        """Correction by Anderson's method, limited to ``LONGEST`` along the axis."""
         total = anderson_step(self._modes, self._known)
         over = abs(float(total.place[self._block] / self._per_metre)) / (LONGEST * self._clearance)
         return total.minus(total).plus(total, 1.0 / max(1.0, over))
 
 
 def creep_of(model: ModelArrays, modes: SlowModes) -> Creep | None:
-    """How a model creeps; None where no joint holds it along the axis, or nothing stands on mounts."""
+    """Corrections of a model that may creep; None without an axial joint or without a block on mounts."""
     held = dimensions(model).joint >= 0 and model.block_ports.shape[0] > 0
     return Creep(model, modes) if held else None

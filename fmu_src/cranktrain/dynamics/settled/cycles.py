@@ -1,10 +1,11 @@
-"""Cycles of a simulation one after the other: exactly so many, or until they repeat.
+"""Run of successive cycles of a simulation: a given number, or until they repeat.
 
-After each cycle r = G(x) − x is what the state x misses of being periodic. The next one starts from
-G(x) + M (I − M)⁻¹ r of the slow modes alone (:mod:`slow_modes`), where plain running would leave M of it. In a run-up
-the last cycles correct all other modes (:mod:`anderson`). An engine that creeps along the crank's axis is brought to
-where it stays besides (:mod:`creep`). Where that gains no more, the motion may repeat only after several: plain cycles
-then show after how many, say p, it comes nearest to itself, and from then on p are taken at once, Mᵖ in the place of M.
+After each cycle r = G(x) − x is the residual of the state x. The next cycle starts from G(x) + M (I − M)⁻¹ r, with the
+correction for the slow modes only (:mod:`slow_modes`); by plain running the fraction M of the error would remain. In a
+run-up the last cycles correct all other modes (:mod:`anderson`). An engine that creeps along the crank's axis is also
+moved to its final position (:mod:`creep`). If this makes no more progress, the motion may have a longer period. Plain
+cycles then show after how many cycles p it comes nearest to itself, and from then on p are taken at once, with Mᵖ for
+M.
 """
 
 from __future__ import annotations
@@ -39,19 +40,19 @@ from cranktrain.dynamics.settled.samples import Samples
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 CALL = 0.2
-"""Wall time that a run spends at most, about, between two looks at an interrupt, s."""
+"""Approximate longest wall time between two checks for an interrupt, s."""
 RECENT = LONGEST_PERIOD + 2
-"""Cycles that a run holds where its samples are kept elsewhere: those that are compared, and one under way."""
+"""Cycles that a run keeps in memory if its samples go to a sink: those that are compared, and the present one."""
 PATIENCE, PATIENCE_OF_BLOCKS, GAIN = 3, 2, 0.5
-"""A run gains no more when this many cycles together, or blocks of some, leave more than this share of before."""
+"""A run makes no more progress if its last PATIENCE cycles (or blocks of cycles) leave more than GAIN of the error."""
 PATIENCE_OF_CREEP = 4
-"""The same where the engine creeps first."""
+"""PATIENCE of an engine that creeps."""
 TRIED = 24
-"""Most cycles of a run from a neighbour's motion: most settle within 8, and 15 where a period was doubtful."""
+"""Most cycles of a run from a neighbour's motion; usual runs settle within 8, those of doubtful period within 15."""
 
 
 class Stepped(Protocol):
-    """What is asked of a simulation."""
+    """Interface of a simulation that is run over cycles."""
 
     settings: Settings
     model: ModelArrays
@@ -67,10 +68,10 @@ class Stepped(Protocol):
 
 
 class Expected(NamedTuple):
-    """What a neighbour lets expect: whether a period is doubtful, and what settles last.
+    """Expectations from a run at a neighbouring speed: whether the period is doubtful, and learned data of settling.
 
-    ``tries``: whether the run ends where it gains no more, or after ``TRIED`` cycles, without looking for longer
-    periods: another start may lead on.
+    With ``tries`` the run ends if it makes no more progress, or after ``TRIED`` cycles, without a search for longer
+    periods, because another start may succeed.
     """
 
     doubtful: bool = False
@@ -82,10 +83,10 @@ NOTHING = Expected()
 
 
 class Recorded(NamedTuple):
-    """Outputs (samples + 1, outputs) of the recorded cycles, and how settled they are; whether a run was cut short.
+    """Outputs (samples + 1, outputs) of the recorded cycles, how settled they are, and whether the run is complete.
 
-    The ``first`` of the rows is the state so many communication steps after time 0. ``learned`` is what settled
-    last, where that was expected.
+    Row 0 is the state ``first`` communication steps after time 0. ``learned`` are the learned data of settling, if such
+    data were expected.
     """
 
     rows: Array
@@ -96,14 +97,14 @@ class Recorded(NamedTuple):
 
 
 class Recorder:
-    """Takes communication steps of a simulation and keeps their outputs.
+    """Recorder, which takes communication steps of a simulation and keeps their outputs.
 
     Attributes
     ----------
-    simulation : what takes them
-    step, per_cycle : communication step, s, and how many make a cycle
-    taken, seconds : steps taken in all, and the wall time that they took
-    under_way : outputs of the cycles that are taken at present, those at the start first
+    simulation : the simulation that is stepped
+    step, per_cycle : communication step, s, and number of steps in a cycle
+    taken, seconds : number of all steps taken, and their wall time
+    under_way : outputs of the present cycles, beginning with those at their start
     """
 
     def __init__(self, simulation: Stepped, step: float, per_cycle: int) -> None:
@@ -113,7 +114,7 @@ class Recorder:
         self.under_way: Array = np.empty((0, simulation.outputs.size))
 
     def take(self, rows: Array, first: int = 0) -> None:
-        """Take as many steps as there are rows, from ``first`` steps after time 0 on."""
+        """Take as many steps as there are rows, beginning ``first`` steps after time 0."""
         done = 0
         while done < len(rows):
             start = time.perf_counter()
@@ -132,7 +133,7 @@ class Recorder:
             self._at_once = max(1, min(4 * self._at_once, int((end - before) * CALL / max(spent, 1e-9))))
 
     def cycles(self, count: int) -> Array:
-        """Take cycles from time 0; their outputs, those at the start first."""
+        """Take ``count`` cycles from time 0; returns their outputs, beginning with those at the start."""
         rows = np.empty((count * self.per_cycle + 1, self.simulation.outputs.size))
         rows[0] = self.simulation.outputs
         before = self.taken
@@ -151,10 +152,10 @@ def plain_cycles(
     progress: Callable[[float], None] | None = None,
     samples: Samples | None = None,
 ) -> Recorded:
-    """Take ``cycles`` cycles one after the other, whatever is left of settling.
+    """Take ``cycles`` cycles one after the other, settled or not.
 
-    ``samples`` are given the rows of each cycle, of one that fails as well; then the last ``RECENT`` cycles are held,
-    and ``MOST_CYCLES`` where the speed is free: a cycle's time may be part of a revolution there.
+    ``samples`` get the rows of each cycle, also of one that fails. Then only the last ``RECENT`` cycles stay in memory,
+    or ``MOST_CYCLES`` if the speed is free, where a cycle's time may be only part of a revolution.
     """
     simulation, count = recorder.simulation, recorder.per_cycle
     driven = simulation.model.scalars[at.DRIVEN] > 0.0
@@ -182,7 +183,7 @@ def plain_cycles(
             if progress is not None:
                 progress((k + 1) / cycles)
     except KeyboardInterrupt:
-        if samples is not None:  # the interrupt may have come on their way
+        if samples is not None:  # the interrupt may have come before all were passed on
             missing = recorder.taken - begin + 1 - samples.count
             samples.keep(part[recorder.taken - before - missing : recorder.taken - before])
         if recorder.taken - begin < count:
@@ -207,10 +208,10 @@ def settled_cycles(
     say: Callable[[str], None] | None = None,
     expected: Expected = NOTHING,
 ) -> Recorded:
-    """Take cycles until no more than ``tolerance`` is left of any family of outputs; the last that repeat are kept.
+    """Take cycles until the residual of every output family is at most ``tolerance``; returns the last that repeat.
 
-    The simulation's time begins at 0 with each. ``progress`` is told the share done, ``say`` cycles and what is left.
-    Where a period is doubtful it is looked for at once.
+    The simulation's time begins at 0 with each cycle. ``progress`` gets the fraction done, ``say`` cycles and residual.
+    If the period is doubtful, it is searched for at once.
     """
     simulation, tell = recorder.simulation, say or (lambda text: None)
     most = min(most, TRIED) if expected.tries else most
@@ -248,7 +249,7 @@ def settled_cycles(
         worst += [max(left.values(), default=0.0)] if left else []
         settling = Settling(done, 0, tolerance, left)
         if left:
-            tell(f"cycle {done}: {worst[-1]:.1e} is left, to be {tolerance:g}")
+            tell(f"cycle {done}: settling error {worst[-1]:.1e} (limit {tolerance:g})")
         if progress is not None:
             share = max(share, done / most, _gained(worst, tolerance))
             progress(min(share, 1.0))
@@ -277,7 +278,7 @@ def settled_cycles(
 
 
 class Plain(NamedTuple):
-    """Cycles without correction: how many, the outputs of the last ``PLAINLY``, and what they tell of periods."""
+    """Cycles without correction: number, outputs of the last ``PLAINLY``, nearest period, growth of differences."""
 
     cycles: int
     rows: Array
@@ -285,23 +286,23 @@ class Plain(NamedTuple):
     parting: float
 
     def settling(self, judge: Judge, done: int, tolerance: float) -> Settling:
-        """How settled a motion without a period is after so many cycles: the last two differ by what is left."""
+        """Settling of a motion without a period after ``done`` cycles; its error is the difference of the last two."""
         count = len(self.rows) // PLAINLY
         left = judge.left(self.rows[-count:], self.rows[-2 * count : -count])
         return Settling(done, 0, tolerance, left, parting=self.parting)
 
 
 def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, shortest: int) -> Plain:
-    """Take ``PLAINLY`` cycles without correction, and again as long as they settle, at most ``most`` in all.
+    """Take ``PLAINLY`` cycles without correction, repeatedly as long as they settle, at most ``most`` in all.
 
-    Periods of ``shortest`` cycles or more are looked for.
+    The search is for periods of ``shortest`` cycles or more.
     """
     taken, nearest, parting = 0, -1, math.nan
     while nearest < 0 and taken + PLAINLY <= most:
         rows = recorder.cycles(PLAINLY)
         rewind(recorder.simulation, PLAINLY)
         taken += PLAINLY
-        # Every second sample tells how near cycles are as well.
+        # Every second sample is enough to compare cycles.
         cycles = rows[1:].reshape(PLAINLY, recorder.per_cycle, -1)[:, ::2]
         nearest, parting = nearest_period(judge, cycles, tolerance, shortest)
     return Plain(taken, rows, abs(nearest), parting)
@@ -315,7 +316,7 @@ def move_on(simulation: Stepped, motion: Motion) -> None:
 
 
 def rewind(simulation: Stepped, cycles: int) -> None:
-    """Call the present state the start: time from 0, the shaft's angle less the cycles that it has turned."""
+    """Make the present state a start: set its time to 0 and subtract ``cycles`` cycles from the shaft's angle."""
     state = simulation.state
     state[TIME] = state[UNDER_WAY] = 0.0
     state[SHAFT_ANGLE] -= 4.0 * math.pi * cycles
@@ -323,12 +324,12 @@ def rewind(simulation: Stepped, cycles: int) -> None:
 
 
 def _gained(worst: list[float], tolerance: float) -> float:
-    """Share of the way to the tolerance, by the logarithm of what is left."""
+    """Progress towards the tolerance, as a fraction, by the logarithm of the residual."""
     if not worst or worst[0] <= tolerance:
         return 0.0
     return math.log(worst[0] / max(worst[-1], tolerance)) / math.log(worst[0] / tolerance)
 
 
 def _gains_no_more(worst: list[float], patience: int) -> bool:
-    """Whether the last so many cycles left about as much as those before them."""
+    """True if the residuals of the last ``patience`` cycles are about as large as those before them."""
     return len(worst) >= 2 * patience and min(worst[-patience:]) > GAIN * min(worst[:-patience])

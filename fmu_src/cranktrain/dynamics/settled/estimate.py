@@ -1,11 +1,11 @@
-"""What the last cycles of a run tell about the periodic one.
+"""Estimated distance of the last cycle of a run from the periodic cycle.
 
-Cycle j started from x_j, changed it by r_j = G(x_j) − x_j and had the outputs o_j. Near the periodic cycle all three
-differ by linear maps of one another. So those c_j are sought for which r + Σ c_j (r_j − r) is least; of the outputs
-Σ c_j (o_j − o) is then known to be left. What no combination explains is taken through the slow modes' formula,
-e = (I − M)⁻¹ of it (:mod:`slow_modes`), and counts with the largest |o_j − o|/|x_j − x| seen. Both are added, sizes by
-the triangle inequality. States are measured by their energies: of the block for outputs that need it, else of crank and
-pistons.
+Cycle j starts from x_j, changes it by r_j = G(x_j) − x_j and has the outputs o_j. Near the periodic cycle differences
+of all three are linear maps of one another. So factors c_j are sought that minimise r + Σ c_j (r_j − r). The known part
+of the outputs' error is then Σ c_j (o_j − o). The remaining part of r gives an error e of the state by the slow modes'
+formula, (I − M)⁻¹ of it (:mod:`slow_modes`), and is converted to outputs by the largest |o_j − o|/|x_j − x| seen. The
+sizes of both parts are added, by the triangle inequality. States are measured by their energies: of the block for
+outputs that need it, else of crank and pistons.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 DEPTH = 3
-"""Cycles before the last that are made use of: those before them are too far away for linear maps."""
+"""Number of cycles before the last that are used; earlier ones are too far away for linear maps."""
 DISTINCT = 0.1
-"""Share of their size by which changes must differ in direction to tell two things."""
+"""Relative singular value of normalised changes below which they count as linearly dependent."""
 MARGIN = 2.0
-"""Factor on what is estimated, for what linear maps of few cycles leave out; chosen, to be above the truth."""
+"""Safety factor of the estimate, for errors of linear maps from few cycles; chosen to stay above the true error."""
 MARGIN_OF_ONE = 20.0
-"""The same where two cycles are all: their difference is another direction than what is left, up to ten times off."""
+"""Safety factor with two cycles only: their difference has another direction than the error, up to ten times off."""
 
 
 class Past:
-    """The last cycles, or blocks of so many cycles, of a run.
+    """The last cycles of a run, or its last blocks of ``cycles`` cycles.
 
-    ``left`` is what the last of them is off the periodic one, by family of outputs; empty while there is but one.
+    ``left`` is the distance of the newest one from the periodic cycle, by output family; empty if there is only one.
     """
 
     def __init__(self, modes: SlowModes, judge: Judge, cycles: int = 1) -> None:
@@ -41,24 +41,24 @@ class Past:
         self._kept: list[tuple[Motion, Motion, Array]] = []
 
     def add(self, start: Motion, change: Motion, rows: Array) -> None:
-        """One more: where it started, what it changed, and its outputs (samples, outputs)."""
+        """Add a cycle: its start, the change of its start, and its outputs (samples, outputs)."""
         self._kept = [*self._kept[-DEPTH:], (start, change, rows)]
 
     def learn(self) -> None:
-        """Have the modes learn from the last two what a cycle makes of a change of its start."""
+        """Let the modes learn from the last two cycles how a change of the start changes over a cycle."""
         (first, changed, _), (second, changed_again, _) = self._kept[-2:]
         before = second.minus(first)
         self._modes.learn(before, before.plus(changed_again.minus(changed)), len(self._kept) == 2)
 
     def further(self) -> Motion:
-        """Motion that Anderson's method adds to the modes' correction after the last cycle, from all that are kept."""
+        """Motion that Anderson's method adds to the modes' correction after the last cycle, from all kept cycles."""
         missed = [change.plus(self._modes.correction(change, self._cycles)) for _, change, _ in self._kept]
         starts = [start for start, _, _ in self._kept]
         return anderson_step(self._modes, list(zip(starts, missed, strict=True)))
 
     @property
     def left(self) -> Mapping[str, float]:
-        """See above."""
+        """Distance of the newest cycle from the periodic one by output family, see the class."""
         if len(self._kept) < 2:
             return {}
         *before, (start, change, rows) = self._kept
@@ -67,7 +67,7 @@ class Past:
         changes = [self._modes.coordinates(d) for d in differences]
         outputs = np.array([o - rows for _, _, o in before])
         estimates = []
-        # Once by what crank and pistons tell, once by the block.
+        # One estimate from crank and pistons, one from the block.
         for body, known in enumerate(self._modes.coordinates(change)):
             share = _combination(np.array([c[body] for c in changes]).T, known)
             rest = change

@@ -1,4 +1,4 @@
-"""What is left of settling in each family of outputs: RMS of the difference over RMS of the alternating part."""
+"""Settling error of each output family: RMS of the difference over RMS of the alternating part."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 
 TOLERANCE = 1.0e-3
-"""What may be left of each family of outputs, unless a run asks for another."""
+"""Default tolerance of the settling error of each output family."""
 MOST_CYCLES = 48
-"""Cycles after which a run that does not repeat ends."""
+"""Most cycles of a run; a run that does not repeat ends here."""
 FREE_CYCLES = 6
-"""Cycles of a run whose speed a load torque leaves free, unless it asks for others: it settles in seconds only."""
+"""Default number of cycles of a run whose speed is free under a load torque, which would settle only after seconds."""
 LEAST = 1.0e-9
-"""Alternating part over RMS below which an output counts as constant."""
+"""Ratio of alternating part to RMS below which an output counts as constant."""
 NOTHING = 1.0e-13
-"""Alternating part (RMS, SI) that is rounding, of whatever output: a collar that nothing tilts has 1e-15 N m."""
+"""Alternating part (RMS, SI) of any output that counts as rounding; moments of an untilted collar are 1e-15 N m."""
 
 
 @dataclass(frozen=True)
 class Settling:
-    """How settled a run is.
+    """Settling of a run: how far it is from periodic motion.
 
     Attributes
     ----------
-    cycles : that were run, those before the recorded ones included
-    repeats : cycles after which the run repeats within the tolerance, 1 to 6; 0 where it does not
-    tolerance : of what may be left
-    left : what the last cycle is still off the periodic one, by family of outputs (``bearing.force``): RMS of the
-        difference over RMS of the alternating part; empty where one cycle has nothing to be compared with
-    steady : whether a cycle repeats at all: not where a load torque leaves the speed free, which then is still changing
-    parting : factor by which cycles that are alike are farther apart after the next one, where that is why the run
-        ended: it has no period; else not a number
+    cycles : number of cycles that were run, including those before the recorded ones
+    repeats : period of the run in cycles within the tolerance, 1 to 6; 0 if it is not periodic
+    tolerance : tolerance of the settling error
+    left : distance of the last cycle from the periodic one, by output family (``bearing.force``): RMS of the difference
+       over RMS of the alternating part; empty if there is only one cycle
+    steady : whether the speed is given; a speed that is free under a load torque is still changing
+    parting : factor by which the difference of similar cycles grows per cycle, if the run ended because it has no
+       period; else not a number
     """
 
     cycles: int
@@ -48,17 +48,17 @@ class Settling:
 
     @property
     def worst(self) -> tuple[str, float]:
-        """Family of which most is left, and how much; not a number where nothing is known."""
+        """Output family with the largest settling error, and the error; NaN if no error is known."""
         return max(self.left.items(), key=lambda item: item[1], default=("", float("nan")))
 
     @property
     def text(self) -> str:
-        """One sentence."""
+        """Settling as one sentence for users."""
         count = f"{self.cycles} cycle" + ("s" if self.cycles > 1 else "")
         if not self.left:
             return f"Settling: unknown after {count}; run two or more, or until the outputs repeat"
         family, most = self.worst
-        what = f"{most:.1e} is left, most of it in {family}"
+        what = f"settling error {most:.1e}, largest in {family}"
         if not self.steady:
             return f"Settling: the speed is free; the last of {count} changed {family} by {most:.1e}"
         if self.repeats > 1:
@@ -67,14 +67,14 @@ class Settling:
             return f"Settling: periodic after {count}; {what}"
         if math.isfinite(self.parting):
             return (
-                f"Settling: no period after {count}: two that are alike differ {self.parting:.2g} times as much in the "
-                f"next one; {what}"
+                f"Settling: no period after {count}: the difference of similar cycles grows by a factor of "
+                f"{self.parting:.2g} per cycle; {what}"
             )
         return f"Settling: not periodic to {self.tolerance:g} after {count}; {what}"
 
     @property
     def attributes(self) -> dict[str, str | int | float]:
-        """As result files hold it: a scalar each, where it is known, and what is left by family as JSON text."""
+        """Attributes of result files: a scalar for each known value, and the settling error by family as JSON text."""
         found: dict[str, str | int | float] = {
             "cycles": self.cycles, "repeats_every_cycles": self.repeats, "settling_tolerance": self.tolerance,
             "settling_left_by_family": json.dumps(dict(self.left)),
@@ -84,7 +84,7 @@ class Settling:
         return found | ({"settling_left": self.worst[1]} if self.left else {})
 
     def as_dict(self) -> dict[str, object]:
-        """As JSON holds it."""
+        """Settling as a dictionary for JSON."""
         return {
             "cycles": self.cycles, "repeats_every_cycles": self.repeats, "tolerance": self.tolerance,
             "left": dict(self.left), **({"cycles_part_by": self.parting} if math.isfinite(self.parting) else {}),
@@ -92,7 +92,7 @@ class Settling:
 
 
 class Judge:
-    """Families of outputs in the columns of recorded rows.
+    """Judge of settling, which knows the columns of each output family in recorded rows.
 
     ``families`` maps a name to its outputs' columns, ``of_block`` names those whose motion is the block's.
     """
@@ -104,7 +104,7 @@ class Judge:
         self._of_block = np.array([name in of_block for name in families], dtype=bool)
 
     def weights(self, rows: Array) -> Array:
-        """Weights (outputs,) by which rows (samples, outputs) have families with alternating parts of size 1."""
+        """Weights (outputs,) that scale the alternating part of each family in rows (samples, outputs) to size 1."""
         sizes = self._alternating(rows)
         weights = np.zeros(rows.shape[1])
         weights[self._columns] = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)[self._family]
@@ -115,22 +115,22 @@ class Judge:
         return self._over(self._norms(rows - before), self._alternating(rows))
 
     def estimated(self, rows: Array, differences: Array, estimates: Sequence[tuple[Array, Array]]) -> dict[str, float]:
-        """What is left by family of a cycle's rows, from those of others less these (k, samples, outputs).
+        """Settling error of each family in a cycle's rows, from ``differences`` (k, samples, outputs) of other cycles.
 
-        ``estimates`` are those of crank and block: what is known to be left (samples, outputs), and the weights (k,) of
-        which the largest with its difference is left besides.
+        ``estimates`` belong to crank and block: the known part of the error (samples, outputs), and weights (k,). The
+        unknown part is the largest product of a weight and its difference.
         """
         apart = np.array([self._norms(difference) for difference in differences])
         crank, block = (self._norms(known) + (weights[:, None] * apart).max(axis=0) for known, weights in estimates)
         return self._over(np.where(self._of_block, block, crank), self._alternating(rows))
 
     def _over(self, found: Array, sizes: Array) -> dict[str, float]:
-        """By the names of families that are not constant."""
+        """Ratios ``found`` / ``sizes`` by the names of all families that are not constant."""
         shares = np.divide(found, sizes, out=np.zeros_like(found), where=sizes > 0.0)
         return {name: float(share) for name, share, size in zip(self._names, shares, sizes, strict=True) if size > 0.0}
 
     def _alternating(self, rows: Array) -> Array:
-        """Size of each family's alternating part; 0 of those that are constant."""
+        """Size of each family's alternating part; 0 for constant families."""
         sizes = self._norms(rows - rows.mean(axis=0))
         least = np.maximum(LEAST * self._norms(rows), NOTHING * math.sqrt(len(rows)))
         return np.where(sizes > least, sizes, 0.0)

@@ -1,8 +1,8 @@
-"""Motions that repeat less often than the engine, or never: what plain cycles, one after the other, tell of them.
+"""Motions with a period of several cycles, or without a period, found from successive plain cycles.
 
-Where a motion settles, two of its cycles that are alike are more alike after the next one, whatever its period. Where
-it is chaotic they part, by the factor e^λ a cycle on average, λ the largest Lyapunov exponent: of twelve cycles each
-and the one most like it show it (after Rosenstein, Collins and De Luca, Physica D 65, 1993).
+If a motion settles, the difference of two similar cycles is smaller after the next cycle, for any period. If it is
+chaotic, the difference grows by the factor e^λ per cycle on average, with the largest Lyapunov exponent λ. Twelve
+cycles, each compared with the most similar one, show this (after Rosenstein, Collins and De Luca, Physica D 65, 1993).
 """
 
 from __future__ import annotations
@@ -15,37 +15,37 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.settled.judging import Judge
 
 LONGEST_PERIOD = 6
-"""Most cycles after which a motion is looked for that repeats less often than the engine."""
+"""Longest period, in cycles, that is searched for."""
 PLAINLY = 2 * LONGEST_PERIOD
-"""Cycles without correction in which that is looked for."""
+"""Number of cycles without correction in which a period is searched for."""
 NEAR = 0.1
-"""What such cycles may miss of themselves for corrections to begin again."""
+"""Largest difference of cycles one period apart at which corrections begin again."""
 SURELY = 0.01
-"""The same where cycles that are alike part: a motion without a period comes near itself by chance.
+"""Value of ``NEAR`` if similar cycles diverge, because a motion without a period may come near itself by chance.
 
-Also what they may miss for their period to be known.
+It is also the largest difference at which the period counts as known.
 """
 GAIN = 0.5
-"""Of several periods the shortest is taken that leaves less than the least over this share."""
+"""The shortest period is taken whose difference is at most the least difference divided by this."""
 FADING = 0.9
-"""Cycles of a block that differ by less than this share of what those of the block before did come to be alike."""
+"""Cycles of a block become alike if they differ by less than this fraction of the last block's difference."""
 SETTLES = 0.9
-"""A motion counts as one that settles where cycles that are alike come together by less than this factor."""
+"""A motion counts as settling if the difference of similar cycles changes by less than this factor per cycle."""
 
 
 def same(judge: Judge, rows: Array, before: Array, tolerance: float) -> bool:
-    """Whether outputs (samples, outputs) are those before."""
+    """True if outputs (samples, outputs) agree with those ``before`` within the tolerance."""
     return max(judge.left(rows, before).values(), default=0.0) <= tolerance
 
 
 def comes_again(judge: Judge, samples: Array, tolerance: float) -> int:
-    """After how many cycles, 2 to 6, the last of these (cycles, samples, outputs) is what it was; 0 if it is not."""
+    """Period of cycles (cycles, samples, outputs) in cycles, 2 to 6; 0 if the motion is not periodic."""
     last = min(LONGEST_PERIOD, len(samples) - 1)
     return next((p for p in range(2, last + 1) if same(judge, samples[-1], samples[-1 - p], tolerance)), 0)
 
 
 def fading(judge: Judge, samples: Array, block: int, before: float, tolerance: float) -> tuple[bool, float]:
-    """Whether the cycles of a block come to be alike, and by how much the last two differ."""
+    """True if the cycles of a block become alike, and the difference of the last two."""
     if block == 1:
         return False, before
     count = len(samples) // block
@@ -54,7 +54,7 @@ def fading(judge: Judge, samples: Array, block: int, before: float, tolerance: f
 
 
 def repeats_every(judge: Judge, samples: Array, block: int, tolerance: float) -> int:
-    """After how many of a block of cycles, samples of all, the outputs repeat."""
+    """Period, in cycles, of the outputs within a block of cycles; ``samples`` are those of the whole block."""
     for every in range(1, block):
         count = len(samples) * every // block
         if block % every == 0 and same(judge, samples[count:], samples[:-count], tolerance):
@@ -63,11 +63,11 @@ def repeats_every(judge: Judge, samples: Array, block: int, tolerance: float) ->
 
 
 def nearest_period(judge: Judge, cycles: Array, tolerance: float, shortest: int = 2) -> tuple[int, float]:
-    """How many cycles to take at once, after which plain ones (cycles, samples, outputs) come nearest to themselves.
+    """Number of cycles to take at once: period at which plain cycles (cycles, samples, outputs) repeat most closely.
 
-    It is ``shortest`` or more. In place of 2 and 3 it is 6, which holds both, until the cycles are near enough to tell
-    which of them it is. 0 where the motion has no period, less than 0 where only more cycles tell. Also returns
-    :func:`parting`.
+    It is at least ``shortest``. For 2 and 3 it is 6, a multiple of both, until the cycles are near enough to
+    distinguish them. It is 0 if the motion has no period, and negative if more cycles are needed to decide. Also
+    returns :func:`parting`.
     """
     apart = {}
     for every in range(shortest, LONGEST_PERIOD + 1):
@@ -83,7 +83,7 @@ def nearest_period(judge: Judge, cycles: Array, tolerance: float, shortest: int 
 
 
 def parting(judge: Judge, cycles: Array) -> float:
-    """Factor (geometric mean) by which each cycle and the one most like it are farther apart after the next one."""
+    """Factor (geometric mean) by which the difference of each cycle to the most similar one grows in one cycle."""
     weighted = (cycles * judge.weights(cycles[-1])).reshape(len(cycles), -1)
     weighted = weighted - weighted.mean(axis=0)
     products = weighted @ weighted.T

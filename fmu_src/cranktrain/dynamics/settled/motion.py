@@ -1,4 +1,4 @@
-"""Motions as settling compares and corrects them."""
+"""Motions and changes of motion, as compared and corrected in settling."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cranktrain.loads.damper import STIFFNESS
 
 
 class Motion(NamedTuple):
-    """Change of a state: place, velocity and acceleration of the modes (n,), the frame's lead (rad) and its rate."""
+    """Motion, or its change: displacement, velocity, acceleration of modes (n,), lead of the frame (rad), its rate."""
 
     place: Array
     velocity: Array
@@ -32,7 +32,7 @@ class Motion(NamedTuple):
     lead_rate: float
 
     def plus(self, other: Motion, share: float = 1.0) -> Motion:
-        """The sum with so much of another."""
+        """Sum of this motion and ``share`` times another."""
         return Motion(
             self.place + share * other.place, self.velocity + share * other.velocity,
             self.acceleration + share * other.acceleration, self.lead + share * other.lead,
@@ -40,12 +40,12 @@ class Motion(NamedTuple):
         )  # fmt: skip
 
     def minus(self, other: Motion) -> Motion:
-        """The difference from another."""
+        """Difference of this motion and another."""
         return self.plus(other, -1.0)
 
 
 def motion_of(state: Array, modes: int) -> Motion:
-    """Motion that a state holds."""
+    """Motion of a state."""
     place, velocity, acceleration = (
         state[offset(block, modes) : offset(block + 1, modes)].copy() for block in (POSITION, VELOCITY, ACCELERATION)
     )
@@ -53,10 +53,10 @@ def motion_of(state: Array, modes: int) -> Motion:
 
 
 def settling_motion(model: ModelArrays, state: Array) -> Motion:
-    """Motion that a state holds, with the ring of a viscous damper turned back to where it has no twist.
+    """Motion of a state, with the ring of a viscous damper rotated to zero twist.
 
-    Nothing holds a ring in its fluid, and one that thins as it shears lets it slip by some angle each cycle: where it
-    is tells nothing of the motion.
+    The fluid does not hold the ring at an angle, and a shear-thinning fluid lets it slip by some angle each cycle, so
+    its angle does not matter for the motion.
     """
     motion = motion_of(state, model.omega2.size)
     sizes = dimensions(model)
@@ -69,27 +69,27 @@ def settling_motion(model: ModelArrays, state: Array) -> Motion:
 
 
 def put_motion(state: Array, motion: Motion) -> None:
-    """Let a state have a motion from here on."""
+    """Set the motion of a state."""
     add_motion(state, motion.minus(motion_of(state, motion.place.size)))
     n = motion.place.size
     state[offset(AUXILIARY, n) : offset(AUXILIARY + 1, n)] = motion.acceleration
 
 
 def add_motion(state: Array, change: Motion) -> None:
-    """Let a state move on at once; what the integrator keeps beside the acceleration goes along."""
+    """Add a change to the motion of a state, including the integrator's auxiliary acceleration."""
     n = change.place.size
     for block, values in zip((POSITION, VELOCITY, ACCELERATION, AUXILIARY), (*change[:3], change[2]), strict=True):
         state[offset(block, n) : offset(block + 1, n)] += values
-    state[UNDER_WAY] = 0.0  # a step that was begun from another motion
+    state[UNDER_WAY] = 0.0  # a step under way began from another motion
     state[LEAD_ANGLE] += change.lead
     state[LEAD_SPEED] += change.lead_rate
 
 
 def correct_motion(model: ModelArrays, state: Array, change: Motion) -> None:
-    """Let a state move on at once with floating big ends where they were on their pins, and as fast.
+    """Add a change to the motion of a state; floating big ends keep displacement and velocity relative to their pins.
 
-    Modes turn along tangents, and pins go along circles: of a low-speed engine whose crank is a degree ahead of its
-    frame the difference is that of a clearance.
+    Modes rotate along tangents, but pins move along circles. For a low-speed engine whose crank is a degree ahead of
+    its frame the difference is as large as a clearance.
     """
     floating = [c for c, row in enumerate(model.cylinders) if row[at.END_PORT] >= 0.0]
     if not floating:
@@ -108,7 +108,7 @@ def correct_motion(model: ModelArrays, state: Array, change: Motion) -> None:
 
 
 def _off_tangents(model: ModelArrays, motion: Motion) -> Array:
-    """How far each pin is off the tangent of its circle, (R(φ) − I) X − φ e_z×X, with rates; (3, c, 2) m, m/s, m/s²."""
+    """Offset of each pin from its circle's tangent, (R(φ) − I) X − φ e_z×X, and rates; (3, c, 2) m, m/s, m/s²."""
     rows = model.ports[model.cylinders[:, at.PIN_TURN].astype(int)]
     phi, rate, swing = (rows @ part[: rows.shape[1]] for part in motion[:3])
     out = model.pins

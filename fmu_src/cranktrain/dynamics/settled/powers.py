@@ -1,4 +1,4 @@
-"""Powers of the last cycle of a run, sample by sample, for its energy balance."""
+"""Samples of the powers in the last cycle of a run, for its energy balance."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from cranktrain.dynamics.model import slots as at
 
 
 class PowerSamples:
-    """The newest samples of ``Work.powers`` of steps without a break, both ends of a cycle included.
+    """Newest samples of ``Work.powers`` in uninterrupted steps, one cycle including both ends.
 
     Parameters
     ----------
-    per_cycle : steps to 720°
+    per_cycle : number of steps in 720°
     """
 
     def __init__(self, per_cycle: int) -> None:
@@ -22,7 +22,7 @@ class PowerSamples:
         self._count = 0
 
     def begin(self, powers: Array) -> None:
-        """Say that the next steps go on from a state with these powers (POWERS,), W; older samples stay until then."""
+        """Begin a new series from a state with ``powers`` (POWERS,), W; older samples stay until the next step."""
         self._start = powers.copy()
 
     def add(self, powers: Array) -> None:
@@ -34,7 +34,7 @@ class PowerSamples:
 
     @property
     def cycle(self) -> Array | None:
-        """The samples in order, (per_cycle + 1, POWERS) W; nothing before a cycle is full."""
+        """Samples in order, (per_cycle + 1, POWERS) W; None before a cycle is complete."""
         if self._count < len(self._rows):
             return None
         return np.roll(self._rows, -(self._count % len(self._rows)), axis=0)

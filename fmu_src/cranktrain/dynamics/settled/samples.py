@@ -1,4 +1,4 @@
-"""Samples of a run, with their times and crank angles, on the way to where they are kept."""
+"""Samples of a run with their times and crank angles, passed on to a sink that stores them."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from cranktrain.core.reduced_body import Array
 
 
 class Sink(Protocol):
-    """Takes the samples of a run as they come, in place of the memory."""
+    """Store for the samples of a run as they come, so that they need not stay in memory."""
 
     def begin(self, names: tuple[str, ...], samples: int) -> None:
-        """Get ready for so many samples of these outputs; those of a run before are of no use any more."""
+        """Prepare for ``samples`` samples of the outputs ``names``; samples of an earlier run are dropped."""
 
     @property
     def count(self) -> int:
-        """Samples that it has: an interrupt may have come before some were taken, or after."""
+        """Number of samples stored, which an interrupt may have kept below the number passed on."""
 
     def keep(self, time: Array, angle: Array, values: Array) -> None:
-        """Take samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
+        """Store samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
 
 
 class Samples:
-    """Rows of all outputs, of which some are shown, and the sink that they go to, where there is one.
+    """Selection of the shown outputs from rows of all outputs, and the sink that gets them, if any.
 
     Parameters
     ----------
-    columns : of the outputs that are shown, by name
+    columns : column of each shown output, by name
     step : communication step, s
-    speed : of the shaft, rad/s; None where it is free
+    speed : given speed of the shaft, rad/s; None if it is free
     """
 
     def __init__(self, columns: Mapping[str, int], step: float, speed: float | None, sink: Sink | None) -> None:
@@ -39,13 +39,13 @@ class Samples:
         self._step, self._speed = step, speed
 
     def begin(self, samples: int) -> None:
-        """Say how many come."""
+        """Announce the number of samples to the sink."""
         if self.sink is not None:
             self.sink.begin(tuple(self.columns), samples)
 
     @property
     def count(self) -> int:
-        """Samples that the sink has; 0 without one."""
+        """Number of samples in the sink; 0 without a sink."""
         return 0 if self.sink is None else self.sink.count
 
     def keep(self, rows: Array) -> None:
@@ -54,12 +54,12 @@ class Samples:
             self.sink.keep(*self.axes(rows, self.count), rows[:, list(self.columns.values())])
 
     def keep_all(self, rows: Array) -> None:
-        """Pass on rows that are the whole run."""
+        """Pass on the rows of a whole run."""
         self.begin(len(rows))
         self.keep(rows)
 
     def axes(self, rows: Array, first: int) -> tuple[Array, Array]:
-        """Times and crank angles of rows, the first of which is so many steps after time 0."""
+        """Times (s) and crank angles (rad) of rows that begin ``first`` steps after time 0."""
         times = np.arange(first, first + len(rows), dtype=np.float64) * self._step
-        # Of a given speed the shaft's, even in time; a free crank has but its own.
+        # With a given speed the angle is the shaft's, uniform in time; otherwise it is the crank's own.
         return times, rows[:, 0].copy() if self._speed is None else self._speed * times

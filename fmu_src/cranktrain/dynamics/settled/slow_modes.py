@@ -1,17 +1,17 @@
-"""Slow modes of a running engine, by formula: the drive line, and the six rigid motions of the block on its mounts.
+"""Formulas of the slow modes of a running engine: the drive line, and six rigid motions of the block on its mounts.
 
-All else dies away within a cycle or two. With the crank's rotation β over the shaft, the lead δ of its frame and
-w = δ̇, the drive line is
+All other modes decay within a cycle or two. With the crank's rotation β relative to the shaft, the lead δ of its frame
+and w = δ̇, the equations of the drive line are
 
     J β̈ = −c β̇ − k β,   δ̇ = w,   ẇ = κ ((β − δ)/τ_c − w)
 
-with J of crank and rods, k and c of the connecting shaft and κ, τ_c of :mod:`cranktrain.loads.drive_line`; the gas
-follows the crank and is no spring. The block moves with all it carries as a rigid body,
+with J of crank and rods, k and c of the connecting shaft and κ, τ_c of :mod:`cranktrain.loads.drive_line`. The gas
+follows the crank, so it is no spring. The block and all it carries move as a rigid body,
 
     M η̈ = −(C + Ω J_c R) η̇ − K η
 
 with K, C of the mounts, M of block, crank, rods and pistons, and the gyroscopic torque of the crank's inertia J_c
-between its two tilts, R. A motion is split into these by momentum: what is left has none of it.
+between its two tilts, R. A motion is split into slow modes and a rest by momentum; the rest has no such momentum.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from cranktrain.dynamics.topology.frames import frames_at
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 PLAIN = 0.3
-"""Size of the collar's motion over the free mode's from which on the collar is seen well enough to be learned."""
+"""Ratio of the collar's motion to the free mode's motion from which the collar can be learned."""
 SERIES, HALVINGS = 14, 8
-"""Terms of the exponential's series, and how often its argument is halved beyond a norm of 1."""
+"""Number of terms of the exponential's series, and number of halvings of its argument below a norm of 1."""
 ALONG = 2
 """The block's rigid mode along the crank's axis."""
 
@@ -46,24 +46,24 @@ class SlowPart(Protocol):
     matrix: Array
 
     def split(self, motion: Motion) -> Array:
-        """What of a motion is theirs, y."""
+        """Coordinates y of a motion in these modes."""
 
     def lift(self, y: Array) -> Motion:
-        """Motion of all modes in which nothing but they move."""
+        """Motion of all modes in which only these slow modes move, with coordinates y."""
 
     def coordinates(self, y: Array) -> Array:
-        """What of y has energy, so scaled that its square is twice the energy, J."""
+        """Coordinates y that have energy, scaled such that their square is twice the energy, J."""
 
 
 def body_shares(model: ModelArrays, row: Array) -> Array:
-    """Modal motion (3, n) of an added body that is tied to the crank, turned about z and moved along x and y."""
+    """Modal motion (3, n) of an added body tied to the crank: rotation about z, displacement along x and along y."""
     own = slice(int(row[added.OWN_MODE]), int(row[added.OWN_MODE] + row[added.MODES]))
     turned = row[added.SENSE] * model.bodies.euler_load[own]
     return np.asarray(row[added.TIED] * np.vstack((turned, model.bodies.translation[:2, own])))
 
 
 def frame_change(frame: Array) -> Array:
-    """How the turn of a frame and the motion of its origin change by the crank angle, in its own axes (3,)."""
+    """Derivative, by crank angle, of a frame's angular rate and of its origin's motion, in the frame's axes (3,)."""
     turn, x, y = frame[[added.TURN, added.OWN_X1, added.OWN_Y1]]
     return np.array([frame[added.TURN2], frame[added.OWN_X2] + turn * y, frame[added.OWN_Y2] - turn * x])
 
@@ -76,7 +76,7 @@ class DriveLine:
         self._turn = np.zeros(model.omega2.size)
         wound = Wound.of(model)
         self._turn[:t] = wound.turn
-        # How the turning itself moves the frames of added bodies on, at crank angle 0, where cycles end.
+        # Motion of the frames of added bodies by the rotation itself, at crank angle 0, where cycles end.
         self._moves = np.zeros(model.omega2.size)
         moved = frames_at(model.links.frames, 0.0)
         for row in model.bodies.rows:
@@ -101,12 +101,12 @@ class DriveLine:
         ])  # fmt: skip
 
     def split(self, motion: Motion) -> Array:
-        """Angular momentum tells β and β̇."""
+        """Coordinates y of a motion; β and β̇ follow from angular momentum."""
         turn, rate = (self._weight @ values / self.inertia for values in motion[:2])
         return np.array([turn + motion.lead, rate + motion.lead_rate, motion.lead, motion.lead_rate])
 
     def lift(self, y: Array) -> Motion:
-        """The crank turns as a rigid body, with all that turns."""
+        """Motion in which crank and all rotating bodies turn together as a rigid body, with coordinates y."""
         change = self.matrix @ y
         place, velocity, acceleration = (
             part * self._turn for part in (y[0] - y[2], y[1] - y[3], change[1] - change[3])
@@ -115,7 +115,7 @@ class DriveLine:
         return Motion(place, velocity, acceleration, float(y[2]), float(y[3]))
 
     def coordinates(self, y: Array) -> Array:
-        """Rotation and rate by their energy, the frame's lead by what the crank would have in its place."""
+        """Rotation and rate scaled by their energy; the frame's lead is scaled like the crank's rotation."""
         return np.concatenate((math.sqrt(self._stiffness) * y[::2], math.sqrt(self.inertia) * y[1::2]))
 
 
@@ -133,7 +133,7 @@ class BlockOnMounts:
         units = np.eye(model.block_ports.shape[1])[:6]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
         self._turned_back = self._moves_back(model)
-        # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
+        # Rods and pistons are in no mode, except the lateral motion of guided pistons.
         weight = self._carried.copy()
         for rod in model.cylinders:
             rows, pin, across = np.zeros((2, n)), int(rod[at.PIN_PORT]), rod[at.PISTON_PORT] < 0.0
@@ -155,12 +155,12 @@ class BlockOnMounts:
         self.matrix[6:, 6:] = -np.linalg.solve(self.mass, damping)
 
     def _moves_back(self, model: ModelArrays) -> Array:
-        """Velocity (n, 6) of added bodies beside _swept: the crank turns on, turned back against the block."""
+        """Velocity (n, 6) of added bodies in addition to _swept, as the crank does not rotate with the block."""
         found, turn = np.zeros_like(self._carried), model.block.motion[at.ROTATION, :6]
         for row in self._bodies.rows:
             n, first = int(row[added.MODES]), int(row[added.MODE])
             shares, moved = body_shares(model, row), self._frames[int(row[added.FRAME_OF])]
-            # A frame whose origin moves takes the block's turn about the crank's axis with it.
+            # The origin of a moving frame rotates with the block about the crank's axis.
             around = np.array([0.0, -moved[added.OWN_Y1], moved[added.OWN_X1]])
             found[first : first + n] += self._speed * np.outer((around - frame_change(moved)) @ shares, turn)
             back = np.zeros(found.shape[0])
@@ -169,12 +169,12 @@ class BlockOnMounts:
         return found
 
     def _swept(self, place: Array) -> Array:
-        """Velocity in space of what stands at ``place`` in the turning frame, whose axes are those of space now."""
+        """Velocity in space of a constant displacement ``place`` in the rotating frame, at the time of equal axes."""
         out = np.zeros_like(place)
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
         for row in self._bodies.rows:
             own, n, first = int(row[added.OWN_MODE]), int(row[added.MODES]), int(row[added.MODE])
-            # A body turned about its frame's origin keeps its place in it.
+            # A body rotated about its frame's origin keeps its position in the frame.
             shifted, turn = place[first : first + n].copy(), self._bodies.turn[own : own + n]
             shifted[at.ROTATION] -= turn @ shifted / turn[at.ROTATION]
             turned = self._bodies.gyroscopic[own : own + n, :n].T @ shifted
@@ -183,11 +183,11 @@ class BlockOnMounts:
         return out
 
     def split(self, motion: Motion) -> Array:
-        """Momentum of all that moves along tells η and η̇."""
+        """Coordinates y of a motion, η and η̇, from the momentum of all bodies that the block carries."""
         return np.concatenate((self._split @ motion.place, self._split @ (motion.velocity + self._swept(motion.place))))
 
     def lift(self, y: Array) -> Motion:
-        """Crank, rods and pistons go along; the crank does not turn."""
+        """Motion of the block with crank, rods and pistons, for coordinates y; the crank does not rotate."""
         change = self.matrix @ y
         place = self._carried @ y[:6]
         velocity = self._carried @ y[6:] - self._swept(place) + self._turned_back @ y[:6]
@@ -195,17 +195,17 @@ class BlockOnMounts:
         return Motion(place, velocity, acceleration, 0.0, 0.0)
 
     def coordinates(self, y: Array) -> Array:
-        """Motion by its kinetic and elastic energy."""
+        """Coordinates of the motion scaled by its kinetic and elastic energy."""
         return np.concatenate((_root(self.stiffness) @ y[:6], _root(self.mass) @ y[6:]))
 
 
 class SlowModes:
-    """All slow modes of a model at a speed (rad/s); none where a load torque leaves the speed itself free.
+    """All slow modes of a model at a speed (rad/s); there are none if the speed is free under a load torque.
 
     Attributes
     ----------
-    free : the mode that settles last of all others; None where it is not known
-    collar : the crank along its axis, of which only what is learned is corrected
+    free : the mode that settles last of all others; None if it is not known
+    collar : the crank's motion along its axis, corrected only as far as it has been learned
     """
 
     def __init__(self, model: ModelArrays, speed: float, learned: Learned | None = None) -> None:
@@ -213,7 +213,7 @@ class SlowModes:
         self.collar = Collar(model, NOTHING_LEFT if learned is None else learned.collar)
         self._period = 4.0 * math.pi / speed
         self._model = model
-        # Where the engine creeps along the axis all other modes settle with it (:mod:`creep`).
+        # If the engine creeps along the axis, the corrections of creep include all other modes (:mod:`creep`).
         self._creeps = dimensions(model).joint >= 0 and model.block_ports.shape[0] > 0
         driven = model.scalars[at.DRIVEN] > 0.0
         self.drive_line = DriveLine(model, speed) if driven and model.scalars[at.SHAFT_K] > 0.0 else None
@@ -221,12 +221,12 @@ class SlowModes:
         self._parts: list[SlowPart] = [part for part in (self.drive_line, self.block) if part is not None]
 
     def multipliers(self) -> Array:
-        """Magnitudes of what a cycle leaves of each slow mode, the largest first."""
+        """Magnitudes of the multipliers of all slow modes over a cycle, the largest first."""
         rates = [np.linalg.eigvals(part.matrix).real for part in self._parts]
         return np.sort(np.exp(self._period * np.concatenate([*rates, np.zeros(0)])))[::-1]
 
     def correction(self, change: Motion, cycles: int = 1) -> Motion:
-        """What to add after ``cycles`` cycles, over which the state changed by ``change``: lift M (I − M)⁻¹ y."""
+        """Correction to add after ``cycles`` cycles that changed the state by ``change``: lift M (I − M)⁻¹ y."""
         total = change.minus(change)
         for part in self._parts:
             m = exponential(part.matrix * (cycles * self._period))
@@ -238,14 +238,14 @@ class SlowModes:
 
     @property
     def learned(self) -> Learned | None:
-        """What is known by now of what settles beside the slow modes."""
+        """Learned data of settling apart from the slow modes; None if the free mode is not known."""
         return None if self.free is None else Learned(self.free, self.collar.over_cycle)
 
     def learn(self, before: Motion, after: Motion, first: bool) -> None:
-        """Know the free mode or the collar better from a change of the start and what a cycle makes of it.
+        """Update the free mode or the collar from a change of the start and the change after one cycle.
 
-        The ``first`` change holds all modes, and the free one is what the cycle leaves of it; in later ones, from which
-        it has been taken off, the collar shows.
+        The ``first`` change contains all modes, of which mainly the free one is left after the cycle. Later changes,
+        without the free mode, show the collar.
         """
         if self.free is None:
             return
@@ -255,25 +255,25 @@ class SlowModes:
             self.collar.learn(self._fast(before), self._fast(after))
 
     def rest(self, motion: Motion) -> Motion:
-        """A motion without that of the slow modes and of the collar."""
+        """Motion minus its parts in the slow modes and the collar."""
         fast = self._fast(motion)
         return fast.minus(self.collar.lift(self.collar.split(fast)))
 
     def _fast(self, motion: Motion) -> Motion:
-        """A motion without that of the slow modes."""
+        """Motion minus its part in the slow modes."""
         for part in self._parts:
             motion = motion.minus(part.lift(part.split(motion)))
         return motion
 
     def left(self, change: Motion, cycles: int = 1) -> Motion:
-        """How far the start of these cycles was from periodic: (I − M)⁻¹ y of the slow modes, and the rest as it is."""
+        """Estimated error of the start of these cycles: (I − M)⁻¹ y for the slow modes, and the change for the rest."""
         return change.plus(self.correction(change, cycles))
 
     def coordinates(self, motion: Motion) -> tuple[Array, Array]:
-        """A motion of crank and pistons, and of the block, with twice their energies (J) as squares of their lengths.
+        """Coordinates of a motion, of crank and pistons and of the block; squared lengths are twice their energies, J.
 
-        That of the slow modes comes first, then all modes without them. Springs count as if no mode were slower than
-        ``RATE``: the collar's place has no energy of its own, and tells much of axial motion.
+        The slow modes come first, then all modes of the rest. Springs count as if no mode were slower than ``RATE``,
+        because the collar's position has no energy but matters for axial motion.
         """
         rest, slow = motion, []
         for part in (self.drive_line, self.block):
@@ -291,7 +291,7 @@ class SlowModes:
 
 
 def _root(matrix: Array) -> Array:
-    """R with Rᵀ R = matrix, which is symmetric and has no negative eigenvalue but by rounding."""
+    """R with Rᵀ R = matrix, for a symmetric matrix without negative eigenvalues (except by rounding)."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
 

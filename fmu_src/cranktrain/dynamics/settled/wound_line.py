@@ -1,4 +1,4 @@
-"""The drive line as the crank winds it up slowly, with connections that a user adds between crank and its discs."""
+"""The drive line in slow wind-up by the crank, including added connections between the crank and its discs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFF
 
 
 class Wound(NamedTuple):
-    """The drive line as the crank winds it up slowly: what turns with the crank (n_t,), stiffness and damping."""
+    """The drive line in slow wind-up: modal motion (n_t,) per rotation of the crank, stiffness and damping."""
 
     turn: Array
     stiffness: float
@@ -25,9 +25,9 @@ class Wound(NamedTuple):
 
     @classmethod
     def of(cls, model: ModelArrays) -> Wound:
-        """That of the drive line's own shafts, and of added connections beside them."""
+        """Slow wind-up of the drive line's own shafts and of added connections."""
         laws, turn = model.shaft_laws, model.euler_load - model.lag
-        # Rows that neither a lead of the frame nor the flywheel twists only damp, see dynamics.model.hysteresis.
+        # Rows without stiffness, lead and flywheel are dampers only, see dynamics.model.hysteresis.
         damps = ~laws[:, [STIFFNESS, LEADING, AT_FLYWHEEL]].any(axis=1)
         lost = float(laws[damps, DAMPING] @ (model.shafts[damps] @ turn) ** 2)
         own = cls(turn, float(model.scalars[at.SHAFT_K]), float(model.scalars[at.SHAFT_C]) + lost)
@@ -38,14 +38,14 @@ class Wound(NamedTuple):
             return own
         for matrix, column in ((stiffness, STIFFNESS), (damping, DAMPING)):
             matrix += model.shafts.T @ (model.shaft_laws[:, column, None] * model.shafts)
-        # The crank turned by one; each rotor goes where the springs leave it.
+        # The crank is rotated by one; each rotor is in equilibrium with its springs.
         turn = np.where(rotors, 0.0, model.euler_load)
         turn[rotors] = -np.linalg.solve(stiffness[np.ix_(rotors, rotors)], stiffness[rotors] @ turn)
         return cls(turn, float(turn @ stiffness @ turn), float(turn @ damping @ turn))
 
 
 def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
-    """Stiffness and damping (n_t, n_t) of added connections both of whose ends turn with the crank, at rest."""
+    """Stiffness and damping (n_t, n_t), at rest, of added connections between the engine's rotating bodies."""
     links, turning = model.links, model.ports.shape[0]
     n = model.ports.shape[1]
     found = np.zeros((2, n, n))

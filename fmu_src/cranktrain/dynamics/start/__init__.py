@@ -1,1 +1,1 @@
-"""Where a run starts: mean rotation, static equilibrium."""
+"""Initial state of a run: mean rotation, static equilibrium."""

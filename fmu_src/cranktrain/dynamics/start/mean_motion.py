@@ -1,9 +1,9 @@
-"""Where a run starts: rotation of a rigid crank on its connecting shaft, and the engine leaning on its mounts.
+"""Initial motion of a run: rotation of a rigid crank on its connecting shaft, and the engine's roll on its mounts.
 
-At constant speed the rods turn their torque T(θ) against J φ̈ + c φ̇ + k φ = T − T̄, with the mean T̄ wound up in the
-shaft. Its periodic solution is exact for a rigid crank of constant inertia (rods at their cycle mean), and near enough
-to the real motion to spare a run the slow decay of the drive line's own vibration. The block feels −T: it leans on its
-mounts under the mean and rocks under the rest, as a rigid body; crank and pistons move with it.
+At constant speed the rods' torque T(θ) drives J φ̈ + c φ̇ + k φ = T − T̄, and the mean T̄ winds up the shaft. The
+periodic solution is exact for a rigid crank of constant inertia (rods at their cycle mean). It is near enough to the
+real motion to save the run the slow decay of the drive line's own vibration. The torque on the block is −T. The block
+rolls on its mounts under the mean and rocks under the alternating part, as a rigid body, with crank and pistons.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_on_pin,
 from cranktrain.loads.slider_crank import rod_force
 
 ORDERS = 60
-"""Harmonics of half an order whose rocking the start takes in."""
+"""Number of harmonics of half an order in the rocking of the block at the start."""
 RIGID = 6
-"""Modes of the block as a rigid body."""
+"""Number of rigid modes of the block."""
 STRAIGHT = 5
-"""Modes of the crank as a rigid body that does not turn."""
+"""Number of rigid modes of the crank without rotation about its axis."""
 START_ROD, START_PIN = 16, 24
-"""Where in ``StartRoom.rod`` the motions lie of what a rod turns about, and of the pin under an articulated rod."""
+"""Positions in ``StartRoom.rod`` of the motion of a rod's end, and of the pin under an articulated rod."""
 
 
 class Start(NamedTuple):
-    """Mean wind-up of the shaft (rad) and torque (N m), the crank's rotation against it (rad) and its rate (rad/s).
+    """Mean wind-up of the shaft (rad) and torque (N m), the crank's rotation relative to it (rad) and its rate (rad/s).
 
-    ``inertia`` (kg m²) is that of crank and rods; 0 where nothing is known of the cycle to come.
+    ``inertia`` (kg m²) is that of crank and rods; 0 if the cycle to come is unknown.
     """
 
     windup: float = 0.0
@@ -49,14 +49,14 @@ class Start(NamedTuple):
 
 
 def rigid_start(model: ModelArrays, speed: float) -> Start:
-    """Start of a rigid crank at θ = 0, on its way through the cycle at ``speed``, rad/s."""
+    """Start of a rigid crank at θ = 0 of a cycle at ``speed``, rad/s."""
     room = start_room(model)
     rigid_motion(model, room, speed)
     return Start(*map(float, room.mean))
 
 
 def carried(model: ModelArrays, block: Array) -> Array:
-    """Motion of all modes (n,) that go along with the block's (n_b,)."""
+    """Motion of all modes (n,) that follows the block's modal motion (n_b,)."""
     q = np.zeros(model.omega2.size)
     carry(model, start_room(model).joined, np.ascontiguousarray(block, dtype=float), q)
     return q
@@ -64,7 +64,7 @@ def carried(model: ModelArrays, block: Array) -> Array:
 
 @kernel
 def forget_motion(room):
-    """Know nothing of the cycle to come."""
+    """Reset the estimate of the cycle to come."""
     for k in range(room.mean.shape[0]):
         room.mean[k] = 0.0
     for k in range(room.spectrum.shape[1]):
@@ -114,7 +114,7 @@ def rigid_motion(model, room, speed):
 
 @kernel
 def alternating_torque(room, mean):
-    """Fourier coefficients of the torque but for its ``mean``, N m, by direct sums."""
+    """Fourier coefficients of the torque minus its ``mean``, N m, by direct sums."""
     samples = room.torque.shape[0]
     for i in range(samples):
         room.circle[0, i] = math.cos(2.0 * math.pi * i / samples)
@@ -135,9 +135,9 @@ def alternating_torque(room, mean):
 
 @kernel
 def lean(model, work, speed, place, rate):
-    """Modal displacement and velocity (n,) of an engine that leans and rocks on its mounts, crank at θ = 0.
+    """Modal displacement and velocity (n,) of an engine that rolls and rocks on its mounts, crank at θ = 0.
 
-    They follow from the torque in ``work.start``. Returns 0, or 1 where the mounts do not hold the engine.
+    They follow from the torque in ``work.start``. Returns 0, or 1 if the mounts do not hold the engine.
     """
     for i in range(model.omega2.shape[0]):
         place[i] = 0.0
@@ -176,7 +176,7 @@ def lean(model, work, speed, place, rate):
 
 @kernel
 def rock(model, room, omega, harmonic):
-    """Add the block's motion as a rigid body under one harmonic of the torque; 0, or 1 where it is not held."""
+    """Add the block's motion as a rigid body under one harmonic of the torque; 0, or 1 if it is not held."""
     load = room.block[slots.START_LOAD]
     own = room.block[slots.START_PLACE]
     own_rate = room.block[slots.START_RATE]
@@ -201,7 +201,7 @@ def rock(model, room, omega, harmonic):
 
 @kernel
 def carry(model, joined, block, q):
-    """Motion q (n,) of all modes that go along with the block's (n_b,); ``joined`` (rows, 6) is scratch."""
+    """Motion q (n,) of all modes that follows the block's modal motion (n_b,); ``joined`` (rows, 6) is scratch."""
     turning, first = model.ports.shape[1], model.ports.shape[0]
     modes, shapes = block.shape[0], model.block_ports
     for i in range(q.shape[0]):
@@ -210,8 +210,8 @@ def carry(model, joined, block, q):
         return
     for i in range(modes):
         q[turning + i] = block[i]
-    # The crank goes along as a rigid body that does not turn, the rest with what carries it. Along its axis the drive
-    # line holds it, where it has an axial path.
+    # The crank moves with the block as a rigid body that does not rotate, other bodies with their supports. Along its
+    # axis the crank is held by the drive line if that has an axial path.
     row = 0
     for part in range(3):
         pairs = model.axial if part == 2 else model.pairs
@@ -253,7 +253,7 @@ def carry(model, joined, block, q):
 
 @inlined_kernel
 def carry_added(model, block, q):
-    """The same of added bodies, whose frames stand at their angles of the start."""
+    """Add the motion of added bodies that follows the block's, with their frames at the angles of the start."""
     for b in range(model.bodies.rows.shape[0]):
         row = model.bodies.rows[b]
         if row[added.CARRIED] > 0.0:
@@ -265,9 +265,9 @@ def carry_added(model, block, q):
 
 @kernel
 def least_squares(rows, x):
-    """Solve the first columns of ``rows`` (destroyed) for its last one, into ``x``: by modified Gram and Schmidt.
+    """Least-squares solution ``x`` of ``rows`` (destroyed; last column: right-hand side), by modified Gram-Schmidt.
 
-    As many of its rows as there are unknowns come last and are scratch, for the triangle that is left.
+    The last rows, as many as unknowns, are scratch for the triangular factor.
     """
     unknowns = rows.shape[1] - 1
     count = rows.shape[0] - unknowns
@@ -296,7 +296,7 @@ def least_squares(rows, x):
 
 @kernel
 def rigid_torque(model, speed, out, torque):
-    """Torque of all rods about the axis at uniform angles over a cycle, rigid crank at constant speed, N m."""
+    """Torque of all rods about the axis at uniform angles over a cycle, for a rigid crank at constant speed, N m."""
     count = torque.shape[0]
     for i in range(count):
         theta = 4.0 * math.pi * i / count

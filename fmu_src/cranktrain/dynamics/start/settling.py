@@ -1,4 +1,4 @@
-"""The start of a run: from any position to static equilibrium, then to the velocities and accelerations of motion."""
+"""Initial state of a run: static equilibrium from any position, then velocities and accelerations of motion."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ SETTLED = 1.0e-4
 SETTLING_STEPS = 400
 SETTLING_TIME = 0.5
 SHORTEST = 1.0e-12
-"""Bounds of the descent to the start: number of steps, their sum and the least of them, s."""
+"""Bounds of the descent to the start: most steps, longest total time (s), shortest step (s)."""
 STARTING_STEPS = 3
 STARTING_STEP = 1.0e-5
 STARTING_TOLERANCE = 1.0e-11
-"""Backward-Euler steps (s) at the first angle: the films' velocities relax, accelerations come to agree with them."""
+"""Backward-Euler steps (s) at the first angle: velocities of films relax, and accelerations become consistent."""
 CRANK_RESTRAINT, RESTRAINT_RATE = 1.0e7, 2.0e6
 STATIONARY_RESTRAINT = 1.0e12
-"""N m/rad that restrain the crank from turning meanwhile, or (rad/s)² times the inertia of crank and rods where that is
-more: gas of a large engine would turn it by many clearances of its big ends. The last, (rad/s)², restrains the block of
-an engine that turns: what shakes it as it runs would move it on soft mounts without end if it lasted."""
+"""Restraint of the crank's rotation during the descent: N m/rad, or (rad/s)² times the inertia of crank and rods if
+that is more, because gas of a large engine would turn the crank by many clearances of its big ends. The last, (rad/s)²,
+restrains the block of a rotating engine, because momentary forces would move it far on soft mounts if they lasted."""
 
 
 @kernel
 def settle(model, work, state, inputs, windup, rotation, rate):
-    """Start: static equilibrium of shaft, films and loads at the first angle, journals at rest in their bores.
+    """Find the static equilibrium of shaft, films and loads at the first angle, then set the engine in motion.
 
-    The crank is restrained from turning meanwhile: the shaft's mean wind-up, the crank's rotation against it (rad) and
-    its rate (rad/s) are given. Then velocities of a body whose bending is at rest in space, and the accelerations
-    that go with them. Returns a status.
+    In the equilibrium journals are at rest in their bores and the crank's rotation is restrained, because the shaft's
+    mean wind-up, the crank's rotation relative to it (rad) and its rate (rad/s) are given. Velocities are those of a
+    body whose bending is at rest in space; accelerations are consistent with them. Returns a status.
     """
     pose(model, work, state, inputs)
     status = balance(model, work, state)
@@ -70,7 +70,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
 
 @kernel
 def pose(model, work, state, inputs):
-    """Frame and pressures at the first angle: the frame's motion is known, but it does not turn yet."""
+    """Set frame and pressures at the first angle; the frame's motion is known, but the frame does not rotate yet."""
     take_sample(model, state, inputs, 0.0)
     take_rates(state, work.input_rates, 0.0)
     reconstruct(model, work, state)
@@ -84,11 +84,11 @@ def pose(model, work, state, inputs):
 
 @kernel
 def balance(model, work, state):
-    """Descend to the static equilibrium from any position; a status.
+    """Descend to the static equilibrium from any position; returns a status.
 
-    Backward-Euler steps of adapted length in a frame that does not turn, with films and rods moving at the engine's
-    speed, whose velocity is dropped at every step. They end after SETTLING_TIME, so
-    also where a film cannot carry at all (standstill).
+    Backward-Euler steps of adapted length are taken in a frame that does not rotate, with films and rods at the
+    engine's speed. The velocity of the descent is dropped at every step. The steps end after SETTLING_TIME at the
+    latest, also if a film cannot carry at all (standstill).
     """
     n = model.omega2.shape[0]
     o_q = offset(POSITION, n)
@@ -119,7 +119,7 @@ def balance(model, work, state):
                 port = int(model.limited[k, 0])
                 displaced = max(displaced, abs(work.port[at.RELATIVE, port]) / model.scales[port])
         close_step(model, work, state)
-        # Journals that nothing displaces, or none at all, need no longer.
+        # Journals without load, or no journals at all, need no more steps.
         if (displaced < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
             break
         iterations = work.counters[at.N_ITERATIONS] - iterations
@@ -132,7 +132,7 @@ def balance(model, work, state):
 
 @kernel
 def euler_step(model, work, state, h, omega, tolerance):
-    """One backward-Euler step h from the state with velocity V in ``work.modal[BIG_V]``; a status.
+    """Take one backward-Euler step h from the state with velocity V in ``work.modal[BIG_V]``; returns a status.
 
     Fills ``work.stage[0]``. The factors of h and ``omega`` (rad/s) are in slot 0, the ports' relative motion at the
     state in ``work.port[RELATIVE]``.
@@ -156,7 +156,7 @@ def euler_step(model, work, state, h, omega, tolerance):
 
 @kernel
 def set_in_motion(model, work, state, windup, rotation, rate):
-    """Velocities of a crank whose bending is at rest in space and whose wind-up turns with the shaft."""
+    """Set velocities of a crank whose bending is at rest in space and whose wind-up rotates with the shaft."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     crank = crank_modes(model)
@@ -176,7 +176,7 @@ def set_in_motion(model, work, state, windup, rotation, rate):
         # Free big ends, ring and rotors turn with the crank; their Euler load is √m e_z×X.
         follows = model.euler_load[i] - model.lag[i]
         if model.lag[i] != 0.0:
-            # The drive line's rotors hang back by their part of its wind-up, whatever load wound it up at rest.
+            # The drive line's rotors lag by their part of the mean wind-up, regardless of the wind-up at rest.
             q[i] = -windup * model.lag[i]
             v[i] = 0.0
         q[i] += rotation * follows
@@ -192,7 +192,7 @@ def set_in_motion(model, work, state, windup, rotation, rate):
 
 @kernel
 def added_in_motion(model, work, state, rotation, rate):
-    """The same of added bodies, which move with the crank as their frames do."""
+    """Set displacements and velocities of added bodies, which move with the crank as their frames do."""
     n = model.omega2.shape[0]
     turned = work.modal[at.DIFFERENCE]
     omega = work.frames[0, at.OMEGA]
@@ -213,7 +213,7 @@ def added_in_motion(model, work, state, rotation, rate):
         q[at.ROTATION] = turn
         moved = work.added.frames[int(row[added.FRAME_OF])]
         turns = row[added.SENSE] * moved[added.TURN]
-        # The velocity with which the crank's frame moves the body's, and how it changes in that frame's axes.
+        # Velocity of the body's frame per crank angle, and its derivative, in axes of this frame.
         x = moved[added.OWN_X1]
         y = moved[added.OWN_Y1]
         x_change = moved[added.OWN_X2] + moved[added.TURN] * y
@@ -230,7 +230,7 @@ def added_in_motion(model, work, state, rotation, rate):
 
 @kernel
 def accelerate(model, work, state):
-    """Short backward-Euler steps at the first angle, after which accelerations agree with the velocities; a status."""
+    """Take short backward-Euler steps at the first angle, so that accelerations fit velocities; returns a status."""
     n = model.omega2.shape[0]
     omega = work.frames[0, at.OMEGA]
     out = work.stage[0]
@@ -244,7 +244,7 @@ def accelerate(model, work, state):
         ports_at_state(model, work, state)
         status = euler_step(model, work, state, h, omega, STARTING_TOLERANCE)
         if status != OK:
-            # Films that close fast as their velocities relax want shorter steps.
+            # Films that close fast while their velocities relax need shorter steps.
             h *= 0.1
             if h < SHORTEST:
                 return status

@@ -1,4 +1,4 @@
-"""The start of a run from its inputs alone: one kernel, which Python and every other driver call."""
+"""Start of a run from its inputs alone, as one kernel that Python and every other driver call."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from cranktrain.dynamics.time.reconstruction import GIVEN
 from cranktrain.dynamics.time.status import NO_EQUILIBRIUM, OK, SINGULAR
 
 FIRST_AMPLITUDES = 1.0e-4, 1.0e-6
-"""Alternating torsion (rad) and axial motion (m) that a run expects before it knows its own; they fade over a cycle."""
+"""Initial estimates of alternating torsion (rad) and axial motion (m) for error control; they fade over a cycle."""
 FROM_OUTSIDE, AUTO = 2.0, 0.0
-"""Gas sources whose cycle to come is not known: given pressures, or those that may be."""
+"""Numbers of gas sources for which the cycle to come is not known: given pressures, and automatic choice."""
 
 
 @kernel
 def start(model, work, state, inputs, time):
-    """Fill the ``state`` with the static equilibrium under the inputs, in rotation, at a time (s); a status.
+    """Fill the ``state`` with the static equilibrium under the inputs, in rotation, at a time (s); returns a status.
 
-    Where it finds none the state is as before.
+    If there is no equilibrium, the state stays as before.
     """
     for i in range(state.shape[0]):
         work.backup[0, i] = state[i]
         state[i] = 0.0
-    # No limit of a step's work is meant for the start.
+    # The work limit of a step does not apply to the start.
     work.counters[at.N_WORK] = -math.inf
     status = find_start(model, work, state, inputs, time)
     if status != OK:
@@ -52,7 +52,7 @@ def start(model, work, state, inputs, time):
 
 @kernel
 def find_start(model, work, state, inputs, time):
-    """The same in a state of zeros; a status."""
+    """Find the start as :func:`start` does, in a state of zeros; returns a status."""
     n = model.omega2.shape[0]
     state[TIME] = time
     state[METHOD] = model.choices[at.METHOD_MARK]
@@ -71,7 +71,7 @@ def find_start(model, work, state, inputs, time):
     if status != OK:
         return SINGULAR if status == SINGULAR else NO_EQUILIBRIUM
     if model.scalars[at.DRIVEN] == 0.0 and mean[at.START_INERTIA] > 0.0:
-        # The frame sets out with the acceleration that the crank will have on average.
+        # The frame starts with the mean acceleration of the crank.
         load = inputs[model.cylinders.shape[0] + at.LOAD_INPUT]
         turning = mean[at.START_INERTIA] + model.scalars[at.LINE_INERTIA]
         state[SHAFT_ACCELERATION] = (mean[at.START_TORQUE] - load) / turning
@@ -86,7 +86,7 @@ def find_start(model, work, state, inputs, time):
 
 @kernel
 def knows_the_cycle(model, inputs):
-    """Whether the gas is the built-in trace: with pressures from outside nothing is known of the cycle to come."""
+    """True if the gas is the built-in trace; with given pressures the cycle to come is unknown."""
     source = model.choices[at.GAS_SOURCE]
     if source != AUTO:
         return source != FROM_OUTSIDE

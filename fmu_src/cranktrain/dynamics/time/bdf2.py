@@ -14,7 +14,7 @@ from cranktrain.dynamics.time.table import coefficients
 def bdf2_step(model, work, state, slot, h):
     """Advance the modal motion in ``state`` by one step h; a status.
 
-    The position and velocity a step before are in the blocks AUXILIARY and HISTORY.
+    Position and velocity at the start of the last step are in the blocks AUXILIARY and HISTORY.
     """
     n = model.omega2.shape[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
@@ -23,7 +23,7 @@ def bdf2_step(model, work, state, slot, h):
     q_before = state[offset(AUXILIARY, n) : offset(AUXILIARY, n) + n]
     v_before = state[offset(HISTORY, n) : offset(HISTORY, n) + n]
     if h != state[STEP_LAST]:
-        # Two steps of one length need a step before of that length.
+        # The formula needs two steps of equal length, so the last step is replaced by one of length h.
         for i in range(n):
             q_before[i] = q[i] - h * (v[i] - 0.5 * h * a[i])
             v_before[i] = v[i] - h * a[i]

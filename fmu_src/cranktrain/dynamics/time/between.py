@@ -1,17 +1,17 @@
-"""The motion within an internal step, from its two ends.
+"""Interpolation of the motion within an internal step, from both ends of the step.
 
-Of each mode the position, velocity and acceleration are known at both ends of a step of length h, so there is one
-polynomial of degree five that has them all. With θ = (t − t₀)/h and D = q₁ − q₀
+Position, velocity and acceleration of each mode are known at both ends of a step of length h. They determine one
+polynomial of degree five. With θ = (t − t₀)/h and D = q₁ − q₀
 
     q = q₀ + θ h v₀ + ½ θ² h² a₀ + θ³ [(10 − 15θ + 6θ²) (D − h v₀ − ½ h² a₀) − (4 − 7θ + 3θ²) h (v₁ − v₀ − h a₀)
         + ½ (1 − 2θ + θ²) h² (a₁ − a₀)];
 
-velocity and acceleration are its derivatives. Its errors are of order h⁶ in q, h⁵ in v and h⁴ in a, whatever the
-method: no lower than those of a method of order five. The frame's motion is that of the stages, which is known at any
-time; what a law remembers as a quantity and its rate follows a cubic polynomial.
+velocity and acceleration are its derivatives. Its errors are of order h⁶ in q, h⁵ in v and h⁴ in a for any method,
+which is no lower than the order of a method of order five. The frame's motion is that of the stages, which is known
+at any time. The memory of a law, as a quantity and its rate, follows a cubic polynomial.
 
-Both ends lie in the state behind the motion at the communication point: header up to ``METHOD``, then all from ``BODY``
-on. The inputs are not among them, because they belong to communication points.
+The state keeps both ends after the motion at the communication point: header up to ``METHOD``, then all from ``BODY``
+on. The inputs are not kept, because they belong to communication points.
 
 Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), section II.6.
 """
@@ -47,19 +47,19 @@ from cranktrain.dynamics.time.step_control import base_motion
 from cranktrain.loads.drive_line import frame_lead
 
 BEGIN, END = 0, 1
-"""Ends of a step."""
+"""Numbers of the two ends of a step."""
 
 
 @inlined_kernel
 def end_offset(model, end):
-    """First index of an end of the step that is under way."""
+    """First index in the state of an end of the step under way."""
     size = motion_size(model)
     return size + end * end_size(size)
 
 
 @kernel
 def keep_end(model, state, end):
-    """Keep the motion of the state as that of an end."""
+    """Store the motion of the state as one end of the step under way."""
     o = end_offset(model, end)
     for i in range(METHOD):
         state[o + i] = state[i]
@@ -69,7 +69,7 @@ def keep_end(model, state, end):
 
 @kernel
 def recall_end(model, state, end):
-    """Let the state have the motion of an end; time, inputs and what concerns communication stay as they are."""
+    """Restore the motion of one end to the state; time, inputs and communication data stay as they are."""
     o = end_offset(model, end)
     for i in range(SHAFT_ANGLE, LEAD_SPEED + 1):
         state[i] = state[o + i]
@@ -84,10 +84,10 @@ def recall_end(model, state, end):
 
 @kernel
 def interpolate_motion(model, work, state, time, sampled):
-    """Let the state have the motion at a ``time`` (s) within the step that is under way.
+    """Set the state to the motion at a ``time`` (s) within the step under way.
 
-    ``work.inputs`` are those of the communication step that began at ``sampled`` (s). What only steps read, such as
-    the guesses of ports, is that of the step's begin.
+    ``work.inputs`` are those of the communication step that began at ``sampled`` (s). Values that only steps read, such
+    as the guesses of ports, are those at the step's begin.
     """
     recall_end(model, state, BEGIN)
     h = state[end_offset(model, END) + STEP_LAST]
@@ -109,7 +109,7 @@ def interpolate_motion(model, work, state, time, sampled):
 
 @kernel
 def interpolate_modes(model, state, t, h):
-    """Position, velocity, acceleration of all modes at a fraction ``t`` of a step h (s) whose begin the state has."""
+    """Interpolate position, velocity, acceleration of all modes at fraction ``t`` of a step h (s), from its begin."""
     n = model.omega2.shape[0]
     q = offset(POSITION, n)
     v = offset(VELOCITY, n)
@@ -140,7 +140,7 @@ def interpolate_modes(model, state, t, h):
 
 @inlined_kernel
 def interpolate_memory(model, state, t, h):
-    """What laws remember, pairs of a quantity and its rate, at a fraction ``t`` of a step h (s)."""
+    """Interpolate the memory of laws, pairs of a quantity and its rate, at a fraction ``t`` of a step h (s)."""
     first = film_offset(model.omega2.shape[0], port_count(model))
     far = end_offset(model, END) + METHOD - BODY
     for k in range(first, motion_size(model), 2):

@@ -1,19 +1,18 @@
-"""From one communication point to the next.
+"""Communication step: advance the state from one communication point to the next.
 
 The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure
 it is restored to the communication point.
 
 A communication step as long as the internal step, or longer, is a whole number of sub-steps
-(:mod:`cranktrain.dynamics.time.step_control`). Where it is shorter, an internal step of full length passes over
+(:mod:`cranktrain.dynamics.time.step_control`). If it is shorter, an internal step of full length passes over
 communication points, and the motion there is interpolated (:mod:`cranktrain.dynamics.time.between`). This needs inputs
-that are known over the step: those that stay as they are or go on along the line that their samples or given rates
-foresaw. Where an input does something else at a communication point, the step is taken again from its begin to that
-point, so that the motion there is what it would be had the step ended there in the first place; the communication
-steps that follow are stepped one by one until the inputs go on as foreseen again. Pressures that a partner computes
-change at every point, so every point is stepped.
+that are known over the step: constant ones, or ones that follow the line of their samples or given rates. If an input
+leaves this line at a communication point, the step is repeated from its begin to that point, so that the motion there
+is the same as if the step had ended there in the first place. Further communication steps then end a step each, until
+the inputs follow their line again. Pressures that a partner computes change at every point, so every point ends a step.
 
-Where the step that reaches beyond the point fails, the communication step is tried by itself. So a run fails where one
-that steps to every point does.
+If a step that reaches beyond the point fails, the communication step is repeated with a step that ends at the point.
+So a run fails only where a run that steps to every point fails.
 """
 
 from __future__ import annotations
@@ -69,24 +68,24 @@ from cranktrain.dynamics.time.step_control import (
 )
 
 WORTH = 0.9
-"""Fraction of the internal step up to which a communication step is passed over: beyond it little would be saved."""
+"""Longest communication step that is passed over, in internal steps; for longer ones little would be saved."""
 SHORTEST, LONGEST = 0.85, 1.02
-"""Lengths, in internal steps, between which a step keeps its length as the speed changes, and with it its factors."""
+"""Range, in internal steps, in which a step keeps its length and its factors although the speed changes."""
 MOVED = 1.0e-9
-"""Relative difference of a pressure from its last sample beyond which a partner has changed it."""
+"""Relative change of a pressure since its last sample from which a partner counts as having changed it."""
 ON_LINE = 1.0e-12
-"""Relative difference of an input from the line that was foreseen, by rounding of who computes it."""
+"""Largest relative difference of an input from its extrapolation that counts as rounding by its sender."""
 
 
 @inlined_kernel
 def has_ends(model, state):
-    """Whether the state has room for the ends of a step that passes over communication points."""
+    """True if the state has room for the ends of a step that passes over communication points."""
     return state.shape[0] > motion_size(model)
 
 
 @kernel
 def foresee_inputs(model, work, state):
-    """What the samples so far foresee for the inputs at the communication point, with rates, into ``work.inputs``."""
+    """Extrapolate the inputs, with rates, from the earlier samples to the communication point, into ``work.inputs``."""
     reconstruct(model, work, state)
     interval = state[LAST_INTERVAL]
     for k in range(model.cylinders.shape[0] + at.AXIAL_INPUT + 1):
@@ -96,10 +95,10 @@ def foresee_inputs(model, work, state):
 
 @kernel
 def go_on(model, work, state, reach, builtin):
-    """Whether the newest sample and its rates are on the line foreseen, as far as a step may ``reach``, s.
+    """True if the newest sample and its rates lie on the extrapolated line, over the time ``reach`` (s) of a step.
 
-    Pressures do not count under the trace, which ``builtin`` tells. The first sample of a run is on the line where it
-    has no rate and no partner gives pressures, which would change.
+    With the gas trace (``builtin``) pressures do not count. The first sample of a run counts as on the line if it has
+    no rate and no partner gives pressures, because these would change.
     """
     cylinders = model.cylinders.shape[0]
     for k in range(cylinders + at.AXIAL_INPUT + 1):
@@ -122,9 +121,9 @@ def go_on(model, work, state, reach, builtin):
 
 @inlined_kernel
 def pressures_move(model, work, state, inputs):
-    """Whether a partner's pressures change at this point, so that nothing needs to be foreseen: no line meets them.
+    """True if a partner's pressures change at this point; extrapolation is then useless because no line fits them.
 
-    It is so where one is neither the very same as before nor given with a rate, now or before.
+    A pressure changes if it differs from the last sample and has no rate, neither now nor before.
     """
     if model.choices[at.RECONSTRUCTION] != 3.0 or state[SAMPLES] < 2.0 or built_in(model, state):
         return False
@@ -138,9 +137,9 @@ def pressures_move(model, work, state, inputs):
 
 @kernel
 def take_inputs(model, work, state, inputs, interval):
-    """Take in the inputs of this point, from which a step of ``interval`` (s) begins; whether they go on as foreseen.
+    """Take the inputs of this point, from which a step of ``interval`` (s) begins, and fill ``work.inputs``.
 
-    Fills ``work.inputs``.
+    Returns True if the inputs follow their extrapolation.
     """
     before = built_in(model, state)
     anew = pressures_move(model, work, state, inputs)
@@ -159,9 +158,9 @@ def take_inputs(model, work, state, inputs, interval):
 
 @kernel
 def end_step_here(model, work, state):
-    """Let the step that is under way end at the communication point: take it again, from its begin to here.
+    """End the step under way at the communication point, by repeating it from its begin to this point.
 
-    It has the inputs of the samples so far. Where the shorter step fails, the interpolated motion is kept.
+    The repeated step uses the inputs of the samples so far. If it fails, the interpolated motion is kept.
     """
     if state[UNDER_WAY] == 0.0:
         return
@@ -185,23 +184,23 @@ def end_step_here(model, work, state):
 
 @inlined_kernel
 def at_end(state, time):
-    """Whether the step that is under way is over at a time, s."""
+    """True if the step under way has ended by ``time``, s."""
     near = ROUNDED * (state[STEP_END] - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(time)
     return time >= state[STEP_END] - near
 
 
 @inlined_kernel
 def holds_now(state):
-    """Whether the step that is under way holds the present time, as it does in every state that a run gives."""
+    """True if the present time lies within the step under way, as in every state that a run produces."""
     near = ROUNDED * (state[STEP_END] - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(state[TIME])
     return state[STEP_BEGIN] - near <= state[TIME] <= state[STEP_END] + near
 
 
 @kernel
 def pass_over(model, work, state, inputs, t_end):
-    """Take steps of full length until one reaches ``t_end``, and interpolate; a stage status, and steps taken.
+    """Take steps of full length until one reaches ``t_end``, and interpolate; returns a stage status and steps taken.
 
-    On a failure the state is undefined.
+    After a failure the state is undefined.
     """
     sampled = state[TIME]
     now = sampled
@@ -228,7 +227,7 @@ def pass_over(model, work, state, inputs, t_end):
 
 @kernel
 def step_beyond(model, work, state, inputs, now, sampled):
-    """Take the next part of a sub-step from ``now`` (s), which is then under way; a stage status.
+    """Take the next part of a sub-step from ``now`` (s), which becomes the step under way; returns a stage status.
 
     ``work.inputs`` are those of the communication step that began at ``sampled``, s.
     """
@@ -263,9 +262,9 @@ def step_beyond(model, work, state, inputs, now, sampled):
 
 @kernel
 def advance(model, work, state, inputs, t_end):
-    """Advance ``state`` to ``t_end`` with the inputs of this point; a stage status.
+    """Advance ``state`` to ``t_end`` with the inputs of this point; returns a stage status.
 
-    A sliver of time leaves the state as it is.
+    A time step that is only rounding (SLIVER) leaves the state as it is.
     """
     interval = t_end - state[TIME]
     if is_sliver(state, interval):
@@ -273,7 +272,7 @@ def advance(model, work, state, inputs, t_end):
     if not turning_speed(state, inputs) * interval < MOST_STEPS * model.scalars[at.STEP]:
         return TOO_LONG
     if state[UNDER_WAY] > 0.0 and not holds_now(state):
-        state[UNDER_WAY] = 0.0  # a state that somebody altered: its steps could go on for ever from long ago
+        state[UNDER_WAY] = 0.0  # a state altered by its owner, whose step under way may lie far in the past
     for i in range(BODY):
         work.backup[0, i] = state[i]
     iterations = work.counters[at.N_ITERATIONS]
@@ -320,6 +319,6 @@ def advance(model, work, state, inputs, t_end):
 
 @inlined_kernel
 def go_back(work, state):
-    """Restore the state that the communication step began with."""
+    """Restore the state at the start of the communication step."""
     for i in range(state.shape[0]):
         state[i] = work.backup[0, i]

@@ -1,8 +1,8 @@
-"""Error of a step in the outputs that matter, and events at which a long step would miss what happens.
+"""Error estimate of a step in the main outputs, and events that a long step would miss.
 
-The estimate is the difference from the integrator's embedded solution: of the pulley's torsion and axial motion over
-the RMS of their alternating part, as a cycle's exponentially fading memory knows it, and of each journal and the thrust
-collar over their clearance. A method that has no estimate cannot adapt its step.
+The estimate is the difference from the integrator's embedded solution. It is taken for the pulley's torsion and axial
+motion, over the RMS of their alternating part (averaged with a memory that fades over a cycle), and for each journal
+and the thrust collar, over their clearance. A method without an embedded solution cannot adapt its step.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 from cranktrain.loads.built_in_trace import NO_KINK
 
 LEAST_TORSION, LEAST_AXIAL = 1.0e-6, 1.0e-8
-"""Least amplitudes (rad, m) that errors are held against."""
+"""Least amplitudes of torsion (rad) and axial motion (m) that errors are compared with."""
 
 
 @kernel
@@ -44,7 +44,7 @@ def step_error(model, work, state, h):
 
 @kernel
 def remember_outputs(model, state, h):
-    """Let mean and variance of torsion and axial motion follow over a cycle, after a step h."""
+    """Update the running mean and variance of torsion and axial motion, which fade over a cycle, after a step h."""
     q = offset(POSITION, model.omega2.shape[0])
     fading = 1.0 - math.exp(-h * max(abs(state[SHAFT_SPEED]), 1.0) / (4.0 * math.pi))
     for j in range(2):
@@ -58,9 +58,9 @@ def remember_outputs(model, state, h):
 
 @kernel
 def event_within(model, work, state, builtin, angle, turn, h):
-    """Whether a kink of the gas trace, a film's contact or the thrust collar's change of side lies ahead within h.
+    """True if a kink of the gas trace, contact in a film or a change of side of the thrust collar occurs within h.
 
-    The crank turns from ``angle`` by ``turn`` meanwhile; ports are in ``work.port[RELATIVE]`` and the row after it.
+    The crank turns from ``angle`` by ``turn`` in this time. Ports are in ``work.port[RELATIVE]`` and the row after it.
     """
     if builtin:
         for c in range(model.cylinders.shape[0]):

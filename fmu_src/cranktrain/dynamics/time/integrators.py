@@ -1,4 +1,4 @@
-"""The register of integrators: one row a method, one row a family of methods that share a step.
+"""Register of integrators: one row for each method, and one for each family of methods that share a step.
 
 Command line, FMU interface and studies read their lists of integrators here. A method of a known family is one row with
 its coefficients; a family is a file with its kernels and one row more.
@@ -23,17 +23,17 @@ from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FAMILY, FIRST_STAGE, 
 
 @dataclass(frozen=True)
 class Family:
-    """Methods that share their kernels.
+    """Family of methods that share their kernels.
 
     Attributes
     ----------
     name : of the family
-    step : kernel ``step(model, work, state, slot, h) -> status``, or where it is. It advances the modal motion in
-        ``state`` by h with the factors in ``slot``, see :mod:`cranktrain.dynamics.time.step`; on failure the caller
-        restores the state
+    step : kernel ``step(model, work, state, slot, h) -> status``, or the name of its module and function. It advances
+       the modal motion in ``state`` by h with the factors in ``slot``, see :mod:`cranktrain.dynamics.time.step`; on
+       failure the caller restores the state
     difference : kernel ``difference(model, work, h) -> 0`` that fills ``work.modal[DIFFERENCE]`` and
-        ``work.port[U_DIFFERENCE]`` with what the step differs from its embedded solution; empty where none has one
-    carried : blocks of the state that a step reads besides what every step leaves there, each with its power of 1/s
+       ``work.port[U_DIFFERENCE]`` with the step minus its embedded solution; empty if no method has one
+    carried : blocks of the state that a step reads, each with its power of 1/s
     """
 
     name: str
@@ -44,7 +44,7 @@ class Family:
 
 @dataclass(frozen=True)
 class Parameter:
-    """What a method's name may give after a colon; bounds included."""
+    """Parameter that may follow a method's name after a colon; its bounds are allowed values."""
 
     name: str
     default: float
@@ -54,7 +54,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Integrator:
-    """One method.
+    """Integration method, one row of the register.
 
     Attributes
     ----------
@@ -62,11 +62,11 @@ class Integrator:
     title : one line for users
     family : name of its family
     order : of its solution
-    coefficients : its table (rows, WIDTH), see :mod:`cranktrain.dynamics.time.table`; called with the parameter's value
-        where there is one
-    embedded : order of the second solution, whose difference estimates the error of a step; 0: none. Of methods of
-        Newmark's form it is that of constant acceleration (Zienkiewicz & Xie 1991)
-    parameter : what its name may give
+    coefficients : function that makes its table (rows, WIDTH), see :mod:`cranktrain.dynamics.time.table`; called with
+       the parameter's value if there is a parameter
+    embedded : order of the second solution, whose difference estimates the error of a step; 0: none. For methods of
+       Newmark's form this solution has constant acceleration (Zienkiewicz & Xie 1991)
+    parameter : parameter that may follow the name, or None
     """
 
     name: str
@@ -79,7 +79,7 @@ class Integrator:
 
 
 LARGEST_FOR_FILMS = 1.25
-"""Largest coefficient of a method that elastic films accept, because the oil of a closing void follows its stages.
+"""Largest coefficient of a method that is allowed for elastic films; the oil of a closing void follows the stages.
 
 Chosen from ``python -m benchmarks.film_methods``: up to 1.21 (sdirk3) methods agree; esdirk57 (1.49) fails, and largest
 pressures of esdirk5 (2.5) and sdirk4 (7.8) do not converge.
@@ -90,17 +90,17 @@ INTEGRATORS: dict[str, Integrator] = {}
 
 
 def register_family(row: Family) -> None:
-    """Add a family."""
+    """Add a family to the register."""
     FAMILIES[row.name] = row
 
 
 def register_integrator(row: Integrator) -> None:
-    """Add a method of a family that is registered."""
+    """Add a method, whose family is registered already, to the register."""
     INTEGRATORS[row.name] = row
 
 
 def integrator(name: str) -> Integrator:
-    """Row of a method, of which ``name`` may give the parameter as well; ``InputError`` where there is none."""
+    """Row of the method ``name``, which may include its parameter; ``InputError`` for an unknown method."""
     base, _, parameter = name.partition(":")
     row = INTEGRATORS.get(base)
     if row is None or (parameter and row.parameter is None):
@@ -109,7 +109,7 @@ def integrator(name: str) -> Integrator:
 
 
 def integrator_table(name: str) -> Array:
-    """Coefficients by name; ``generalised-alpha:0.8`` gives ρ∞, ``hht:-0.2`` α. ``InputError`` for what is unknown."""
+    """Table of a method by name; ``generalised-alpha:0.8`` sets ρ∞, ``hht:-0.2`` α. ``InputError`` if unknown."""
     row, given = integrator(name), name.partition(":")[2]
     table = row.coefficients() if row.parameter is None else row.coefficients(_value(row, row.parameter, given))
     table[HEAD, FAMILY] = list(FAMILIES).index(row.family)
@@ -117,7 +117,7 @@ def integrator_table(name: str) -> Array:
 
 
 def _value(row: Integrator, parameter: Parameter, given: str) -> float:
-    """Value of a parameter, ``given`` as text or not at all."""
+    """Value of a parameter from the text ``given``, or its default if that is empty."""
     if not given:
         return parameter.default
     try:
@@ -140,7 +140,7 @@ def family(table: Array) -> Family:
 
 
 def method_mark(table: Array) -> float:
-    """Number that tells a method from others, by its coefficients."""
+    """Number that identifies a method, a checksum of its coefficients."""
     return float(crc32(table.tobytes()))
 
 
@@ -152,17 +152,17 @@ def carried(table: Array) -> tuple[tuple[int, int], ...]:
 
 @cache
 def amplification(name: str) -> float:
-    """How much larger than a stage's own error its share in the step may be: the table's largest coefficient, or 1."""
+    """Largest factor by which the error of a stage enters the step: the table's largest coefficient, at least 1."""
     return largest_coefficient(integrator_table(name))
 
 
 def settles_films(name: str) -> bool:
-    """Whether largest pressures of elastic films settle as the step of a method shrinks, by its coefficients."""
+    """True if largest pressures of elastic films converge as a method's step shrinks, judged by its coefficients."""
     return amplification(name) <= LARGEST_FOR_FILMS
 
 
 def largest_coefficient(table: Array) -> float:
-    """Largest coefficient of a method's stages, or 1."""
+    """Largest coefficient of a method's stages, at least 1."""
     return max(1.0, float(np.abs(table[FIRST_STAGE : FIRST_STAGE + int(table[HEAD, STAGES]), :NODE]).max()))
 
 

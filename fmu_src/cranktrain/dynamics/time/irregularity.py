@@ -1,7 +1,7 @@
-"""Degree of irregularity of the crank's own speed, (largest − least) / mean over a cycle of its own turning.
+"""Degree of irregularity of the crank's own speed, (largest − least) / mean over one cycle of the crank.
 
-Extremes are those of the communication points, so that a partner that reads the speed finds the same. Points 5 degrees
-apart miss at most 1 − cos(n · 2.5°) of the swing of order n: 0.1 % of order 1, 0.9 % of order 3.
+Extremes are taken at communication points, so that a partner that reads the speed finds the same values. Points 5
+degrees apart miss at most 1 − cos(n · 2.5°) of the amplitude of order n: 0.1 % of order 1, 0.9 % of order 3.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from cranktrain.dynamics.motion.gas import crank_rotation
 from cranktrain.loads.gas_pressure import CYCLE
 
 NEARLY = 1.0e-6
-"""Fraction of a cycle that may be missing from a full one, since the crank's motion repeats no closer than that."""
+"""Fraction by which a full cycle may be short, because the crank's motion does not repeat more exactly."""
 
 
 @kernel
 def follow_speed(model, state):
-    """Follow the extremes of the crank's speed up to the state; where a cycle is full, keep its irregularity."""
+    """Update the extremes of the crank's speed in the state; at the end of a cycle store its irregularity."""
     rotation, rate, _ = crank_rotation(model, state)
     angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
     speed = state[SHAFT_SPEED] + state[LEAD_SPEED] + rate

@@ -1,4 +1,4 @@
-"""Step of the methods of Newmark's form, with an auxiliary acceleration ā; their tables: module ``tableaux``.
+"""Step of the methods of Newmark's form, with an auxiliary acceleration ā; tables are in module ``tableaux``.
 
 q₁ = q₀ + h v₀ + h² [(½−β) ā₀ + β ā₁] and v₁ = v₀ + h [(1−γ) ā₀ + γ ā₁] with (1−α_m) ā₁ + α_m ā₀ = (1−α_f) a₁ + α_f a₀.
 """
@@ -15,7 +15,7 @@ from cranktrain.dynamics.time.table import ALPHA_F, ALPHA_M, BETA, GAMMA, HEAD
 
 @law_kernel
 def newmark_step(model, work, state, slot, h):
-    """Advance the modal motion in ``state`` by one step h; a status. The state is touched only when it succeeds."""
+    """Advance the modal motion in ``state`` by one step h; returns a status. On failure the state is unchanged."""
     n = model.omega2.shape[0]
     alpha_m = model.stages[HEAD, ALPHA_M]
     alpha_f = model.stages[HEAD, ALPHA_F]
@@ -44,7 +44,7 @@ def newmark_step(model, work, state, slot, h):
 
 @law_kernel
 def newmark_difference(model, work, h):
-    """Fill ``work.port[U_DIFFERENCE]`` with the step less that of constant acceleration; the step did the modes; 0."""
+    """Fill ``work.port[U_DIFFERENCE]`` from the modes' difference to a step of constant acceleration; returns 0."""
     for j in range(model.judged.shape[0]):
         k = int(model.judged[j])
         move = 0.0

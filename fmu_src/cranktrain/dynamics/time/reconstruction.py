@@ -1,29 +1,29 @@
-"""Inputs between communication points: what is made of the last samples over the communication step to come.
+"""Reconstruction of the inputs over the next communication step from their last samples.
 
-Rule ``hold`` keeps the newest sample, ``linear`` extrapolates it in time, ``interpolate`` goes from the sample before
-to it and so comes one step late. Rule ``polytropic``, the default, does so for cylinder pressures in
+Rule ``hold`` keeps the newest sample, ``linear`` extrapolates in time, ``interpolate`` goes from the last sample but
+one to the newest and so is one step late. Rule ``polytropic``, the default, extrapolates cylinder pressures by
 
     p(θ) = G(θ)/V(θ)ⁿ,  n = 1.33,
 
-with G the parabola by the crank's angle through the last three samples of p Vⁿ: compression and expansion leave G
-all but constant, a burn raises it smoothly. A sample belongs to the angle that its partner tells, whole cycles aside;
-where none does (the angle's input stays 0) to the crank's angle at its communication point, or at the one ``gas_delay``
-steps before, as where all units of a master step at the same time. Where p Vⁿ changed by more
-than a share JUMP from one sample to the next, it jumped: no line is drawn across, and right after it the pressure is
-held. A pressure that is the very same twice is held too: nobody drives it. Speed and torques are extrapolated linearly
-beside it.
+where G is the parabola over the crank's angle through the last three samples of p Vⁿ. Compression and expansion leave G
+nearly constant, and a burn raises it smoothly. A sample belongs to the angle that its partner gives, apart from whole
+cycles. If no angle is given (its input stays 0), the sample belongs to the crank's angle at its communication point, or
+``gas_delay`` steps earlier, for masters whose units all step at the same time. If p Vⁿ changes by more than the
+fraction JUMP between two samples, it has jumped: G does not extend across the jump, and the pressure is held right
+after it. A pressure with two identical samples is held too, because no partner drives it. Speed and torques are
+extrapolated linearly.
 
-V is that of the cylinder's own crank pin, and θ its angle. Whatever goes by time, by the other rules, a rate or given
-stages, is a pressure at the crank's angle: it is moved to the pin's along p Vⁿ as well. A partner that takes deviations
-of the volumes says with which one a pressure was computed: G is then sampled in the volume of rigid parts with that
-deviation, goes by the crank's angle, and is divided by the volume that the piston leaves; what goes by time stays as it
-is.
+V and θ belong to the cylinder's own crank pin. A pressure as a function of time (by the other rules, a rate or given
+stages) is one at the crank's angle, and is converted to the pin's angle by p Vⁿ as well. A partner that uses deviations
+of the volumes also gives the deviation with which a pressure was computed. G is then sampled in the volume of rigid
+parts plus this deviation, depends on the crank's angle, and is divided by the actual volume above the piston; pressures
+as functions of time are not converted.
 
-Where a rate of an input is given with its sample, the input goes on from the sample at that rate, whatever the rule.
+If a rate is given with a sample, the input continues from the sample at that rate under every rule.
 
-Samples that lie much closer than the step to come tell nothing about it: the newer of two replaces the other, and what
-only they could tell is held. A communication step up to :data:`SLIVER` is none at all: the state stays as it is, its
-time too, so that the next step makes up for it.
+Samples that lie much closer together than the next step say nothing about it: the newer one replaces the other, and
+inputs that would need both are held. A communication step up to :data:`SLIVER` does not count: state and time stay as
+they are, so that the next step includes it.
 """
 
 from __future__ import annotations
@@ -60,27 +60,27 @@ from cranktrain.loads.gas_pressure import CYCLE
 POLYTROPIC = 1.33
 """Exponent of compression and expansion with heat to the walls."""
 GIVEN = 1.0e-3
-"""Pa from the start value at which a pressure counts as given: masters that interpolate round its last digit."""
+"""Difference (Pa) from the start value from which a pressure counts as given; masters may round its last digit."""
 JUMP = 0.5
-"""Share of itself by which p Vⁿ changes smoothly between two samples; beyond it has jumped."""
+"""Largest relative change of p Vⁿ between two samples that counts as smooth; a larger one is a jump."""
 SHORT = 0.2
-"""Distance of two samples, in the communication step to come, below which they tell nothing about it."""
+"""Least distance of two samples that are extrapolated, as a fraction of the next communication step."""
 LEAST_TURN = 1.0e-9
-"""Distance of two samples, rad, below which they belong to one angle."""
+"""Distance of two samples, rad, below which they count as one angle."""
 SLIVER = 1.0e-9
 ROUNDING = 1.0e-15
-"""Communication steps that are none: up to SLIVER (s) and ROUNDING of the time. Masters that add up times make them."""
+"""Communication steps up to SLIVER (s) plus ROUNDING times the time are ignored; masters that sum times make them."""
 
 
 @inlined_kernel
 def is_sliver(state, interval):
-    """Whether a communication step is too short to be one."""
+    """True if a communication step is so short that it is ignored."""
     return interval <= SLIVER + ROUNDING * abs(state[TIME])
 
 
 @inlined_kernel
 def crank_angle(model, state):
-    """Angle of the crank against the cylinders at the state, rad, by which the gas goes."""
+    """Angle of the crank relative to the cylinders at the state, rad, which determines the gas pressure."""
     n = model.omega2.shape[0]
     rotation, _, _ = crank_rotation(model, state)
     angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
@@ -93,15 +93,15 @@ def crank_angle(model, state):
 
 @inlined_kernel
 def nearest_turn(angle):
-    """An angle less as many cycles as bring it nearest to 0, rad."""
+    """Angle (rad) minus the whole number of cycles that brings it nearest to 0."""
     return angle - CYCLE * math.floor(angle / CYCLE + 0.5)
 
 
 @kernel
 def take_sample(model, state, inputs, interval):
-    """Take in the inputs of this communication point, from which a step of ``interval`` (s) begins.
+    """Store the inputs of this communication point, from which a step of ``interval`` (s) begins, as newest sample.
 
-    An interval of 0 is none: the inputs are held and no sample is kept.
+    With an interval of 0 there is no step, so the inputs are held and no sample is kept.
     """
     samples = int(state[SAMPLES])
     angle = crank_angle(model, state)
@@ -138,9 +138,9 @@ def take_sample(model, state, inputs, interval):
 
 @kernel
 def take_rates(state, rates, interval):
-    """Take in the rates (per second) of the inputs over the step of ``interval`` (s) to come.
+    """Store the rates (per second) of the inputs over the next step of ``interval`` (s).
 
-    One that is no finite number is not given. An interval of 0 is no step: the inputs are held.
+    A rate that is not finite counts as not given. With an interval of 0 there is no step, so the inputs are held.
     """
     for k in range(rates.shape[0]):
         given = interval > 0.0 and math.isfinite(rates[k])
@@ -172,7 +172,7 @@ def reconstruct(model, work, state):
         elif (rule == 1.0 or (rule == 3.0 and not 0 < k <= cylinders)) and samples > 1 and earlier >= SHORT * interval:
             work.inputs[at.RATE, k] = (now - before) / earlier
     for k in range(1, 1 + cylinders):
-        # The very same pressure twice is one that nobody drives.
+        # A pressure with two identical samples is not driven by a partner.
         if not knows_volumes(work) and (now_moves(state, k) or state[RATES_GIVEN + k] > 0.0):
             work.inputs[at.EXPONENT, k] = -POLYTROPIC
     if rule == 3.0 and not built_in(model, state):
@@ -186,13 +186,13 @@ def reconstruct(model, work, state):
 
 @inlined_kernel
 def now_moves(state, k):
-    """Whether an input's newest sample differs from the one before."""
+    """True if the newest sample of input k differs from the one before."""
     return state[SAMPLES] > 1.0 and state[INPUTS_NOW + k] != state[INPUTS_BEFORE + k]
 
 
 @inlined_kernel
 def sampled_polytropic(model, state, cylinder, sample):
-    """p Vⁿ of a cylinder at one of the samples, SI, in the volume that its partner has taken."""
+    """p Vⁿ of a cylinder at one of the samples, SI, with the volume that its partner used."""
     first = INPUTS_NOW + sample * MAX_INPUTS
     volume = gas_volume(model, cylinder, state[SAMPLE_ANGLES + sample])
     volume += state[first + model.cylinders.shape[0] + at.DEVIATION_INPUT + cylinder]
@@ -201,17 +201,17 @@ def sampled_polytropic(model, state, cylinder, sample):
 
 @inlined_kernel
 def smooth(after, before):
-    """Whether p Vⁿ went from one value to the other without a jump."""
+    """True if p Vⁿ changed from ``before`` to ``after`` without a jump."""
     return abs(after - before) <= JUMP * max(after, before)
 
 
 @inlined_kernel
 def polytropic_series(model, work, state, cylinder, least):
-    """Parabola through the samples of a cylinder's p Vⁿ that lie ``least`` (rad) apart and hold no jump."""
+    """Set the parabola through those samples of a cylinder's p Vⁿ that lie ``least`` (rad) apart and have no jump."""
     k = 1 + cylinder
     samples = int(state[SAMPLES])
     newest, middle, oldest = state[SAMPLE_ANGLES], state[SAMPLE_ANGLES + 1], state[SAMPLE_ANGLES + 2]
-    # A pressure that nobody drives would breathe with the volume.
+    # Otherwise a pressure that no partner drives would vary with the volume.
     if newest - middle < least or not now_moves(state, k):
         return
     g = sampled_polytropic(model, state, cylinder, 0)
@@ -231,9 +231,9 @@ def polytropic_series(model, work, state, cylinder, least):
 
 @kernel
 def take_stage(work, share):
-    """Make the inputs in ``work.inputs``, apart from the speed, those at a share of the communication step.
+    """Set ``work.inputs``, apart from the speed, to the inputs at the fraction ``share`` of the communication step.
 
-    They are on the polynomial through all stages that are given: at a stage just what was given for it.
+    They lie on the polynomial through all given stages, so at a stage they equal the given values.
     """
     staged = work.staged
     end = 1 + int(staged[0, at.STAGES_GIVEN])

@@ -1,4 +1,4 @@
-"""Step of the diagonally implicit Runge–Kutta methods; their tables: :mod:`cranktrain.dynamics.time.tableaux`.
+"""Step of the diagonally implicit Runge–Kutta methods, with tables from :mod:`cranktrain.dynamics.time.tableaux`.
 
 Stage s reads V = v₀ + h Σ a_sj a_j and Q = q₀ + h Σ a_sj v_j + hγ V over the stages j < s; the last one ends the step.
 """
@@ -18,7 +18,7 @@ from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, ST
 
 @law_kernel
 def runge_kutta_step(model, work, state, slot, h):
-    """Advance the modal motion in ``state`` by one step h; a status. The state is touched only when it succeeds."""
+    """Advance the modal motion in ``state`` by one step h; returns a status. On failure the state is unchanged."""
     table = model.stages
     n = model.omega2.shape[0]
     stages = int(table[HEAD, STAGES])
@@ -43,7 +43,7 @@ def runge_kutta_step(model, work, state, slot, h):
 
 @inlined_kernel
 def explicit_stage(model, work, state):
-    """The first stage of a method that takes it from the state."""
+    """Copy the state to the first stage of a method whose first stage is explicit."""
     n = model.omega2.shape[0]
     for i in range(n):
         work.stage[0, 0, i] = state[offset(POSITION, n) + i]
@@ -69,7 +69,7 @@ def combine_stages(model, work, state, s, h):
     for i in range(n):
         big_v[i] = state[offset(VELOCITY, n) + i]
         big_q[i] = state[offset(POSITION, n) + i]
-    # The ports' share follows from the ports alone, a product with the shapes less for each.
+    # Q and V at the ports follow from the ports' own motion, which saves a product with the shapes for each.
     for k in range(m):
         u_v[k] = work.port[at.STATE_UD, k]
         u_q[k] = work.port[at.STATE_U, k]
@@ -88,7 +88,7 @@ def combine_stages(model, work, state, s, h):
 
 @kernel
 def add_stages(found, part, weights, stages, n, out):
-    """``out`` (n,) += Σ_j weights[j] ``found[j, part]`` over the stages before."""
+    """``out`` (n,) += Σ_j weights[j] ``found[j, part]`` over the earlier stages j."""
     i = 0
     while i + 3 < n:
         total = load(out, i)
@@ -103,7 +103,7 @@ def add_stages(found, part, weights, stages, n, out):
 
 @law_kernel
 def runge_kutta_difference(model, work, h):
-    """Fill ``work.modal[DIFFERENCE]`` and ``work.port[U_DIFFERENCE]`` with the step less its embedded solution; 0."""
+    """Fill ``work.modal[DIFFERENCE]``, ``work.port[U_DIFFERENCE]`` with step minus embedded solution; returns 0."""
     table = model.stages
     stages = int(table[HEAD, STAGES])
     weights = table[FIRST_STAGE + stages]

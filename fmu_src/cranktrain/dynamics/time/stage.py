@@ -1,9 +1,9 @@
 """The stage solver: one implicit stage of any integrator, condensed onto the ports.
 
-Given Q and V with q = Q + c_q a, v = V + c_v a, it finds the true acceleration a that fulfils the equations of motion:
-q_free from S⁻¹, a Newton iteration on the ports' displacements u = u_free + Φ S⁻¹ Φᵀ f(u, u̇, ü), and one product back
-to q. What S left out because the frame turns at Ω ≠ Ω₀ is iterated with it. The last Newton step is taken with
-linearised forces, whose error the contraction estimate bounds.
+Given Q and V with q = Q + c_q a, v = V + c_v a, it finds the true acceleration a that fulfils the equations of motion.
+It finds q_free by S⁻¹, iterates the ports' displacements u = u_free + Φ S⁻¹ Φᵀ f(u, u̇, ü) by Newton's method, and gets
+q by one product. Terms that S lacks because the frame turns at Ω ≠ Ω₀ are iterated too. The last Newton step is taken
+with linearised forces, whose error the contraction estimate bounds.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ from cranktrain.loads.torsional_line import DAMPING
 
 MAX_ITERATIONS = 40
 JOURNAL_STEP = 0.3
-"""Largest change of a journal's position per iteration, as a share of the clearance."""
+"""Largest change of a journal's position per iteration, as a fraction of the clearance."""
 FIRST_CONTRACTION, LEAST_CONTRACTION, MOST_CONTRACTION = 0.02, 1.0e-4, 0.5
-"""Contraction of the iteration before any was measured, and its bounds. A stage that stops after one iteration trusts
-twice the contraction that earlier stages measured; unmeasured, the trust fades, so that it is measured again."""
+"""Initial estimate of the iteration's contraction, and its bounds. A stage that stops after one iteration assumes twice
+the contraction measured in earlier stages. Without a measurement the estimate grows by FADING, so that it is measured
+again."""
 FADING = 1.1
 STALE = 0.1
 NEAR = 0.1
@@ -53,7 +54,7 @@ COUPLING_LENGTH = 1.0e-6
 than this fraction of the largest, or modal displacements (m √kg) by less than the tolerance times a length that is
 small compared with clearances."""
 MORE_SWEEPS = 3
-"""Sweeps at most in which it is iterated."""
+"""Most sweeps of this iteration."""
 UNBOUNDED = 1.0e12
 """Newton step, scaled, at which an iteration has diverged."""
 
@@ -67,7 +68,7 @@ class Stage(NamedTuple):
     c_v: float
     omega: float  # Ω₀, rad/s
     tolerance: float  # of the estimated error of the ports, in units of clearance, 0.1 mm and 0.01 rad
-    a_guess: Array  # (n,) first guess of a, used where the frame's speed differs from Ω₀
+    a_guess: Array  # (n,) initial guess of a, used if the frame's speed differs from Ω₀
 
 
 @kernel
@@ -97,7 +98,7 @@ def solve_stage(model, work, state, stage):
 
 @kernel
 def predict(model, work, stage):
-    """What iterations and sweeps of a stage have in common: its load apart from forces at ports, and the first guess.
+    """Prepare a stage: its load apart from forces at ports, and the initial guess, used by all iterations and sweeps.
 
     Fills ``work.modal[BASE]``, ``work.relative`` where the block is flexible, the guess of a and of u, and sets the
     guided pistons' side forces to 0.
@@ -152,9 +153,9 @@ def predict(model, work, stage):
 
 @kernel
 def move_freely(model, work, stage):
-    """Motion without forces at the ports, from a as it is known: ``work.modal[Q_FREE]`` and ``work.port[U_FREE]``.
+    """Motion without forces at the ports for the present a, into ``work.modal[Q_FREE]`` and ``work.port[U_FREE]``.
 
-    What S holds of 2Ω₀G, and what it lacks because the frame turns at Ω ≠ Ω₀, is part of the load.
+    The load includes the known part of the term 2Ω₀G, and the terms that S lacks because the frame turns at Ω ≠ Ω₀.
     """
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
@@ -245,7 +246,7 @@ def iterate(model, work, state, stage):
 
 @inlined_kernel
 def follow_encoder(model, work, stage):
-    """Rotation of the encoder's place in a stage, from the forces found so far, into ``work.frames``."""
+    """Rotation at the encoder in a stage, from the forces found so far, into ``work.frames``."""
     q = work.modal[at.LEVER]
     for i in range(q.shape[0]):
         q[i] = work.modal[at.Q_FREE, i]
@@ -259,9 +260,9 @@ def follow_encoder(model, work, stage):
 
 @inlined_kernel
 def press_heads(model, work, stage):
-    """Let the gas push the heads of a flexible block as it pushes the pistons now, at the pressures found last.
+    """Update the gas force on the heads of a flexible block to the pressures found last, as on the pistons.
 
-    What it changes is added to the load ``work.modal[BASE]`` and to the motion without forces at the ports.
+    The change is added to the load ``work.modal[BASE]`` and to the motion without forces at the ports.
     """
     t = model.ports.shape[1]
     standing, s = model.block_ports.shape
@@ -286,9 +287,9 @@ def press_heads(model, work, stage):
 
 @inlined_kernel
 def newton_step(model, work, stage, keep_matrix):
-    """Forces at u, and the Newton step of the relative motion, ``work.port[U_STEP]``; a status.
+    """Evaluate the forces at u and the Newton step of the relative motion, ``work.port[U_STEP]``; returns a status.
 
-    Residual u_free + H f − u, then (I − H J) δ = r on the Newton ports. With ``keep_matrix`` the last matrix serves.
+    The residual is r = u_free + H f − u, and (I − H J) δ = r on the Newton ports. ``keep_matrix`` reuses the matrix.
     """
     frame = work.frames[stage.number]
     f = work.port[at.FORCES]
@@ -314,7 +315,7 @@ def newton_step(model, work, stage, keep_matrix):
         for k in range(work.blocks.shape[0]):
             for j in range(work.blocks.shape[1]):
                 work.factored[k, j] = work.blocks[k, j]
-        # On rigid ground the journals' own compliance is the relative one.
+        # On rigid ground the compliance of the relative motion is that of the journals.
         compliance = work.turning.compliance[stage.slot]
         if model.pairs.shape[0] > 0 or has_additions(model):
             compliance = work.relative
@@ -337,7 +338,7 @@ def newton_step(model, work, stage, keep_matrix):
 
 @inlined_kernel
 def felt_step(model, work, frame, step):
-    """Turn a change of all ports (m,) into that which connections feel, in place on the Newton ports."""
+    """Convert a change of all ports (m,) to the relative motion of connections, in place on the Newton ports."""
     relative_step(model, frame[at.COS], frame[at.SIN], step)
     if turned(work):
         turned_step(model, work, step)
@@ -345,7 +346,7 @@ def felt_step(model, work, frame, step):
 
 @inlined_kernel
 def solve_step(model, work):
-    """Solve for the Newton step in place: of the engine's components in ``work.port[U_STEP]``, then of added ones."""
+    """Solve for the Newton step in place, for the engine's components in ``work.port[U_STEP]`` and for added ones."""
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_SOLVE], (model, work))
     else:
@@ -354,7 +355,7 @@ def solve_step(model, work):
 
 @inlined_kernel
 def step_size(model, work, step):
-    """Size of a Newton step in units of the ports' scales, and the share of it that journals may take at once."""
+    """Size of a Newton step in units of the ports' scales, and the fraction of it that the journals' limit allows."""
     size = 0.0
     journal = 0.0
     for k in range(model.scales.shape[0]):
@@ -375,10 +376,10 @@ def step_size(model, work, step):
 
 @inlined_kernel
 def take_step(model, work, stage, limit):
-    """Move the ports by the share ``limit`` of a Newton step; returns how far those without tangent went, scaled.
+    """Move the ports by the fraction ``limit`` of a Newton step; returns the largest change of ports without tangents.
 
-    With f + Jδ the ports follow, all of them; what no tangent foresaw shows in how far they go besides. Guided pistons
-    stay where their own solution put them.
+    All ports move with the forces f + Jδ. The returned change is scaled, and measures the effect of tangents that the
+    Newton matrix omits. Guided pistons keep the motion of their own solution.
     """
     turning = model.ports.shape[0]
     pistons = first_piston(model)
@@ -404,7 +405,7 @@ def take_step(model, work, stage, limit):
 
 @inlined_kernel
 def follow_load(model, work, stage):
-    """Let the ports follow a small change of the load: the last Newton matrix and linearised forces still apply."""
+    """Update the ports for a small change of the load, with the last Newton matrix and linearised forces."""
     frame = work.frames[stage.number]
     step = work.port[at.U_STEP]
     for k in range(port_count(model)):
@@ -419,7 +420,7 @@ def follow_load(model, work, stage):
 
 @kernel
 def follow_forces(model, work, stage):
-    """f += J δ of a Newton step, and u = u_free + H f of all ports but those of guided pistons."""
+    """Update f += J δ by a Newton step, and u = u_free + H f of all ports except those of guided pistons."""
     frame = work.frames[stage.number]
     f = work.port[at.FORCES]
     if turned(work):
@@ -442,9 +443,10 @@ def follow_forces(model, work, stage):
 
 @inlined_kernel
 def follow_step(model, work, stage):
-    """The same on rigid ground: (I − H J) δ = u_free + H f − u says that Newton ports move by δ itself.
+    """Update f and u as :func:`follow_forces` on rigid ground, where the Newton ports move by δ itself.
 
-    ``work.port[U_STEP]`` holds δ, and behind it u_free + H f − u of the other turning ports.
+    This follows from (I − H J) δ = u_free + H f − u. ``work.port[U_STEP]`` holds δ, and then u_free + H f − u of the
+    other rotating ports.
     """
     newton = model.scales.shape[0]
     turning = model.ports.shape[0]
@@ -467,7 +469,7 @@ def follow_step(model, work, stage):
 def recover(model, work, stage):
     """Modal motion of the stage from the forces at its ports, ``work.stage[number]``.
 
-    Returns whether what the frame's speed away from Ω₀ couples has settled.
+    Returns True if the terms by the difference of the frame's speed from Ω₀ have converged.
     """
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
@@ -518,7 +520,7 @@ def recover(model, work, stage):
 
 @inlined_kernel
 def port_rates(model, work, stage):
-    """u̇ and ü of the ports that belong to their u in a stage."""
+    """Set u̇ and ü of the ports from their u, by the rule of the stage."""
     u = work.port[at.U]
     u_q = work.port[at.U_Q]
     u_v = work.port[at.U_V]
@@ -532,7 +534,7 @@ def port_rates(model, work, stage):
 
 @kernel
 def to_ports(model, q, u):
-    """Motion (m,) of all ports in the modal motion q (n,)."""
+    """Motion u (m,) of all ports from the modal motion q (n,)."""
     t = model.ports.shape[1]
     turning = model.ports.shape[0]
     product(model.ports_transposed, q, t, turning, u)
@@ -552,7 +554,7 @@ def to_ports(model, q, u):
 
 @kernel
 def answer(model, work, slot, f, u):
-    """Add what crank and block answer to forces f (m,) at their ports to u (m,): u += H f. Pistons stay."""
+    """Add displacements by forces f (m,) at ports of crank, block, added bodies to u (m,): u += H f. Pistons stay."""
     turning = model.ports.shape[0]
     add_product(work.turning.compliance[slot], f, turning, turning, u)
     block = model.block_ports.shape[0]

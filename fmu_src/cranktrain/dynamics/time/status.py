@@ -1,4 +1,4 @@
-"""What became of a step, or of a preparation: the integer that kernels return, and what a user can do about it."""
+"""Status of a step or a preparation: the integers that kernels return, with their causes and remedies for a user."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE, NO_RIGID_PART, CLEARANCE_FIX
 NO_EQUILIBRIUM = 32
 NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
-"""To these the place among the inputs is added."""
+"""First status of each kind; the index of the input is added."""
 REFUSED, FAILED = "refused", "failed"
-"""Kinds of statuses: of what is asked for, and of a step that other inputs or a shorter step may mend."""
+"""Kinds of statuses: a refused request, and a failed step, which other inputs or a shorter step may mend."""
 REMEDIES = {
     DIVERGED: (
         "the forces at the ports found no balance",
@@ -43,13 +43,13 @@ REMEDIES = {
         "lower the pressures or check clearance and viscosity",
     ),
 }
-"""What each failure of a step or a start means, and what to try."""
+"""Cause and remedy of each failure of a step or a start."""
 REFUSALS = {
     NOT_EMBEDDED: "the integrator has no error estimate, which adaptive control needs; take another, or fixed steps",
     PEAKS_LOST: "the largest pressures of elastic films do not converge with this integrator; take esdirk3 or auto",
     TOLERANCE_RANGE: "tolerance of adaptive control must be 1e-10 to 1",
-    STEP_RANGE: "internal step must be a positive angle, 1e-5 rad or more, or 0 for the level's usual one",
-    LIMIT_RANGE: "the work of a communication step is limited to 0 (not) or more iterations",
+    STEP_RANGE: "internal step must be a positive angle, 1e-5 rad or more, or 0 for the level's default",
+    LIMIT_RANGE: "the work limit of a communication step must be 0 (no limit) or a positive number of iterations",
     DELAY_RANGE: "given pressures may be 0 to 2 communication steps late",
     UNKNOWN_METHOD: "the integrator does not exist",
     OIL_RANGE: "the oil's law has no value at its temperature; give a higher one",
@@ -63,11 +63,11 @@ REFUSALS = {
     "new clearance",
     BORE_FIXED: "the flexible block was made for another bore; leave it there",
 }
-"""Why a model cannot be prepared."""
+"""Reason and remedy of each refusal to prepare a model."""
 
 
 def statuses(input_names: Sequence[str]) -> dict[int, tuple[str, str]]:
-    """Kind and text of every status but 0 that the kernels of a run return, by its number."""
+    """Kind and text of every status except 0 that the kernels of a run return, by its number."""
     found = {code: (FAILED, f"{cause}; {remedy}") for code, (cause, remedy) in REMEDIES.items()}
     found |= {code: (REFUSED, text) for code, text in REFUSALS.items()}
     found[NOT_AHEAD] = REFUSED, "a communication step must be positive, and at most 1 s"

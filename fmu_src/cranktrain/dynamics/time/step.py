@@ -1,9 +1,9 @@
-"""What the steps of all integrators share: guessing the ports at a stage, solving it, keeping what it found.
+"""Functions that the steps of all integrators share: guess the ports at a stage, solve it, keep the result.
 
-A family's step kernel fills a stage's Q and V, ``work.modal[BIG_Q]`` and ``[BIG_V]``, with their motion of the ports in
-``work.port[U_Q]`` and ``[U_V]``, and calls :func:`solve_and_keep` for each stage. The ports at the step's start are
+A family's step kernel writes a stage's Q and V to ``work.modal[BIG_Q]`` and ``[BIG_V]``, and their values at the ports
+to ``work.port[U_Q]`` and ``[U_V]``, and calls :func:`solve_and_keep` for each stage. The ports at the step's start are
 in ``work.port[STATE_U]`` and the two rows after it, frame and pressures of stage i in row i of ``work.frames`` and
-``work.pressures``; a solved stage's q, v and a in ``work.stage[i]``.
+``work.pressures``; q, v and a of a solved stage in ``work.stage[i]``.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from cranktrain.dynamics.time.status import FILM_FAILED, OK
 from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, NODE, coefficients
 
 REFERENCE_TURN = math.radians(3.0)
-"""Step of crank angle at which the Newton tolerance is meant."""
+"""Step of crank angle (rad) to which the Newton tolerance refers."""
 SLOW = 60.0
 
 
 @inlined_kernel
 def port_tolerance(model, work, h):
-    """Newton tolerance of a step: ports are found as much more exactly at shorter steps as the method's error falls."""
+    """Newton tolerance of a step h; it falls with shorter steps like the error of the method."""
     turn = min(1.0, h * max(work.frames[0, at.OMEGA], SLOW) / REFERENCE_TURN)
     tolerance = model.choices[at.NEWTON_TOLERANCE]
     for _ in range(int(model.choices[at.ORDER])):
@@ -36,9 +36,9 @@ def port_tolerance(model, work, h):
 
 @inlined_kernel
 def guess_ports(model, work, state, stage, h):
-    """Guess the ports at a stage: Taylor's series from the nearest time that is known, the step's start or a stage.
+    """Guess the ports at a stage by Taylor's series from the nearest known time, the step's start or a stage.
 
-    What the series missed at the same stage of the last step is added. Fills ``work.port[GUESS]``.
+    The error of the series at the same stage of the last step is added. Fills ``work.port[GUESS]``.
     """
     table = model.stages
     time = table[FIRST_STAGE + stage, NODE]
@@ -67,7 +67,7 @@ def guess_ports(model, work, state, stage, h):
 
 @inlined_kernel
 def keep_ports(model, work, state, stage):
-    """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
+    """Keep the ports of a solved stage, and the error of the series, for later guesses."""
     m = port_count(model)
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
@@ -79,9 +79,9 @@ def keep_ports(model, work, state, stage):
 
 @inlined_kernel
 def solve_and_keep(model, work, state, stage, h, gain):
-    """Guess, solve and keep one stage of a step h; a status.
+    """Guess, solve and keep one stage of a step h; returns a status.
 
-    ``gain`` (s) is g of the stage's rule δ̇ = (δ − Δ)/g for what films remember.
+    ``gain`` (s) is g of the stage's rule δ̇ = (δ − Δ)/g for the memory of films.
     """
     guess_ports(model, work, state, stage.number, h)
     open_stage(model, work, stage.number, model.stages[FIRST_STAGE + stage.number, NODE] * h, h, gain)
@@ -96,7 +96,7 @@ def solve_and_keep(model, work, state, stage, h, gain):
 
 @inlined_kernel
 def solve_only_stage(model, work, state, slot, h):
-    """Solve the one stage, at the step's end, of a method whose Q and V are in ``work.modal``; a status."""
+    """Solve the only stage, at the step's end, of a method whose Q and V are in ``work.modal``; returns a status."""
     n = model.omega2.shape[0]
     to_ports(model, work.modal[at.BIG_Q], work.port[at.U_Q])
     to_ports(model, work.modal[at.BIG_V], work.port[at.U_V])
@@ -109,7 +109,7 @@ def solve_only_stage(model, work, state, slot, h):
 
 @inlined_kernel
 def keep_motion(model, work, state, stage):
-    """Make the motion at the last stage that of the state."""
+    """Copy the motion of a solved stage, the last one, to the state."""
     n = model.omega2.shape[0]
     out = work.stage[stage]
     for i in range(n):

@@ -1,11 +1,11 @@
-"""Sub-steps of an interval and their halving.
+"""Step control: sub-steps of a communication step and their halving.
 
-Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within 1e-9 of the last one reuses its factors and
-its value, so masters that compute H by subtraction change nothing.
+A communication step H has n = ceil(Ω H/Δθ − 1e-9) sub-steps h = H/n. If h is within 1e-9 of the last one, value and
+factors of the last one are used, so masters that compute H by subtraction change nothing.
 
-Steps are halves, quarters, … of a sub-step, each at a multiple of its own length: factors are made once for each. A
-step is halved where films close fast, after a failure, and with adaptive control where its estimated error exceeds the
-tolerance or an event lies within it; it grows again when the error allows.
+Steps are halves, quarters, … of a sub-step, each at a multiple of its own length, so factors are made once for each
+length. A step is halved if films close fast, after a failure, and with adaptive control if its estimated error exceeds
+the tolerance or an event lies within it. It grows again when the error allows.
 """
 
 from __future__ import annotations
@@ -65,31 +65,31 @@ from cranktrain.loads.gas_pressure import CYCLE
 
 MAX_HALVINGS = 6
 PARTS = 1 << MAX_HALVINGS
-"""Least parts of a sub-step in it."""
+"""Number of the shortest parts in a sub-step."""
 MOST_STEPS = 1.0e6
-"""Internal steps of a communication step at most: a state that is not one of a run cannot keep a caller for ever."""
+"""Most internal steps of a communication step, so that an impossible state cannot keep a caller waiting for ever."""
 FILM_HALVINGS = 3
-"""Halvings at most because a film changes fast."""
+"""Most halvings by reason of a film that changes fast."""
 EVENT_HALVINGS = 1
-"""Halvings more where an event lies within a step."""
+"""Additional halvings if an event lies within a step."""
 REJECTED = 2.0
-"""Error in tolerances at which a step is taken again; below, the next one is halved."""
+"""Error, in units of the tolerance, above which a step is repeated; an error from 1 to this halves the next step."""
 MARGIN = 0.5
-"""Error in tolerances that a step of twice the length may promise."""
+"""Largest predicted error, in units of the tolerance, at which the next step is doubled."""
 REFACTOR = 0.01
-"""S is made anew when the shaft's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
+"""S is factorised again if the shaft's speed differs from Ω₀ by this fraction; stages iterate smaller differences."""
 ROUNDED = 1.0e-9
-"""rad by which an angle may miss a cycle's end; share of a step by which two steps of one length differ."""
+"""Rounding by which an angle may miss a cycle's end, rad, and by which two equal steps may differ, relative."""
 STEPPING_SPEED = 60.0
-"""rad/s below which sub-steps no longer grow with falling speed: the structure vibrates at standstill as well."""
+"""Speed (rad/s) below which sub-steps no longer get longer, because the structure also vibrates at standstill."""
 
 
 @inlined_kernel
 def base_motion(model, work, state, begin, tau):
-    """Angle, speed and acceleration of the shaft whose speed is given, ``tau`` into a sub-step.
+    """Angle, speed and acceleration of the shaft whose speed is given, a time ``tau`` (s) into a sub-step.
 
-    Where a torque loads the shaft instead, they are those of a frame that follows the crank. Last comes what the state
-    keeps as the shaft's acceleration.
+    If a torque loads the shaft instead, they are those of a frame that follows the crank. The fourth value is the one
+    that the state keeps as the shaft's acceleration.
     """
     if model.scalars[at.DRIVEN] == 0.0:
         rotation, rate, change = crank_rotation(model, state)
@@ -106,10 +106,10 @@ def base_motion(model, work, state, begin, tau):
 
 @inlined_kernel
 def frame_at(model, work, state, begin, tau, frame, pressures):
-    """Frame motion at ``tau`` into a sub-step that starts ``begin`` into the interval, and pressures that go by time.
+    """Frame motion at ``tau`` into a sub-step that starts ``begin`` into the interval, and pressures given over time.
 
-    Pressures that go by angle follow the pins in the stage. Where an encoder sits elsewhere, the rotation of its place
-    is a first guess by Taylor's series.
+    Pressures that depend on the angle follow the pins in the stage. The rotation of an encoder at another position than
+    the pins is an initial guess by Taylor's series.
     """
     angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
     n = model.omega2.shape[0]
@@ -131,7 +131,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     frame[at.AXIAL_FORCE] = work.inputs[at.VALUE, axial] + work.inputs[at.RATE, axial] * (begin + tau)
     frame[at.FIRING] = frame[at.THETA]
     if model.block_ports.shape[0] > 0:
-        # Dead centre is where the cylinders point: an encoder turns with the block that leans on its mounts.
+        # Dead centre refers to the cylinders, so the angle is relative to the block, which may roll on its mounts.
         t = model.ports.shape[1]
         for i in range(6):
             frame[at.FIRING] -= model.block.motion[at.ROTATION, i] * (
@@ -153,7 +153,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
 
 @inlined_kernel
 def encoder_rotation(model, state, tau):
-    """Rotation (rad) of the encoder's place against the frame, ``tau`` (s) after the state; 0 at the pins."""
+    """Rotation (rad) at the encoder relative to the frame, ``tau`` (s) after the state; 0 at the pins."""
     if model.choices[at.ENCODER] == at.PIN:
         return 0.0
     n = model.omega2.shape[0]
@@ -166,7 +166,7 @@ def encoder_rotation(model, state, tau):
 
 @inlined_kernel
 def ports_at_state(model, work, state):
-    """Displacement, velocity, acceleration of the ports, from the state, and their relative motion."""
+    """Displacement, velocity and acceleration of the ports at the state, and their relative motion."""
     n = model.omega2.shape[0]
     for block in range(3):
         o = offset(block, n)
@@ -180,9 +180,9 @@ def ports_at_state(model, work, state):
 
 @inlined_kernel
 def pressures_at_state(model, work, state):
-    """Cylinder pressures at the state into ``work.pressures[0]``; its frame in ``work.frames[0]``, its ports known.
+    """Cylinder pressures at the state into ``work.pressures[0]``, from its frame in ``work.frames[0]`` and its ports.
 
-    Fills ``work.rises`` of a flexible block.
+    Also fills ``work.rises`` with a flexible block.
     """
     frame = work.frames[0]
     u, ud, udd = work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.STATE_UDD]
@@ -206,7 +206,7 @@ def pressures_at_state(model, work, state):
 
 @inlined_kernel
 def film_rate(model, work, state):
-    """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
+    """Largest relative rate (1/s) at which a film's least gap changes, from the ports at the state."""
     rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_RATE], (model, work, state))
@@ -216,9 +216,9 @@ def film_rate(model, work, state):
 
 @inlined_kernel
 def sub_step(model, work, state, begin, h, level):
-    """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status.
+    """Advance the whole state by one step h that starts ``begin`` into the interval; returns a stage status.
 
-    ``level`` chooses the factor cache slot: halvings of the sub-step, of which h is a part.
+    ``level``, the number of halvings of the sub-step that give h, chooses the factor cache slot.
     The ports at the state must be in ``work.port[STATE_U]`` and the two rows after it, their relative motion in
     ``work.port[RELATIVE]`` and the row after it.
     """
@@ -235,7 +235,7 @@ def sub_step(model, work, state, begin, h, level):
     if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
         state[OMEGA_REFERENCE] = omega
     if h != state[STEP_LAST]:
-        # What a series misses grows with the third power of the step; of a far shorter one only rounding is known.
+        # The error of a series grows with the third power of the step. After a far shorter step it is only rounding.
         share = h / state[STEP_LAST] if h <= (1 << MAX_HALVINGS) * state[STEP_LAST] else 0.0
         o = defect_offset(n)
         for k in range(MAX_STAGES * m):
@@ -256,7 +256,7 @@ def sub_step(model, work, state, begin, h, level):
     count_gas(work, table, state, h)
     close_step(model, work, state)
     if cycle_of(angle) != cycle_of(state[SHAFT_ANGLE]):
-        # What fades from stage to stage keeps a period of its own, with which no cycle would repeat.
+        # The contraction estimate fades with a period of its own, which would keep cycles from repeating.
         state[CONTRACTION] = FIRST_CONTRACTION
     state[SHAFT_ANGLE] = angle
     state[SHAFT_SPEED] = speed
@@ -269,7 +269,7 @@ def sub_step(model, work, state, begin, h, level):
 
 @inlined_kernel
 def count_gas(work, table, state, h):
-    """Add the work of given pressures in a step h to the state, by the weights with which the method adds up rates."""
+    """Add the work of given pressures in a step h to the state, integrated with the weights of the method."""
     stages = int(table[HEAD, STAGES])
     last = work.frames[stages - 1]
     if last[at.BURN] >= 0.0:
@@ -285,13 +285,13 @@ def count_gas(work, table, state, h):
 
 @inlined_kernel
 def cycle_of(angle):
-    """Number of the cycle in which a shaft's angle (rad) lies; rounding does not put its end into the next."""
+    """Number of the cycle that contains a shaft's angle (rad), safe against rounding at its end."""
     return math.floor((angle + ROUNDED) / CYCLE)
 
 
 @inlined_kernel
 def chosen_halvings(model, work, state, begin, h, least):
-    """Halvings of a sub-step h for the piece to come: at least so many, more where films close fast or at events."""
+    """Halvings of a sub-step h for its next part: at least ``least``, more if films close fast or at events."""
     ports_at_state(model, work, state)
     adaptive = model.choices[at.STEP_TOLERANCE] > 0.0
     halvings = max(least, int(min(state[HALVINGS], MAX_HALVINGS))) if adaptive else least
@@ -315,7 +315,7 @@ def chosen_halvings(model, work, state, begin, h, least):
 
 @kernel
 def accept(model, work, state, h, halvings):
-    """Whether the step just taken meets the tolerance; chooses the halvings of the next one."""
+    """True if the step just taken meets the tolerance; chooses the halvings of the next one."""
     error = step_error(model, work, state, h)
     growth = 1.0
     for _ in range(int(model.choices[at.EMBEDDED_ORDER]) + 1):
@@ -329,7 +329,7 @@ def accept(model, work, state, h, halvings):
     else:
         state[HALVINGS] = halvings
     if error > REJECTED:
-        # Nothing shorter is left: the step counts as one that missed its tolerance.
+        # No shorter step is possible, so this one counts as missing its tolerance.
         work.counters[at.N_MISSED] += 1.0
     state[STEP_ERROR] = error
     remember_outputs(model, state, h)
@@ -338,7 +338,7 @@ def accept(model, work, state, h, halvings):
 
 @inlined_kernel
 def turning_speed(state, inputs):
-    """Speed (rad/s) by which the length of sub-steps goes."""
+    """Speed (rad/s) that determines the length of sub-steps."""
     return max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
 
 
@@ -346,10 +346,10 @@ def turning_speed(state, inputs):
 def take_part(model, work, state, begin, h, done, halved, shift):
     """Take the next part of a sub-step h that starts ``begin`` into the interval; ``done`` / PARTS of it is done.
 
-    A part is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
-    failure, and as adaptive control asks; at least ``halved`` times. ``shift``, a whole number, is added to its number
-    of halvings in the choice of its factor cache slot. Returns a stage status, how much is done then, and the least
-    halvings of the next part. On a failure the state is that of the part's begin.
+    A part is halved, up to MAX_HALVINGS times, if a film would change by more than the allowed fraction in it, after a
+    failure, and for adaptive control; at least ``halved`` times. ``shift``, a whole number, is added to the halvings to
+    choose the factor cache slot. Returns a stage status, the new ``done``, and the least halvings of the next part.
+    After a failure the state is that at the part's begin.
     """
     size = motion_size(model)
     while True:
@@ -377,9 +377,9 @@ def take_part(model, work, state, begin, h, done, halved, shift):
 
 @kernel
 def take_sub_step(model, work, state, begin, h, shift):
-    """Take all parts of one sub-step h that starts ``begin`` into the interval; a stage status, and how many they were.
+    """Take all parts of a sub-step h that starts ``begin`` into the interval; returns a stage status and their number.
 
-    On a failure the state is that of the failed part's begin.
+    After a failure the state is that at the failed part's begin.
     """
     done = 0
     halved = 0
@@ -394,9 +394,9 @@ def take_sub_step(model, work, state, begin, h, shift):
 
 @kernel
 def take_interval(model, work, state, inputs, interval):
-    """Advance the motion over a whole communication step of ``interval`` (s); a stage status, and steps taken.
+    """Advance the motion over a whole communication step of ``interval`` (s); returns a stage status and steps taken.
 
-    An engine that would turn backwards under its load has stalled.
+    An engine that turns backwards under its load has stalled.
     """
     count = max(1, math.ceil(turning_speed(state, inputs) * interval / model.scalars[at.STEP] - ROUNDED))
     h = interval / count
@@ -414,5 +414,5 @@ def take_interval(model, work, state, inputs, interval):
 
 @inlined_kernel
 def has_stalled(model, state):
-    """Whether the engine turns backwards under its load."""
+    """True if the engine turns backwards under its load."""
     return model.scalars[at.DRIVEN] == 0.0 and state[SHAFT_SPEED] < 0.0

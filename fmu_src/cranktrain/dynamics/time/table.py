@@ -1,9 +1,9 @@
 """Slots of an integrator's table: one float64 array (rows, WIDTH) that its kernels read.
 
-Row ``HEAD`` holds what all families share: the family's number in the register, the number of stages, c_q/h² and c_v/h
-of the implicit stages, whether the first stage is explicit; then what a family of Newmark's form reads. A row for each
-stage follows, a_ij (strictly lower part used) with c_i in the last column, and where the method has an embedded one, a
-last row of the differences of the weights, b − b̂.
+Row ``HEAD`` holds the values that all families share: the family's number in the register, the number of stages, c_q/h²
+and c_v/h of the implicit stages, whether the first stage is explicit; then the constants of Newmark's form. A row for
+each stage follows, a_ij (strictly lower part used) with c_i in the last column. A method with an embedded one has a
+last row with the differences of the weights, b − b̂.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from cranktrain.core.kernel import kernel
 HEAD, FIRST_STAGE = 0, 1
 FAMILY, STAGES, C_Q, C_V, EXPLICIT_FIRST, ALPHA_M, ALPHA_F, BETA, GAMMA, WIDTH = range(10)
 NODE = WIDTH - 1
-"""Column of c_i, the time of a stage in steps."""
+"""Column of c_i, the time of a stage as a fraction of the step."""
 
 
 @kernel

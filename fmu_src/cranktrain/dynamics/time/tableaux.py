@@ -1,6 +1,6 @@
 """Coefficients of the methods, each as a table in the slots of :mod:`cranktrain.dynamics.time.table`.
 
-Every method here reads, for a stage, q = Q + c_q a and v = V + c_v a with the true acceleration a unknown:
+In a stage of every method here q = Q + c_q a and v = V + c_v a, where the true acceleration a is unknown:
 
 * diagonally implicit Runge–Kutta methods with equal diagonal γ (c_q = (hγ)², c_v = hγ), all stiffly accurate and
   L-stable: ``backward-euler`` (order 1, 1 stage), ``tr-bdf2`` (2, first stage explicit; Bank et al. 1985), ``sdirk2``
@@ -11,11 +11,11 @@ Every method here reads, for a stage, q = Q + c_q a and v = V + c_v a with the t
   ``esdirk4``; the implicit half of ARK4(3)7L[2]SA1, Kennedy & Carpenter, Appl. Numer. Math. 136 (2019) 183) and
   ``esdirk57`` (order 5, 6 implicit stages; ESDIRK5(4)7L[2]SA2, Kennedy & Carpenter, Appl. Numer. Math. 146 (2019) 221);
 * methods with one implicit stage, of Newmark's form q₁ = q₀ + h v₀ + h² [(½−β) ā₀ + β ā₁], v₁ likewise with γ:
-  generalised-α in the form of Arnold & Brüls (2007) with an auxiliary acceleration ā beside the true one,
+  generalised-α in the form of Arnold & Brüls (2007) with an auxiliary acceleration ā in addition to the true one,
   (1−α_m) ā₁ + α_m ā₀ = (1−α_f) v̇₁ + α_f v̇₀, so that a mass matrix which varies with the state keeps second order;
   c_q = βκh², c_v = γκh, κ = (1−α_f)/(1−α_m). ``generalised-alpha`` takes ρ∞ in [0, 1]. With α_m = 0 it is ``hht``,
   which takes α in [−1/3, 0] (Hilber, Hughes & Taylor 1977), with both zero the ``trapezoidal`` rule;
-* ``bdf2``, two steps: c_q = (2h/3)², c_v = 2h/3. Where the step changes, the step before is made anew from the series.
+* ``bdf2``, two steps: c_q = (2h/3)², c_v = 2h/3. After a change of the step Taylor's series replaces the last step.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ def one_stage(c_q: float, c_v: float) -> Array:
 
 
 def runge_kutta(matrix: list[list[float]], embedded: list[float] | None = None) -> Array:
-    """Table of a stiffly accurate diagonally implicit method; its first stage is explicit where a_11 is 0.
+    """Table of a stiffly accurate diagonally implicit method; its first stage is explicit if a_11 is 0.
 
-    ``embedded`` are the weights of its second solution.
+    ``embedded`` are the weights of its embedded solution.
     """
     s = len(matrix)
     a = np.zeros((s, s))

@@ -1,14 +1,14 @@
 """A bound on the work of a communication step, for runs in real time.
 
-Work is counted in Newton iterations: each evaluates every force law once, which is most of what a step costs. Up to the
-limit nothing differs, to the bit. Once it is reached, a step goes on to its end at less accuracy:
+Work is counted in Newton iterations: each evaluates every force law once, which is most of the cost of a step. Below
+the limit the results are identical to those without it. Above, the step is finished with less accuracy:
 
-* sub-steps are halved no more, not for films that close, events or an error too large;
-* a stage makes its Newton matrix once, and takes LAST_ITERATIONS at most;
-* it ends where its estimated error is below LOOSE, in clearances, if its own tolerance is smaller.
+* sub-steps are no longer halved for films that close, events or an error too large;
+* a stage makes its Newton matrix once, and takes at most LAST_ITERATIONS;
+* a stage ends if its estimated error is below LOOSE, in clearances, or below its own tolerance.
 
-A stage that does not get there fails, and the communication step with it, at once. So no step takes more iterations
-than the limit and LAST_ITERATIONS for each stage that is not solved when it is reached.
+A stage that does not reach this error fails, and the communication step fails with it at once. So no step takes more
+iterations than the limit plus LAST_ITERATIONS for each stage that is not solved when the limit is reached.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ LOOSE = 1.0e-3
 
 @inlined_kernel
 def spent(model, work):
-    """Whether the communication step has used up its work."""
+    """True if the communication step has reached its work limit."""
     return model.choices[at.WORK_LIMIT] > 0.0 and work.counters[at.N_WORK] >= model.choices[at.WORK_LIMIT]
 
 
 @inlined_kernel
 def cut_short(model, work):
-    """Whether that is so where more work would follow; then the step counts as one that was cut short."""
+    """True if the work limit is reached with more work to do; the communication step then counts as cut short."""
     if spent(model, work):
         work.counters[at.N_CUT] = 1.0
         return True

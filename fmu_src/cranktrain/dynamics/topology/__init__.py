@@ -1,1 +1,1 @@
-"""Bodies in frames and connections between them: what a user adds to an engine, or builds without one."""
+"""Bodies in frames and connections between them, which a user adds to an engine or builds without one."""

@@ -1,8 +1,8 @@
 """Added bodies and connections as flat arrays of the running model, packed one after the other with offsets.
 
-The modes of added bodies come behind all others, their ports behind those of the block. Each interface that a
-connection holds brings all its six components as ports, on crank and block too. Matrices of bodies are rows of one
-table each, as wide as the largest body is; a body's own start at its offset.
+The modes of added bodies come after all others, their ports after those of the block. Each interface that a connection
+holds adds all its six components as ports, on crank and block too. The matrices of all bodies are rows of one table, as
+wide as the largest body; those of a body start at its offset.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, End,
 
 
 class Added(NamedTuple):
-    """What a topology adds to a model: arrays, and what crank and block are held by."""
+    """Additions of a topology to a model: arrays, and further ports of crank and block."""
 
     bodies: AddedBodies
     connections: AddedConnections
@@ -72,7 +72,7 @@ def added(topology: Topology, base: Base) -> Added:
 
 
 def on_ground(topology: Topology) -> Topology:
-    """The topology on a rigid block at rest: what it holds at the block, the ground holds."""
+    """The topology on a rigid block at rest, with all ends on the block moved to the ground."""
 
     def end(given: End) -> End:
         return End(GROUND) if given.body == BLOCK else given
@@ -84,7 +84,7 @@ def on_ground(topology: Topology) -> Topology:
 
 
 def _touching(topology: Topology, base: Base) -> Topology:
-    """The topology with ends on bodies at rest where those that slide over them are at crank angle 0."""
+    """The topology with ends on bodies at rest moved to where the sliding other ends are at crank angle 0."""
     own: Mapping[str, ReducedBody | None] = {BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies}}
     connections = list(topology.connections)
     for k, connection in enumerate(connections):
@@ -102,7 +102,7 @@ def _touching(topology: Topology, base: Base) -> Topology:
 
 
 def _place(topology: Topology, body: ReducedBody, end: End) -> Array:
-    """Place (3,) of an end in the engine's axes at crank angle 0, m."""
+    """Position (3,) of an end in the engine's axes at crank angle 0, m."""
     frame = topology.end_frame(end)
     turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
     return np.asarray(frame.origin + turn.T @ (body.positions[body.index(end.interface)] + end.offset))
@@ -115,13 +115,13 @@ def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
 
 
 APART = 1.0e-3
-"""Distance (m) between the ends of a spring or a bearing above which one is told."""
+"""Distance (m) between the ends of a spring or a bearing above which there is a warning."""
 MEET = ("spring", "film", "roller", "thrust", "own")
-"""Laws whose ends lie at one place: what acts on one end acts on the other with no moment of a distance."""
+"""Laws whose ends must coincide, because the opposite forces on both ends have no moment of a distance."""
 
 
 def _warn_of_distances(topology: Topology, base: Base) -> None:
-    """Warn of springs and bearings whose ends lie apart at crank angle 0: their forces make no moment of it."""
+    """Warn of springs and bearings whose ends lie apart at crank angle 0, because the moment of this is missing."""
     own = _bodies(topology, base)
     for connection in topology.connections:
         if connection.law not in MEET:
@@ -132,18 +132,18 @@ def _warn_of_distances(topology: Topology, base: Base) -> None:
         if apart > APART:
             warnings.warn(
                 f"connection '{connection.name}': its ends are {1e3 * apart:.3g} mm apart at crank angle 0, and law "
-                f"'{connection.law}' gives them no moment of that distance; move an interface, or give place",
+                f"'{connection.law}' neglects the moment of this distance; move an interface, or give place",
                 stacklevel=2,
             )
 
 
 def _bodies(topology: Topology, base: Base) -> dict[str, ReducedBody | None]:
-    """Every body by its name, None for one that is not there."""
+    """Every body by its name, None for a missing crank or block."""
     return {CRANK: base.crank, BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies}}
 
 
 def _held(topology: Topology, base: Base) -> dict[str, dict[str, None]]:
-    """Interfaces that connections hold, by body, in order."""
+    """Interfaces held by connections, by body, in order of the connections."""
     own = _bodies(topology, base)
     held: dict[str, dict[str, None]] = {}
     for connection in topology.connections:

@@ -1,7 +1,7 @@
-"""Joint that carries a torque and slides along the axis: bolted, or a spline with friction.
+"""Force law of a joint that carries a torque and slides along the axis: bolted, or a spline with friction.
 
-Along the axis it is the joint of a drive line (:mod:`cranktrain.film.laws.axial_joint`), with the memory of its teeth.
-About the axis it is a spring and damper, T = −k φ − c φ̇; the spring's torque presses the teeth together.
+Along the axis the law is that of a drive line's joint (:mod:`cranktrain.film.laws.axial_joint`), with the memory of its
+teeth. About the axis it is a spring and damper, T = −k φ − c φ̇. The spring's torque presses the teeth together.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from cranktrain.film.laws.axial_joint import DAMPING, STIFFNESS, AxialJoint, axi
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FORCE, FRICTION, GAIN, OBSERVE
 
 ALONG, ABOUT = range(2)
-"""Components: displacement along the axis, m, and twist about it, rad, of the first end against the second one."""
+"""Components: displacement along the axis, m, and twist about it, rad, of the first end relative to the second."""
 CROSS = 5
-"""Slots from one tangent on the diagonal to the next."""
+"""Number of slots from one diagonal tangent to the next."""
 
 
 class SlidingRecord(NamedTuple):
@@ -47,7 +47,7 @@ def sliding_law(record, action, i, place, velocity, numbers, memory, out):
         if action not in (FORCE, OBSERVE):
             return 0
     else:
-        # Before any stage: teeth that stick.
+        # Before the first stage the teeth stick.
         for k in range(ECCENTRICITY):
             out[k] = 0.0
         stiffness = own.joint.constants[STIFFNESS]

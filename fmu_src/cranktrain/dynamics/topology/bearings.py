@@ -1,6 +1,6 @@
-"""Pieces of connections whose laws are an engine's own bearings, or its torsional damper.
+"""Pieces of connections whose laws are those of an engine's own bearings, or of its torsional damper.
 
-The first end is what turns in the bearing, and the law is evaluated in the axes of its frame.
+The first end is the rotating body of the bearing, and the law is evaluated in the axes of its frame.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ ACROSS = (
 
 
 def film_pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
-    """Bearing of a level of the register of films: the first end is the journal."""
+    """Piece of a plain bearing at a level of the register of films; the first end is the journal."""
     _need_turning(journal, bore, "the first end of a bearing is its journal, which turns; exchange the ends")
     law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
     form = law.forms[PLAIN]
@@ -73,7 +73,7 @@ def film_parts(bearing: Film) -> tuple[str, ...]:
 
 
 def no_bore(bearing: Film) -> InputError:
-    """What is said of a film whose elastic bore nobody knows."""
+    """Error for a film with an elastic bore whose compliance is not known."""
     return InputError(
         f"level '{bearing.level}' knows the elastic bores of the engine's own main bearings alone; write bore = rigid "
         "for this film in a rigid bore, or take level table or reynolds"
@@ -81,7 +81,7 @@ def no_bore(bearing: Film) -> InputError:
 
 
 def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
-    """Part of a name that a film's level needs; ``InputError`` where there is none."""
+    """Part (table or bore) that a film's level needs, by name; ``InputError`` if it is missing."""
     if name == "table":
         table = fitting_table(parts.tables, bearing)
         if table is None:
@@ -100,7 +100,7 @@ def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
 
 
 def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
-    """Cylindrical rollers: the first end is the journal."""
+    """Piece of a cylindrical roller bearing; the first end is the journal."""
     _need_turning(journal, ring, "the first end of a bearing is its journal, which turns; exchange the ends")
     _need_rest(ring, "outer ring", roller.variable)
     bearings = roller.bearings
@@ -111,8 +111,8 @@ def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
         raise InputError(f"{FILE_KEYS.get(key, key)}: {text}") from None
     form, half = bearing_law("roller").forms[ROLLER], 0.5 * roller.roller_length
     parameters = roller_parameters(bearings)[0]
-    parameters[VISCOSITY] = REFERENCE_VISCOSITY  # of no use, but laws of films look at all rows
-    # Straight below, where the frame's y axis points down as well.
+    parameters[VISCOSITY] = REFERENCE_VISCOSITY  # not used, but laws of films read all rows
+    # Angle of a roller straight below the journal, also if the frame's y axis points down.
     record = seats(bearings, journal.sense * FIRST_ANGLE)
     return [
         Piece(
@@ -123,7 +123,7 @@ def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
 
 
 def thrust_pieces(thrust: Thrust, collar: Frame, pads: Frame) -> list[Piece]:
-    """Axial bearing: the first end is the collar, square to its axis or tilting."""
+    """Piece of an axial bearing; the first end is the collar, square to its axis or tilting."""
     _need_turning(collar, pads, "the first end of an axial bearing is its collar, which turns; exchange the ends")
     _need_rest(pads, "row of pads")
     inner, outer, height = thrust.inner_diameter, thrust.outer_diameter, thrust.contact_height
@@ -151,7 +151,7 @@ def thrust_pieces(thrust: Thrust, collar: Frame, pads: Frame) -> list[Piece]:
 
 
 def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
-    """Ring of a torsional damper, the second end, in its housing."""
+    """Piece of a torsional damper; the first end is the housing, the second one the ring."""
     if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
         raise InputError("a damper joins a housing and a ring that turn alike; give both frames the same ratio")
     check_damper(ring.damper)
@@ -164,7 +164,7 @@ def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
 
 
 def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece]:
-    """Joint that carries a torque and slides along the axis."""
+    """Piece of a joint that carries a torque and slides along the axis."""
     if abs(first.sense * first.rate - second.sense * second.rate) > SAME or first.rate == 0.0:
         raise InputError("a joint carries a torque between bodies that turn alike; give both frames the same ratio")
     if joint.joint == "spline":
@@ -185,7 +185,7 @@ def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece
 
 
 def _journal(frame: Frame, half: float) -> list[tuple[Direction, Direction]]:
-    """Motion of a journal's middle across its axis, and of its end at the distance ``half`` against that; 0: none."""
+    """Components of a journal: lateral motion of its middle, and of its end at ``half`` (m), if any."""
     components = [between(frame, unit(k), np.zeros(3)) for k in range(2)]
     if half:
         ways = (half * unit(1), -half * unit(0))
@@ -199,7 +199,7 @@ def _need_turning(first: Frame, second: Frame, text: str) -> None:
 
 
 def _need_rest(frame: Frame, what: str, moves: bool = True) -> None:
-    """Refuse a second end that turns; one that swings, as a rod, too where what it holds ``moves`` by the turning."""
+    """Refuse a second end that rotates, or that swings as a rod if its part ``moves`` with rotation; ``InputError``."""
     if frame.rate != 0.0 or (frame.swings and moves):
         raise InputError(
             f"the second end holds the {what}, which does not turn; give its body the frame 'rest', or take block or "

@@ -1,12 +1,12 @@
-"""Belt on two pulleys: two strands that pull and never push.
+"""Force law of a belt on two pulleys, with two strands that pull and never push.
 
-A strand leaves each pulley at a tangent. With d the motion of its end on the first pulley against that on the second,
-along the strand towards the second, it is pulled by
+A strand leaves each pulley at a tangent. Let d be the motion of its end on the first pulley relative to the end on the
+second one, along the strand towards the second pulley. The strand's tension is
 
     T = ½ (p + √(p² + ε²)),    p = T₀ − k d − c ḋ,
 
-T₀ being its tension at rest and ε a hundredth of it, which rounds the corner where it goes slack. Slip on the pulleys
-and the mass of the belt are left out.
+with the tension T₀ at rest. ε is a hundredth of T₀ and rounds the corner where the strand goes slack. Slip on the
+pulleys and the mass of the belt are neglected.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cranktrain.engine.connections import Belt
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION
 
 ROUNDED = 0.01
-"""Share of the tension at rest over which a strand goes slack."""
+"""Fraction ε/T₀ of the tension at rest over which the corner to a slack strand is rounded."""
 TENSION, STIFFNESS, DAMPING, CONSTANTS = range(4)
 
 
@@ -38,10 +38,10 @@ def belt_record(belt: Belt) -> BeltRecord:
 
 
 def strands(distance: float, radii: tuple[float, float], crossed: bool) -> list[tuple[Array, Array, Array]]:
-    """Of both strands the direction from the first pulley to the second, and where they touch these (from the centres).
+    """Direction of each strand from the first pulley to the second, and its points of contact relative to the centres.
 
-    In axes x from the first centre to the second, y to its left, (3,) each; the strand on the left first. Radii are no
-    larger than the distance of the centres allows.
+    Vectors (3,) are in axes x from the first centre to the second and y to its left; the left strand comes first. Radii
+    must be possible for the distance of the centres.
     """
     second = -radii[1] if crossed else radii[1]
     sine = (radii[0] - second) / distance
@@ -59,7 +59,7 @@ _read = record_reader(BeltRecord(np.zeros(1)))
 
 @law_kernel
 def belt_law(record, action, i, place, velocity, numbers, memory, out):
-    """Tensions of both strands, which pull the first end along them; see :mod:`cranktrain.film.laws.films`; 0."""
+    """Tensions of both strands, as forces on the first end along them, see :mod:`cranktrain.film.laws.films`; 0."""
     own = _read(record).constants
     for k in range(ECCENTRICITY):
         out[k] = 0.0

@@ -1,4 +1,4 @@
-"""Added bodies as arrays: their matrices and shapes one after the other, bodies of a group in their common modes."""
+"""Arrays of added bodies: matrices and shapes one after the other, with bodies of a group in common modes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from cranktrain.dynamics.topology.terms import PORTS
 from cranktrain.dynamics.topology.values import CRANK, GROUND, Body, Frame, Topology
 
 AROUND = np.linspace(0.0, 4.0 * np.pi, 97)[:-1]
-"""Crank angles (rad) at which what depends on them is looked at."""
+"""Crank angles (rad) of a cycle at which the motion of frames is sampled."""
 
 
 class _Body(NamedTuple):
-    """A body in the modes of its group: what its arrays hold."""
+    """Matrices, loads and shapes of a body in the modes of its group."""
 
     gyroscopic: Array
     spin: Array
@@ -31,16 +31,16 @@ class _Body(NamedTuple):
     translation: Array
     turn: Array
     carried: Array
-    shapes: Array  # (6 p, n) of the interfaces that are held, and the rotation of an elastic body as a whole
+    shapes: Array  # (6 p, n) of the held interfaces, and the rotation of an elastic body as a whole
 
 
 def turns_whole(body: ReducedBody, held: int) -> bool:
-    """Whether a body's rotation as a whole is a port: a moment about its centre at one interface would bend it."""
+    """True if a body's rotation as a whole is a port, as for elastic bodies, which a moment at one port would bend."""
     return held > 0 and body.n_modes > PORTS
 
 
 def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
-    """Number of ports of a body in its group."""
+    """Number of ports of a body."""
     names = held.get(body.name, {})
     return PORTS * len(names) + turns_whole(body.reduced, len(names))
 
@@ -48,7 +48,7 @@ def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
 def _in_modes(
     body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None, tied: bool
 ) -> _Body:
-    """A body in modes of which ``part`` (n, z) are its own, None: its own ones."""
+    """A body in the modes of its group; ``part`` (n, z) are its own modal coordinates in these, or None."""
     reduced, n = body.reduced, body.reduced.n_modes
     turn = np.zeros(n)
     turn[:PORTS] = rigid_coordinates(reduced)[5]
@@ -75,7 +75,7 @@ def body_arrays(
     first: int,
     frames: FrameNumbers,
 ) -> tuple[AddedBodies, dict[tuple[str, str], int]]:
-    """Arrays of the bodies, group by group, and the first port of each interface that is held."""
+    """Arrays of the bodies, group by group, and the first port of each held interface."""
     sizes = [group.omega.size for group in joined]
     counts = [[_ports(body, held) for body in group.bodies] for group in joined]
     n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max(sizes, default=1)
@@ -123,7 +123,7 @@ def body_arrays(
 
 
 def _tied(topology: Topology) -> set[str]:
-    """Bodies that laws make turn as the crank does, directly or through others, and those whose frames are a rod's."""
+    """Bodies that laws rotate with the crank, directly or through others, and bodies in frames of rods or pistons."""
     found = {CRANK} | {body.name for body in topology.bodies if topology.frame(body.frame).slider is not None}
     pairs = [
         {end.body for end in connection.ends}
@@ -143,7 +143,7 @@ def _fastest(topology: Topology) -> Array:
 
 
 def _reflected(body: ReducedBody, frame: Frame) -> float:
-    """Inertia (kg m²) that the crank feels of a body that moves as its frame does, mean over a turn."""
+    """Inertia (kg m²), reduced to the crank, of a body that moves with its frame, mean over the crank angle."""
     if frame.slider is None:
         return frame.rate**2 * float(body.euler_load @ body.euler_load)
     motions = [frame.moved(angle) for angle in AROUND]
@@ -152,7 +152,7 @@ def _reflected(body: ReducedBody, frame: Frame) -> float:
 
 
 def _grounded(topology: Topology, body: Body) -> bool:
-    """Whether the ground holds a body, directly."""
+    """True if a connection joins a body directly to the ground."""
     return any(
         body.name in names and GROUND in names
         for names in ([end.body for end in connection.ends] for connection in topology.connections)
@@ -160,9 +160,9 @@ def _grounded(topology: Topology, body: Body) -> bool:
 
 
 def _carried(body: ReducedBody, frame: Frame, block: ReducedBody, tied: bool) -> Array:
-    """Modal motion (n, 6) of a body that goes along with the rigid modes of the block, at crank angle 0.
+    """Modal motion (n, 6) of a body that moves with the rigid modes of the block, at crank angle 0.
 
-    The crank does not turn with the block, so that bodies ``tied`` to it turn back against it as the crank does.
+    The crank does not rotate with the block, so bodies ``tied`` to the crank rotate back relative to the block.
     """
     motion = rigid_coordinates(block)
     moved = motion[:3] - skew(frame.origin) @ motion[3:]
@@ -176,5 +176,5 @@ def _carried(body: ReducedBody, frame: Frame, block: ReducedBody, tied: bool) ->
 
 
 def follows(body: ReducedBody, moved: Array, sense: float) -> Array:
-    """Modal motion (n,) of a body by the crank angle with which its frame moves, as in ``moved`` (MOVED,)."""
+    """Modal motion (n,) of a body per crank angle with the motion of its frame, given in ``moved`` (MOVED,)."""
     return np.asarray(body.translation[:2].T @ moved[[at.OWN_X1, at.OWN_Y1]] + sense * moved[at.TURN] * body.euler_load)

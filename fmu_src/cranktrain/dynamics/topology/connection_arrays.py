@@ -1,4 +1,4 @@
-"""Added connections as arrays: laws at addresses, terms of components, and what each component holds."""
+"""Arrays of added connections: addresses of laws, terms of components, and couplings between components."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KINDS = {
 BODY_KINDS = (
     (at.BODY_SPEED, 0), (at.BODY_TURN, 0), (at.BODY_PLACE, 0), (at.BODY_PLACE, 1), (at.BODY_PLACE, 2),
 )  # fmt: skip
-"""What is shown of a body, in the order of its outputs' names."""
+"""Kinds of a body's outputs, in the order of the outputs' names."""
 
 
 def connection_arrays(
@@ -42,9 +42,9 @@ def connection_arrays(
     films_of: FilmParts,
     reduced_of: Mapping[str, ReducedBody | None],
 ) -> AddedConnections:
-    """Arrays of the connections, bodies in the order of ``names``; compiles their laws.
+    """Arrays of the connections between bodies in the order of ``names``; compiles their laws.
 
-    ``InputError`` where a film lacks a part.
+    ``InputError`` if a film lacks a part.
     """
     rows, tables, terms, starts, shown = [], [], [], [0], []
     scales: list[float] = []
@@ -90,7 +90,7 @@ def connection_arrays(
         oil.append(piece.viscosity)
         kept.append(piece)
         parts.append(films_of._replace(at_main=at_main(connection.ends), connection=connection.name))
-    # Laws of films look at all rows: those of other laws are filled up.
+    # Laws of films read all rows, so rows of other laws are filled with valid values.
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     films = _table(bearings, COLUMNS)
@@ -114,7 +114,7 @@ def connection_arrays(
 def _entries(
     pieces: Sequence[Piece], films: Array, parts: Sequence[FilmParts]
 ) -> tuple[IntArray, Array, Array, Array, Array, Array]:
-    """Addresses of laws and records (K, 3), the arrays with which they are called, and traits; compiles the laws."""
+    """Addresses of laws and records (K, 3), arrays for their calls, and traits; compiles the laws."""
     k = len(pieces)
     entry, traits = np.zeros((k, 3), dtype=np.int64), np.zeros((k, at.TRAITS))
     place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
@@ -135,7 +135,7 @@ def _entries(
 
 
 def at_main(ends: Sequence[End]) -> bool:
-    """Whether a connection between ``ends`` holds a main journal of the crank in its bore, or on a block at rest."""
+    """True if a connection between ``ends`` holds a main journal of the crank in its bore, or on a block at rest."""
     first, second = ends[:2]
     number = re.fullmatch(r"main(\[\d+\])", first.interface)
     if first.body != CRANK or number is None or any(first.offset) or any(second.offset):
@@ -147,7 +147,7 @@ def _interfaces(
     topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int],
     reduced_of: Mapping[str, ReducedBody | None],
 ) -> list[list[float]]:  # fmt: skip
-    """Rows of the interfaces that are held, see ``AddedConnections.interfaces``."""
+    """Rows of the held interfaces, see ``AddedConnections.interfaces``."""
     found, last = list[list[float]](), {body: port for (body, _), port in port_of.items()}
     for (body, interface), port in port_of.items():
         own = body not in (CRANK, BLOCK) and turns_whole(topology.body(body).reduced, 1)
@@ -161,9 +161,9 @@ def _interfaces(
 def _neighbours(
     count: int, newton: int, terms: Sequence[Any], port_of: Mapping[tuple[str, str], int], grouped: Mapping[str, int]
 ) -> tuple[Array, Array]:
-    """Which components move each other (C, C + 1), and the order (n,) in which all are eliminated.
+    """Marks (C, C + 1) of components that couple with each other, and the order (n,) of elimination of all components.
 
-    Components of one added body alone, or of one group, come first, body by body: they do not couple with another's.
+    Components of a single added body or group come first, because they do not couple with those of another one.
     """
     own = np.zeros((count, len(grouped) + 2), dtype=bool)
     columns = {CRANK: len(grouped), BLOCK: len(grouped) + 1} | dict(grouped)
@@ -185,7 +185,7 @@ def _leans(
     numbers_of: FrameNumbers,
     number: int,
 ) -> list[list[float]]:
-    """Row of ``leans`` where an end of connection ``number`` slides over a body, else nothing."""
+    """Row of ``leans`` if an end of connection ``number`` slides over a body, else none."""
     for sign, slider, wall in ((1.0, 0, 1), (-1.0, 1, 0)):
         own, body = connection.ends[slider], connection.ends[wall]
         frame = frames[slider]
@@ -197,7 +197,7 @@ def _leans(
 
 
 def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: FrameNumbers) -> list[float]:
-    """Row of ``slides``: pistons and rods move by their frames alone along what stands, pistons along each other."""
+    """Row of ``slides``, for a component along which frames of pistons or rods move relative to the other end."""
     apart = [frame.slider is not None and not frame.swings for frame in frames]
     resting = [frame == REST for frame in frames]
     slides = any(frame.slider is not None for frame in frames) and (any(resting) or all(apart))

@@ -1,12 +1,12 @@
-"""Coupling of two bodies that turn together: a spring, straight or by a table, a damper, and friction of its parts.
+"""Force law of a coupling of two bodies that rotate together: spring (linear or by a table), damper and friction.
 
-The torque on the first end, at the twist φ of it against the second one, is
+The torque on the first end, at its twist φ relative to the second one, is
 
     T = −k φ − T(φ) − c φ̇ − T_f φ̇/√(φ̇² + ω_s²)
 
-with the friction T_f of springs that rub, as bow springs of a dual-mass flywheel do on their guide: constant and
-against the motion above the slip speed ω_s, viscous far below it. A table T(φ) is straight between its points and
-goes on beyond the last two.
+with the friction T_f of springs on their guide, such as bow springs of a dual-mass flywheel. It is constant and opposed
+to the motion above the slip speed ω_s, and viscous far below it. A table T(φ) is linear between its points and
+extrapolated beyond them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class CouplingRecord(NamedTuple):
 
 
 def coupling_record(coupling: Coupling) -> CouplingRecord:
-    """Data of a coupling; ``InputError`` for a table that does not rise, or of unequal columns."""
+    """Data of a coupling; ``InputError`` for a table whose twists do not rise, or with unequal columns."""
     twists, torques = np.array(coupling.twists, dtype=float), np.array(coupling.torques, dtype=float)
     if twists.size != torques.size or twists.size == 1 or np.any(np.diff(twists) <= 0.0):
         raise InputError(

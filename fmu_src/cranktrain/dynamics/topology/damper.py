@@ -1,8 +1,8 @@
-"""Torsional damper between hub and ring as a law of one component, their twist; see :mod:`cranktrain.loads.damper`.
+"""Force law of a torsional damper with one component, the twist of hub and ring; see :mod:`cranktrain.loads.damper`.
 
-The hub is the first end, the ring the second one. An added damper is as warm as its table says at the engine's speed,
-for which a run is prepared (action WARM); before that, as at the first speed of the table. The parameters of the
-engine's own damper are prepared with the model.
+The hub is the first end, the ring the second one. An added damper has the temperature of its table at the engine's
+speed for which a run is prepared (action WARM); before that, the one at the first speed of the table. The parameters
+of the engine's own damper are prepared with the model.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRIC
 from cranktrain.loads.damper import damper_at, damper_constants, damper_parameters, damper_torque
 
 BY_TWIST, BY_RATE, DISSIPATED = 1, 2, 3
-"""What :func:`~cranktrain.loads.damper.damper_torque` writes behind the torque."""
+"""Positions of the results of :func:`~cranktrain.loads.damper.damper_torque` after the torque."""
 HEAT = ECCENTRICITY
-"""Slot of the law's figures where the dissipated power (W) is shown."""
+"""Slot of the law's results for the dissipated power (W)."""
 
 
 class DamperRecord(NamedTuple):
     """Data of one damper."""
 
     parameters: Array  # (PARAMETERS,) of its law at the present temperature, see loads.damper
-    constants: Array  # (DAMPER_CONSTANTS,) of its law; empty where the parameters are prepared with the model
+    constants: Array  # (DAMPER_CONSTANTS,) of its law; empty if the parameters are prepared with the model
     table: Array  # (2, n) temperatures, K, in the second row over the engine's speed, rad/s
 
 
@@ -48,7 +48,7 @@ _read = record_reader(DamperRecord(np.zeros(1), np.zeros(1), np.zeros((1, 1))))
 
 @law_kernel
 def damper_law(record, action, i, place, velocity, numbers, memory, out):
-    """Torque on the hub by the twist against the ring, see :mod:`cranktrain.film.laws.films`; 0, or a failure."""
+    """Torque on the hub by its twist relative to the ring, see :mod:`cranktrain.film.laws.films`; 0, or a failure."""
     own = _read(record)
     if action == WARM:
         return damper_at(own.constants, temperature_at(numbers[SPEED], own.table[0], own.table[1]), own.parameters)

@@ -1,16 +1,17 @@
-"""Motion of frames with the crank angle, and coefficients of the terms that follow it.
+"""Motion of frames with the crank angle, and coefficients of terms that depend on it.
 
-Frames turn, or move as the rod or the piston of a crank without give does.
+Frames rotate, or move as the rod or the piston of a rigid crank.
 
-A frame that turns has its axes at the angle s(kθ) + ψ in the engine's and its origin at rest. With the pin at (x, y)
-across and along the cylinder from the crank's axis, s = x − e against the cylinder's offset e and the rod's length l,
+A rotating frame has its axes at the angle s(kθ) + ψ in the engine's axes, and its origin is at rest. For rod and
+piston, let the pin be at (x, y) across and along the cylinder from the crank's axis, s = x − e with the cylinder's
+offset e, and l the rod's length,
 
     rod: origin at the pin, angle β with sin β = s/l;      h = √(l² − s²)
     piston: origin at (e, y + h), no angle
 
     β′ = x′/h,   β″ = (x″ + s β′²)/h,   h′ = −s β′,   h″ = −x′ β′ − s β″
 
-both turned with the cylinder's bank. All derivatives are by the crank angle θ.
+both rotated by the cylinder's bank angle. All derivatives are by the crank angle θ.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from cranktrain.dynamics.topology import slots as at
 
 @kernel
 def move_frames(frames: Array, theta: float, out: Array) -> None:
-    """Angle, place and their derivatives of frames (F, FRAME) at the crank angle ``theta``, into ``out`` (F, MOVED)."""
+    """Angle, position and derivatives of frames (F, FRAME) at the crank angle ``theta``, into ``out`` (F, MOVED)."""
     for f in range(frames.shape[0]):
         frame = frames[f]
         moved = out[f]
@@ -74,7 +75,7 @@ def move_frames(frames: Array, theta: float, out: Array) -> None:
 
 @kernel
 def fill_coefficients(terms: Array, frames: Array, speed: float, out: Array) -> None:
-    """Coefficients and their rates (T, 2) of all terms with ``frames`` (F, MOVED) as they are, at a speed in rad/s."""
+    """Coefficients and their rates (T, 2) of all terms for moved ``frames`` (F, MOVED), at a ``speed`` in rad/s."""
     for t in range(terms.shape[0]):
         term = terms[t]
         given = frames[int(term[at.GIVEN_FRAME])]

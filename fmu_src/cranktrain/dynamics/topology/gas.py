@@ -1,7 +1,7 @@
-"""Gas on a piston and, opposite, on its head: pressure times area along the cylinder, whatever the motion.
+"""Force law of gas on a piston and, opposite, on its head: pressure times area along the cylinder.
 
-The pressure is that of one of the engine's cylinders, whichever it has, or follows a trace of its own over the crank
-angle, straight between its points and the same in every period.
+The pressure is that of one of the engine's cylinders, or a trace of its own over the crank angle, linear between its
+points and periodic.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class GasRecord(NamedTuple):
     """Data of the gas of one cylinder."""
 
     constants: Array  # (CONSTANTS,)
-    points: Array  # (2, n) crank angles (rad) and pressures over the crankcase's (Pa), or (2, 0): the cylinder's
+    points: Array  # (2, n) crank angles (rad) and pressures above the crankcase's (Pa); (2, 0) for the cylinder's gas
 
 
 def gas_record(gas: Gas) -> GasRecord:
@@ -39,7 +39,7 @@ def gas_record(gas: Gas) -> GasRecord:
             f"rising within {math.degrees(gas.period):.6g} deg"
         )
     if angles.size:
-        # The first point once more, a period on.
+        # The first point is repeated after one period.
         angles, pressures = np.append(angles, angles[0] + gas.period), np.append(pressures, pressures[0])
     constants = np.array([0.25 * math.pi * gas.bore**2, gas.period])
     return GasRecord(constants, np.array([angles, pressures - gas.crankcase_pressure]))

@@ -1,14 +1,14 @@
-"""Gear mesh: a spring and damper along the normal of each flank, with backlash.
+"""Force law of a gear mesh: a spring and damper along the normal of each flank, with backlash.
 
-With the motion (t, r, z) of the first gear's pitch point against the second one's, along the pitch circles, from the
-first centre towards the second, and along the axis, the teeth are pressed together by
+Let (t, r, z) be the motion of the first gear's pitch point relative to the second one's, along the pitch circles, from
+the first centre towards the second, and along the axis. The teeth approach each other by
 
     p₁ = n_t t + n_r r + n_z z − j,    p₂ = −n_t t + n_r r − n_z z − j,    j = ½ b n_t
 
-on the flanks that drive forwards and backwards, b being the backlash along the pitch circle. The normal n has the
-components 1 : tan α/cos β : tan β; inside a ring gear n_r changes its sign. Each flank pushes with k p⁺ + c p⁺' ṗ,
-where p⁺ = ½ (p + √(p² + ε²)) rounds the corner over a tenth of a micrometre: without backlash p₁⁺ − p₂⁺ is exactly
-p₁ where the centres keep their distance. The stiffness may vary once a tooth, k (1 + v cos zψ).
+on the flanks that drive forwards and backwards, with the backlash b along the pitch circle. The normal n has the
+components 1 : tan α/cos β : tan β; inside a ring gear n_r changes its sign. The force of each flank is k p⁺ + c p⁺' ṗ,
+where p⁺ = ½ (p + √(p² + ε²)) rounds the corner over a tenth of a micrometre. Without backlash p₁⁺ − p₂⁺ is exactly p₁
+if the distance of the centres is constant. The stiffness may vary once per tooth, k (1 + v cos zψ).
 
 Sources: DIN 3990/ISO 6336-1 for the forces' directions; A. Kahraman and R. Singh, J. Sound Vib. 142 (1990) 49-75, for
 the mesh as a spring with a gap.
@@ -38,7 +38,7 @@ class MeshRecord(NamedTuple):
 
 
 def mesh_record(mesh: GearMesh, inside: bool) -> MeshRecord:
-    """Data of a mesh; ``inside``: one of the gears is a ring, whose flanks push the centres towards each other."""
+    """Data of a mesh; ``inside`` if one gear is a ring gear, whose flank forces push the centres towards each other."""
     tan = math.tan(mesh.pressure_angle) / math.cos(mesh.helix_angle)
     normal = np.array([1.0, -tan if inside else tan, math.tan(mesh.helix_angle)])
     normal /= np.linalg.norm(normal)

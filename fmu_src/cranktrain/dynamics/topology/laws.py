@@ -1,8 +1,9 @@
-"""The register of connections' laws: one row a law, which says what it measures between its ends and what answers.
+"""Register of the force laws of connections: one row for each law, with its components of motion and its kernel.
 
-A law is a kernel of the one signature of :mod:`cranktrain.film.laws.films`, for up to four components of motion; one
-that measures more, as a spring of six axes, comes in several pieces. Adding a law is one file with kernel and record,
-a class of data in :mod:`cranktrain.engine.connections`, and one row. Bearing laws of the register of films serve too.
+A law is a kernel with the signature of :mod:`cranktrain.film.laws.films`, for up to four components of motion. A law
+with more components, such as a spring of six axes, has several pieces. To add a law, write one file with kernel and
+record, a class of data in :mod:`cranktrain.engine.connections`, and one row. Bearing laws of the register of films can
+be used too.
 """
 
 from __future__ import annotations
@@ -59,17 +60,17 @@ from cranktrain.engine.quantities import check_values
 
 @dataclass(frozen=True)
 class ConnectionLaw:
-    """One law.
+    """Force law of connections, one row of the register.
 
     Attributes
     ----------
     name, title : for users
-    data : class of what a file states
+    data : class of the data in a file
     pieces : ``pieces(data, first, second) -> list[Piece]`` between ends in two frames
-    kernel : its own, None where the register of films has it
-    turns : whether one end turns the other
-    relations : in place of pieces: rows of coefficients of its ends' rotations (see :mod:`relations`), from data and
-        the ends' speeds over the crank's
+    kernel : kernel of the law, None if the register of films has it
+    turns : whether the law transmits rotation from one end to the other
+    relations : instead of pieces, function that gives rows of coefficients of its ends' rotations (see
+       :mod:`relations`), from data and speed ratios of the ends to the crank
     """
 
     name: str
@@ -85,19 +86,19 @@ CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
 
 
 def register_connection(law: ConnectionLaw) -> None:
-    """Add a row."""
+    """Add a law to the register."""
     CONNECTION_LAWS[law.name] = law
 
 
 def connection_law(name: str, where: str) -> ConnectionLaw:
-    """Row of a law; ``InputError`` where there is none."""
+    """Row of a law by name; ``InputError`` for an unknown law."""
     if name not in CONNECTION_LAWS:
         raise InputError(f"{where}: no law '{name}'; {nearest(name, list(CONNECTION_LAWS))}")
     return CONNECTION_LAWS[name]
 
 
 def pieces_of(connection: Connection, *frames: Frame) -> list[Piece]:
-    """Pieces of a connection between ends in two frames, none of a relation; ``InputError`` names the connection."""
+    """Pieces of a connection between ends in two frames, none for a relation; ``InputError`` names the connection."""
     law, data, where = _read(connection)
     try:
         return [] if law.pieces is None else law.pieces(data, frames[0], frames[1])
@@ -127,12 +128,12 @@ def relations_of(connection: Connection, frames: Sequence[Frame]) -> list[Array]
 
 
 def data_of(connection: Connection) -> Any:
-    """Data of a connection as its law's class has them; ``InputError`` as above."""
+    """Data of a connection as an object of its law's class; ``InputError`` as above."""
     return _read(connection)[1]
 
 
 def _read(connection: Connection) -> tuple[ConnectionLaw, Any, str]:
-    """Law of a connection, its data and what it is called; ``InputError`` where they do not fit."""
+    """Law of a connection, its data, and its name for messages; ``InputError`` if they do not fit together."""
     where = f"connection '{connection.name}'"
     law, data = connection_law(connection.law, where), connection.data
     check_ends(law.name, len(connection.ends), where)
@@ -140,7 +141,7 @@ def _read(connection: Connection) -> tuple[ConnectionLaw, Any, str]:
 
 
 def _stated(law: ConnectionLaw, given: dict[str, Any], where: str) -> Any:
-    """Data of a law from keys and values (SI) of a script, checked as those of a file are; ``InputError``."""
+    """Data of a law from keys and values (SI) of a script, checked like those of a file; ``InputError``."""
     known = [entry.name for entry in fields(law.data)]
     for key in given:
         if key not in known:
@@ -155,7 +156,7 @@ def _stated(law: ConnectionLaw, given: dict[str, Any], where: str) -> Any:
 
 
 def _as_field(kind: Any, value: Any, where: str) -> Any:
-    """A script's value as a field of this kind holds it; ``InputError`` for one of another kind."""
+    """Value of a script converted to the kind of a field; ``InputError`` for a value of another kind."""
     if kind is float:
         return given_number(value, where)
     if kind is int:
@@ -171,7 +172,7 @@ def _as_field(kind: Any, value: Any, where: str) -> Any:
 
 
 def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
-    """Tangential, radial and axial motion of the first gear's pitch point against the second one's."""
+    """Tangential, radial and axial motion of the first gear's pitch point relative to the second one's."""
     apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
     distance = float(np.linalg.norm(apart))
     speeds = first.sense * first.rate, second.sense * second.rate
@@ -180,7 +181,7 @@ def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
     if speeds[0] * speeds[1] > 0.0 and abs(speeds[0] - speeds[1]) < SAME:
         raise InputError("gears of frames that turn alike do not mesh; give one of them another ratio")
     towards = apart / distance
-    # Pitch point: where both frames' velocities are the same, ω₁ × (P − C₁) = ω₂ × (P − C₂).
+    # At the pitch point P the velocities of both frames are equal, ω₁ × (P − C₁) = ω₂ × (P − C₂).
     arm = -distance * speeds[1] / (speeds[0] - speeds[1])
     along = np.cross(unit(2), towards)
     arms = arm * towards, (arm - distance) * towards
@@ -210,7 +211,7 @@ def _axes(values: Any, what: str) -> Array:
 
 
 def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
-    """Along the engine's axes; of a piston along those of its cylinder."""
+    """Pieces of a spring along the engine's axes; for a piston along those of its cylinder."""
     pieces, axes = [], first if first.slider is not None and not first.swings else REST
     for turning, name, axis in ((False, "force", "position"), (True, "moment", "rotation")):
         before = "turning_" if turning else ""
@@ -274,7 +275,7 @@ def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
 
 
 def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
-    """Both strands: that which runs onto the first pulley as it turns, then that which runs off it."""
+    """Piece of a belt: first the strand that runs onto the rotating first pulley, then the one that runs off it."""
     apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
     distance = float(np.linalg.norm(apart))
     speeds = first.sense * first.rate, second.sense * second.rate
@@ -305,7 +306,7 @@ def _rigid_gear(_: RigidGear, speeds: list[float]) -> list[list[float]]:
 
 
 def _planetary(gear: Planetary, speeds: list[float]) -> list[list[float]]:
-    """Willis' equation of sun, ring and carrier; planets roll between sun and ring."""
+    """Willis' equation of sun, ring and carrier, and with a fourth end the rolling of the planets."""
     sun, ring = gear.teeth_sun, gear.teeth_ring
     planet = 0.5 * (ring - sun)
     if planet <= 0.0:

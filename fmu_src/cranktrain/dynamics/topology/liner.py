@@ -1,4 +1,4 @@
-"""A piston between the two layers of springs of its skirt, and its friction along the wall on which it slides.
+"""Force law of a piston in its liner: two layers of springs of its skirt, and friction along the wall.
 
 The layers are those of :mod:`cranktrain.loads.piston_guidance`. Components are the gaps of the upper and of the lower
 layer across the cylinder, and the motion along it.
@@ -42,7 +42,7 @@ def liner_law(record, action, i, place, velocity, numbers, memory, out):
     for k in range(ECCENTRICITY):
         out[k] = 0.0
     out[RUBBING_TORQUE] = 0.0
-    # Each layer writes three values, where the tangents of both are put afterwards.
+    # Each layer writes three values to a place where the tangents of both are written afterwards.
     own = out[BY_PLACE:]
     layer_force(law, 0, place[0], velocity[0], own)
     upper, upper_by_gap, upper_by_rate = own[0], own[1], own[2]

@@ -1,8 +1,8 @@
-"""Modes of a topology at crank angle 0 and without turning: what bodies and connections are at rest.
+"""Modes of bodies and connections of a topology at rest, at crank angle 0.
 
 With the terms B of all components, d = B u, and the tangents ∂F/∂d of the laws at rest, the bodies' own modes q obey
-q̈ + [diag(ω²) − Φᵀ Bᵀ (∂F/∂d) B Φ] q = 0. Flanks of gears without backlash are closed there; with backlash they stand
-free in the middle of their play.
+q̈ + [diag(ω²) − Φᵀ Bᵀ (∂F/∂d) B Φ] q = 0. Flanks of gears without backlash are in contact; with backlash the gears are
+free, in the middle of their play.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class TopologyModes(NamedTuple):
 
     Attributes
     ----------
-    frequencies_hz : (n,) 0 for motion that nothing holds
+    frequencies_hz : (n,) 0 for free motion
     shapes : (n, n) modal coordinates of all bodies, one after the other, by mode; columns of unit modal mass
     rotations : by body (n,) its rotation about its frame's axis in each mode
-    shares : by body (n,) its share of the kinetic energy of each mode; of ``crank`` too where there is one
+    shares : by body (n,) its fraction of the kinetic energy of each mode; of ``crank`` too, if there is one
     """
 
     frequencies_hz: Array
@@ -43,7 +43,7 @@ class TopologyModes(NamedTuple):
 
 
 class CrankAtRest(NamedTuple):
-    """A crankshaft as it stands in its bearings: stiffness and mass (n, n) in the modes of its ``body``."""
+    """Crankshaft at rest in its bearings: stiffness and mass (n, n) in the modes of its ``body``."""
 
     body: ReducedBody
     stiffness: Array
@@ -52,15 +52,14 @@ class CrankAtRest(NamedTuple):
 
 @kernel
 def law_at(law, record, index, place, velocity, numbers, out):
-    """Let the law at an address answer a motion of its components, forces and tangents into ``out``; its status."""
+    """Call the law at an address with a motion of its components; forces and tangents into ``out``; its status."""
     return call_kernel(law, (record, FORCE, index, place, velocity, numbers, out, out))
 
 
 def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> TopologyModes:
-    """Modes of bodies and connections, with the ``crank`` where it is given, on a block at rest.
+    """Modes of bodies and connections, with the ``crank`` if it is given, on a block at rest.
 
-    The crank's modal coordinates come first in ``shapes``. ``InputError`` where a connection holds a body that is not
-    there.
+    The crank's modal coordinates come first in ``shapes``. ``InputError`` if a connection holds a missing body.
     """
     for connection in topology.connections:
         if any(end.body == BLOCK or (end.body == CRANK and crank is None) for end in connection.ends):

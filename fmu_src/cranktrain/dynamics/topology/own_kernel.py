@@ -1,7 +1,7 @@
-"""The kernel of a user's law: a function of Python, compiled by numba or called back, behind the signature of films.
+"""Kernel of a user's law: a Python function, compiled by numba or called back, with the signature of film laws.
 
-A kernel is made for each law, when a model first asks for its address. Records hold the parameters of one connection
-and what goes to and fro: place and velocity told last, the forces found there, and whether the last call failed.
+A kernel is made for each law, when a model first needs its address. Records hold the parameters of one connection and
+the exchanged data: last displacement and velocity, the forces found there, and whether the last call failed.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, NUMBERS, OB
 
 MOST_AXES = 4
 OF_SCALE, OF_VALUE = 1.0e-3, 1.0e-6
-"""Step of a difference over the scale of a component, and over its present value."""
+"""Step of a central difference, relative to the scale of a component and to its present value."""
 RATE = 1.0e3
-"""Velocity that counts as much as a displacement of one unit, 1/s: some 160 Hz."""
-# ``OwnRecord.exchange``: place and velocity of the last call, angle and speed, forces (4), derivatives by place and by
-# velocity (4 × 4 each, row-major), failure, then the parameters. Place, velocity and forces are those of MOST_AXES.
+"""Ratio of the scales of velocity and displacement, 1/s, that of some 160 Hz."""
+# ``OwnRecord.exchange``: displacement and velocity of the last call, angle and speed, forces (4), derivatives by
+# displacement and by velocity (4 × 4 each, row-major), failure, then the parameters. Displacement, velocity and forces
+# have MOST_AXES values each.
 VELOCITY_AT, ANGLE_AT, SPEED_AT, FORCE_AT, BY_PLACE_AT, BY_VELOCITY_AT, FAILED_AT, VALUES_AT = (
     4,
     8,
@@ -39,15 +40,15 @@ VELOCITY_AT, ANGLE_AT, SPEED_AT, FORCE_AT, BY_PLACE_AT, BY_VELOCITY_AT, FAILED_A
     47,
 )
 FINE, NOT_FINITE, RAISED = 0.0, 1.0, 2.0
-"""Failures of a call; one that was left by an exception is still RAISED."""
+"""Failures of a call; RAISED is set before a call and stays if an exception ends it."""
 FAILURE = 1
 """Status of a law that fails."""
 TRIED = 200
-"""Calls over which a law in Python is timed."""
+"""Number of calls by which a law in Python is timed."""
 
 
 class Function(Protocol):
-    """What a kernel is made of, see :class:`cranktrain.dynamics.topology.own_law.OwnLaw`."""
+    """Interface of a law from which a kernel is made, see :class:`cranktrain.dynamics.topology.own_law.OwnLaw`."""
 
     name: str
     axes: tuple[str, ...]
@@ -63,7 +64,7 @@ class OwnRecord(NamedTuple):
     """Data of one connection."""
 
     values: Array  # (1 + p,) an unused value, parameters
-    scale: Array  # (n,) of its components
+    scale: Array  # (n,) scales of its components
     exchange: Array  # (VALUES_AT + p,)
 
 
@@ -76,16 +77,16 @@ _read = record_reader(OwnRecord(np.zeros(1), np.zeros(1), np.zeros(1)))
 
 
 class OwnKernel(Kernel):
-    """Kernel of a law; numba compiles it when it is first asked for.
+    """Kernel of a law, which numba compiles at first use.
 
     Attributes
     ----------
-    raised : what the law's function in Python has raised last, None for one that is compiled
+    raised : exception that the law's function in Python has raised last, None for a compiled one
     """
 
     def __init__(self, law: Function) -> None:
         def named() -> None:
-            """What names the kernel among addresses; no library of machine code has it."""
+            """Stand-in that gives the kernel its name; no library of machine code contains it."""
 
         named.__module__, named.__name__ = "own_law", law.name
         super().__init__(named)
@@ -95,7 +96,7 @@ class OwnKernel(Kernel):
 
     @property
     def dispatcher(self) -> Any:
-        """The law's kernel, compiled; a warning where its function is called in Python."""
+        """The law's compiled kernel; warns if its function is called in Python."""
         if self._made is None:
             self._made = self._compiled()
         return self._made
@@ -122,7 +123,7 @@ class OwnKernel(Kernel):
         return _whole(law, _jit(_call_back(back)))
 
     def _callback(self) -> tuple[Any, float]:
-        """The function as C calls it, with the exchange at an address, and the seconds that one call takes."""
+        """C callback of the function, with the address of the exchange as argument, and the seconds of one call."""
         law = self._law
         entry = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self._called)
         probe = np.zeros(exchange_size(len(law.parameters)))
@@ -135,7 +136,7 @@ class OwnKernel(Kernel):
         return entry, seconds
 
     def _called(self, address: int) -> int:
-        """Evaluate the function of Python on the exchange at an address; 0, or what it raises is kept."""
+        """Evaluate the Python function on the exchange at an address; 0, or FAILURE with the error in ``raised``."""
         law = self._law
         size, count = len(law.axes), len(law.parameters)
         told = (ctypes.c_double * (VALUES_AT + count)).from_address(address)
@@ -155,19 +156,19 @@ class OwnKernel(Kernel):
                 for at, rows in zip((BY_PLACE_AT, BY_VELOCITY_AT), law.tangent(place, velocity, **named), strict=True):
                     for r, row in enumerate(((rows,),) if one else rows):
                         told[at + MOST_AXES * r : at + MOST_AXES * r + size] = row
-        except BaseException as error:  # through C nothing is raised; the run tells of it when its step fails
+        except BaseException as error:  # exceptions do not pass through C; the run reports it when its step fails
             self.raised = error
             return FAILURE
         return 0
 
 
 def _jit(function: Callable[..., Any]) -> Any:
-    """A function compiled for other kernels; a user's may allocate."""
+    """Compile a function for use in other kernels; functions of users may allocate memory."""
     return compiler().njit(**{key: value for key, value in OPTIONS.items() if key != "_nrt"})(function)
 
 
 def _answer(law: Function, function: Any, tangent: Any) -> Callable[..., Any]:
-    """``answer(exchange, with_tangent)`` that evaluates a compiled function on an exchange; 0."""
+    """Make ``answer(exchange, with_tangent)``, which evaluates a compiled function on an exchange and returns 0."""
     size = len(law.axes)
 
     def numbers(begin: int) -> str:
@@ -196,7 +197,7 @@ def _answer(law: Function, function: Any, tangent: Any) -> Callable[..., Any]:
 
 
 def _call_back(entry: Any) -> Callable[..., Any]:
-    """The same by a function of C that takes the exchange's address."""
+    """Make ``answer(exchange, with_tangent)`` that calls a C function with the address of the exchange."""
 
     def answer(exchange, with_tangent):
         return entry(exchange.ctypes.data)
@@ -205,7 +206,7 @@ def _call_back(entry: Any) -> Callable[..., Any]:
 
 
 def _whole(law: Function, answer: Any) -> Any:
-    """The law's kernel, compiled for the arguments of all laws."""
+    """Compile the law's kernel for the argument types of all laws."""
     made = _jit(_kernel(answer, len(law.axes), law.tangent is not None))
     numba = compiler()
     place, other, memory, out = np.zeros(4), np.zeros(NUMBERS), np.zeros(1), np.zeros(SIZE)
@@ -238,7 +239,7 @@ def _kernel(answer: Any, size: int, exact: bool) -> Callable[..., Any]:
         for k in range(SIZE):
             out[k] = 0.0
         for r in range(size):
-            out[r] = math.nan  # what an exception of compiled code leaves
+            out[r] = math.nan  # stays if compiled code raises an exception
             exchange[r] = place[r]
             exchange[VELOCITY_AT + r] = velocity[r]
         exchange[ANGLE_AT] = numbers[ANGLE]
@@ -285,7 +286,7 @@ def _kernel(answer: Any, size: int, exact: bool) -> Callable[..., Any]:
 
 
 def _raises(function: Callable[..., Any] | None) -> str:
-    """Why a function that raises is not compiled: what compiled code raises is lost; empty where it does not."""
+    """Reason not to compile a function, because exceptions of compiled code are lost; empty if it raises none."""
     code = getattr(function, "__code__", None)
     if code is None:
         return "it is no def"
@@ -293,7 +294,7 @@ def _raises(function: Callable[..., Any] | None) -> str:
 
 
 def _reason(error: Exception) -> str:
-    """The line of numba's long message that says most."""
+    """Most informative line of numba's long message."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     told = [line for line in lines if not line.startswith(("Failed in", "During:", "File ", "-"))]
     return (told or lines or [type(error).__name__])[0][:160]

@@ -6,21 +6,21 @@
 
     engine = engine.connected("bush", hardening, ("crank.pulley", "ground"), stiffness="2e5 N/mm")
 
-The function takes the displacement of the first end against the second one, m or rad, its velocity, and parameters by
-name, in SI. It returns the force on the first end, N or N m; the second end feels the opposite. With several axes the
-first two arguments and the result are tuples. A parameter called ``angle`` is the angle of the crank's frame (rad,
-whole turns counted), one called ``speed`` the speed of rotation of the first end against the second one, about z
-(rad/s).
+The function takes the displacement of the first end relative to the second one, m or rad, its velocity, and parameters
+by name, in SI. It returns the force on the first end, N or N m; the opposite force acts on the second end. With several
+axes the first two arguments and the result are tuples. A parameter called ``angle`` is the angle of the crank's frame
+(rad, whole turns counted), one called ``speed`` the speed of rotation of the first end relative to the second one,
+about z (rad/s).
 
-Axes are the engine's, those of a spring (:mod:`cranktrain.dynamics.topology.laws`). Rotations count against the frames
-of both ends, which turn evenly, so that a displacement about z is what the ends turn against each other beyond their
-frames; ``speed`` counts the frames too.
+Axes are the engine's, like those of a spring (:mod:`cranktrain.dynamics.topology.laws`). Rotations are relative to the
+frames of both ends, which rotate uniformly. So a displacement about z is the relative rotation of the ends minus that
+of their frames; ``speed`` includes the frames.
 
-Numba compiles the function, and the loop over connections calls it as any law. A function that numba cannot compile, or
-that raises, is called in Python (:mod:`cranktrain.dynamics.topology.own_kernel`), which is told once. Tangents are
+Numba compiles the function, and the loop over connections calls it like any law. A function that numba cannot compile,
+or that raises, is called in Python (:mod:`cranktrain.dynamics.topology.own_kernel`), with one warning. Tangents are
 central differences over a thousandth of ``scale``, or come from a function ``tangent`` of the same arguments, which
-returns the derivatives of the force by displacement and by velocity. They steer the Newton iteration, whose result does
-not depend on them. A law remembers nothing from one call to the next: calls belong to iterations, not to time.
+returns the derivatives of the force by displacement and by velocity. They are used in the Newton iteration, whose
+result does not depend on them. A law must not remember earlier calls, because calls belong to iterations, not to time.
 """
 
 from __future__ import annotations
@@ -54,23 +54,23 @@ from cranktrain.film.laws.films import IntArray
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 TOLD = ("angle", "speed")
-"""Parameters of a function that are no values of the connection."""
+"""Names of parameters that the running model supplies, not the connection."""
 OWN_LAWS: dict[str, OwnLaw] = {}
-"""Laws of this process by name; the last one of a name counts."""
+"""Laws of this process by name; a later law replaces one of the same name."""
 _NAMES: dict[int, tuple[str, OwnLaw]] = {}
-"""Connection and law of each record that lives, by the address of its values."""
+"""Connection and law of each existing record, by the address of its exchange."""
 
 
 class OwnLaw:
-    """A law of a function.
+    """Force law made of a Python function.
 
     Attributes
     ----------
-    name : by which engine files and messages know it
-    axes : of :data:`AXES`, in the order of the function's tuples
+    name : name in engine files and messages
+    axes : axes from :data:`AXES`, in the order of the function's tuples
     tangent : function of the derivatives, or None
-    scale : motion that counts as much as a clearance, m or rad for each axis
-    parameters : default of each parameter, None where it has none
+    scale : motion that counts like one clearance, m or rad for each axis
+    parameters : default of each parameter, None if it has no default
     told : those of ``angle`` and ``speed`` that the function takes
     """
 
@@ -78,7 +78,7 @@ class OwnLaw:
         self, function: Callable[..., Any], name: str, axes: tuple[str, ...], tangent: Callable[..., Any] | None,
         scale: tuple[float, ...], compiled: bool | None,
     ) -> None:  # fmt: skip
-        # A function that numba has compiled already is compiled anew, into the law's kernel.
+        # A function that numba has compiled already is compiled again, into the law's kernel.
         self.function = getattr(function, "py_func", function)
         self.tangent = getattr(tangent, "py_func", tangent)
         self.name, self.axes, self.scale, self.compiled = name, axes, scale, compiled
@@ -91,7 +91,7 @@ class OwnLaw:
         self.__doc__, self.__name__ = self.function.__doc__, name
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """The function itself."""
+        """Call the function itself."""
         return self.function(*arguments, **named)
 
     def __repr__(self) -> str:
@@ -119,7 +119,7 @@ def law(
     compiled: bool | None = None,
     name: str | None = None,
 ) -> Any:
-    """Make a function of Python the law of connections; a decorator, ``@ct.law`` or ``@ct.law(axes="x y")``.
+    """Make a Python function a force law of connections; a decorator, ``@ct.law`` or ``@ct.law(axes="x y")``.
 
     Parameters
     ----------
@@ -128,10 +128,10 @@ def law(
         returned, in this order
     tangent : function of the same arguments that returns (by displacement, by velocity): two numbers, for several axes
         two tuples of rows; None: central differences
-    scale : motion that counts as much as a clearance when an iteration is judged, m or rad, one or one for each axis;
-        None: 50 µm and 1 mrad
+    scale : motion that counts like one clearance in the convergence test, m or rad, one value or one for each axis;
+       None: 50 µm and 1 mrad
     compiled : True: refuse a function that numba cannot compile; False: call it in Python; None: compile if possible
-    name : by which an engine file knows it; None: that of the function
+    name : name in engine files; None: that of the function
 
     Raises
     ------
@@ -160,7 +160,7 @@ def law(
 
 
 def own_law(name: str) -> OwnLaw:
-    """A law of this process; ``InputError`` where there is none."""
+    """Own law of this process by name; ``InputError`` for an unknown one."""
     if name not in OWN_LAWS:
         known = nearest(name, OWN_LAWS) if OWN_LAWS else "none is known"
         raise InputError(
@@ -171,7 +171,7 @@ def own_law(name: str) -> OwnLaw:
 
 
 def own_pieces(data: Own, first: Frame, second: Frame) -> list[Piece]:
-    """The connection's one piece, along and about the engine's axes; of a piston along those of its cylinder."""
+    """The one piece of a connection, along and about the engine's axes, or for a piston those of its cylinder."""
     found = own_law(data.function)
     if len(data.parameters) != len(data.values):
         raise InputError(f"{len(data.parameters)} parameters and {len(data.values)} values; give one for each")
@@ -201,9 +201,9 @@ def own_pieces(data: Own, first: Frame, second: Frame) -> list[Piece]:
 
 
 def own_failure(addresses: IntArray) -> str:
-    """What is wrong with the own law that has just failed, in one line; empty where none has.
+    """Message about the own law that has just failed, in one line; empty if none has failed.
 
-    ``addresses`` are those of the connections' records. An interruption by the user goes on from here.
+    ``addresses`` are those of the connections' records. An interrupt by the user is raised again here.
     """
     for address in addresses.tolist():
         record = RECORDS.get(address)
@@ -234,7 +234,7 @@ def _try_at_rest(found: OwnLaw, values: tuple[float, ...]) -> None:
         result = found.function(rest, rest, **named, **told)
         numbers = [float(result)] if size == 1 else [float(one) for one in result]
     except ZeroDivisionError:
-        return  # compiled code goes on with infinity, and may meet it where it matters
+        return  # compiled code continues with infinity, so the run decides
     except Exception as error:
         raise InputError(
             f"own law '{found.name}' raises {type(error).__name__} at rest: {shown(str(error))}; it returns "
@@ -247,7 +247,7 @@ def _try_at_rest(found: OwnLaw, values: tuple[float, ...]) -> None:
 
 
 def _arguments(function: Callable[..., Any], where: str) -> dict[str, float | None]:
-    """Arguments behind displacement and velocity with their defaults, None without; ``InputError``."""
+    """Arguments after displacement and velocity with their defaults, or None; ``InputError``."""
     try:
         parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):

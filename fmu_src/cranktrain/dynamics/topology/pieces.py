@@ -1,4 +1,4 @@
-"""Pieces of a connection: up to four components of motion each, and the law that answers them."""
+"""Pieces of a connection, each with up to four components of motion and their force law."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.table.database import FilmTable
 
 LENGTH, ANGLE = 5.0e-5, 1.0e-3
-"""Motion (m, rad) that counts as much as a clearance in a connection without one."""
+"""Motion (m, rad) that counts like one clearance in a connection without a clearance."""
 SAME = 1.0e-9
-"""Ratios or places (m) that differ by less are the same."""
+"""Largest difference of two ratios or positions (m) that count as equal."""
 REFERENCE_VISCOSITY = 0.01
 """Viscosity (Pa s) of oil in a model that is not prepared yet."""
 
 
 class FilmParts(NamedTuple):
-    """What films of added bearings may need besides their data.
+    """Parts that films of added bearings may need in addition to their data.
 
     Attributes
     ----------
-    tables : film tables of any bearings, of which a film takes one that fits
+    tables : film tables of any bearings, from which a film takes a fitting one
     mains, bore : the engine's plain main bearings and the compliance of their bores
     oil : dependence of the engine's oil on pressure
     at_main : whether the film is that of a main journal in its bore
@@ -41,27 +41,27 @@ class FilmParts(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """Up to four components of a connection, and the kernel that answers their motion.
+    """Piece of a connection: up to four components of motion, and the kernel of their force law.
 
     Attributes
     ----------
-    components : of each component what it measures of the first and of the second end
-    scales : motion that counts as much as a clearance
-    kernel, record : of the law; a record that refers to the table of all bearings is made by a call,
-        ``record(table, parts)`` with :class:`FilmParts`
+    components : for each component its directions at the first and the second end
+    scales : motion of each component that counts like one clearance
+    kernel, record : kernel and record of the law; a record that refers to the table of all bearings is made by a call,
+       ``record(table, parts)`` with :class:`FilmParts`
     axes : frame in whose axes the law is evaluated
-    pairs : first component of the pairs that turn with these axes, −1: none
-    rubs : whether friction turns both ends about z
-    closes : whether steps of the iteration are limited, and time steps by how fast the gap closes
-    outputs : what is shown of it: name, kind and place, see :mod:`cranktrain.dynamics.topology.slots`
-    parameters : (COLUMNS,) of a bearing; else nothing
-    viscosity : of its oil, Pa s; 0: the engine's, −1: it has none
-    cylinder : of the engine, of whose gas the law is told; 0: of none
-    tilt : what a rotation of the first end moves the components by that measure tilt, m or 1; 0: none does
+    pairs : first component of the pairs that rotate with these axes, or −1
+    rubs : whether friction torque acts on both ends about z
+    closes : whether the closing gap limits steps of the iteration and time steps
+    outputs : name, kind and position of each output, see :mod:`cranktrain.dynamics.topology.slots`
+    parameters : (COLUMNS,) of a bearing, else None
+    viscosity : of its oil, Pa s; 0: the engine's oil, −1: no oil
+    cylinder : cylinder of the engine whose gas pressure is input of the law; 0: none
+    tilt : motion of the tilt components per rotation of the first end, m or 1; 0 without tilt
     told_oil, told_speed : whether the law takes the actions OIL, and WARM
     tells_rate : whether the law takes the action RATE
-    carried : whether its forces work on what the ends' frames carry along
-    memory : how many values the law's record keeps in the state, ``memory(record)``; None: none
+    carried : whether its forces also do work on the motion of the ends' frames
+    memory : function ``memory(record)`` of the number of values that the law keeps in the state, or None
     """
 
     components: list[tuple[Direction, Direction]]
@@ -85,5 +85,5 @@ class Piece(NamedTuple):
 
 
 def between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:
-    """Motion of the first end against the second one, both measured alike."""
+    """Motion of the first end relative to the second one, with the same directions for both."""
     return Direction(frame, along, about), Direction(frame, along, about, -1.0)

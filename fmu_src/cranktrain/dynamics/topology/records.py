@@ -17,9 +17,9 @@ from cranktrain.film.laws.films import IntArray
 
 @record
 class AddedBodies(NamedTuple):
-    """B bodies with N modes in all, W of the largest one, and M ports, V of the one that has most.
+    """Arrays of B added bodies with N modes in all (W of the largest) and M ports (V of the one that has most).
 
-    Bodies in one group have their modes in common: N counts them once for each, V the ports of a whole group.
+    Bodies in one group have common modes: N counts these modes once for each body, V counts the ports of a whole group.
     """
 
     rows: Array  # (B, BODY) see dynamics.topology.slots
@@ -32,13 +32,13 @@ class AddedBodies(NamedTuple):
     turn: Array  # (N,) rotation about z of each body as a whole
     shapes: Array  # (M, W)
     transposed: Array  # (N, V)
-    carried: Array  # (N, 6) motion that goes along with the block's rigid modes
-    fastest: Array  # (FASTEST_SIZE,) how fast frames turn at most, see slots
+    carried: Array  # (N, 6) motion with the block's rigid modes
+    fastest: Array  # (FASTEST_SIZE,) highest speeds of frames, see slots
 
 
 @record
 class AddedConnections(NamedTuple):
-    """K pieces of connections with C components, T terms, and what they hold."""
+    """Arrays of K pieces of connections with C components and T terms."""
 
     frames: Array  # (F, FRAME) of bodies, laws and directions
     rows: Array  # (K, CONNECTION)
@@ -46,27 +46,27 @@ class AddedConnections(NamedTuple):
     terms: Array  # (T, TERM) in the order of their components
     starts: Array  # (C + 1,) first term of each component
     scales: Array  # (C,)
-    meets: Array  # (C, C + 1) 1 where a component's force moves another one, at last one of the engine's own
-    order: Array  # (n,) components, the engine's among them, in the order of their elimination
+    meets: Array  # (C, C + 1) 1 if a component's force moves another one; last column: any of the engine's own
+    order: Array  # (n,) all components, including the engine's, in the order of their elimination
     slides: Array  # (C, SLIDES)
     leans: Array  # (L, LEAN)
     interfaces: Array  # (I, INTERFACE)
     ports: Array  # (P,) all ports that connections load
-    entry: IntArray  # (K, 3) addresses of the law and of its record, and the number by which the record knows it
+    entry: IntArray  # (K, 3) addresses of the law and of its record, and its number in the record
     place: Array  # (K, 4)
     velocity: Array  # (K, 4)
     numbers: Array  # (NUMBERS,)
     out: Array  # (SIZE,)
     bearings: Array  # (K, COLUMNS) of films
-    oil: Array  # (K,) viscosity that a film has by itself, Pa s; 0: the engine's, −1: no film
+    oil: Array  # (K,) own viscosity of a film, Pa s; 0: the engine's oil, −1: no film
     traits: Array  # (K, TRAITS) see slots
-    remembered: IntArray  # (K + 1,) where the memory of each begins behind that of the first; at last the size of all
-    shown: Array  # (O, SHOWN) of each output
-    hooks: IntArray  # (HOOKS,) addresses of what a stage calls, see dynamics.motion.added_hooks
+    remembered: IntArray  # (K + 1,) offset of the memory of each piece; last the size of all
+    shown: Array  # (O, SHOWN) source of each output
+    hooks: IntArray  # (HOOKS,) addresses of kernels that a stage calls, see dynamics.motion.added_hooks
 
 
 class AddedWork(NamedTuple):
-    """Memory of a stage for added bodies and connections."""
+    """Workspace of a stage for added bodies and connections."""
 
     scratch: Array  # (W, W)
     inverse: Array  # (slots, N, W)
@@ -80,12 +80,12 @@ class AddedWork(NamedTuple):
     axes: Array  # (B, 2) displacement of each body's centre of mass across its axis, m
     blocks: Array  # (K, 16)
     factored: Array  # (K, 16)
-    newton: Array  # (1, n) step of all components, to a multiple of four
-    sizes: Array  # (SIZES,), the angle no number at first
+    newton: Array  # (1, n) step of all components, padded to a multiple of four
+    sizes: Array  # (SIZES,) see slots; NaN at first
 
 
 class Base(NamedTuple):
-    """What a topology is added to: bodies ``crank`` and ``block`` and how many modes, ports, components there are.
+    """Model that a topology is added to: bodies ``crank`` and ``block``, numbers of modes, ports and components.
 
     ``films`` are parts for films of added bearings.
     """
@@ -100,7 +100,7 @@ class Base(NamedTuple):
 
 
 def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, newton: int, slots: int) -> AddedWork:
-    """Memory for a model with ``ports`` and ``newton`` components in all."""
+    """Workspace for a model with ``ports`` and ``newton`` components in all."""
     n, w = bodies.gyroscopic.shape
     m, v = bodies.shapes.shape[0], bodies.transposed.shape[1]
     k, c, t = len(connections.rows), len(connections.scales), len(connections.terms)
@@ -115,7 +115,7 @@ def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, n
 
 
 class FrameNumbers(dict[Frame, int]):
-    """Numbers of frames in the order in which they are asked for."""
+    """Numbers of frames, in the order of their first use."""
 
     def __missing__(self, frame: Frame) -> int:
         self[frame] = len(self)

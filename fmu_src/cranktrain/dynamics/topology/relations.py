@@ -1,8 +1,8 @@
-"""Gears without give: coordinates that a relation between rotations leaves out when a model is made.
+"""Rigid gears as relations between rotations, which eliminate coordinates when a model is made.
 
-A relation says Σ c_k Φ_k = 0 of the rotations Φ_k of its ends about z against their frames, whose own turning fulfils
-it already. Bodies that relations join, directly or through others, form a group. Of the modal coordinates q of its
-bodies, whose inertias are 1, those z are left that fulfil all relations,
+A relation is Σ c_k Φ_k = 0 for the rotations Φ_k of its ends about z relative to their frames, whose own rotation
+fulfils it already. Bodies joined by relations, directly or through others, form a group. The modal coordinates q of its
+bodies, with unit inertia, are reduced to coordinates z that fulfil all relations,
 
     q = T z,    C T = 0,    Tᵀ T = 1,    Tᵀ diag(ω²) T diagonal.
 
@@ -21,17 +21,17 @@ from cranktrain.dynamics.topology.laws import relations_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, Topology
 
 INDEPENDENT = 1.0e-12
-"""Singular value above which a relation says something new."""
+"""Singular value above which a relation counts as independent of the others."""
 
 
 class Group(NamedTuple):
-    """Bodies that move in modes of their own, or in those that they have in common.
+    """Group of bodies with common modes, or a single body with modes of its own.
 
     Attributes
     ----------
-    bodies : of the group, in the order of the topology
-    omega, damping : of its modes, rad/s and 1/s
-    parts : of each body its coordinates in these modes (n, z); None where it is alone and free
+    bodies : bodies of the group, in the order of the topology
+    omega, damping : angular frequency and damping of its modes, rad/s and 1/s
+    parts : modal coordinates of each body in these modes (n, z); None for a single body without relations
     """
 
     bodies: list[Body]
@@ -41,7 +41,7 @@ class Group(NamedTuple):
 
 
 def groups(topology: Topology) -> list[Group]:
-    """Every body in its group; ``InputError`` for a relation that holds crank or block, or that frames contradict."""
+    """Groups of all bodies; ``InputError`` for a relation that holds crank or block, or that frames contradict."""
     rows = [
         (connection, row)
         for connection in topology.connections

@@ -1,4 +1,4 @@
-"""Springs and dampers along three axes at rest, and a load that is given over the crank angle."""
+"""Force laws of springs and dampers along three axes at rest, and of a load given over the crank angle."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def spring_law(record, action, i, place, velocity, numbers, memory, out):
 
 @law_kernel
 def load_law(record, action, i, place, velocity, numbers, memory, out):
-    """The load at the crank angle, whatever the motion, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Load at the crank angle, independent of motion, see :mod:`cranktrain.film.laws.films`; 0."""
     own = _read_load(record)
     for k in range(ECCENTRICITY):
         out[k] = 0.0

@@ -1,4 +1,4 @@
-"""The topology of an engine's file, and what all that is added to an engine shows."""
+"""Topology of an engine file, and names of the outputs of all added bodies and connections."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from cranktrain.engine.additions import BodyTable, FrameTable, split_end
 from cranktrain.engine.model import Engine
 
 BODY_OUTPUTS = ("speed", "rotation", "position.x", "position.y", "position.z")
-"""What is shown of an added body: its speed, rotation against its frame, and displacement of the centre of mass."""
+"""Outputs of an added body: speed, rotation relative to its frame, and displacement of the centre of mass."""
 
 
 def added_topology(
@@ -36,9 +36,9 @@ def added_topology(
     bodies: Mapping[str, ReducedBody] | None = None,
     more: Topology | None = None,
 ) -> Topology:
-    """Bodies and connections of an engine's file, and ``more`` of a user's script.
+    """Bodies and connections of an engine file, and ``more`` of a user's script.
 
-    ``bodies`` are those that the file takes from files of their own. ``InputError`` for what does not fit together.
+    ``bodies`` are those that the engine file takes from separate files. ``InputError`` if parts do not fit together.
     """
     frames = file_frames(engine)
     empty, given = Topology(frames), bodies or {}
@@ -64,7 +64,7 @@ def added_topology(
 
 
 def file_frames(engine: Engine) -> tuple[Frame, ...]:
-    """Frames of an engine's file."""
+    """Frames of an engine file."""
     return tuple(_frame(engine, table) for table in engine.frame)
 
 
@@ -85,7 +85,7 @@ def _frame(engine: Engine, table: FrameTable) -> Frame:
 def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:
     """Rigid body of a table, in axes of its frame."""
     if table.made_of_files_or_elements:
-        raise InputError(f"body '{table.name}' is no rigid one, which takes finite elements or a file; use assemble")
+        raise InputError(f"body '{table.name}' is made of finite elements or a file, not here; use assemble")
     places = np.array([table.x, table.y, table.z]).T
     turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
     return rigid_body(
@@ -95,7 +95,7 @@ def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:
 
 
 def _tensor(moments: tuple[float, ...]) -> Array:
-    """Inertia tensor (3, 3) of three moments, or of six values xx, yy, zz, xy, xz, yz; products count as −∫ρ xy."""
+    """Inertia tensor (3, 3) from three moments, or from six values xx, yy, zz, xy, xz, yz with products −∫ρ xy."""
     tensor = np.diag(np.array(moments[:3]))
     for value, (i, k) in zip(moments[3:], ((0, 1), (0, 2), (1, 2)), strict=False):
         tensor[i, k] = tensor[k, i] = value
@@ -103,14 +103,14 @@ def _tensor(moments: tuple[float, ...]) -> Array:
 
 
 def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:
-    """Interfaces of the crank that connections of file and script hold, in the order of their ports."""
+    """Interfaces of the crank held by connections of file and script, in the order of their ports."""
     ends = [split_end(text) for table in engine.connections for text in table.ends]
     ends += [(end.body, end.interface) for connection in (more or Topology()).connections for end in connection.ends]
     return list(dict.fromkeys(interface for body, interface in ends if body == CRANK))
 
 
 def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
-    """Names of what added bodies show, then of what added connections do, of file and script, in order."""
+    """Names of the outputs of added bodies, then of added connections, of file and script, in order."""
     topology = more or Topology()
     frames = {frame.name: frame for frame in file_frames(engine)}
     names = [table.name for table in engine.body] + [body.name for body in topology.bodies]

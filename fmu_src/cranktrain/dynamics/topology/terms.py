@@ -1,15 +1,15 @@
-"""Components of a connection's motion as sums over ports, with coefficients that follow the crank angle.
+"""Components of a connection's motion as sums over ports, with coefficients that depend on the crank angle.
 
-A component is how far one end moves against the other along a direction, or turns about it:
+A component is the motion of one end relative to the other along a direction, or the rotation about it,
 
     d = Σ c(θ) u,    ḋ = Σ (c u̇ + Ω c′ u),    c = A cos(α_g − α_o + ψ),    θ the crank's frame
 
-one *term* a port. A direction fixed in one frame has constant components along z in any other, and ones that turn with
-the difference of both frames' angles α across it. What a force F of the component does to the ports is the transpose,
-c F: one table serves motion, forces and compliance.
+with one *term* for each port. A direction fixed in one frame has a constant component along z in any other frame, and
+lateral components that rotate with the difference of both frames' angles α. A force F of the component acts on the
+ports by the transpose, c F, so one table serves motion, forces and compliance.
 
-Where a body's end slides over one at rest, as a piston over its block, the point where they touch moves over the latter
-by ρ(θ), and a body that turns by φ moves there by φ×ρ besides: such terms are c(θ) times x or y of ρ.
+If a body's end slides over a body at rest, as a piston over its block, the contact point moves over the latter by ρ(θ).
+A rotation φ of that body then adds the motion φ×ρ at this point. Such terms are c(θ) times x or y of ρ.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.values import REST, End, Frame
 
 SMALL = 1.0e-14
-"""Amplitude over the largest of a component below which a term is left out."""
+"""Amplitude, relative to the largest of a component, below which a term is left out."""
 PORTS = 6
-"""Components of motion of an interface: displacement x, y, z and rotation about x, y, z."""
+"""Number of components of motion of an interface: displacement x, y, z and rotation about x, y, z."""
 
 
 class Term(NamedTuple):
-    """Share of one port, ``component`` of the motion of an interface, in a component of a connection."""
+    """Contribution of one port, ``component`` of the motion of an interface, to a component of a connection."""
 
     body: str
     interface: str
     component: int
     amplitude: float
     given: Frame  # of the direction
-    own: Frame  # of the body; both at rest where their angles' difference is constant
+    own: Frame  # of the body; both REST if the difference of their angles is constant
     phase: float = 0.0
-    lever: Frame | None = None  # whose origin's motion since crank angle 0 is a factor
-    way: int = 0  # of it: x or y in the engine's axes
+    lever: Frame | None = None  # frame whose origin's motion since crank angle 0 is a factor
+    way: int = 0  # component of this motion: x or y in the engine's axes
 
 
 class Direction(NamedTuple):
-    """What a component measures of one end: displacement along a vector and rotation about another one.
+    """Direction of a component at one end: displacement along a vector plus rotation about another one.
 
-    Both are fixed in ``frame``, given in its axes; ``sign`` −1 for the end against which the motion counts.
+    Both vectors are fixed in ``frame`` and given in its axes; ``sign`` is −1 for the end that motion is relative to.
     """
 
     frame: Frame
@@ -56,9 +56,9 @@ class Direction(NamedTuple):
 
 
 def terms_of(end: End, frame: Frame, direction: Direction, sliding: Frame | None = None) -> list[Term]:
-    """Terms of one end, whose body is described in ``frame``; at rest where one of frame ``sliding`` slides over it."""
+    """Terms of one end, whose body is described in ``frame``; ``sliding`` is the frame of an end sliding over it."""
     along, about = (_seen(direction.frame, vector, frame) for vector in (direction.along, direction.about))
-    # At an offset ρ from its interface a body moves by u + φ×ρ: the direction d measures φ·(ρ×d) besides.
+    # At an offset ρ from its interface a body moves by u + φ×ρ, so the direction d also measures φ·(ρ×d).
     x, y, z = end.offset
     lever = [
         _sum((y, along[2]), (-z, along[1])), _sum((z, along[0]), (-x, along[2])), _sum((x, along[1]), (-y, along[0])),
@@ -83,11 +83,11 @@ def terms_of(end: End, frame: Frame, direction: Direction, sliding: Frame | None
 
 
 _Parts = dict[bool, complex]
-"""Coefficient as a sum: its constant part, and by True the A exp(iψ) of A cos(α_g − α_o + ψ)."""
+"""Coefficient as a sum: constant part at key False, and A exp(iψ) of A cos(α_g − α_o + ψ) at key True."""
 
 
 def _seen(frame: Frame, vector: Array, other: Frame) -> list[_Parts]:
-    """A vector fixed in ``frame`` by its components in the axes of another one."""
+    """Components of a vector fixed in ``frame`` in the axes of another frame."""
     x, y, z = (float(value) for value in vector)
     # Across: as complex numbers the vector x + i s y of one frame is (x + i s y) exp(iα) in the other's, its part along
     # y being the imaginary one times the other's sense. Its real part is A cos(α) with A = x + i s y, likewise the
@@ -104,7 +104,7 @@ def _seen(frame: Frame, vector: Array, other: Frame) -> list[_Parts]:
 
 
 def turns_against(frame: Frame, other: Frame) -> bool:
-    """Whether two frames turn against each other, two different rods' among them."""
+    """True if two frames rotate relative to each other, as the frames of two different rods do."""
     if frame == other:
         return False
     return frame.swings or other.swings or frame.sense * frame.rate != other.sense * other.rate

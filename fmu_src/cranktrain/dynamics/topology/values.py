@@ -1,19 +1,18 @@
-"""A topology as plain values: bodies in frames, and connections between their interfaces.
+"""Topology as plain values: bodies in frames, and connections between their interfaces.
 
     gear = Connection("gear", "gear_mesh", (End("crank", "flywheel"), End("balancer", "gear")), {...})
     Topology((Frame("twice", ratio=-2.0, axis=(0.08, -0.05)),), (Body("balancer", shaft, "twice"),), (gear,))
 
-The engine brings the bodies ``crank`` (and what turns with it) and ``block``; ``ground`` is at rest and gives way to
-nothing.
+The engine provides the bodies ``crank`` (with all that rotates with it) and ``block``; ``ground`` is rigid and at rest.
 
-A frame turns about an axis parallel to the crank's, ``ratio`` times as fast, so that gears that join bodies of
-different frames have no backlash to make up for: motion against the frame is small. A body is described in axes of its
-own frame: their origin lies on the frame's axis, at the z of the engine's origin, and they are those of the engine
-turned by ``angle``. Where a frame turns backwards its z axis and its y axis are those of the engine reversed, so that
-every body turns forwards about its own z axis.
+A frame rotates about an axis parallel to the crank's, ``ratio`` times as fast. Frames of bodies joined by gears rotate
+with the gear ratio, so motion relative to a frame is small. A body is described in axes of its own frame. Their origin
+lies on the frame's axis, at the z of the engine's origin, and they are those of the engine rotated by ``angle``. If a
+frame rotates backwards, its z and y axes are those of the engine reversed, so that every body rotates forwards about
+its own z axis.
 
-The frame of a rod or of a piston moves as that of a crank without give does (:mod:`.frames`): its origin is the pin's
-axis, or that of the piston's pin, its y axis goes along the rod or the cylinder.
+The frame of a rod or of a piston moves as for a rigid crank (:mod:`.frames`). Its origin is the axis of the crank pin
+or of the piston pin, and its y axis is along the rod or the cylinder.
 """
 
 from __future__ import annotations
@@ -32,25 +31,25 @@ from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.frames import frames_at
 
 CRANK, BLOCK, GROUND = "crank", "block", "ground"
-"""Bodies that a topology has without being told: those of its engine, and what is at rest."""
+"""Names of bodies that every topology has: those of its engine, and the ground at rest."""
 OWN = "own"
 """Name of the law that is a function of Python."""
 AT_REST = "rest"
-"""Name of the frame that does not turn."""
+"""Name of the frame at rest."""
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A rod between a crank's pin and the axis of a cylinder, whose frames move as without give.
+    """Rod between a crank's pin and the axis of a cylinder, for frames that move as rigid rod or piston.
 
     Attributes
     ----------
-    pin : place of the pin's axis at crank angle 0, x and y in the engine's axes, m
+    pin : position of the pin's axis at crank angle 0, x and y in the engine's axes, m
     length : of the rod, m
-    bank : angle of the cylinder from the engine's y axis, as cylinders' banks count, rad
+    bank : angle of the cylinder from the engine's y axis, like the banks of cylinders, rad
     offset : of the cylinder's axis from that of the crank, across the cylinder, m
     piston : whether the frame is the piston's, not the rod's
-    cylinder : of the engine, counted from 1, whose own rod, piston and gas are left out; 0: of none
+    cylinder : cylinder of the engine, from 1, whose own rod, piston and gas are replaced; 0: none
     """
 
     pin: tuple[float, float]
@@ -69,15 +68,15 @@ class Slider:
 
 @dataclass(frozen=True)
 class Frame:
-    """Axes that move with the crank.
+    """Frame: axes that move with the crank.
 
     Attributes
     ----------
-    name : by which bodies refer to it
-    ratio : turns per turn of the crank, negative: the other way round; 0: at rest
-    angle : at crank angle 0, about the frame's own axis of rotation, rad
-    axis : its place across the crank's axis, x and y in the engine's axes, m
-    slider : where it is that of a rod or of a piston; ``ratio`` and ``axis`` are those of its crank then
+    name : name by which bodies refer to it
+    ratio : rotation per rotation of the crank, negative for the opposite sense; 0: at rest
+    angle : angle at crank angle 0, about the frame's own axis of rotation, rad
+    axis : position of its axis relative to the crank's axis, x and y in the engine's axes, m
+    slider : set for the frame of a rod or of a piston; ``ratio`` and ``axis`` are then those of its crank
     """
 
     name: str
@@ -102,7 +101,7 @@ class Frame:
                 )
 
     def _arm(self) -> tuple[float, float]:
-        """The pin's place across and along the cylinder from its crank's axis at crank angle 0, m."""
+        """Position of the pin across and along the cylinder from its crank's axis at crank angle 0, m."""
         if self.slider is None:
             return 0.0, 0.0
         x, y = self.slider.pin[0] - self.axis[0], self.slider.pin[1] - self.axis[1]
@@ -111,43 +110,43 @@ class Frame:
 
     @property
     def sense(self) -> float:
-        """1, or −1 where it turns backwards."""
+        """Sense of rotation: 1, or −1 if the frame rotates backwards."""
         return -1.0 if self.ratio < 0.0 and self.slider is None else 1.0
 
     @property
     def rate(self) -> float:
-        """Mean turns about its own z axis per turn of the crank, not negative."""
+        """Mean rotation about its own z axis per rotation of the crank, not negative."""
         return abs(self.ratio) if self.slider is None else 0.0
 
     @property
     def swings(self) -> bool:
-        """Whether it turns to and fro, as that of a rod."""
+        """True if the frame swings, as that of a rod."""
         return self.slider is not None and not self.slider.piston
 
     @property
     def row(self) -> Array:
-        """What :func:`~cranktrain.dynamics.topology.frames.move_frames` knows of it, (FRAME,)."""
+        """Row (FRAME,) of the frame for :func:`~cranktrain.dynamics.topology.frames.move_frames`."""
         if self.slider is None:
             return np.array([at.TURNING, self.ratio, self.sense * self.angle, 0.0, 0.0, 0.0, 0.0])
         kind = at.PISTON_FRAME if self.slider.piston else at.ROD_FRAME
         return np.array([kind, self.ratio, self.slider.bank, *self._arm(), self.slider.length, self.slider.offset])
 
     def moved(self, theta: float) -> Array:
-        """Its angle, place and their derivatives at a crank angle (rad), (MOVED,), see ``slots``."""
+        """Angle, position and their derivatives at a crank angle (rad), (MOVED,), see ``slots``."""
         return np.asarray(frames_at(self.row[None], theta)[0])
 
     @property
     def origin(self) -> Array:
-        """Its origin (3,) at crank angle 0 in the engine's axes, m."""
+        """Origin (3,) of the frame at crank angle 0 in the engine's axes, m."""
         x, y = self.moved(0.0)[[at.PLACE_X, at.PLACE_Y]]
         return np.array([self.axis[0] + x, self.axis[1] + y, 0.0])
 
     def local(self, place: Array) -> Array:
-        """A place (3,) of the engine's axes at crank angle 0 in the frame's, m."""
+        """Position (3,) in the frame's axes from one in the engine's axes at crank angle 0, m."""
         return self.turned(np.asarray(place, dtype=float) - self.origin)
 
     def turned(self, direction: Array) -> Array:
-        """A direction (3,) of the engine's axes at crank angle 0 in the frame's."""
+        """Direction (3,) in the frame's axes from one in the engine's axes at crank angle 0."""
         angle = self.sense * float(self.moved(0.0)[at.TURNED])
         cos, sin = math.cos(angle), math.sin(angle)
         x, y, z = np.asarray(direction, dtype=float) * np.array([1.0, self.sense, self.sense])
@@ -159,7 +158,7 @@ REST = Frame(AT_REST)
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A reduced body in a frame; ``name`` is that of its outputs."""
+    """Reduced body in a frame; ``name`` also names its outputs."""
 
     name: str
     reduced: ReducedBody
@@ -175,7 +174,7 @@ class Body:
 
 @dataclass(frozen=True)
 class End:
-    """Where a connection holds a body: at an interface, or rigidly beside it by ``offset`` (m, in axes of the body)."""
+    """End of a connection on a body: at an interface, or at a rigid ``offset`` from it (m, in axes of the body)."""
 
     body: str
     interface: str = ""
@@ -190,9 +189,9 @@ class End:
 
 @dataclass(frozen=True)
 class Connection:
-    """One law between its ends, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are the law's own (SI).
+    """Connection by one force law, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are those of the law (SI).
 
-    ``law`` is a name, or a law of :func:`cranktrain.law`.
+    ``law`` is a name, or a law made by :func:`cranktrain.law`.
     """
 
     name: str
@@ -215,11 +214,11 @@ class Connection:
 
 @dataclass(frozen=True)
 class Topology:
-    """What stands beside an engine, or alone.
+    """Bodies and connections added to an engine, or on their own.
 
     Attributes
     ----------
-    frames : those that turn; ``rest`` need not be named, nor the crank's
+    frames : moving frames; ``rest`` and the crank's frame need not be listed
     bodies, connections : in any order
     """
 
@@ -228,7 +227,7 @@ class Topology:
     connections: tuple[Connection, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse names that are used twice, and references to what does not exist; ``InputError``."""
+        """Refuse names that are used twice, and references to missing frames and bodies; ``InputError``."""
         for noun, items, kind in (
             ("frame", self.frames, Frame), ("body", self.bodies, Body), ("connection", self.connections, Connection),
         ):  # fmt: skip
@@ -255,7 +254,7 @@ class Topology:
                     )
 
     def frame(self, name: str) -> Frame:
-        """A frame by name; ``InputError`` where there is none."""
+        """Frame by name; ``InputError`` for an unknown one."""
         found = {CRANK: Frame(CRANK, 1.0), AT_REST: REST} | {frame.name: frame for frame in self.frames}
         if name not in found:
             raise InputError(f"topology: no frame '{name}'; {nearest(name, list(found))}")
@@ -268,7 +267,7 @@ class Topology:
         return self.frame(AT_REST if end.body in (BLOCK, GROUND) else self.body(end.body).frame)
 
     def body(self, name: str) -> Body:
-        """A body of its own by name; ``KeyError`` where there is none."""
+        """Body of this topology by name."""
         return next(body for body in self.bodies if body.name == name)
 
     @property
@@ -277,7 +276,7 @@ class Topology:
         return {frame.slider.cylinder for frame in self.frames if frame.slider is not None and frame.slider.cylinder}
 
     def plus(self, other: Topology) -> Topology:
-        """Both together."""
+        """Topology with the frames, bodies and connections of both."""
         return replace(
             self, frames=self.frames + other.frames, bodies=self.bodies + other.bodies,
             connections=self.connections + other.connections,
