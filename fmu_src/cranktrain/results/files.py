@@ -121,7 +121,7 @@ class StoredRun:
 
     @classmethod
     def load(cls, path: str | Path) -> StoredRun:
-        """Read a result file; ``StoreError``: missing, cut short, damaged, of another kind or schema, without data."""
+        """Read a result file; ``StoreError`` if it is missing, incomplete, damaged, empty, or of another kind."""
         data, attributes = read_result(path)
         outputs = {name: array for name, (array, _) in data.items()}
         axes = [outputs[name] for name in ("time", "angle") if name in outputs]

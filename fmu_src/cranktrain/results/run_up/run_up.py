@@ -79,7 +79,7 @@ class RunUp:
 
     @property
     def axial(self) -> ComplexArray:
-        """Orders of the pulley's axial motion, (s, o) m; ``InputError`` where the journals are locked on their axis."""
+        """Complex orders (s, o) of the pulley's axial motion, m; ``InputError`` for journals locked on their axis."""
         return self._of(AXIAL)
 
     @property

@@ -154,7 +154,7 @@ def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: B
 
 
 def drowned(run_up: RunUp, output: str, orders: Sequence[float] = ()) -> bool:
-    """True if the highest resonance of an output is below ``DROWNED`` of its largest amplitude, of ``orders`` or all.
+    """True if an output's highest resonance is below ``DROWNED`` times its largest amplitude, of ``orders`` or all.
 
     The usual reason is uneven rotation of a light crank as a whole: that of a four-cylinder engine reaches degrees,
     while resonances of the crank's first mode reach hundredths of a degree.

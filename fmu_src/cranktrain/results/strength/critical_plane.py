@@ -37,7 +37,7 @@ class PlaneStress(NamedTuple):
 
 
 def findley_constants(tension: float, shear: float) -> tuple[float, float]:
-    """k and f (Pa) from the fully reversed strengths in tension and shear, Pa; ``InputError`` where there is none."""
+    """Constants k and f (Pa) from the fully reversed strengths in tension and shear, Pa; ``InputError``."""
     share = 2.0 * shear / tension - 1.0
     if not 0.0 <= share < 1.0:
         raise InputError(

@@ -65,7 +65,7 @@ class TotalPoint:
 
     @property
     def levels(self) -> str:
-        """Crank, bearings and block."""
+        """Levels of crank, bearings and block."""
         return f"{self.crank}/{self.bearings}/{self.block}"
 
     @property
@@ -80,7 +80,7 @@ class TotalPoint:
         return None if found is None or self.status != "ok" or self.cost is None else found.total
 
     def as_dict(self) -> dict[str, Any]:
-        """The point as JSON holds it."""
+        """Dictionary of the point for JSON."""
         return {"label": self.label, **asdict(self)}
 
 
@@ -96,7 +96,7 @@ class Best:
 
 
 def point_of(entry: Mapping[str, Any]) -> TotalPoint:
-    """A point from what :meth:`TotalPoint.as_dict` made of it."""
+    """Point from the dictionary of :meth:`TotalPoint.as_dict`."""
     errors = {name: None if parts is None else Split(**parts) for name, parts in entry["errors"].items()}
     known = {name: value for name, value in entry.items() if name not in ("label", "errors", "front")}
     return TotalPoint(**known, errors=errors, front=tuple(entry["front"]))

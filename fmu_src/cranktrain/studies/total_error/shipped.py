@@ -55,7 +55,7 @@ class Shipped:
 
     @property
     def current(self) -> bool:
-        """Whether the sources are still those of the model that was measured."""
+        """True if the sources are unchanged since the measurement."""
         return self.sources == model_sources()
 
     @property
@@ -65,7 +65,7 @@ class Shipped:
 
 
 def model_sources() -> str:
-    """Digest of the sources of bodies and running model, as they are now."""
+    """Digest of the present sources of bodies and running model."""
     return source_digest(MODEL, deferred=True)
 
 
@@ -94,7 +94,7 @@ def read(text: str) -> tuple[str, Shipped]:
 
 
 def shipped(engine: Engine) -> Shipped | None:
-    """Figures of an engine, None where none ship or where they were measured on another."""
+    """Shipped figures of an engine; None if there are none or they were measured on a different engine file."""
     return _all().get(engine_digest(engine))
 
 
