@@ -268,7 +268,7 @@ class _Coupling:
         return speeds[:, None, None] ** 2 * result
 
     def factors(self, speed: float, compliance: ComplexArray) -> list[tuple[NDArray[np.intp], Any, Any]]:
-        """LU of 1 − R A, real and imaginary parts apart, for whole and half orders; ``compliance`` R (k, p, p)."""
+        """LU factors of 1 − R A with separate real and imaginary parts, by whole and half orders; ``compliance`` R."""
         found = []
         pins = compliance.shape[1]
         for own, both, apart in self._halves:
