@@ -27,8 +27,8 @@ SETTLE = 1.0e-4
 """Largest settling error of the run whose cycle is linearised."""
 SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
-"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; of an engine that does not
-run at it, the nearest of its speeds."""
+"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; for an engine whose range
+excludes this speed, the nearest of its speeds."""
 ANSWERS = 0.1
 """A mode is torsional if its torsion of the pulley at resonance is at least this fraction of the largest."""
 MOSTLY_BLOCK = 0.5
@@ -152,7 +152,7 @@ def film_springs(made: Assembly) -> dict[str, float]:
 
 
 def springs_report(made: Assembly) -> dict[str, Any]:
-    """The rule's springs beside those of the engine file, N/m; where the run fails the reason, ``failed``."""
+    """Springs by the rule compared with those of the engine file, N/m; if the run fails, its reason as ``failed``."""
     own, rpm = made.engine.plain_mains, spring_rpm(made.engine)
     said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": rpm, "rule": SPRING_RULE.format(rpm)}
     try:
@@ -174,7 +174,7 @@ SPRING_RULE = "medians of the films' stiffness over a cycle and all mains at {:g
 
 
 def states_text(modes: Mapping[str, Any]) -> str:
-    """Meaning of modes at rest and in motion, with the first torsional frequency of both where they are known."""
+    """Text on the meaning of modes at rest and in motion, with the first torsional frequency of both if known."""
     block = modes.get("block")
     rest = (modes["cranktrain"] if block is None else block)["first_torsional_hz"]
     motion = modes.get("in_motion", {}).get("first_torsional_hz")

@@ -37,8 +37,8 @@ from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import Scene, load_scene
 
 ELASTIC_METHODS = {"esdirk3": (2.0, 1.0, 0.5)}
-"""Methods and steps (deg) that are tried on elastic films, each half of the one before. The closing of the films limits
-the step."""
+"""Methods and steps (deg) that are tried on elastic films, each half of the previous one. Closing films limit the
+step."""
 LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)
 """Steps (deg) for an integrator that the scene fixes."""
 METHODS = {
@@ -152,7 +152,7 @@ class _Chooser:
         return self.model.case(*pair, integrator, min(USUAL_STEP, self.longest))
 
     def above(self, case: Case) -> Case | None:
-        """The next pair at a case's method and step, with all modes; at the top what dropped modes leave, or None."""
+        """Case of the next pair with the same method and step and all modes; at the top all modes, or None."""
         pair = next_pair(self.scene, case.levels)
         if pair is None:
             full = replace(case, cutoff=self.model.all_modes)
@@ -286,7 +286,7 @@ class _Chooser:
         return error
 
     def _modes(self, case: Case) -> tuple[Case, str]:
-        """Case with the least sufficient number of modes of the solid crank, and the reason."""
+        """Case with the smallest sufficient number of modes of the solid crank, and the reason."""
         scene, full = self.scene, self.model.own_cutoff
         if case.crank != SOLID:
             return case, f"modes: all that crank level '{case.crank}' has"

@@ -128,7 +128,7 @@ class DamperLink:
 def equivalent(link: DamperLink, free: ComplexArray, compliance: ComplexArray, samples: OrderSamples) -> ComplexArray:
     """Complex stiffness (s, k) of a damper in series with ``compliance`` (s, k); ``free`` is its twist without torque.
 
-    A law that is not linear is replaced by equivalent ones; ``samples`` makes those of complex amplitudes.
+    A nonlinear law is replaced by equivalent linear dampers; ``samples`` converts complex amplitudes to samples.
 
     Raises
     ------

@@ -293,7 +293,7 @@ class ShaftOrders:
     def answers(self, speeds: Array, torques: ComplexArray, friction: Array | None = None) -> ComplexArray:
         """Coordinates (s, k + 1, n, 2) by all ``torques`` (s, k + 1, p) on the pins, and by one between hub and ring.
 
-        Fewer right-hand sides than :meth:`transfer` where orders are not coupled; arguments are those of it.
+        It needs fewer right-hand sides than :meth:`transfer` if orders are not coupled; the arguments are the same.
         """
         right = np.empty((*torques.shape[:2], self._stiffness.shape[0], 2), dtype=complex)
         right[..., 0] = torques @ self._rows[: self.pins]

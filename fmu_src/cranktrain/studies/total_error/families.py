@@ -34,7 +34,7 @@ class Family:
     alternating: bool = False
 
     def members(self, engine: Engine) -> list[tuple[str, ...]]:
-        """Outputs of an engine's runs that belong to it, those of one member together."""
+        """Outputs of an engine's runs that belong to the family, grouped by member."""
         found: dict[str, list[str]] = {}
         for name in output_names(output_counts(engine)):
             if plain_name(name) in self.outputs:
@@ -68,5 +68,5 @@ FAMILIES: dict[str, Family] = {
 
 
 def wanted(engine: Engine) -> list[str]:
-    """Outputs of an engine's runs that any family judges."""
+    """Outputs of an engine's runs that belong to at least one family."""
     return [name for family in FAMILIES.values() for member in family.members(engine) for name in member]

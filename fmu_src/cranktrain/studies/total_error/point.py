@@ -70,7 +70,7 @@ class TotalPoint:
 
     @property
     def label(self) -> str:
-        """The choice for people; the integrator where it is not the usual one of the bearings."""
+        """Text of the choice, with the integrator if it is not the usual one of the bearings."""
         method = "" if self.integrator == bearing_law(self.bearings).integrator else f" {self.integrator}"
         return f"{self.levels}{method} {self.step_deg:g}°"
 
@@ -86,7 +86,7 @@ class TotalPoint:
 
 @dataclass(frozen=True)
 class Best:
-    """The best model of a scene: its name, method and step, and what a settled cycle of it costs."""
+    """Best model of a scene: name, method, step, and cost of a settled cycle."""
 
     name: str
     integrator: str
@@ -108,5 +108,5 @@ def at_scene(points: Iterable[TotalPoint], scene: str) -> list[TotalPoint]:
 
 
 def shown(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
-    """Points that have a family's outputs, the cheapest first."""
+    """Points with the outputs of a family, cheapest first."""
     return sorted((p for p in points if p.total(family) is not None), key=lambda p: p.cost or 0.0)

@@ -20,7 +20,7 @@ from cranktrain.studies.total_error.point import Best, TotalPoint, point_of
 
 FOLDER = "data"
 MODEL = ROOT / "structure" / "assembly.py"
-"""Source that makes what runs, and rests on what runs it."""
+"""Folder of sources that make bodies and depend on the running model, so it is part of the digest."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("compressor", "", None), ("limits", "", None),
@@ -36,7 +36,7 @@ LATER = (
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 CHANGED = (("big_end_bearing", "supply_angle", -0.5 * math.pi, 0.5 * math.pi),)
-"""Defaults that have changed since, and what they were: no level read them when the figures were measured."""
+"""Former values of defaults that changed since the measurement, at which no level used them."""
 
 
 @dataclass(frozen=True)
