@@ -27,7 +27,7 @@ Span = tuple[float, float]
 BAND_SHARE = 0.25
 """Height of the two liner rings on which the piston acts, over the stroke; chosen."""
 RETAINER = 10e-3
-"""Least radial width of the thrust faces around a bore, m, used if the collar is smaller than the bore; chosen."""
+"""Least radial width of the thrust faces around a bore, m, used if the thrust bearing is smaller; chosen."""
 BORE_MESH_SHARE = 0.3
 """Largest edge on the main bores over that of the block."""
 LINER_MESH_SHARE = 0.45

@@ -160,7 +160,7 @@ class _Chooser:
         return self.at(case, pair)
 
     def at(self, case: Case, pair: Pair) -> Case:
-        """Another pair at a case's method and step, with all modes; elastic films at their own."""
+        """Case of another pair with the same method and step and all modes; elastic films use their own method."""
         own = bearing_law(pair[1]).integrator
         if dearest(pair[1]) and not dearest(case.bearings):
             return Case(*pair, self.model.all_modes, own, min(case.step, USUAL_STEP))

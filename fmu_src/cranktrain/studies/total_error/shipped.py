@@ -20,7 +20,7 @@ from cranktrain.studies.total_error.point import Best, TotalPoint, point_of
 
 FOLDER = "data"
 MODEL = ROOT / "structure" / "assembly.py"
-"""Folder of sources that make bodies and depend on the running model, so it is part of the digest."""
+"""Source file that makes all bodies and parts of a run; with its imports it covers the sources of the whole model."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("compressor", "", None), ("limits", "", None),
