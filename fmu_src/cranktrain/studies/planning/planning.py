@@ -152,7 +152,7 @@ class _Chooser:
         return self.model.case(*pair, integrator, min(USUAL_STEP, self.longest))
 
     def above(self, case: Case) -> Case | None:
-        """Case of the next pair with the same method and step and all modes; at the top all modes, or None."""
+        """Case of the next pair, same method and step, all modes; at the top the same case with all modes, or None."""
         pair = next_pair(self.scene, case.levels)
         if pair is None:
             full = replace(case, cutoff=self.model.all_modes)
