@@ -1,4 +1,4 @@
-"""Columns of a table of texts: those that say something, and how they fit a line."""
+"""Layout of tables of texts: omission of empty columns, and division into tables that fit a line."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 NOTHING = "–"
-"""Cell of a table that has no value."""
+"""Text of a cell without value."""
 LONGEST_WORD = 40
-"""Characters from which on a word, such as a path, may be broken within a cell."""
+"""Longest column width that a single word, such as a path, may require; longer words may be broken."""
 
 Rows = Sequence[Sequence[str]]
 
 
 class Page(NamedTuple):
-    """One of the tables that a wide table is shown as: numbers of its columns, their widths, and its wrapped texts."""
+    """One part of a wide table: indices of its columns, their widths, and the wrapped texts."""
 
     columns: list[int]
     widths: list[int]
@@ -24,16 +24,15 @@ class Page(NamedTuple):
 
 
 def told_columns(header: Sequence[str], rows: Rows) -> list[int]:
-    """Numbers of the columns in which some row says something; all columns of a table without rows."""
+    """Indices of the columns with a value in at least one row; all columns if the table has no rows."""
     return [k for k in range(len(header)) if not rows or any(row[k].strip() not in ("", NOTHING) for row in rows)]
 
 
 def pages(header: Sequence[str], rows: Rows, room: int, beside: int, size: Callable[[str], int] = len) -> list[Page]:
-    """Tables that a table is shown as, without its empty columns: one, if it fits ``room`` characters.
+    """Divide a table without its empty columns into parts that fit ``room`` characters.
 
-    Each further table begins with the first column, so that its rows can be told apart. A column takes ``beside``
-    characters beside its text; ``size`` is the width of a text as shown. Two columns are a table even if they do not
-    fit.
+    Each further part repeats the first column to identify its rows. A column takes ``beside`` characters in addition to
+    its text; ``size`` is the displayed width of a text. Two columns always form a part, even if they do not fit.
     """
     left, found = told_columns(header, rows), list[Page]()
     first = left[:1]
@@ -54,9 +53,9 @@ def pages(header: Sequence[str], rows: Rows, room: int, beside: int, size: Calla
 
 
 def _widths(columns: Rows, room: int, size: Callable[[str], int]) -> tuple[list[int], bool]:
-    """Widths of columns (heading first), and whether they fit: headings wrap first, lists at commas, sentences last.
+    """Widths of columns, and true if they fit; headings are wrapped first, then lists at commas, sentences last.
 
-    Lines break between words only, so neither a heading nor a number is cut.
+    Each column begins with its heading. Lines break only between words, so neither a heading nor a number is cut.
     """
 
     def longest(texts: Sequence[str]) -> int:
@@ -78,7 +77,7 @@ def _widths(columns: Rows, room: int, size: Callable[[str], int]) -> tuple[list[
 
 
 def _pieces(text: str) -> list[str]:
-    """Parts of a text that stay on one line: entries of a list, a unit with its stroke, words."""
+    """Unbreakable parts of a text: entries of a list, a unit with its slash, words."""
     return [
         piece
         for line in text.split("\n")
@@ -87,12 +86,12 @@ def _pieces(text: str) -> list[str]:
 
 
 def _wrapped(text: str, width: int, size: Callable[[str], int]) -> str:
-    """A text with line breaks between its pieces; a line with a piece that is wider is left as it is."""
+    """Text with line breaks between its pieces; a line that contains a wider piece is not changed."""
     return "\n".join(one for line in text.split("\n") for one in _lines(line, width, size))
 
 
 def _lines(line: str, width: int, size: Callable[[str], int]) -> list[str]:
-    """Lines of a line of text."""
+    """Wrap one line of text into lines."""
     pieces = _pieces(line)
     if size(line) <= width or max(map(size, pieces)) > width:
         return [line]

@@ -1,7 +1,7 @@
-"""Energy balance of the last cycle of a run: work of the gas, and where it goes.
+"""Energy balance of the last cycle of a run: work of the gas, and its distribution over load and losses.
 
-The gas does the work ∮ (p − p_c) dV on pistons and heads. In a periodic motion all of it goes to the dynamometer and
-the valve train, or turns into heat: in films by shear (friction torque times the speed of journal against bore) and by
+The gas does the work ∮ (p − p_c) dV on pistons and heads. In a periodic motion this work goes to the dynamometer and
+the valve train, or is dissipated: in films by shear (friction torque times the speed of journal against bore) and by
 squeeze (film force times the rate of the gap), in structures, mounts and shafts by their damping. Each part is the
 integral of a power of the running model's own force laws at the samples of the cycle. The trapezoidal rule is used; for
 smooth powers over a whole period its error vanishes faster than any power of the step. In a cycle that is not exactly
@@ -20,7 +20,7 @@ from cranktrain.dynamics.model import slots as at
 
 
 class Share(NamedTuple):
-    """Part of the gas work: key of a summary, words, and its power's place in ``Work.powers``."""
+    """Part of the gas work: key in a summary, text, and index of its power in ``Work.powers``."""
 
     key: str
     words: str
@@ -47,13 +47,13 @@ SHARES = (
     Share("added_bodies", "added bodies, structural damping", at.ADDED_LOSS),
     Share("axial_force", "work against the axial force", at.AXIAL_FORCE_WORK),
 )
-"""All energy losses: a loss is an entry of ``Work.powers``, which an observer fills, and a row here."""
+"""All parts of the gas work. To add a loss, let an observer fill an entry of ``Work.powers`` and add a row here."""
 
 
 def energy_balance(powers: Array, step: float) -> dict[str, Any]:
-    """Energies (J) of a cycle from powers (n + 1, POWERS), W, at samples ``step`` (s) apart, both ends included.
+    """Energies (J) of a cycle from powers (n + 1, POWERS), W, at time steps of ``step`` (s), both ends included.
 
-    ``stored_j`` is the energy gained by bodies and shafts, ``residual_j`` the gas work that is not accounted for.
+    ``stored_j`` is the energy gained by bodies and shafts, ``residual_j`` the residual of the balance.
     """
     works = np.asarray(np.trapezoid(powers, dx=step, axis=0))
     gas = float(works[at.GAS_WORK])

@@ -1,7 +1,8 @@
-"""Results and run-ups as tables that other programs read: CSV, Parquet, NumPy's archive.
+"""Export of results and run-ups as tables for other programs: CSV, Parquet, NumPy archive.
 
-A run's table has a row a sample; a run-up's has a row a speed, with amplitude and phase of every order. Values are SI
-as in the file; each heading names its unit. Tables are written block by block, whole or not at all.
+The table of a run has one row per sample; that of a run-up has one row per speed, with amplitude and phase of every
+order. Values are SI as in the file, and each heading gives its unit. A table is written in blocks, and the file appears
+only when it is complete.
 """
 
 from __future__ import annotations
@@ -30,18 +31,18 @@ from cranktrain.store.whole_file import Kind, check_place, whole_file
 Progress = Callable[[float], None]
 
 BLOCK = 4096
-"""Rows that are read and written at once."""
+"""Number of rows that are read and written at once."""
 MARK = "cranktrain table"
 CSV_HEADS = ("time [s],angle [rad]", "speed [rad/s],cycles [1]")
-"""First characters of a table that this program wrote."""
+"""First characters of tables written by this program."""
 
 
 class Table(Protocol):
-    """Columns of equal length: ``units`` by name, names ``left_out``, and ``attributes``."""
+    """Table to be exported: named columns of equal length with units, and attributes."""
 
     @property
     def units(self) -> dict[str, str]:
-        """Name of each column → its unit."""
+        """Unit of each column, by name."""
 
     @property
     def rows(self) -> int:
@@ -49,11 +50,11 @@ class Table(Protocol):
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """Further contents of the file."""
+        """Names of data in the source file that are not columns."""
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """Attributes of the file."""
+        """Attributes of the source file."""
 
     def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
         """Columns of these names in blocks (k ≤ size, names)."""
@@ -61,7 +62,7 @@ class Table(Protocol):
 
 @dataclass(frozen=True)
 class ArrayTable:
-    """Columns in memory, (rows,) each."""
+    """Table whose columns (rows,) are arrays in memory."""
 
     columns: dict[str, Array]
     units: dict[str, str]
@@ -80,7 +81,7 @@ class ArrayTable:
 
 
 def run_up_table(run_up: RunUp) -> ArrayTable:
-    """A row a speed: cycles, extremes, and zero-to-peak amplitude and phase (rad) of every order of every output."""
+    """Table of a run-up, one row per speed: cycles, extremes, zero-to-peak amplitude and phase (rad) of all orders."""
     columns: dict[str, tuple[Any, str]] = {
         "speed": (run_up.speeds, "rad/s"), "cycles": (run_up.cycles, "1"), "repeats": (run_up.repeats, "1"),
         "left": (run_up.left, "1"),
@@ -97,15 +98,15 @@ def run_up_table(run_up: RunUp) -> ArrayTable:
 
 
 def export(source: str | Path, target: str | Path, group: str = "", progress: Progress | None = None) -> dict[str, Any]:
-    """Write a result or run-up file as a table, its kind by the ending of ``target``.
+    """Write a result or run-up file as a table in the format given by the ending of ``target``.
 
-    Raises ``InputError``: an ending that is not known, a place that a table must not take, a group that is not there, a
+    Raises ``InputError``: an unknown ending, an existing file that must not be replaced, a group that does not exist, a
     library that is missing; ``StoreError``: a source that is missing, damaged or of another kind.
 
     Parameters
     ----------
-    group : of a scene's file with several speeds
-    progress : gets the completed fraction
+    group : group in the file of a scene with several speeds
+    progress : called with the completed fraction
 
     Returns
     -------
@@ -131,7 +132,7 @@ def export(source: str | Path, target: str | Path, group: str = "", progress: Pr
 
 
 def headings(table: Table) -> list[str]:
-    """``pulley.torsion [rad]`` of each column; the name alone where it has no unit."""
+    """Heading of each column, such as ``pulley.torsion [rad]``; only the name if it has no unit."""
     return [f"{name} [{unit}]" if unit else name for name, unit in table.units.items()]
 
 
@@ -184,7 +185,7 @@ def _starts(path: Path) -> bool:
 
 
 def _csv_of(table: Table) -> Kind:
-    """Kind of the tables of this program, and of those that have just the headings of a table."""
+    """File kind that matches CSV tables of this program, and files that begin with the headings of ``table``."""
     head = _csv_line(headings(table))
 
     def includes(path: Path) -> bool:
@@ -201,7 +202,7 @@ def _csv_line(texts: Sequence[str]) -> bytes:
 
 
 def _footed(path: Path) -> bool:
-    """Whether the footer of a Parquet file contains our mark; the footer's length is at the end of the file."""
+    """True if the footer of a Parquet file contains the mark of this program; its length is at the file's end."""
     with path.open("rb") as file:
         end = file.seek(0, 2)
         if end < 12:
@@ -223,4 +224,4 @@ FORMATS = {
     ".parquet": (_write_parquet, Kind("table of cranktrain", _footed)),
     ".npz": (_write_npz, Kind("table of cranktrain", _archived)),
 }
-"""File extension → function that writes such a table, and the kind of file."""
+"""Function that writes a table and kind of its file, by file ending."""

@@ -1,6 +1,6 @@
-"""Whole pictures of a run: torsion and its orders, loads of the mains, journal orbits, least films over the angle.
+"""Pictures of a run: torsion and its orders, loads of the mains, journal orbits, least films over the crank angle.
 
-Orbits are seen from the flywheel: x to the right, y up, the crank turns counter-clockwise.
+Orbits are seen from the flywheel, with x to the right and y up; the crank rotates counter-clockwise.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 
 SAMPLES = 1440
-"""Points of a cycle in a picture: half a degree apart."""
+"""Number of points of a cycle in a picture, half a degree apart."""
 
 
 MOTION_PICTURES = ("pulley_torsion.png",)
 FILM_PICTURES = ("main_loads.png", "orbits.png", "least_films.png")
-"""Pictures of every run, and of one whose journals move in their bearings."""
+"""File names of pictures of every run, and of runs in which journals move in their bearings."""
 HIGHEST = 12.0
-"""Largest order of a picture of orders."""
+"""Highest order in a picture of orders."""
 PICTURE = marked("picture of cranktrain", "Cranktrain")
 
 
 def check_folder(folder: Path, option: str = "--plots", pictures: Iterable[str] = ()) -> None:
-    """Make a folder for files, or refuse it and the places of its pictures before the work; ``InputError``."""
+    """Create a folder for pictures; ``InputError`` before any work if the folder or a picture cannot be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
@@ -49,9 +49,9 @@ def check_folder(folder: Path, option: str = "--plots", pictures: Iterable[str] 
 
 
 def save_figure(figure: Any, path: str | Path) -> Path:
-    """Write a picture, PNG or SVG by the ending of its path, whole or not at all; returns the path.
+    """Write a picture as PNG or SVG, by the ending of its path, completely or not at all; returns the path.
 
-    Raises ``InputError`` for another ending, and for a place that a picture must not take.
+    Raises ``InputError`` for another ending, and for an existing file that is not a picture of this program.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -68,9 +68,9 @@ def save_figure(figure: Any, path: str | Path) -> Path:
 
 
 def save_run_pictures(folder: Path, run: Result, engine: Engine, title: str, films: bool) -> list[Path]:
-    """Write pictures of the run's last cycle into ``folder``; returns their paths.
+    """Write pictures of a run's last cycle into ``folder``; returns their paths.
 
-    ``films``: also those of journals that move in their bearings.
+    With ``films`` the pictures of journals that move in their bearings are included.
     """
     torsion = last_cycle(run.angle, run.outputs["pulley.torsion"])
     figures = [(MOTION_PICTURES[0], motion_figure(torsion, "pulley.torsion", "rad", title))]
@@ -81,7 +81,7 @@ def save_run_pictures(folder: Path, run: Result, engine: Engine, title: str, fil
 
 
 def motion_figure(cycle: Array, name: str, unit: str, title: str) -> Any:
-    """One output, (n,) even samples of a cycle in its ``unit``, over the angle, above its orders; rad in degrees."""
+    """Figure of one output, (n,) uniform samples of a cycle in its ``unit``, above its orders; rad shown in degrees."""
     from matplotlib.figure import Figure
 
     if unit == "rad":
@@ -95,7 +95,7 @@ def motion_figure(cycle: Array, name: str, unit: str, title: str) -> Any:
 
 
 def load_figure(run: Result, engine: Engine, title: str) -> Any:
-    """Load on each main bearing over the last cycle, the resultant of its two forces."""
+    """Figure of the resultant load on each main bearing over the last cycle."""
     from matplotlib.figure import Figure
 
     angle = np.linspace(0.0, 720.0, SAMPLES, endpoint=False)
@@ -118,7 +118,7 @@ _ORBITS = (
 
 
 def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
-    """Orbits of all main journals, and below them those of the crank pins where big ends float in films."""
+    """Figure of the orbits of all main journals, and below them of crank pins whose big ends have films."""
     from matplotlib.figure import Figure
 
     mains = [f"bearing[{i + 1}]" for i in engine.plain_numbers]
@@ -129,7 +129,7 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
         half = math.ceil(len(mains) / 2) if len(mains) > 4 else len(mains)
         rows = [row for row in (mains[:half], mains[half:]) if row]
     columns = max(map(len, rows))
-    cell = 2.2  # inches of a clearance circle with its title and margins
+    cell = 2.2  # width of a clearance circle with title and margins, inches
     width = cell * columns + 1.3
     heading = plots.wrapped(f"Journal orbits in the clearance circle: {title}", width, 12.0)
     note = plots.wrapped(_ORBITS, width, 8.5)
@@ -143,7 +143,7 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
     marks = {"start": 0, **{str(k + 1): round(at / 720.0 * SAMPLES) % SAMPLES for k, at in enumerate(_firing(engine))}}
     line: Any = None
     for r, names in enumerate(rows):
-        first = columns - len(names)  # rows stand centred: a crank pin below and between its mains
+        first = columns - len(names)  # rows are centred, so a crank pin is below and between its mains
         for k, name in enumerate(names):
             ax = figure.add_subplot(grid[r, first + 2 * k : first + 2 * k + 2])
             clearance = _clearance(engine, name)
@@ -165,13 +165,13 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
 
 
 def film_figure(run: Result, engine: Engine, title: str) -> Any:
-    """Least film of all main bearings over the last cycle, and of the big ends where they float in films."""
+    """Figure of the least film of all main bearings, and of big ends with films, over the last cycle."""
     from matplotlib.figure import Figure
 
     mains = [f"bearing[{i + 1}]" for i in engine.plain_numbers]
     ends = _floating(run, engine)
     groups = [(mains, "main bearings"), *([(ends, "big ends")] if ends else [])]
-    # as computed, not smoothed: the least values are those of the summary
+    # unsmoothed values, so the least ones equal those of the summary
     angle = np.degrees(run.angle) % 720.0
     last = np.flatnonzero(run.angle > run.angle[-1] - 4.0 * math.pi + 1e-9)
     order = last[np.argsort(angle[last])]
@@ -188,37 +188,37 @@ def film_figure(run: Result, engine: Engine, title: str) -> Any:
 
 
 def _cycle(run: Result, name: str) -> Array:
-    """Smooth samples of the last cycle from crank angle 0 on; the run ends some degrees off, by its shaft's wind-up."""
+    """Resampled last cycle from crank angle 0 on; a run ends some degrees off 0 because its shaft winds up."""
     first = round(float(run.angle[-1]) / (4.0 * math.pi) * SAMPLES) % SAMPLES
     return np.roll(last_cycle(run.angle, run.outputs[name], SAMPLES), first)
 
 
 def _floating(run: Result, engine: Engine) -> list[str]:
-    """Big ends that float in films."""
+    """Names of the big ends with films."""
     names = [f"big_end[{c + 1}]" for c in range(engine.n_cylinders)]
     return [name for name in names if np.any(run.outputs[f"{name}.eccentricity"])]
 
 
 def _firing(engine: Engine) -> list[float]:
-    """Firing angles by cylinder, deg."""
+    """Firing angle of each cylinder, deg."""
     return [math.degrees(angle) for angle in engine.firing_angles]
 
 
 def _clearance(engine: Engine, name: str) -> float:
-    """Radial clearance of a bearing by its name, m."""
+    """Radial clearance, m, of the bearing with this name."""
     bearing = engine.big_end_bearing if name.startswith("big_end") else engine.main_bearing
-    assert bearing is not None  # a big end floats only where the engine file gives it a bearing
+    assert bearing is not None  # a big end has a film only if the engine file gives it a bearing
     return bearing.clearance
 
 
 def _title(name: str) -> str:
-    """Name of a bearing in words."""
+    """Title of a bearing in pictures."""
     family, number = name.rstrip("]").split("[")
     return f"{'big end' if family == 'big_end' else 'main'} {number}"
 
 
 def _beside(engine: Engine, name: str) -> Sequence[str]:
-    """Numbers of the cylinders whose throws lie beside a main bearing, or of a big end's own."""
+    """Numbers of the cylinders whose throws are next to a main bearing, or number of a big end's cylinder."""
     family, number = name.rstrip("]").split("[")
     if family == "big_end":
         return [number]

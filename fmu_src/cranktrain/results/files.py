@@ -1,4 +1,4 @@
-"""Time series of a run as an HDF5 result: every output under its name, with its unit."""
+"""Result files (HDF5) with the time series of a run: every output under its name, with its unit."""
 
 from __future__ import annotations
 
@@ -44,34 +44,34 @@ _UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()
 
 
 def output_unit(name: str) -> str:
-    """Unit of an output: declared by its family, otherwise by the last part of its name that has a unit.
+    """Unit of an output, as declared by its output family, or else by the last part of its name that has a unit.
 
-    ``bearing[1].force.x`` has N; empty if neither gives a unit.
+    For example ``bearing[1].force.x`` has N. The unit is empty if neither gives one.
     """
     return _unit(name, tuple(FAMILIES))
 
 
 @cache
 def _unit(name: str, families: tuple[str, ...]) -> str:
-    """The same among output families of these names."""
+    """Unit of an output by the output families of these names, cached."""
     declared = {key: unit for family in families for key, unit in FAMILIES[family].units.items()}
     own = next((unit for key, unit in declared.items() if name == key or name.endswith(f".{key}")), None)
     return own or next((_UNITS[part] for part in reversed(name.split(".")) if part in _UNITS), "")
 
 
 def check_target(path: Path) -> None:
-    """Refuse a target that a result must not replace, or of another format by its name; ``InputError``."""
+    """Refuse a target with another ending than .h5, or an existing file that is not a result; ``InputError``."""
     if ending(path) in (".csv", ".npz", ".parquet"):
         raise InputError(f"{path}: a result is HDF5; name it {path.stem}.h5, then cranktrain export it")
     check_place(path, RESULT)
 
 
 class ResultFile:
-    """Result file of a run that is under way: takes the samples of a simulation, see its ``Sink``.
+    """Result file of a running simulation, which writes its samples here; implements ``Sink`` of the simulation.
 
     Attributes
     ----------
-    seconds : simulated time that it holds, s; None where nothing was computed
+    seconds : simulated time in the file, s; None before the first sample
     """
 
     def __init__(self, stream: ResultStream) -> None:
@@ -79,40 +79,40 @@ class ResultFile:
         self.seconds: float | None = None
 
     def begin(self, names: tuple[str, ...], samples: int) -> None:
-        """Get ready for so many samples of these outputs."""
+        """Prepare the file for a number of samples of these outputs."""
         self.seconds = None
         self._stream.begin({"time": "s", "angle": "rad", **{name: output_unit(name) for name in names}}, samples)
 
     @property
     def count(self) -> int:
-        """Samples that it has."""
+        """Number of samples in the file."""
         return self._stream.count
 
     def keep(self, time: Array, angle: Array, values: Array) -> None:
-        """Take samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
+        """Write samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
         whole = self.count + len(time)
         try:
             self._stream.append(np.column_stack((time, angle, values)))
-        finally:  # an interrupt came before any was taken, or has waited until all were
+        finally:  # after an interrupt either none or all of these samples are written
             if time.size and self.count == whole:
                 self.seconds = float(time[-1])
 
     def finish(self, attributes: Mapping[str, str | int | float], film_temperatures: Array | None = None) -> None:
-        """Write attributes and, if known, the temperature of each film, K."""
+        """Write attributes and, if known, the temperature of each main bearing's film, K."""
         kept = {} if film_temperatures is None else {"film_temperature_c": film_temperatures - ZERO_CELSIUS}
         self._stream.finish(attributes, {name: (values, output_unit(name)) for name, values in kept.items()})
 
 
 @contextmanager
 def result_file(path: Path) -> Iterator[ResultFile]:
-    """Result file that is there, whole, once the block ends without an error."""
+    """Context of a result file, which appears completely when the block ends without an error."""
     with result_stream(path) as stream:
         yield ResultFile(stream)
 
 
 @dataclass(frozen=True)
 class StoredRun:
-    """A run as its result file has it: ``time`` (n,) s, ``angle`` (n,) rad, ``outputs`` by name (n,) SI."""
+    """A run read from its result file: ``time`` (n,) s, ``angle`` (n,) rad, ``outputs`` by name (n,) SI."""
 
     time: Array
     angle: Array
@@ -121,7 +121,7 @@ class StoredRun:
 
     @classmethod
     def load(cls, path: str | Path) -> StoredRun:
-        """Read a result file; ``StoreError``: missing, cut short, damaged, of another kind or schema, without data."""
+        """Read a result file; ``StoreError`` if it is missing, incomplete, damaged, empty, or of another kind."""
         data, attributes = read_result(path)
         outputs = {name: array for name, (array, _) in data.items()}
         axes = [outputs[name] for name in ("time", "angle") if name in outputs]
@@ -136,16 +136,16 @@ class StoredRun:
 
 
 OF_BEARINGS = "film_temperature_c"
-"""Array of a result that has a number for each main bearing."""
+"""Name of the dataset in a result file with one value per main bearing."""
 
 
 def _over(time: Array, values: Array) -> bool:
-    """Whether an array of a file is numbers over its time."""
+    """True if an array of a file holds one number per time."""
     return values.shape == time.shape and values.dtype.kind in "biuf"
 
 
 class _Outputs(dict[str, Array]):
-    """Outputs of a file; the first one that is asked for and is not there is named, ``StoreError``."""
+    """Outputs of a file by name; access to a missing output raises ``StoreError`` with its name."""
 
     def __init__(self, path: str | Path, outputs: Mapping[str, Array]) -> None:
         super().__init__(outputs)
@@ -156,9 +156,9 @@ class _Outputs(dict[str, Array]):
 
 
 def save_run(path: Path, run: Result, attributes: Mapping[str, str | int | float]) -> Path:
-    """Write all outputs of a run, over time (s) and crank angle (rad), and the temperature of each main bearing's film.
+    """Write a result file: all outputs over time (s) and crank angle (rad), and temperatures of the mains' films.
 
-    The file appears whole or not at all.
+    The file appears completely or not at all.
     """
     datasets = {"time": (run.time, "s"), "angle": (run.angle, "rad")}
     named = {"film_temperature_c": run.film_temperatures - ZERO_CELSIUS, **run.outputs}

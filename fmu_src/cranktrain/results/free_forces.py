@@ -1,11 +1,11 @@
 """Free forces and moments of an engine's moving masses by order, with its parts rigid and its speed constant.
 
-What masses do to their engine is the opposite of the rate of their momentum: with place x(θ) of a mass m at crank angle
-θ and speed Ω, F = −m Ω² d²x/dθ². An order k of x, X_k, gives m k² Ω² X_k. Places are those of the true slider-crank,
-with offsets and articulated rods, so all orders are there and not only the first two of its series. Small end and
-piston move along their cylinder, the big end with its pin; crank and counterweights turn, and so do rigid bodies in
-frames that turn, at the order of their gear ratio. Moments are those of the forces about the middle of the main
-journals, across the crank. Source: F. Köhler and H. Flierl, *Verbrennungsmotoren*, chapter on mass balance.
+The force of a mass on its engine is minus the rate of its momentum. With the position x(θ) of a mass m at crank angle θ
+and speed Ω, F = −m Ω² d²x/dθ². An order k of x, X_k, gives m k² Ω² X_k. Positions are those of the exact slider-crank
+with offsets and articulated rods, so all orders are included and not only the first two of its series. Small end and
+piston move along their cylinder, the big end moves with its pin. Crank and counterweights rotate, and so do rigid
+bodies in rotating frames, at the order of their gear ratio. Moments are those of the forces about the middle of the
+main journals, across the crank. Source: F. Köhler and H. Flierl, *Verbrennungsmotoren*, chapter on mass balance.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from cranktrain.structure.crank.sections import crank_moments
 
 HIGHEST_ORDER = 12
 SAMPLES = 360
-"""Crank angles of a revolution at which places are taken; orders up to half of it would be resolved."""
+"""Number of crank angles of a revolution at which positions are evaluated; it resolves orders up to half of it."""
 LEAST = 1.0e-6
-"""An order is listed where it exceeds this fraction of the sum of what the single masses have of any order."""
+"""An order is listed if it exceeds this fraction of the sum of all orders of all single masses."""
 
 ROUNDING = 1.0e-12
-"""Components below this fraction of that sum are rounding, and 0."""
+"""Components below this fraction of the same sum are rounding errors and set to 0."""
 
 Complex = NDArray[np.complex128]
 
@@ -42,9 +42,9 @@ Complex = NDArray[np.complex128]
 def free_forces(engine: Engine, speed: float) -> dict[str, Any]:
     """Free forces (N) and moments (N m) at a speed (rad/s); keys carry units.
 
-    ``orders`` has one entry an order that is not balanced: ``force_n`` and ``moment_nm`` are the largest magnitudes
-    over a revolution, the others amplitudes of the components; a moment about x comes from forces along y. Not counted
-    are added bodies that are elastic, or that move with a rod; ``left_out`` names them.
+    ``orders`` has one entry per unbalanced order: ``force_n`` and ``moment_nm`` are the largest magnitudes over a
+    revolution, the other keys amplitudes of components. A moment about x comes from forces along y. Added bodies that
+    are elastic or move with a rod are not included; ``left_out`` names them.
     """
     place = np.array(engine.crankshaft.main_positions)
     middle = 0.5 * float(place[0] + place[-1])
@@ -74,7 +74,7 @@ def free_forces(engine: Engine, speed: float) -> dict[str, Any]:
 
 
 def free_force_table(found: Mapping[str, Any]) -> Table:
-    """Free forces and moments by order as texts."""
+    """Table of free forces and moments by order."""
     header = ("order", "force / N", "across / N", "up / N", "moment / N m", "pitching / N m", "yawing / N m")
     keys = ("force_n", "force_x_n", "force_y_n", "moment_nm", "moment_x_nm", "moment_y_nm")
     rows = tuple(
@@ -85,13 +85,13 @@ def free_force_table(found: Mapping[str, Any]) -> Table:
 
 
 def largest(resultant: Complex) -> float:
-    """Largest magnitude of Re[a exp(iθ)] over θ of a vector a in the plane: the major half axis of its ellipse."""
+    """Largest magnitude over θ of Re[a exp(iθ)] for a plane vector a, the semi-major axis of its ellipse."""
     square: Array = np.abs(resultant) ** 2
     return math.sqrt(0.5 * (float(square.sum()) + abs(complex((resultant**2).sum()))))
 
 
 def _reciprocating(engine: Engine, middle: float) -> tuple[Complex, Array]:
-    """Forces and moments over Ω² of pistons and rods by order (0 to highest, 2, 2), and the sum of their sizes (2,)."""
+    """Forces and moments over Ω² of pistons and rods by order (0 to highest, 2, 2), and sums of magnitudes (2,)."""
     angle: Array = np.arange(SAMPLES, dtype=np.float64) * (2.0 * math.pi / SAMPLES)
     found = np.zeros((HIGHEST_ORDER + 1, 2, 2), dtype=np.complex128)
     size = np.zeros(2)
@@ -112,7 +112,7 @@ def _reciprocating(engine: Engine, middle: float) -> tuple[Complex, Array]:
 
 
 def _turning(engine: Engine, middle: float) -> tuple[Complex, Array]:
-    """The same of the crank with its counterweights and balance weights, of order 1: (2, 2), and (2,)."""
+    """Force and moment over Ω² (2, 2) of crank, counterweights and balance weights in order 1, and magnitudes (2,)."""
     moments = crank_moments(engine)
     first = complex(moments[0, 1], moments[0, 2])
     second = complex(moments[3, 1], moments[3, 2]) - middle * first
@@ -126,12 +126,12 @@ def _turning(engine: Engine, middle: float) -> tuple[Complex, Array]:
 
 
 def turning(static: complex, forward: bool = True) -> Complex:
-    """Amplitudes along x and y of a vector x + iy that turns by exp(iθ), or exp(−iθ); Re[a exp(iθ)] is the vector."""
+    """Amplitudes a along x and y of a vector x + iy that rotates by exp(iθ) or exp(−iθ), which equals Re[a exp(iθ)]."""
     return np.array([static, -1j * static]) if forward else np.array([static.conjugate(), 1j * static.conjugate()])
 
 
 def _added(engine: Engine, body: BodyTable, middle: float) -> tuple[int, Complex] | None:
-    """Order, and force and moment over Ω² (2, 2), of an added body; None for one that is elastic or on a rod."""
+    """Order, and force and moment over Ω² (2, 2), of an added body; None if it is elastic or moves with a rod."""
     frames = {"rest": FrameTable("rest", 0.0), "crank": FrameTable("crank")} | {one.name: one for one in engine.frame}
     frame = frames[body.frame]
     if body.made_of_files_or_elements or frame.motion != "turning" or not float(frame.ratio).is_integer():

@@ -1,4 +1,4 @@
-"""Several results in one picture: cycles and orders of runs, or orders of run-ups over the speed."""
+"""Pictures of several results: cycles and orders of runs, or orders of run-ups over speed."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from cranktrain.results.run_up.shown import ALONG, BROADEST, TORSIONAL, TWISTING
 
 Results = Mapping[str, TimeSeries] | Mapping[str, RunUp]
 MOST = 6
-"""Results that a picture can tell apart."""
+"""Largest number of results in a picture."""
 FEW = 3
-"""Speeds up to which a run-up has points beside its lines."""
+"""A run-up of at most this many speeds is drawn with points on its lines."""
 PANELS = 4
-"""Orders of run-ups that are drawn if none are named."""
+"""Number of orders of run-ups drawn by default."""
 TOLD = (
     "crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary", "steady", "integrator", "step", "load",
     "film_temperature", "gas",
 )  # fmt: skip
-"""Attributes that tell results apart, in the order of a legend."""
+"""Attributes that distinguish results in a legend, in this order."""
 STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 2)))
 _QUANTITIES = {one.output: one for one in (TORSIONAL, TWISTING, ALONG)}
 
 
 def legend_names(results: Mapping[str, TimeSeries | RunUp]) -> list[str]:
-    """Name of each result, by its path: engine, and what differs; its file where nothing else does."""
+    """Legend text of each result: engine and differing attributes; also the file name if these are not unique."""
     found = list(results.values())
     engines = [str(one.attributes.get("engine", "engine")) for one in found]
     parts = [[name] for name in engines]
@@ -74,7 +74,7 @@ def _text(key: str, value: Any) -> str:
 
 
 def check_overlaid(results: Mapping[str, TimeSeries | RunUp], outputs: Sequence[str]) -> None:
-    """Refuse results of different kinds, too many of them, and outputs that one of them does not have; InputError."""
+    """Refuse results of different kinds, too many results, and outputs that a result does not have; ``InputError``."""
     if len(results) > MOST:
         raise InputError(f"{len(results)} files: a picture can tell {MOST} apart; name fewer")
     kinds = {isinstance(one, RunUp): path for path, one in results.items()}
@@ -88,7 +88,7 @@ def check_overlaid(results: Mapping[str, TimeSeries | RunUp], outputs: Sequence[
 
 
 def cycle_overlay(runs: Mapping[str, TimeSeries], output: str) -> Any:
-    """Last cycle of an output of runs over the crank angle, above its orders; rad in degrees."""
+    """Figure of an output over the last cycle of several runs, above its orders; rad shown in degrees."""
     shown = _other(output)
     figure = figure_of(9.5, 7.2)
     above, below = figure.subplots(2, 1)
@@ -115,7 +115,7 @@ def order_overlay(
     run_ups: Mapping[str, RunUp], output: str, orders: Sequence[float] = (), log: bool | None = None,
     peak_to_peak: bool = False,
 ) -> Any:  # fmt: skip
-    """Orders of an output over the speed, a panel each: those named, or the strongest of any run-up."""
+    """Figure of an output's orders over speed, one panel each: the given orders, or the strongest of all run-ups."""
     quantity = _QUANTITIES.get(output) or _other(output)
     quantity = quantity.peak_to_peak if peak_to_peak else quantity
     shown = sorted(orders) or _strongest(run_ups, output)
@@ -149,7 +149,7 @@ def save_overlays(
     folder: Path, results: Results, outputs: Sequence[str], orders: Sequence[float] = (), log: bool | None = None,
     peak_to_peak: bool = False,
 ) -> list[Path]:  # fmt: skip
-    """Write a picture an output, of results of one kind that have it, into ``folder``; returns their paths."""
+    """Write one picture per output of results of one kind into ``folder``; returns the paths."""
     check_overlaid(results, outputs)
     runs = {path: one for path, one in results.items() if isinstance(one, TimeSeries)}
     run_ups = {path: one for path, one in results.items() if isinstance(one, RunUp)}
@@ -161,19 +161,19 @@ def save_overlays(
 
 
 def file_name(output: str) -> str:
-    """Name of the picture of an output."""
+    """File name of the picture of an output."""
     return f"overlay_{re.sub('[^0-9a-z]+', '_', output.lower()).strip('_')}.png"
 
 
 def _other(output: str) -> Quantity:
-    """Quantity of an output without a name of its own."""
+    """Quantity of an output that has no predefined quantity."""
     unit = output_unit(output)
     scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
     return Quantity(output, f"{output}, zero to peak", unit, scale, "")
 
 
 def _strongest(run_ups: Mapping[str, RunUp], output: str) -> list[float]:
-    """Orders of the largest resonances over a run-up's largest; where there are too few, of the largest amplitudes."""
+    """Orders with the largest resonances relative to their run-up; if too few, those with the largest amplitudes."""
     ranks: dict[float, tuple[float, float]] = {}
     for run_up in run_ups.values():
         sharp = {peak.order: peak.amplitude for peak in reversed(peaks(run_up, output)) if not peak.damping > BROADEST}
@@ -187,6 +187,6 @@ def _strongest(run_ups: Mapping[str, RunUp], output: str) -> list[float]:
 
 
 def _legend(figure: Any, ax: Any) -> None:
-    """Names of the results above the axes."""
+    """Draw the legend of a figure below its axes."""
     handles, names = ax.get_legend_handles_labels()
     figure.legend(handles, names, frameon=False, fontsize=8.5, loc="outside lower center", ncols=1)

@@ -1,4 +1,4 @@
-"""HTML files of the package: a common head without network requests, and templates that are filled."""
+"""Common head of the package's HTML files, which make no network requests, and filling of templates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 def page_head(kind: str, title: str) -> str:
-    """From the doctype to the title; ``kind`` is the kind of file, such as ``report``."""
+    """HTML from the doctype to the title; ``kind`` is the kind of file, such as ``report``."""
     return (
         '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">'
         f'<meta name="generator" content="cranktrain {kind}">\n'
@@ -21,7 +21,7 @@ def page_head(kind: str, title: str) -> str:
 
 
 def filled_page(package: str, template: str, kind: str, title: str, heading: str, **parts: str) -> str:
-    """Template file of a package with head, heading and ``parts``, which are HTML, in place of ``@PART@``."""
+    """Fill a package's template file: head, heading, and the HTML ``parts`` in place of ``@PART@``."""
     page = files(package).joinpath(template).read_text(encoding="utf-8")
     for word, text in {"HEAD": page_head(kind, title), "TITLE": html.escape(heading), **parts}.items():
         page = page.replace(f"@{word}@", text)
@@ -29,5 +29,5 @@ def filled_page(package: str, template: str, kind: str, title: str, heading: str
 
 
 def script_data(data: dict[str, Any]) -> str:
-    """JSON to stand inside a script, which a closing tag would end."""
+    """JSON text for use inside a script element, with ``<`` escaped so that no closing tag can end the script."""
     return json.dumps(data, allow_nan=False).replace("<", "\\u003c")

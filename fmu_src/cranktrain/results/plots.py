@@ -1,4 +1,4 @@
-"""Pictures of results: each function draws its data into axes that the caller made."""
+"""Plots of results; each function draws its data into the caller's axes."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from cranktrain.core.types import Array
 BLUE, ORANGE, GREY = "#1f5a94", "#d9822b", "#8a8f98"
 INK = "#3c4654"
 CYCLE_COLOURS = ("#1f4e9c", "#1b9aa0", "#6fae3d", "#e0a21b", "#cf4a3c", "#8b3a93", "#1f4e9c")
-"""Colours round a cycle: neighbours differ, the end is the start, none fades on a light ground."""
+"""Cyclic colours over a cycle, which end with the first colour and are visible on a light background."""
 
 
 LETTER = 0.5
-"""Mean width of a letter over the size of its font."""
+"""Mean width of a letter over the font size."""
 
 
 def largest(*values: Array) -> float:
-    """Largest finite value of some arrays, not below 0: what axes need room for where a curve may have gaps."""
+    """Largest finite value of some arrays, at least 0, for limits of axes if curves have gaps."""
     return max((float(np.max(one, where=np.isfinite(one), initial=0.0)) for one in values), default=0.0)
 
 
 def wrapped(text: str, width: float, size: float) -> str:
-    """A text in lines that fit a width, inches, in a font of a size, points."""
+    """Wrap a text to lines of a width, inches, for a font size, points."""
     return textwrap.fill(text, max(20, int(72.0 * width / (LETTER * size))))
 
 
 def foot(figure: Any, text: str, size: float = 8.0) -> None:
-    """Write a text below the axes of a figure with constrained layout, in as many lines as it takes."""
+    """Write a text below the axes of a figure with constrained layout, in as many lines as needed."""
     width, height = figure.get_size_inches()
     lines = wrapped(text, 0.97 * width, size)
     room = (1.45 * size * (lines.count("\n") + 1) + 6.0) / 72.0 / height
@@ -41,7 +41,7 @@ def foot(figure: Any, text: str, size: float = 8.0) -> None:
 
 
 def plot_cycle(ax: Any, values: Array, quantity: str, unit: str, colour: str = BLUE) -> None:
-    """Draw one cycle of uniform samples (n,) over the crank angle, its mean as a thin line."""
+    """Draw one cycle of uniform samples (n,) over the crank angle, with the mean as a thin line."""
     n = values.size
     angle = np.arange(n + 1) * (720.0 / n)
     ax.axhline(float(values.mean()), color=GREY, lw=0.8, ls="--", label=f"mean {values.mean():.3g} {unit}")
@@ -55,7 +55,7 @@ def plot_cycle(ax: Any, values: Array, quantity: str, unit: str, colour: str = B
 
 
 def plot_orders(ax: Any, orders: Array, amplitudes: Array, quantity: str, unit: str, highest: float = 12.0) -> None:
-    """Draw order amplitudes (k,), zero-to-peak, as bars; the strongest three carry their order."""
+    """Draw order amplitudes (k,), zero-to-peak, as bars; the three strongest are labelled with their order."""
     keep = np.asarray(orders) <= highest
     x, y = np.asarray(orders)[keep], np.asarray(amplitudes)[keep]
     ax.bar(x, y, width=0.36, color=BLUE)
@@ -70,7 +70,7 @@ def plot_orders(ax: Any, orders: Array, amplitudes: Array, quantity: str, unit: 
 
 
 def plot_table(ax: Any, header: Sequence[str], rows: Sequence[Sequence[str]], title: str) -> None:
-    """Draw a table of texts: one header, rows of the same length."""
+    """Draw a table of texts with one header and rows of the same length."""
     ax.axis("off")
     ax.set_title(title, fontsize=11, loc="left")
     table = ax.table(
@@ -147,13 +147,13 @@ def plot_orbit(ax: Any, x: Array, y: Array, name: str, marks: dict[str, int], ow
     Parameters
     ----------
     x, y : (n,) uniform samples over one cycle, journal's centre over the radial clearance
-    name : of the bearing
-    marks : label → sample that is marked, e.g. the firing of each cylinder; ``start`` is drawn as a ring
-    own : those of them that are drawn with their label, e.g. the cylinders beside this bearing
+    name : name of the bearing
+    marks : label → index of a marked sample, such as the firing of each cylinder; ``start`` is drawn as a ring
+    own : marks that are drawn with their label, such as the cylinders next to this bearing
 
     Returns
     -------
-    The orbit's line, for a colour bar in degrees of crank angle
+    Line object of the orbit, for a colour bar in degrees of crank angle
     """
     from matplotlib.collections import LineCollection
     from matplotlib.colors import LinearSegmentedColormap
@@ -180,7 +180,7 @@ def plot_orbit(ax: Any, x: Array, y: Array, name: str, marks: dict[str, int], ow
     for label, lean in zip(own, (0.7, -0.7) if len(own) == 2 else [0.0] * len(own), strict=True):
         k = marks[label]
         ax.plot(x[k], y[k], "o", ms=5.0, color="black", mec="white", mew=0.7, zorder=6)
-        inward = np.arctan2(-y[k], -x[k]) + lean  # two labels at one place lean apart
+        inward = np.arctan2(-y[k], -x[k]) + lean  # two labels at one position are inclined in different directions
         ax.annotate(
             label, (x[k], y[k]), xytext=(10.5 * np.cos(inward), 10.5 * np.sin(inward)), textcoords="offset points",
             fontsize=8.5, weight="bold", ha="center", va="center", zorder=7,
@@ -198,10 +198,10 @@ def plot_orbit(ax: Any, x: Array, y: Array, name: str, marks: dict[str, int], ow
 def plot_least_films(
     ax: Any, angle_deg: Array, films: dict[str, Array], firing_deg: Sequence[float], asperities: float
 ) -> None:
-    """Draw the least film of several bearings, (n,) m each, over one cycle of crank angles (n,) that increase.
+    """Draw the least film of several bearings, (n,) m each, over one cycle of increasing crank angles (n,).
 
-    ``firing_deg`` (°) marks the cylinders' firing, in the order of their numbers; ``asperities`` is the height (m) from
-    which surfaces touch, 0 where they do not.
+    ``firing_deg`` (°) are the firing angles in the order of cylinders; ``asperities`` is the film thickness (m) at
+    which surfaces touch, 0 for smooth surfaces.
     """
     from matplotlib import colormaps
 
@@ -223,7 +223,7 @@ def plot_least_films(
 
 
 def plot_loads(ax: Any, angle_deg: Array, loads: dict[str, Array], firing_deg: Sequence[float]) -> None:
-    """Draw loads of several bearings, (n,) N each, over one cycle of crank angles (n,), the largest in the legend."""
+    """Draw loads of several bearings, (n,) N each, over one cycle of crank angles (n,), with maxima in the legend."""
     from matplotlib import colormaps
 
     colours = colormaps["viridis"](np.linspace(0.0, 0.92, len(loads)))
@@ -239,7 +239,7 @@ def plot_loads(ax: Any, angle_deg: Array, loads: dict[str, Array], firing_deg: S
 
 
 def _mark_firing(ax: Any, firing_deg: Sequence[float]) -> None:
-    """Mark the cylinders' firing angles (°), in the order of their numbers, by dotted lines with the number above."""
+    """Mark the firing angles (°) of the cylinders in order by dotted lines with the cylinder's number above."""
     for number, at in enumerate(firing_deg, start=1):
         ax.axvline(at, color=GREY, lw=0.7, ls=":", zorder=0)
         ax.annotate(
@@ -249,7 +249,7 @@ def _mark_firing(ax: Any, firing_deg: Sequence[float]) -> None:
 
 
 def plot_pressure(ax: Any, angles_deg: Array, traces: dict[str, Array]) -> None:
-    """Draw cylinder pressures (n,) Pa over the crank angle after firing dead centre, 0 in the middle."""
+    """Draw cylinder pressures (n,) Pa over the crank angle after firing dead centre, with 0 in the middle."""
     order = np.argsort(np.where(angles_deg > 360.0, angles_deg - 720.0, angles_deg))
     shifted = np.where(angles_deg > 360.0, angles_deg - 720.0, angles_deg)[order]
     for (name, pressure), colour in zip(traces.items(), (BLUE, ORANGE, GREY, "black"), strict=False):

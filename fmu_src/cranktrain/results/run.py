@@ -1,4 +1,4 @@
-"""A finished run at constant speed, as the library hands it out and the command line writes it."""
+"""Finished run at constant speed, returned by the library and written by the command line."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Run(TimeSeries, Result):
     engine : the engine
     gas : the pressure trace at full load
     attributes : settings of the run, as in the result file
-    steady_orders : orders of the steady state in the frequency domain, where it was asked for: [order, deg]
-    level_error : total error of the levels (:mod:`cranktrain.studies.planning.level_error`), where it was looked up
+    steady_orders : orders of the steady state in the frequency domain as [order, deg], if requested
+    level_error : total error of the levels (:mod:`cranktrain.studies.planning.level_error`), if requested
     """
 
     engine: Engine
@@ -50,12 +50,12 @@ class Run(TimeSeries, Result):
         return super().last_cycle(name)
 
     def __repr__(self) -> str:
-        """Its settling beside what any time series says."""
+        """Text of a time series with an additional line on settling."""
         head, rest = TimeSeries.__repr__(self).split("\n", 1)
         return f"{head}\n {self.settling.text}\n{rest}"
 
     def summary(self, path: str | Path | None = None) -> dict[str, Any]:
-        """The last cycle in a few numbers; keys carry their unit. ``path`` is that of the result file."""
+        """Summary of the last cycle; keys carry their unit. ``path`` is the path of the result file."""
         found = run_summary(self, str(path or ""))
         found["film_temperature"] = {"source": self.attributes["film_temperature"], "passes": self.passes}
         found["firing"] = firing_summary(self.engine)
@@ -84,18 +84,18 @@ class Run(TimeSeries, Result):
 
     @property
     def free_forces(self) -> dict[str, Any]:
-        """Free forces (N) and moments (N m) of the moving masses by order at the run's speed, its parts rigid."""
+        """Free forces (N) and moments (N m) of the moving masses by order at the run's speed, for rigid parts."""
         return free_forces(self.engine, float(self.attributes["speed"]))
 
     def save(self, path: str | Path) -> Path:
-        """Write all outputs to an HDF5 file; ``InputError`` for a place that a result must not take."""
+        """Write all outputs to an HDF5 file; ``InputError`` for an existing file that is not a result."""
         target = Path(path)
         check_target(target)
         return save_run(target, self, self.file_attributes)
 
     @property
     def file_attributes(self) -> dict[str, str | int | float]:
-        """All attributes of the run in a result file."""
+        """All attributes of the run for its result file."""
         ended = "finished" if self.complete else "interrupted"
         return {**file_attributes(self.engine, self.gas, self.attributes), "ended": ended}
 
@@ -103,5 +103,5 @@ class Run(TimeSeries, Result):
 def file_attributes(
     engine: Engine, gas: GasTrace, attributes: Mapping[str, str | int | float]
 ) -> dict[str, str | int | float]:
-    """Settings of a run, with engine, pressure trace and version: known before the run ends."""
+    """Attributes of a result file that are known before the run ends: settings, engine, pressure trace, version."""
     return {"engine": engine.name, **attributes, "gas": gas.source, "version": __version__}

@@ -1,4 +1,4 @@
-"""Summary of a run in a few numbers, over its last cycle."""
+"""Summary of a run over its last cycle."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 HIGHEST_ORDER = 24.0
 CLOSING = 1.0e-6
-"""Least film, m, below which the largest pressure of a tilted film has no meaning; chosen: two to three roughnesses."""
+"""Least film, m, below which the largest pressure of a tilted film has no meaning; chosen, two to three roughnesses."""
 
 TURNING = ("crank", "flywheel", "pulley")
-"""Parts of the crank whose speeds a summary gives; ``crank`` is its mean rotation."""
+"""Parts whose speeds a summary gives; ``crank`` is the mean rotation of the crank."""
 NOT_RESOLVED = 0.5
-"""Drop of pressure from the peak to the axial lines beside it, over the peak, beyond which an elastic film is not
-resolved; chosen from errors of peak pressures: ``python -m benchmarks.worst_film``."""
+"""An elastic film is not resolved if the pressure drop from the peak to the adjacent axial lines exceeds this fraction
+of the peak; chosen from errors of peak pressures, ``python -m benchmarks.worst_film``."""
 
 
 def vibration(angle: Array, signal: Array, scale: float) -> dict[str, Any]:
-    """Peak-to-peak, mean and orders of a signal's last cycle, its values multiplied by ``scale``."""
+    """Peak-to-peak value, mean and orders of a signal's last cycle, multiplied by ``scale``."""
     cycle = scale * last_cycle(angle, signal)
     orders, amplitudes = order_spectrum(cycle, HIGHEST_ORDER)
     return {
@@ -58,7 +58,7 @@ def bearing_rows(angle: Array, outputs: Mapping[str, Array]) -> list[dict[str, A
 
 
 def big_end_rows(angle: Array, outputs: Mapping[str, Array]) -> list[dict[str, Any]]:
-    """Peak load of each big end over the last cycle, with the extremes of its film where it floats in one."""
+    """Peak load of each big end over the last cycle, with the extremes of its film if it has one."""
     last = angle >= angle[-1] - 4.0 * math.pi
     rows = []
     for i in range(1, _count(outputs, "big_end") + 1):
@@ -69,10 +69,10 @@ def big_end_rows(angle: Array, outputs: Mapping[str, Array]) -> list[dict[str, A
 
 
 def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10.0) -> dict[str, Any]:
-    """How many films of the last cycle lay outside the film table and were solved online, and at which crank angles.
+    """Number of films in the last cycle that lay outside the film table and were solved online, by crank angle.
 
-    Each Newton iteration of each main bearing evaluates one film. ``by_crank_angle`` lists [first deg of the bin,
-    fraction of its films] for bins with films solved online; ``bin_deg`` is the bins' width.
+    Each Newton iteration of each main bearing evaluates one film. ``by_crank_angle`` lists [begin of the bin, deg;
+    fraction of its films] for bins with films solved online; ``bin_deg`` is the width of a bin.
     """
     last = np.flatnonzero(angle > angle[-1] - 4.0 * math.pi + 1e-9)
     solved = outputs["solver.online_films"][last]
@@ -91,15 +91,15 @@ def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10
 
 
 def closing_edges(bearings: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Names of the plain main bearings (rows of :func:`bearing_rows`) whose least film stays below CLOSING."""
+    """Names of the plain main bearings (rows of :func:`bearing_rows`) whose least film is below CLOSING."""
     return [row["name"] for row in bearings if 1e-6 * row["min_film_um"] < CLOSING]
 
 
 def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
-    """Elastic films whose pressure the axial lines of their grid do not resolve at its peak of the last cycle.
+    """Elastic films whose grid does not resolve the pressure in axial direction at its peak of the last cycle.
 
-    ``peaks`` (b, PEAKS) of a run; a film is not resolved if the mean pressure of the lines beside the peak is lower
-    than the peak by more than NOT_RESOLVED of it.
+    ``peaks`` (b, PEAKS) are those of a run. A film is not resolved if the mean pressure of the lines adjacent to the
+    peak is lower than the peak by more than the fraction NOT_RESOLVED.
     """
     return [
         {
@@ -114,10 +114,10 @@ def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
 
 
 def grid_errors(attributes: Mapping[str, Any], films: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
-    """Worst main bearings of a cycle on elastic films and how far the grid may be off there; empty on other levels.
+    """Worst main bearings of a cycle with elastic films and the possible errors of their grid; empty for other levels.
 
-    ``attributes`` of the run name its levels; ``films`` are name, least film (um) and largest pressure (Pa) of each
-    main that has a film. The errors are those of :attr:`cranktrain.film.laws.register.Law.film_errors`.
+    ``attributes`` of the run name its levels. ``films`` are name, least film (um) and largest pressure (Pa) of each
+    main with a film. The errors are those of :attr:`cranktrain.film.laws.register.Law.film_errors`.
     """
     level, block = str(attributes.get("bearings", "")), str(attributes.get("block", ""))
     errors = LAWS[level].film_errors.get(block) if level in LAWS else None
@@ -133,12 +133,12 @@ def grid_errors(attributes: Mapping[str, Any], films: Sequence[tuple[str, float,
 
 
 def _count(outputs: Mapping[str, Array], family: str) -> int:
-    """How many bearings of a family a run has."""
+    """Number of bearings of a family in a run."""
     return sum(name.startswith(f"{family}[") and name.endswith("].eccentricity") for name in outputs)
 
 
 def _peak(outputs: Mapping[str, Array], vector: str, last: NDArray[np.bool_]) -> float:
-    """Largest magnitude across the axis of a vector output."""
+    """Largest magnitude of a vector output across the axis."""
     return float(np.hypot(outputs[f"{vector}.x"][last], outputs[f"{vector}.y"][last]).max())
 
 
@@ -152,7 +152,7 @@ def _film_extremes(outputs: Mapping[str, Array], name: str, last: NDArray[np.boo
 
 
 def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]:
-    """Speeds, shaft, damper, pistons, mounts and cover over the last cycle; what a level lacks is 0 or empty.
+    """Speeds, shaft, damper, pistons, mounts and cover over the last cycle; parts that a level lacks are 0 or empty.
 
     Forces and moments of a mount, and displacements of the engine, are [mean, least, largest] along x, y, z.
     """
@@ -198,7 +198,7 @@ def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]
 
 
 def _speed(speed: Array) -> dict[str, float]:
-    """Mean, least and largest of a cycle's speeds (rad/s), in rev/min, and (largest − least) / mean."""
+    """Mean, least and largest of a cycle's speeds (rad/s) in rev/min, and irregularity (largest − least) / mean."""
     mean, least, largest = (
         float(value) for value in (speed[min(1, speed.size - 1) :].mean(), speed.min(), speed.max())
     )
@@ -211,11 +211,11 @@ def _speed(speed: Array) -> dict[str, float]:
 
 
 def run_summary(run: Result, result_path: str) -> dict[str, Any]:
-    """Summary of a run: the object that ``cranktrain simulate --json`` prints.
+    """Summary of a run, the object that ``cranktrain simulate --json`` prints.
 
-    Keys carry their unit; ``real_time_factor`` is wall seconds per simulated second, ``seconds`` wall seconds. A crank
+    Keys carry their unit. ``real_time_factor`` is wall time per simulated time, ``seconds`` the wall time. A crank
     whose journals are locked on their axis has no entries for axial motion and bearings. ``energy`` is the balance of
-    :mod:`cranktrain.results.energy`, None where the speed is free.
+    :mod:`cranktrain.results.energy`, None if the speed is not prescribed.
     """
     pulley = {"torsion_deg": vibration(run.angle, run.outputs["pulley.torsion"], 180.0 / math.pi)}
     if "pulley.axial" in run.outputs:

@@ -1,4 +1,4 @@
-"""Tables of texts that reports, pictures and the command line share: computed values beside those of the reference."""
+"""Tables of texts for reports, pictures and the command line, with computed and published values."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from cranktrain.results.summary import CLOSING
 
 
 class Table(NamedTuple):
-    """A title, a header and rows of texts of the header's length."""
+    """A table of texts: title, header, and rows of the header's length."""
 
     title: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
-# Modes whose crank shapes agree less (modal assurance criterion) are not called the same.
+# Least modal assurance criterion of the crank's shapes at which two modes are shown as the same.
 SAME_SHAPE = 0.5
 
 
 def frequency_tables(engine: Engine, report: Mapping[str, Any]) -> list[Table]:
-    """Frequencies and critical speeds of a modal report beside the published ones."""
+    """Tables of a modal report's frequencies and critical speeds, compared with published values."""
     return [
         free_table(engine, report["crankshaft_free"]),
         cranktrain_table(engine, report["cranktrain"]),
@@ -37,7 +37,7 @@ def frequency_tables(engine: Engine, report: Mapping[str, Any]) -> list[Table]:
 
 
 def free_table(engine: Engine, part: Mapping[str, Any]) -> Table:
-    """Modes of the free crankshaft with what is attached; its torsional modes beside the published ones."""
+    """Table of the free crankshaft's modes with all parts attached; torsional modes compared with published values."""
     ours = part["torsional_hz"]
     published = [("torsional", hz, 0.0, own) for hz, own in zip(engine.published.free_torsional_hz, ours, strict=False)]
     rows = tuple(row[:-1] for row in _beside(part["modes"], published, 6))
@@ -46,7 +46,7 @@ def free_table(engine: Engine, part: Mapping[str, Any]) -> Table:
 
 
 def cranktrain_table(engine: Engine, part: Mapping[str, Any]) -> Table:
-    """Modes of the cranktrain at rest beside the published computed and measured ones."""
+    """Table of the cranktrain's modes at rest, compared with published computed and measured values."""
     title = "Cranktrain at rest: rods as mean masses, linear bearings, thrust closed"
     return Table(title, _HEADER, tuple(_beside(part["modes"], _published(engine, part), 7)))
 
@@ -63,9 +63,9 @@ def named_text(part: Mapping[str, Any], sought_to: float) -> str:
 
 
 def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
-    """Likewise of the cranktrain in its flexible block; a mode is called by the crank's largest share.
+    """Table of the cranktrain's modes in its flexible block; the shape is the kind with the crank's largest fraction.
 
-    Modes that are mostly the block's are left out.
+    Modes with most of their energy in the block are left out.
     """
     modes = []
     for mode in part["modes"]:
@@ -78,7 +78,7 @@ def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
 
 
 def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
-    """Published modes of the cranktrain, each with the computed mode that the report assigns to it."""
+    """Published modes of the cranktrain, each with the frequency of the computed mode that the report assigns to it."""
     p = engine.published
     ours = {"torsional": part.get("first_torsional_hz"), "axial": part.get("first_axial_hz")}
     published: list[Entry] = [
@@ -91,7 +91,7 @@ def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
 
 
 def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:
-    """Critical speeds of the first torsional mode at rest by the orders that excite it, beside the published ones."""
+    """Table of critical speeds of the first torsional mode at rest by order, compared with published values."""
     p = engine.published
     known = {
         order: (speed / RPM, measured / RPM)
@@ -115,7 +115,7 @@ def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) 
 
 
 def block_tables(part: Mapping[str, Any]) -> list[Table]:
-    """Modes of the cranktrain in its flexible block beside those on ground, and all of them with their shares."""
+    """Tables of the cranktrain's modes: on ground and in its flexible block in pairs, and all modes in the block."""
     header = ("ground / Hz", "shape", "rigid block / Hz", "flexible / Hz", "change", "MAC", "energy in block / %")
     rows = []
     for pair in part["ground"]:
@@ -138,7 +138,7 @@ def block_tables(part: Mapping[str, Any]) -> list[Table]:
 
 
 def run_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Pulley motion, main bearings where the journals move in them, big ends, and what else runs, of a run summary."""
+    """Tables of a run summary: pulley motion, main bearings with moving journals, big ends, and further parts."""
     rows = []
     motions = {
         "torsion_deg": "torsion / deg",
@@ -171,7 +171,7 @@ def run_tables(summary: Mapping[str, Any]) -> list[Table]:
 
 
 def energy_table(energy: Mapping[str, Any]) -> Table:
-    """Energy balance of the last cycle; shares that a run has nothing of are left out."""
+    """Table of the energy balance of the last cycle; parts that are zero are left out."""
     gas, losses = energy["gas_work_j"], energy["losses_j"]
     shares = [(share.words, losses[share.key]) for share in SHARES if losses[share.key] != 0.0]
     left = [("gained by bodies and shafts", energy["stored_j"]), ("unaccounted for", energy["residual_j"])]
@@ -184,7 +184,7 @@ def energy_table(energy: Mapping[str, Any]) -> Table:
 
 
 def _speed_table(speeds: Mapping[str, Mapping[str, float]]) -> Table:
-    """Speeds of the crank's mean rotation and of its ends, with their degree of irregularity."""
+    """Table of speeds of the crank's mean rotation and of its ends, with their degree of irregularity."""
     rows = [
         (
             part,
@@ -198,7 +198,7 @@ def _speed_table(speeds: Mapping[str, Mapping[str, float]]) -> Table:
 
 
 def engine_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Speeds, shaft and damper; pistons, mounts and the engine as a whole where they move."""
+    """Tables of speeds, shaft and damper, and of pistons, mounts and the whole engine if they move."""
     shaft, damper = summary["shaft_torque_nm"], summary["damper"]
     rows = [("shaft torque / N m", f"{shaft['mean']:.4g}", f"alternating {shaft['peak_to_peak']:.4g} peak to peak")]
     if damper["temperature_c"] is not None:
@@ -237,7 +237,7 @@ def engine_tables(summary: Mapping[str, Any]) -> list[Table]:
     return tables
 
 
-# key of a bearing's summary, header, scale, format; the last two are left out where no film has them
+# Key in a bearing's summary, header, scale, format; the last two columns are left out if no film has them.
 _BEARING_COLUMNS = (
     ("film_temperature_c", "film / degC", 1.0, ".1f"),
     ("peak_load_n", "peak load / kN", 1e-3, ".1f"),
@@ -249,7 +249,7 @@ _BEARING_COLUMNS = (
 
 
 def _bearing_table(title: str, bearings: Sequence[Mapping[str, Any]]) -> Table:
-    """Rows of what the bearings have: a rigid big end has a load, one that floats a film, a tilted film a moment."""
+    """Table of bearings with the columns that they have: load, film of floating big ends, moment of tilted films."""
     known, rare = _BEARING_COLUMNS[:-2], _BEARING_COLUMNS[-2:]
     columns = [column for column in known if column[0] in bearings[0]]
     columns += [column for column in rare if any(row.get(column[0], 0.0) for row in bearings)]
@@ -260,7 +260,7 @@ def _bearing_table(title: str, bearings: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def closing_text(names: Sequence[str]) -> str:
-    """One line on the bearings whose edges close."""
+    """One line on bearings whose film at an edge is nearly closed."""
     return (
         f"An edge stays less than {1e6 * CLOSING:g} um open in {', '.join(names)}: "
         "the largest film pressure has no meaning there"
@@ -268,11 +268,11 @@ def closing_text(names: Sequence[str]) -> str:
 
 
 MEASURED = {"ground": "on rigid ground", "flexible": "in its flexible block"}
-"""Where errors of grids were measured, in words, by block level."""
+"""Text for the block level at which errors of grids were measured."""
 
 
 def grid_text(errors: Mapping[str, Any]) -> str:
-    """One line on how far the grid of an elastic level may be off; ``errors`` by ``grid_errors`` of the summary."""
+    """One line on the possible grid errors of an elastic level; ``errors`` from ``grid_errors`` of the summary."""
     film, pressure = errors["least_film"], errors["largest_pressure"]
     return (
         f"Grid of level {errors['level']}: the least film of {film['name']}, {film['um']:.2f} um, is within "
@@ -283,7 +283,7 @@ def grid_text(errors: Mapping[str, Any]) -> str:
 
 
 def resolution_text(films: Sequence[Mapping[str, Any]]) -> str:
-    """One line on the elastic films whose pressure peak lies between the axial lines of their grid."""
+    """One line on the elastic films whose grid does not resolve the pressure peak in axial direction."""
     places = ", ".join(
         f"{film['name']} at {film['crank_angle_deg']:.0f} deg ({100.0 * film['pressure_drop']:.0f} %)" for film in films
     )
@@ -310,12 +310,12 @@ def online_text(online: Mapping[str, Any]) -> str:
 
 _HEADER = ("Hz", "shape", "bending / %", "torsional / %", "axial / %", "published / Hz", "deviation", "measured / Hz")
 
-# shape, published Hz, measured Hz or 0, and which of our frequencies answers to it where that is defined
+# Shape, published Hz, measured Hz or 0, and the computed frequency that is assigned to it, if any.
 Entry = tuple[str, float, float, float | None]
 
 
 def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], first: int) -> list[tuple[str, ...]]:
-    """Rows of the ``first`` computed modes and of all that belong to a published one."""
+    """Rows of the ``first`` computed modes and of all modes that belong to a published one."""
     pairs = _answering(modes, published)
     rows = []
     missing = [
@@ -333,10 +333,10 @@ def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], firs
 
 
 def _answering(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry]) -> dict[int, Entry]:
-    """Published entries by the number of the computed mode that belongs to each.
+    """Published entries by the index of the computed mode assigned to each.
 
-    A definition takes the mode next to it; of the others each shape is paired as a whole, in ascending order and with
-    the least sum of squared deviations, none more than a quarter away.
+    An entry with an assigned frequency gets the nearest mode. Other entries are paired shape by shape, in ascending
+    order and with the least sum of squared deviations; no deviation may exceed a quarter.
     """
     pairs = {}
     for entry in (entry for entry in published if entry[3] is not None):
@@ -345,7 +345,7 @@ def _answering(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry]) -
         entries = [entry for entry in published if entry[0] == shape and entry[3] is None]
         ours = [k for k, mode in enumerate(modes) if mode["shape"] == shape and k not in pairs]
         away = np.array([[abs(modes[k]["hz"] / entry[1] - 1.0) for k in ours] for entry in entries])
-        # A pair that is too far away costs more than all others together.
+        # A pair that is too far apart costs more than all others together.
         near = away.reshape(len(entries), len(ours)) < 0.25
         cost = np.where(near, away.reshape(near.shape) ** 2, 1.0 + len(entries))
         for row, column in zip(*linear_sum_assignment(cost), strict=True):
@@ -355,10 +355,10 @@ def _answering(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry]) -
 
 
 def _number(value: float, form: str) -> str:
-    """A number in its format; a dash where it is 0."""
+    """Text of a number in a format; a dash if it is 0."""
     return format(value, form) if value else NOTHING
 
 
 def _deviation(value: float, reference: float) -> str:
-    """Deviation from a reference in per cent; a dash where there is none."""
+    """Text of the deviation from a reference in per cent; a dash without reference."""
     return f"{100.0 * (value / reference - 1.0):+z.1f} %" if reference else NOTHING

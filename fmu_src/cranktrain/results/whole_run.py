@@ -1,4 +1,4 @@
-"""Runs that an interrupt cut short are no results where the cycle that repeats is wanted."""
+"""Refusal of interrupted runs where a periodic cycle is needed."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from cranktrain.dynamics.cycle_run import Result
 
 
 def whole(result: Result) -> Result:
-    """A run that was not cut short; ``KeyboardInterrupt`` for another one.
+    """Return a complete run; raise ``KeyboardInterrupt`` if the run was interrupted.
 
-    A run that is interrupted returns what it has, for callers that keep it. Its last cycle is not the one that repeats.
+    An interrupted run returns its samples up to then, for callers that keep them. Its last cycle is not periodic.
     """
     if not result.complete:
         raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""Reduced bodies that an engine file adds and that take more than its table: files of their own, and elastic shafts."""
+"""Elastic bodies that an engine file adds: reduced bodies read from files, and shafts made of beams."""
 
 from __future__ import annotations
 
@@ -24,19 +24,20 @@ from cranktrain.structure.fem.frame import Frame as Beams
 from cranktrain.structure.fem.frame import Section, circular
 
 FIXED_MODES = 40
-"""Fixed-interface modes of a shaft, before those above its cutoff are left out."""
+"""Number of fixed-interface modes of a shaft before modes above its cut-off are removed."""
 SHEAR = 5.0 / 6.0
 """Shear factor of a rectangle, used for sections that are given by area and second moment."""
 SHORTEST = 1.0e-6
-"""Stations nearer than this (m) are one."""
+"""Stations closer together than this (m) are merged."""
 OF_DIAMETER, OF_LENGTH = 0.5, 0.05
-"""Largest length of a shaft's elements over the diameter, and over the shaft's length."""
+"""An element of a shaft is no longer than the larger of this multiple of its diameter and this of the shaft's
+length."""
 
 
 def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
-    """Refuse connections that no law can make, or to interfaces that crank or block lack; ``InputError``.
+    """Refuse connections that their force law cannot make, or to missing interfaces of crank or block; ``InputError``.
 
-    Interfaces of a user's ``own_crank`` and ``own_block`` are known when these are read.
+    Interfaces of a user's ``own_crank`` and ``own_block`` are not checked here because these files are read later.
     """
     from cranktrain.structure.block.mesh import block_interface_names
     from cranktrain.structure.crank.shape import crank_interfaces
@@ -66,7 +67,7 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
 
 
 def read_added(engine: Engine) -> dict[str, ReducedBody]:
-    """The bodies of an engine that are no rigid ones, by name; ``InputError`` where a file is not there or no body."""
+    """Elastic bodies that an engine file adds, by name; ``InputError`` if a file is missing or is no reduced body."""
     bare = Topology(file_frames(engine))
     return {
         table.name: _from_file(table) if table.file else shaft_body(table, bare.frame(table.frame))
@@ -84,7 +85,7 @@ def _from_file(table: BodyTable) -> ReducedBody:
 
 
 def shaft_body(table: BodyTable, axes: Frame) -> ReducedBody:
-    """Shaft or rod of beams through its stations with its discs, in axes of its frame."""
+    """Reduced body of a shaft or rod made of beams between its stations, with its discs, in axes of its frame."""
     frame = Beams(table.youngs_modulus, table.youngs_modulus / (2.0 * (1.0 + table.poisson_ratio)))
     places = np.unique(np.round([*table.stations, *table.held_at], 9))
     places = places[np.append(True, np.diff(places) > SHORTEST)]
@@ -111,7 +112,7 @@ def shaft_body(table: BodyTable, axes: Frame) -> ReducedBody:
 
 
 def _section(table: BodyTable, place: float) -> Section:
-    """Section of a shaft or rod at a place along it."""
+    """Section of a shaft or rod at a position along its axis."""
     k = max(0, int(np.searchsorted(table.stations, place)) - 1)
     if table.diameters:
         return circular(table.diameters[k], table.density, table.poisson_ratio)

@@ -1,4 +1,4 @@
-"""From an engine and its settings to the parts of a run: the crank's body, block, film tables, bores.
+"""Assembly of a run from an engine and its settings: body of the crank, block, film tables, elastic bores.
 
 Command line, studies, FMU build and library all use this module, so a fidelity level has the same meaning everywhere.
 Parts are kept as long as the process lives, and on disk if making them takes long.
@@ -43,7 +43,7 @@ class Assembly:
 
     Attributes
     ----------
-    engine : as it was given
+    engine : engine as passed to :func:`assemble`
     settings : complete and checked
     body : crankshaft of the running model at its level, with all that is fixed to it
     parts : further data that the levels need
@@ -70,18 +70,18 @@ def assemble(
 
     Parameters
     ----------
-    say : told each stage of long work
-    crank_mesh : user's own mesh of the crankshaft, for levels that are made of it; ``rigid`` takes its mass
+    say : called with the name of each long stage before it starts
+    crank_mesh : user's own mesh of the crankshaft, for levels that use a mesh; level ``rigid`` uses its mass
     block_mesh : user's own mesh of the block; needs block level ``flexible``
     table_resolution : of the main bearings' film table, see :class:`cranktrain.film.table.database.TableSettings`
-    cutoff_hz : of the crank's modes; None as the engine file says
-    inherit : whether a crank takes damping that it cannot compute from the level above
+    cutoff_hz : cut-off of the crank's modes; None for the value of the engine file
+    inherit : if true, a crank without films takes its damping from the next higher level
 
     Raises
     ------
     InputError
-        before any work: levels that do not exist, that the engine lacks or that do not go together, a mesh that is not
-        there or that no level uses; then a mesh that cannot be used
+        before any computation: levels that do not exist, need parts that the engine lacks, or cannot be combined; a
+        mesh file that is missing or that no chosen level uses. Later: a mesh that cannot be used
     """
     settings = checked(engine, settings, crank_mesh, block_mesh)
     cut = engine
@@ -120,7 +120,7 @@ def checked(
 
 
 def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
-    """Refuse a user's own mesh of the crankshaft that is not there, or that a level does not use; ``InputError``."""
+    """Refuse a user's own mesh of the crankshaft if its file is missing or the level uses none; ``InputError``."""
     if mesh is not None and not crank_level(level).takes_mesh:
         users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
         raise InputError(f"crank level '{level}' is made from dimensions; use an own mesh with crank levels {users}")
@@ -129,7 +129,7 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
 
 
 def check_crank_table(level: str, mesh: str | Path | None) -> None:
-    """Refuse a crank of discs and shafts, a table or stored, at a level that is not made of them; ``InputError``."""
+    """Refuse a crank of discs and shafts (table or stored body) at a level other than ``torsional``; ``InputError``."""
     if mesh is None or crank_level(level).inherits:
         return
     if _is_table(mesh) or _stored_table(mesh) is not None:
@@ -137,7 +137,7 @@ def check_crank_table(level: str, mesh: str | Path | None) -> None:
 
 
 def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
-    """Bare crankshaft of discs and shafts, from a table or stored; None where ``mesh`` is neither. ``InputError``."""
+    """Bare crankshaft of discs and shafts from a table or stored body; None if ``mesh`` is neither. ``InputError``."""
     from cranktrain.engine.torsional_chain import is_chain, read_chain
     from cranktrain.structure.crank.chain import chain_body
     from cranktrain.structure.crank.reduction import own_crankshaft
@@ -150,27 +150,27 @@ def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
 
 
 def _is_table(mesh: str | Path) -> bool:
-    """Whether an own crankshaft is to be a table of discs and shafts."""
+    """True if the file of a user's own crankshaft is a table of discs and shafts, by its ending."""
     from cranktrain.structure.fem.own_body import is_body
 
     return ending(mesh) in (".toml", *TABLES) and not is_body(mesh)
 
 
 def _stored_table(mesh: str | Path) -> ReducedBody | None:
-    """The stored body that was made from a table of discs and shafts; None where ``mesh`` is another."""
+    """Stored body that was made from a table of discs and shafts; None if ``mesh`` is anything else."""
     from cranktrain.store.bodies import import_body, is_stored_body
 
     if not is_stored_body(mesh):
         return None
     try:
         body = import_body(mesh)
-    except InputError:  # whoever needs it says so
+    except InputError:  # the function that needs the body reports it
         return None
     return body if body.shafts else None
 
 
 def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
-    """Refuse a user's own mesh, or reduced body, that is not there; ``InputError``."""
+    """Refuse a user's own mesh or reduced body whose file is missing; ``InputError``."""
     if mesh is None or file_exists(mesh) or file_exists(Path(mesh) / FOLDER_HEADER):
         return
     if ending(mesh) in ("", ".h5", ".npz"):
@@ -186,10 +186,10 @@ def running_crank(
     mesh: str | Path | None = None,
     inherit: bool = True,
 ) -> ReducedBody:
-    """Crankshaft of the running model at a level; ``engine`` as it is fitted, with the damper's housing where one is.
+    """Crankshaft of the running model at a level; ``engine`` is the fitted one, with the housing of its damper.
 
-    ``mesh`` is the user's own mesh. With ``inherit`` the crank takes the damping of the level above if its level does
-    so. Raises ``InputError``.
+    ``mesh`` is the user's own mesh. With ``inherit`` a crank of level ``torsional`` takes the damping of the level
+    above. Raises ``InputError``.
     """
 
     def make() -> ReducedBody:
@@ -201,13 +201,14 @@ def running_crank(
         if mesh is not None:
             bare = crank.bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
         else:
-            # With a damper or without, which the pulley carries, the crankshaft is the same, unless it is tuned to it.
+            # The pulley carries the damper, so the bare crankshaft does not depend on it, except if its stiffness is
+            # tuned.
             tuned = engine.reduction.torsional_source == "solid-in-motion"
             key = "bare crank", engine if tuned else replace(engine, pulley=None), level  # type: ignore[arg-type]
             bare = _once(key, lambda: crank.bare_crank(engine, level, progress=say))
         return crank.running_crank(engine, level, bare)
 
-    # On one thread the same bytes everywhere, and a digest by which an interrupted run-up is gone on with.
+    # One thread gives the same bytes on every machine, so the digest lets an interrupted run-up be continued.
     @threadpool_limits.wrap(limits=1, user_api="blas")
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()
@@ -280,9 +281,9 @@ def running_block(
     mesh: str | Path | None = None,
     bore: bool = False,
 ) -> ReducedBody:
-    """Block of the running model; ``tilting``: under bearings that also load it by moments.
+    """Block of the running model; ``tilting`` is true for bearings that also load it by moments.
 
-    ``bore``: where the block is reduced now, the elastic shapes of its bore are kept too, see :func:`elastic_bore`.
+    With ``bore`` a reduction of the block also stores the elastic shapes of its bore, see :func:`elastic_bore`.
     """
 
     def make() -> ReducedBody:
@@ -298,9 +299,9 @@ def running_block(
 def elastic_bore(
     engine: Engine, flexible: bool, say: Progress = lambda stage: None, mesh: str | Path | None = None
 ) -> Any:
-    """Elastic bore of the main bearings: a saddle's on ground, the block's own where that is flexible.
+    """Elastic bore of the main bearings: that of a bearing saddle on ground, that of the block if it is flexible.
 
-    A flexible block carries the motion of its bores itself; a saddle moves as a whole.
+    The modes of a flexible block include the rigid motion of its bores. A saddle's shapes include this motion.
     """
 
     def make() -> Any:
@@ -321,18 +322,18 @@ def main_table(engine: Engine, say: Progress = lambda stage: None, resolution: s
 
 
 def film_tables(topology: Topology, say: Progress = lambda stage: None, resolution: str = "default") -> tuple[Any, ...]:
-    """Film tables of a topology's films at level ``table``, for ``Parts.film_tables``; from the cache or made now.
+    """Film tables of a topology's films at level ``table``, for ``Parts.film_tables``; read from the cache or computed.
 
     Parameters
     ----------
-    topology : of a script
-    say : told the progress
-    resolution : of the tables, see :class:`cranktrain.film.table.database.TableSettings`
+    topology : bodies and connections of a script
+    say : called with the progress
+    resolution : resolution of the tables, see :class:`cranktrain.film.table.database.TableSettings`
 
     Raises
     ------
     InputError
-        data of a connection that describe no film
+        if the data of a connection do not describe a film
     """
     found = [data_of(connection) for connection in topology.connections if connection.law == "film"]
     return _film_tables(found, say, resolution)
@@ -341,25 +342,25 @@ def film_tables(topology: Topology, say: Progress = lambda stage: None, resoluti
 def film_tables_of(
     engine: Engine, say: Progress = lambda stage: None, resolution: str = "default"
 ) -> tuple[FilmTable, ...]:
-    """Film tables of the films at level ``table`` that an engine's file adds."""
+    """Film tables of the films at level ``table`` that the engine file adds as connections."""
     return _film_tables([table.film for table in engine.connection if table.film is not None], say, resolution)
 
 
 def _film_tables(films: Sequence[Film], say: Progress, resolution: str = "default") -> tuple[FilmTable, ...]:
-    """A table for all films of the same proportions that want one."""
+    """One film table for all films of level ``table`` with the same proportions."""
     wanted = {bearing_settings(film, resolution): film for film in films if "table" in film_parts(film)}
     return tuple(_film_table(film, say, resolution) for film in wanted.values())
 
 
 def big_end_table(engine: Engine, say: Progress = lambda stage: None) -> FilmTable:
-    """Film table of the big ends, which do not tilt; ``InputError`` where the engine has no bearing there."""
+    """Film table of the big ends, which do not tilt; ``InputError`` if the engine has no big-end bearing."""
     if engine.big_end_bearing is None:
         raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
     return _film_table(engine.big_end_bearing, say, tilt=False)
 
 
 def big_end_bore(engine: Engine, say: Progress = lambda stage: None) -> BoreCompliance:
-    """Elastic bore of the big ends, that of the rod's eye; ``InputError`` where the engine has no bearing there."""
+    """Elastic bore of the big ends, from the rod's eye; ``InputError`` if the engine has no big-end bearing."""
 
     def make() -> BoreCompliance:
         from cranktrain.film.laws.ehd import SHAPES

@@ -1,6 +1,6 @@
-"""Plain bearings over the last cycle of a run: loads, films, friction, oil.
+"""Evaluation of plain bearings over the last cycle of a run: loads, films, friction, oil.
 
-Vectors across the crank are complex, x + i y, in axes at rest: x across the engine, y upwards. Per bearing
+Vectors across the crank are complex, x + i y, in axes at rest with x across the engine and y upwards. For each bearing
 
 * the specific load is |F|/(B D), and p v that times the sliding speed at the journal's surface;
 * the friction power of the journal is mean(T ω) with the journal's speed ω against its bore. The other part of the
@@ -10,8 +10,9 @@ Friction mean effective pressure is work per cycle over displacement: 4π P/(Ω 
 
 The inclination β of a rod follows from sin β = x/L with the pin's position x across its cylinder (Shigley and Uicker,
 Theory of Machines and Mechanisms). The speed of a pin in its big end is the crank's speed minus β̇, without the crank's
-twist. The big end of an articulated rod is its knuckle pin, which turns with the master rod; its size is not known, so
-there is no specific load of it. The load of a master rod's big end includes that of the rods that hang on it.
+twist. The big end of an articulated rod is its knuckle pin, which rotates with the master rod. The size of a knuckle
+pin is not known, so it has no specific load. The load of a master rod's big end includes the loads of its articulated
+rods.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from cranktrain.results.orders.harmonics import CYCLE, Array, ComplexArray
 
 
 class Sampled(Protocol):
-    """A run: ``time`` (n,) s, even; ``angle`` (n,) rad; ``outputs``, name → (n,) SI."""
+    """Data of a run: ``time`` (n,) s in equal steps; ``angle`` (n,) rad; ``outputs``, name → (n,) SI."""
 
     @property
     def time(self) -> Array: ...  # noqa: D102
@@ -46,10 +47,10 @@ class Sampled(Protocol):
 
 @dataclass(frozen=True)
 class Extreme:
-    """Largest or least value of a cycle, SI; the crank angle where, rad in [0, 4π); and where in the shell, rad.
+    """Largest or least value over a cycle, SI, its crank angle, rad in [0, 4π), and its angle in the shell, rad.
 
-    ``place`` counts as the axes of the shell do: of a main bearing those at rest, of a big end the rod's, whose second
-    axis points to the small end. None where it is not known.
+    ``place`` is an angle in the axes of the shell: axes at rest for a main bearing, axes of the rod for a big end,
+    whose second axis points to the small end. It is None if not known.
     """
 
     value: float
@@ -59,21 +60,21 @@ class Extreme:
 
 @dataclass(frozen=True, kw_only=True)
 class BearingCycle:
-    """One bearing over one cycle, SI; None for what its level of detail does not have.
+    """Results of one bearing over one cycle, SI; values that its fidelity level does not compute are None.
 
     Attributes
     ----------
-    family, number : ``MAIN`` or ``BIG_END``, from 1
+    family, number : ``MAIN`` or ``BIG_END``, and number from 1
     angle : (n,) crank angle, rad in [0, 4π)
     on_shell : (n,) load of the journal on its shell, N, in axes at rest
-    on_journal : (n,) load of the shell on the journal, N, in axes that turn with the crank and are those at rest at
-        crank angle 0
-    on_rod : (n,) of a big end: load on its shell, N, in the rod's axes, the second of which points to the small end
-    orbit : (n,) middle of the journal in its bore over the radial clearance, axes at rest
-    load, specific_load : largest (N, Pa); ``mean_specific_load`` over time
+    on_journal : (n,) load of the shell on the journal, N, in axes that rotate with the crank and coincide with those at
+        rest at crank angle 0
+    on_rod : (n,) load on the shell of a big end, N, in the rod's axes, the second of which points to the small end
+    orbit : (n,) position of the journal's middle in its bore over the radial clearance, axes at rest
+    load, specific_load : largest load (N) and specific load (Pa); ``mean_specific_load`` is the mean over time
     pv, peak_pv : mean and largest specific load times sliding speed, Pa m/s
-    film, pressure : least film (m), largest pressure in it (Pa)
-    friction_power, squeeze_power : means, W
+    film, pressure : least film thickness (m), largest film pressure (Pa)
+    friction_power, squeeze_power : mean powers, W
     oil_flow : mean flow out of both ends, m³/s
     """
 
@@ -97,19 +98,19 @@ class BearingCycle:
 
     @property
     def name(self) -> str:
-        """``main[1]``, ``big_end[1]``."""
+        """Name of the bearing, such as ``main[1]`` or ``big_end[1]``."""
         return f"{self.family}[{self.number}]"
 
 
 @dataclass(frozen=True)
 class BearingReport:
-    """All plain bearings of an engine over one cycle, and the mains where they are rollers: loads only.
+    """Results of all plain bearings of an engine over one cycle; roller mains are included with their loads only.
 
     Attributes
     ----------
     engine : the engine
-    speed : mean over the cycle, rad/s
-    mains, big_ends : from the pulley to the flywheel, by cylinder
+    speed : mean speed over the cycle, rad/s
+    mains, big_ends : mains from the pulley to the flywheel, big ends by cylinder
     """
 
     engine: Engine
@@ -119,11 +120,11 @@ class BearingReport:
 
     @property
     def bearings(self) -> tuple[BearingCycle, ...]:
-        """Mains, then big ends."""
+        """All bearings, mains first."""
         return self.mains + self.big_ends
 
     def total(self, what: str, family: str = "") -> float | None:
-        """Sum of ``friction_power``, ``squeeze_power`` or ``oil_flow``, of one family or all; None without films."""
+        """Sum of ``friction_power``, ``squeeze_power`` or ``oil_flow`` over one family or all; None without films."""
         values = [getattr(bearing, what) for bearing in self.bearings if family in ("", bearing.family)]
         known = [value for value in values if value is not None]
         return math.fsum(known) if known else None
@@ -134,15 +135,15 @@ class BearingReport:
 
     @property
     def fmep(self) -> float | None:
-        """Friction mean effective pressure of the bearings with films, Pa; None without any."""
+        """Friction mean effective pressure of all bearings with films, Pa; None if there are none."""
         power = self.total("friction_power")
         return None if power is None else self.mean_pressure(power)
 
 
 def bearing_report(run: Sampled, engine: Engine) -> BearingReport:
-    """Bearings over the last cycle of a run.
+    """Evaluate the bearings over the last cycle of a run.
 
-    Raises ``InputError``: a run that is shorter than a cycle, or of an engine with other bearings.
+    Raises ``InputError``: a run shorter than a cycle, or of an engine with other bearings.
     """
     last = np.flatnonzero(run.angle > run.angle[-1] - CYCLE + 1e-9)
     if last.size < 8 or run.angle[-1] - run.angle[0] < CYCLE * (1.0 - 1.0 / last.size):
@@ -168,9 +169,9 @@ def bearing_report(run: Sampled, engine: Engine) -> BearingReport:
 
 
 def rod_lean(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]:
-    """How far the rod of a cylinder (from 0) leans, rad from upright in the crank's sense, and d/dθ of it: (n,) each.
+    """Inclination (n,) of the rod of a cylinder (from 0), rad from upright in the crank's sense, and its d/dθ (n,).
 
-    ``angle`` (n,) is the crank's, rad.
+    ``angle`` (n,) is the crank angle, rad.
     """
     cylinders, throw, length = engine.cylinders, engine.throws[cylinder], engine.rods[cylinder].length
     bank = cylinders.bank_angles[cylinder]
@@ -184,7 +185,7 @@ def rod_lean(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]
 
 
 class _Cycle:
-    """Outputs of the last cycle, by name."""
+    """Outputs of a run over its last cycle, by name."""
 
     def __init__(self, run: Sampled, last: NDArray[np.int_]) -> None:
         self._run, self.last = run, last
@@ -210,10 +211,10 @@ class _Cycle:
 
 
 class _Shell(NamedTuple):
-    """Shell of a bearing: how far its axes have turned (n,) rad, and the journal's motion in it.
+    """Shell of a bearing: rotation ``turned`` (n,) of its axes, rad, and motion of the journal in it.
 
-    ``gap`` (n,) is the place of the least gap in axes at rest, rad; ``speed`` (n,) of rotation, rad/s; ``velocity``
-    (n,) of the journal's middle, m/s.
+    ``gap`` (n,) is the angle of the least gap in axes at rest, rad; ``speed`` (n,) the relative speed of rotation,
+    rad/s; ``velocity`` (n,) the velocity of the journal's middle, m/s.
     """
 
     name: str
@@ -227,18 +228,18 @@ class _Shell(NamedTuple):
 
 
 def _main(cycle: _Cycle, number: int, bearing: PlainBearing | None) -> BearingCycle:
-    """Main bearing, counted from 1; ``bearing`` is None where it is of rollers."""
+    """Results of a main bearing (from 1); ``bearing`` is None for a roller bearing."""
     name = f"bearing[{number}]"
     gap, speed, velocity = cycle[f"{name}.gap.angle"], cycle[f"{name}.speed.relative"], cycle.vector(f"{name}.velocity")
     return _bearing(cycle, _Shell(name, MAIN, number, bearing, np.zeros(gap.size), gap, speed, velocity))
 
 
 def _big_end(cycle: _Cycle, cylinder: int, engine: Engine) -> BearingCycle:
-    """Big end of a cylinder, counted from 0."""
+    """Results of the big end of a cylinder (from 0)."""
     name = f"big_end[{cylinder + 1}]"
     lean, slope = rod_lean(engine, cylinder, cycle.crank)
     joint, turning = engine.articulations[cylinder], np.ones(slope.size)
-    if joint is not None:  # its pin is fixed to the master rod
+    if joint is not None:  # the knuckle pin is fixed to the master rod
         turning = rod_lean(engine, joint.master, cycle.crank)[1]
     bearing = engine.big_end_bearing if joint is None else None
     gap, rate = np.angle(cycle.vector(f"{name}.position")), cycle.rate(f"{name}.position")
@@ -247,7 +248,7 @@ def _big_end(cycle: _Cycle, cylinder: int, engine: Engine) -> BearingCycle:
 
 
 def _bearing(cycle: _Cycle, shell: _Shell) -> BearingCycle:
-    """One bearing; films are where there is a pressure, specific loads where the engine file gives a plain bearing."""
+    """Results of one bearing, with a film if it has pressure and specific loads if it is a plain bearing."""
     name, bearing = shell.name, shell.bearing
     force = cycle.vector(f"{name}.force")
     in_shell = -force * np.exp(-1j * shell.turned)

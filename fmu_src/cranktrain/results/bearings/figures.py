@@ -23,17 +23,17 @@ _COLOURS = {MAIN: BLUE, BIG_END: ORANGE}
 
 
 def speed_name(speed_rpm: float) -> str:
-    """Name of a speed in pictures."""
+    """Text for a speed in names of pictures."""
     return f"{speed_rpm:.0f}rpm"
 
 
 def polar_names(name: str) -> tuple[str, str]:
-    """Names of the pictures of one run: loads on the shells, and on the journals."""
+    """File names of the polar load diagrams of one run: loads on shells, loads on journals."""
     return f"shell_loads_{name}.png", f"journal_loads_{name}.png"
 
 
 def save_polar_pictures(folder: Path, report: BearingReport, name: str) -> list[Path]:
-    """Write the polar load diagrams of a report, called by the run's name; returns their paths."""
+    """Write the polar load diagrams of a report, with the run's name in the file names; returns their paths."""
     rpm = report.speed / RPM
     title = f"{report.engine.title}, {rpm:.0f} rev/min"
     if name != speed_name(rpm):
@@ -43,7 +43,7 @@ def save_polar_pictures(folder: Path, report: BearingReport, name: str) -> list[
 
 
 def polar_figure(report: BearingReport, title: str, journals: bool) -> Any:
-    """Polar load diagrams of all bearings, on the shells or, where ``journals``, on the journals."""
+    """Polar load diagrams of all bearings; loads on the shells, or on the journals if ``journals`` is true."""
     from matplotlib.figure import Figure
 
     rows = [row for row in (report.mains, report.big_ends) if row]
@@ -79,7 +79,7 @@ def polar_figure(report: BearingReport, title: str, journals: bool) -> Any:
 def plot_polar_load(ax: Any, bearing: BearingCycle, load: ComplexArray, reach: float) -> Any:
     """Draw a load (n,), kN, over a cycle, coloured by the crank angle, in a square of half width ``reach``.
 
-    Returns the line, for a colour bar.
+    Returns the line object for a colour bar.
     """
     from matplotlib.collections import LineCollection
     from matplotlib.colors import LinearSegmentedColormap
@@ -111,9 +111,9 @@ def save_over_speed(
     limits: BearingLimits | None,
     gaps: Sequence[float] = (),
 ) -> Path:
-    """Write the worst bearing and friction over speed, from ``bearings_dict`` of each; returns the path.
+    """Write a picture of the worst bearing and of friction over speed, from a ``bearings_dict`` per speed.
 
-    ``gaps`` are speeds without a result, rev/min, over which no line is drawn.
+    ``gaps`` are speeds without a result, rev/min, at which lines are interrupted. Returns the path.
     """
     from matplotlib.figure import Figure
 
@@ -122,7 +122,7 @@ def save_over_speed(
     rpm = np.insert(np.array(ends, dtype=float), places, gaps)
 
     def broken(values: Sequence[float]) -> Array:
-        """Values at all speeds, not a number in the gaps."""
+        """Values at all speeds, with NaN at the gaps."""
         return np.insert(np.array(values, dtype=float), places, math.nan)
 
     figure = Figure(figsize=(10.0, 7.0), dpi=120, layout="constrained")
@@ -161,7 +161,7 @@ def save_over_speed(
 
 
 def _limits(limits: BearingLimits | None, what: str) -> list[tuple[float, str, str]]:
-    """Limits (SI), their names and colours: one of both families where they have the same."""
+    """Limits (SI) with names and colours; one common limit if both families have the same."""
     found = {family: limits.of(family, what) if limits else 0.0 for family in FAMILIES}
     if found[MAIN] == found[BIG_END] != 0.0:
         return [(found[MAIN], "limit", "black")]

@@ -1,4 +1,4 @@
-"""Bearings of a run compared with the limits of their engine file."""
+"""Comparison of a run's bearings with the limits of the engine file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAID = {
 
 @dataclass(frozen=True)
 class Violation:
-    """A limit that a bearing exceeds: one of ``JUDGED``, the value found and the allowed value, SI."""
+    """A violated limit of a bearing: quantity (one of ``JUDGED``), value found and permissible value, SI."""
 
     bearing: str
     what: str
@@ -33,13 +33,13 @@ class Violation:
 
 
 def judged(bearing: BearingCycle, what: str) -> float | None:
-    """Value that is compared with a limit, SI; None if the bearing's level does not compute it."""
+    """Value of a bearing to be compared with a limit, SI; None if its level does not compute this value."""
     found = getattr(bearing, what)
     return found if found is None or isinstance(found, float) else float(found.value)
 
 
 def violations(report: BearingReport) -> list[Violation]:
-    """Limits of the engine file that bearings do not keep."""
+    """All violations of the engine file's limits by the bearings of a report."""
     limits = report.engine.bearing_limits or BearingLimits()
     found = []
     for bearing in report.bearings:
@@ -51,7 +51,7 @@ def violations(report: BearingReport) -> list[Violation]:
 
 
 def missing_limits(report: BearingReport) -> list[str]:
-    """Keys of ``[bearing_limits]`` that the engine file lacks and that this run could be compared with."""
+    """Keys of ``[bearing_limits]`` that this run has values for but the engine file does not give."""
     limits = report.engine.bearing_limits or BearingLimits()
     keys = {
         f"{bearing.family}_{what}"

@@ -1,7 +1,7 @@
-"""Bearings of a run-up: each speed's cycle from the orders that the run-up keeps of the bearings' outputs.
+"""Bearings of a run-up: the cycle at each speed, composed of the stored orders of the bearings' outputs.
 
-Loads, journals' positions and friction are sums of the orders that the run-up has (up to 24 by default). Least film and
-largest pressure are the run's own extremes; their crank angles come from the sums. If the motion is not periodic,
+Loads, positions of journals and friction are sums of the orders of the run-up (up to 24 by default). Least film and
+largest pressure are extremes of the run itself; their crank angles come from the sums. If the motion is not periodic,
 orders are those of a mean cycle, and extremes are taken over all cycles.
 """
 
@@ -37,7 +37,7 @@ def bearing_outputs(engine: Engine, mains: bool = True) -> list[str]:
 
 
 def run_up_bearings(run_up: RunUp, engine: Engine) -> Iterator[BearingReport]:
-    """Report on the bearings at each speed that has a result, rising.
+    """Bearing report at each speed with a result, in rising order of speed.
 
     Raises ``InputError``: a run-up without the orders of its bearings, or of an engine with other bearings.
     """
@@ -51,7 +51,7 @@ def run_up_bearings(run_up: RunUp, engine: Engine) -> Iterator[BearingReport]:
 
 @dataclass(frozen=True)
 class OrderedCycle:
-    """One cycle as sums of orders, as :func:`cranktrain.results.bearings.cycle.bearing_report` reads a run.
+    """One cycle as sums of orders, in the form of a run for :func:`cranktrain.results.bearings.cycle.bearing_report`.
 
     Attributes
     ----------
@@ -65,13 +65,13 @@ class OrderedCycle:
 
     @classmethod
     def of(cls, run_up: RunUp, row: int) -> OrderedCycle:
-        """That of one speed of a run-up."""
+        """Make the cycle of one speed (row) of a run-up."""
         angle = np.linspace(0.0, CYCLE, SAMPLES + 1)
         return cls(angle / run_up.speeds[row], angle, _Outputs(run_up, row, angle))
 
 
 class _Outputs(Mapping[str, Array]):
-    """Sums of orders by the outputs' names; angle of the gap and velocity follow from the journal's place."""
+    """Sums of orders by output name; angle of the gap and velocity are derived from the journal's position."""
 
     def __init__(self, run_up: RunUp, row: int, angle: Array) -> None:
         self._run_up, self._row, self._angle = run_up, row, angle
@@ -101,7 +101,7 @@ class _Outputs(Mapping[str, Array]):
 
 
 def _with_extremes(bearing: BearingCycle, run_up: RunUp, row: int) -> BearingCycle:
-    """A bearing with the run's least film and largest pressure instead of the values from the sums."""
+    """Bearing in which least film and largest pressure are those of the run instead of the sums."""
     name = bearing.name.replace("main", "bearing")
     found = {}
     for key, output, column in (("film", "film_thickness_min", LEAST), ("pressure", "pressure_max", LARGEST)):

@@ -1,4 +1,4 @@
-"""A bearing report in engineers' units: the JSON of ``cranktrain bearing-loads``, and its tables."""
+"""Bearing report in engineering units: the JSON of ``cranktrain bearing-loads``, and its tables."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from cranktrain.results.tables import Table
 
 LITRES_PER_MINUTE = 6.0e4
 WORST = {"min_film_um": min, "max_pressure_mpa": max, "specific_load_mpa": max, "pv_mpa_m_s": max}
-"""What is worst of a family of bearings, keys of their entries, and how."""
+"""Key of each quantity whose worst value of a family is reported, and the function that gives the worst."""
 _KEYS = dict(zip(JUDGED, WORST, strict=True))
 
 
 def bearings_dict(report: BearingReport, attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """A report as JSON-able values; keys carry their unit, None stands for what the level of detail does not have.
+    """Report as JSON-able values; keys carry their unit, values that the fidelity level does not compute are None.
 
-    ``attributes`` of the run name its levels; ``grid_errors`` says how far the grid of elastic films in the mains may
-    be off, and is empty of other levels.
+    ``attributes`` of the run name its levels. Entry ``grid_errors`` has the possible errors by the grid of elastic
+    films in the mains; it is empty for other levels.
     """
     families = {MAIN: report.mains, BIG_END: report.big_ends}
     entries = {family: [_entry(bearing) for bearing in bearings] for family, bearings in families.items()}
@@ -46,7 +46,7 @@ def bearings_dict(report: BearingReport, attributes: Mapping[str, Any]) -> dict[
 
 
 def main_films(report: BearingReport) -> list[tuple[str, float, float]]:
-    """Name, least film (um) and largest pressure (Pa) of each main bearing that has a film."""
+    """Name, least film (um) and largest pressure (Pa) of each main bearing with a film."""
     return [(one.name, 1e6 * one.film.value, one.pressure.value) for one in report.mains if one.film and one.pressure]
 
 
@@ -67,7 +67,7 @@ def _entry(bearing: BearingCycle) -> dict[str, Any]:
 
 
 def _extreme(key: str, extreme: Extreme | None, scale: float) -> dict[str, float | None]:
-    """Value, crank angle and place of an extreme; its key ends with the unit."""
+    """Entries for value, crank angle and angle in the shell of an extreme; ``key`` ends with the unit."""
     stem = key.rpartition("_")[0] if key != "pv_mpa_m_s" else key
     if extreme is None:
         return {key: None}
@@ -108,7 +108,7 @@ _SPEEDS = {
 
 
 def bearing_tables(found: Mapping[str, Any]) -> list[Table]:
-    """Loads and films of one speed, from :func:`bearings_dict`; no films where no bearing has one."""
+    """Tables of loads and of films at one speed, from :func:`bearings_dict`; no table of films without films."""
     rows = [*found["mains"], *found["big_ends"]]
     tables = [_table(f"Loads at {found['speed_rpm']:.0f} rev/min: largest, where, mean", _LOADS, rows)]
     films = [row for row in rows if row["min_film_um"] is not None]
@@ -130,7 +130,7 @@ def _text(value: float | None, key: str) -> str:
 
 
 def speed_table(speeds: Sequence[Mapping[str, Any]]) -> Table:
-    """The worst of each family over speed, with friction, from :func:`bearings_dict` of each."""
+    """Table of the worst values of each family over speed, with friction, from a :func:`bearings_dict` per speed."""
     families = {"main": "mains", "big_end": "big ends"}
     header = [f"{name}: {words}" for name in families.values() for words in _SPEEDS.values()]
     rows = []
@@ -142,7 +142,7 @@ def speed_table(speeds: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def total_text(found: Mapping[str, Any]) -> str:
-    """Friction and oil flow of all bearings at one speed, in a line; empty where there are no films."""
+    """One line on friction and oil flow of all bearings at one speed; empty without films."""
     power, flow = found["friction_power_w"], found["oil_flow_l_per_min"]
     if power["all"] is None:
         return ""

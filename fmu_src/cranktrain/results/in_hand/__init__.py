@@ -1,1 +1,1 @@
-"""Results as people use them: short texts, tables for notebooks, data frames, pictures, values in any unit."""
+"""Results for interactive use: short texts, tables for notebooks, data frames, pictures, conversion of units."""

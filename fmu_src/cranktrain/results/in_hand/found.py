@@ -1,4 +1,4 @@
-"""What a verb finds, as a dictionary in engineers' units that can be looked at."""
+"""Result of a verb: a dictionary in engineering units with tables and a short display."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from cranktrain.results.run_up.plots import KIND_COLOURS
 from cranktrain.results.run_up.shown import figure_of
 
 LINES, LONGEST = 6, 72
-"""Lines of a text, and characters of a value that it shows."""
+"""Largest number of lines of a display, and of characters of a value in it."""
 
 
 class Found(dict[str, Any]):
-    """What a verb prints with ``--json``: keys carry their unit. ``verb`` is its name."""
+    """Result of a verb, with the content that ``--json`` prints. Keys carry their unit; ``verb`` is the verb's name."""
 
     verb = "cranktrain"
 
     @classmethod
     def of(cls, found: Mapping[str, Any], verb: str) -> Found:
-        """The dictionary of a verb."""
+        """Make the result of a verb from its dictionary."""
         made = cls(found)
         made.verb = verb
         return made
 
     @property
     def tables(self) -> dict[str, list[dict[str, Any]]]:
-        """Lists of records that are in it, by their place: ``cranktrain.modes``.
+        """All lists of records in the result, by their path in it, such as ``cranktrain.modes``.
 
-        A list that each record of another has is one table, ``speeds.mains``: its rows begin with the numbers and
-        texts of the record to which they belong (``scenarios.name`` where both have a ``name``).
+        Lists inside the records of another list are joined to one table, such as ``speeds.mains``. Its rows begin with
+        the numbers and texts of the outer record (``scenarios.name`` if both have a ``name``).
         """
         return dict(_tables(self, ""))
 
     def to_dataframe(self, table: str = "") -> Any:
-        """A list of records as a pandas ``DataFrame``; the first one, or the one of a place in :attr:`tables`.
+        """Pandas ``DataFrame`` of the list of records with this path in :attr:`tables`; by default the first list.
 
-        A column is named by its place in the record, ``friction_power_w.all``. Raises ``InputError`` where there is
-        no such table.
+        A column is named by its path in the record, such as ``friction_power_w.all``. Raises ``InputError`` if the
+        table does not exist.
         """
         import pandas
 
@@ -55,7 +55,7 @@ class Found(dict[str, Any]):
         return pandas.json_normalize([{k: v for k, v in row.items() if k not in within} for row in tables[wanted]])
 
     def _main(self, tables: Mapping[str, Any]) -> str:
-        """The table that is meant where none is named."""
+        """Path of the default table."""
         return next(iter(tables))
 
     def __repr__(self) -> str:
@@ -65,18 +65,18 @@ class Found(dict[str, Any]):
         return f"<{self.verb}, " + "\n ".join([f"{len(self)} keys", *shown]) + ">"
 
     def _repr_html_(self) -> str:
-        """Table of a notebook."""
+        """HTML table for a notebook."""
         return html_table(self.verb, ("", ""), [(key, _short(value)) for key, value in self.items()])
 
 
 class Frequencies(Found):
-    """What ``modal`` finds."""
+    """Result of verb ``modal``."""
 
     def _main(self, tables: Mapping[str, Any]) -> str:
         return next((name for name in ("cranktrain.modes", "modes") if name in tables), super()._main(tables))
 
     def plot(self, table: str = "", path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of the frequencies of a table, those of the cranktrain if none is named, by shape."""
+        """Figure (matplotlib) of the frequencies of a table by shape; by default those of the cranktrain."""
         frame = self.to_dataframe(table)
         if "hz" not in frame:
             raise InputError(f"modal: table '{table}' has no frequencies; take one of: {', '.join(self._with_hz)}")
@@ -96,7 +96,7 @@ class Frequencies(Found):
         return for_notebook(figure)
 
     def iplot(self, table: str = "") -> Any:
-        """Plotly figure of the frequencies of a table."""
+        """Bokeh figure of the frequencies of a table."""
         frame = self.to_dataframe(table)
         numbers = range(1, len(frame) + 1)
         return interactive_lines(numbers, {"frequency": frame["hz"]}, "mode", "frequency / Hz", "modes")
@@ -121,7 +121,7 @@ def _are_records(value: Any) -> bool:
 
 
 def _inner_tables(records: list[dict[str, Any]], place: str) -> Any:
-    """Tables that all records have under one key, each put together to one."""
+    """Join the lists that all records have under one key to one table per key."""
     for key in [key for key, value in records[0].items() if _are_records(value)]:
         if all(_are_records(one.get(key)) for one in records):
             own = place.rpartition(".")[2]
@@ -134,7 +134,7 @@ def _inner_tables(records: list[dict[str, Any]], place: str) -> Any:
 
 
 def _short(value: Any) -> str:
-    """A value in a few words."""
+    """Short text for a value."""
     if isinstance(value, dict):
         text = f"{{{', '.join(map(str, value))}}}"
     elif isinstance(value, list) and len(value) > 3:

@@ -1,4 +1,4 @@
-"""Result files read again."""
+"""Reader of result files."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from cranktrain.store.sound_files import rising
 
 
 class LoadedRun(TimeSeries, StoredRun):
-    """A run as its result file has it, with what a finished run offers."""
+    """A run read from its result file, with the methods of a finished run."""
 
     __repr__ = TimeSeries.__repr__
 
 
 class LoadedCoupling(LoadedRun):
-    """A run of coupled units, whose outputs are ``unit/output``, over the communication points."""
+    """A run of coupled units read from its file; outputs ``unit/output`` at the communication points."""
 
     @property
     def title(self) -> str:
-        """Engine, speed and scheme in one line."""
+        """Title with engine, speed and coupling scheme."""
         own = self.attributes
         speed = f", {own['speed_rpm']:.5g} rev/min" if "speed_rpm" in own else ""
         return f"{own.get('engine', 'units')}{speed}, coupled by {own.get('scheme')}"
@@ -42,7 +42,7 @@ def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
     InputError
         no path
     StoreError
-        a file that is missing, cut short, damaged, or of another kind
+        if the file is missing, incomplete, damaged, or of another kind
     """
     if not isinstance(path, str | Path):
         raise InputError(f"load_run: {path!r} is no path; give that of a result file, such as 'diesel_i6_2000rpm.h5'")
@@ -57,7 +57,7 @@ def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
 
 
 def _coupling(path: Path, data: Mapping[str, tuple[Array, str]], attributes: Mapping[str, Any]) -> LoadedCoupling:
-    """A run of coupled units; ``StoreError`` where none of them has a crank."""
+    """Run of coupled units from data of a file; ``StoreError`` if no unit has a crank."""
     outputs = {name: values for name, (values, _) in data.items()}
     angle = next((values for name, values in outputs.items() if name.endswith("/crank.angle")), None)
     time = outputs.get("time")

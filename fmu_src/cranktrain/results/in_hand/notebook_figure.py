@@ -1,4 +1,4 @@
-"""A figure that a notebook shows. Apart from the rest, because matplotlib takes half a second to load."""
+"""Matplotlib figure for notebooks, in a separate module because matplotlib takes half a second to load."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 
 class NotebookFigure(Figure):
-    """A figure that a notebook shows without any setting."""
+    """Matplotlib figure that notebooks display without further settings."""
 
     def _repr_png_(self) -> bytes:
         from matplotlib.backends.backend_agg import FigureCanvasAgg

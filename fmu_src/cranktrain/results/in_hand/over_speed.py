@@ -1,4 +1,4 @@
-"""Run-ups and natural frequencies over speed, as a library's user takes them."""
+"""Run-ups and natural frequencies over speed, with methods for users of the library."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cranktrain.results.run_up.run_up import TORSION, RunUp
 from cranktrain.results.run_up.shown import ALONG, TORSIONAL, Beside, Quantity, figure_of
 
 STRONGEST = 6
-"""Orders that an interactive picture shows where none are named."""
+"""Number of orders that an interactive picture shows by default."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,14 +33,14 @@ class OrdersOverSpeed(RunUp):
 
     Attributes
     ----------
-    report : what the verb ``runup`` says of it: resonances, firing, settling; empty where it was read from a file
+    report : report of verb ``runup`` (resonances, firing, settling); empty for a run-up read from a file
     """
 
     report: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(cls, run_up: RunUp, report: Mapping[str, Any] | None = None) -> OrdersOverSpeed:
-        """A run-up with its report."""
+        """Make the object from a run-up and its report."""
         return cls(**{own.name: getattr(run_up, own.name) for own in fields(RunUp)}, report=report or {})
 
     @property
@@ -49,7 +49,7 @@ class OrdersOverSpeed(RunUp):
         return tuple(self.amplitudes)
 
     def __getitem__(self, place: str | tuple[str, float]) -> Series:
-        """Zero-to-peak amplitudes of an output: of all orders, (s, o), or of one, (s,); SI, with their unit."""
+        """Zero-to-peak amplitudes of an output for all orders, (s, o), or for one, (s,); SI, with unit."""
         name, order = place if isinstance(place, tuple) else (place, None)
         if name not in self.amplitudes:
             raise InputError(f"output '{name}' is not in this run-up; {nearest_output(str(name), self.amplitudes)}")
@@ -57,7 +57,7 @@ class OrdersOverSpeed(RunUp):
         return Series(np.abs(found), output_unit(name), name)
 
     def to_dataframe(self, name: str = TORSION) -> Any:
-        """Amplitudes of an output as a pandas ``DataFrame``: speeds (rev/min) by orders; ``attrs["unit"]``."""
+        """Pandas ``DataFrame`` of an output's amplitudes, speeds (rev/min) by orders; the unit is ``attrs["unit"]``."""
         import pandas
 
         index = pandas.Index(self.speeds_rpm, name="speed_rpm")
@@ -74,7 +74,7 @@ class OrdersOverSpeed(RunUp):
         return xarray.Dataset(variables, coordinates, dict(self.attributes))
 
     def plot(self, name: str = TORSION, orders: Sequence[float] = (), path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of orders over speed, of those named or the strongest; also written to ``path``."""
+        """Figure (matplotlib) of the given or the strongest orders over speed, also written to ``path`` if given."""
         self[name]
         for order in orders:
             self.order(order, name)
@@ -86,7 +86,7 @@ class OrdersOverSpeed(RunUp):
         return for_notebook(figure)
 
     def iplot(self, name: str = TORSION, orders: Sequence[float] = ()) -> Any:
-        """Bokeh figure of orders over speed; ``InputError`` where Bokeh is not installed."""
+        """Bokeh figure of orders over speed; ``InputError`` if Bokeh is not installed."""
         found, unit = self[name], output_unit(name)
         if unit == "rad":
             found, unit = found.to("deg"), "deg"
@@ -99,7 +99,7 @@ class OrdersOverSpeed(RunUp):
 
     @property
     def title(self) -> str:
-        """Engine, speeds and level in one line."""
+        """Title with engine, speeds and crank level."""
         ends = f"{self.speeds_rpm[0]:.5g} to {self.speeds_rpm[-1]:.5g} rev/min" if self.speeds.size else "no speeds"
         return f"{self._engine_name}, {ends}, crank {self.attributes.get('crank')}"
 
@@ -108,7 +108,7 @@ class OrdersOverSpeed(RunUp):
         return str(self.attributes.get("engine", "engine"))
 
     def _peaks(self) -> list[tuple[str, str, str]]:
-        """Order, amplitude and speed of the largest amplitudes of the pulley's torsion, or of the first output."""
+        """Texts of order, size and speed of the largest amplitudes of the pulley's torsion, or of the first output."""
         name = TORSION if TORSION in self.amplitudes else next(iter(self.amplitudes), "")
         if not name or not self.speeds.size:
             return []
@@ -130,12 +130,12 @@ class OrdersOverSpeed(RunUp):
         )
 
     def _repr_html_(self) -> str:
-        """Table of a notebook: the largest amplitudes."""
+        """HTML table of the largest amplitudes for a notebook."""
         return html_table(self.title, ("order", "largest amplitude", "at rev/min"), self._peaks())
 
 
 class Campbell(ModesOverSpeed):
-    """Modes over speed, with the rays of orders: what ``ct.campbell`` returns."""
+    """Modes over speed with the rays of orders, result of ``ct.campbell``."""
 
     __slots__ = ()
 
@@ -145,7 +145,7 @@ class Campbell(ModesOverSpeed):
         return np.asarray(self.speeds / RPM)
 
     def to_dataframe(self) -> Any:
-        """Frequencies (Hz) as a pandas ``DataFrame``: speeds (rev/min) by modes."""
+        """Pandas ``DataFrame`` of frequencies (Hz), speeds (rev/min) by modes."""
         import pandas
 
         frame = pandas.DataFrame(self.hz, pandas.Index(self.speeds_rpm, name="speed_rpm"), list(self.names))
@@ -161,9 +161,9 @@ class Campbell(ModesOverSpeed):
     def plot(
         self, orders: Sequence[float] = (1.0, 2.0, 4.0, 6.0), path: str | Path | None = None, name: str = ""
     ) -> Any:
-        """Figure (matplotlib) of frequencies over speed with rays of orders; also written to ``path``.
+        """Figure (matplotlib) of frequencies over speed with rays of orders, also written to ``path`` if given.
 
-        ``name`` of the engine stands in the title.
+        ``name`` is the name of the engine for the title.
         """
         figure = figure_of(11.5, 7.5)
         highest = 1.1 * float(self.hz.max()) if self.hz.size else 100.0
@@ -177,7 +177,7 @@ class Campbell(ModesOverSpeed):
         return for_notebook(figure)
 
     def iplot(self, orders: Sequence[float] = (1.0, 2.0, 4.0, 6.0)) -> Any:
-        """Plotly figure of frequencies over speed with rays of orders."""
+        """Bokeh figure of frequencies over speed with rays of orders."""
         lines = {name: self.hz[:, k] for k, name in enumerate(self.names)}
         lines |= {f"order {order:g}": order * self.speeds_rpm / 60.0 for order in orders}
         return interactive_lines(
@@ -193,7 +193,7 @@ class Campbell(ModesOverSpeed):
         )
 
     def _repr_html_(self) -> str:
-        """Table of a notebook: each mode at the first and at the last speed."""
+        """HTML table of each mode at the first and at the last speed for a notebook."""
         rows = [(name, *(f"{self.hz[at, k]:.5g}" for at in (0, -1))) for k, name in enumerate(self.names)]
         ends = (f"Hz at {self.speeds_rpm[at]:.5g} rev/min" for at in (0, -1))
         return html_table("Modes at rest over speed", ("mode", *ends), rows)

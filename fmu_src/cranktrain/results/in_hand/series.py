@@ -1,4 +1,4 @@
-"""Values of one output with their unit: an array that also converts itself."""
+"""Array of an output's values with name and unit, and conversion to other units."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from cranktrain.core.units import base_powers, unit_factor
 
 
 class Series(np.ndarray):
-    """Values of an output: a NumPy array that knows its name and unit.
+    """Values of an output: a NumPy array with name and unit.
 
-    Slices and copies keep the unit. Results of arithmetic are plain arrays, because their unit may be another one.
+    Slices and copies keep the unit. Results of arithmetic are plain arrays, because their unit may be different.
 
     Attributes
     ----------
-    unit : of the values, such as ``rad``; empty where none is known
-    name : of the output
+    unit : unit of the values, such as ``rad``; empty if it is not known
+    name : name of the output
     """
 
     unit: str
     name: str
 
     def __new__(cls, values: Any, unit: str = "", name: str = "") -> Series:
-        """View of an array; nothing is copied."""
+        """Make a view of an array, without a copy."""
         made = np.asarray(values).view(cls)
         made.unit, made.name = unit, name
         return made
@@ -35,14 +35,14 @@ class Series(np.ndarray):
         self.unit, self.name = getattr(source, "unit", ""), getattr(source, "name", "")
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, out: Any = None, **options: Any) -> Any:
-        """Arithmetic on the plain arrays."""
+        """Apply arithmetic to the plain arrays."""
         if out is not None:
             options["out"] = tuple(_plain(one) for one in out)
         found = getattr(ufunc, method)(*map(_plain, inputs), **options)
         return out[0] if out is not None and len(out) == 1 else found
 
     def __reduce__(self) -> Any:
-        """Pickled with name and unit."""
+        """Pickle the array with name and unit."""
         return Series, (_plain(self), self.unit, self.name)
 
     def __repr__(self) -> str:
@@ -50,12 +50,12 @@ class Series(np.ndarray):
         return f"{self.name or 'values'} / {self.unit or 'no unit'}: {texts}"
 
     def to(self, unit: str) -> Series:
-        """The values in another unit, ``run["pulley.torsion"].to("deg")``.
+        """Convert the values to another unit, such as ``run["pulley.torsion"].to("deg")``.
 
         Raises
         ------
         InputError
-            a unit that is not known or measures something else
+            for a unit that is unknown or of another dimension
         """
         if not self.unit:
             raise InputError(f"{self.name or 'values'}: no unit is known; multiply by the factor that you need")
@@ -66,7 +66,7 @@ class Series(np.ndarray):
 
 
 def _plain(value: Any) -> Any:
-    """A value as plain array where it is a series."""
+    """Convert a series to a plain array; other values are returned unchanged."""
     if not isinstance(value, Series):
         return value
     found: NDArray[Any] = value.view(np.ndarray)

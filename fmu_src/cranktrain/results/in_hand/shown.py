@@ -1,4 +1,4 @@
-"""What results have in common: packages that are loaded when they are used, tables for notebooks, pictures."""
+"""Common functions of results: import of optional packages, tables for notebooks, pictures."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cranktrain.core.errors import InputError
 from cranktrain.results.plots import CYCLE_COLOURS
 
 EXTRAS = {"bokeh.plotting": "explore", "xarray": "xarray"}
-"""Modules of optional packages, and the extra of this package that installs them."""
+"""Extra of this package that installs each optional module."""
 
 
 def optional(module: str, asked: str) -> Any:
-    """A module of an optional package; ``InputError`` that says how to install it."""
+    """Import a module of an optional package; ``InputError`` with the way to install it."""
     try:
         return import_module(module)
     except ImportError:
@@ -28,14 +28,14 @@ def optional(module: str, asked: str) -> Any:
 
 
 def html_table(title: str, header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Table of a notebook; texts are escaped."""
+    """HTML table for a notebook, with escaped texts."""
     head = "".join(f"<th>{html.escape(str(one))}</th>" for one in header)
     body = "".join(f"<tr>{''.join(f'<td>{html.escape(str(one))}</td>' for one in row)}</tr>" for row in rows)
     return f"<table><caption>{html.escape(title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def for_notebook(figure: Any) -> Any:
-    """The same figure, which a notebook shows."""
+    """Convert a figure to one that notebooks display."""
     from cranktrain.results.in_hand.notebook_figure import NotebookFigure
 
     figure.__class__ = NotebookFigure
@@ -43,7 +43,7 @@ def for_notebook(figure: Any) -> Any:
 
 
 def interactive_lines(x: ArrayLike, lines: Mapping[str, ArrayLike], across: str, up: str, title: str) -> Any:
-    """Bokeh figure of lines over x by their names; ``across`` and ``up`` name the axes with their units."""
+    """Bokeh figure of named lines over x; ``across`` and ``up`` are labels of the axes with units."""
     figure = optional("bokeh.plotting", "iplot").figure(
         title=title, x_axis_label=across, y_axis_label=up, width=900, height=420,
         tooltips=[("", "$name"), (across, "$x{0.[000]}"), (up, "$y{0.[000000]}")],

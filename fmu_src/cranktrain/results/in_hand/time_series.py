@@ -1,4 +1,4 @@
-"""Outputs over time of one run, as a library's user takes them."""
+"""Outputs of one run over time, with methods for users of the library."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from cranktrain.results.in_hand.shown import for_notebook, html_table, interacti
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
 SHOWN = ("pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
-"""Outputs that a notebook's table shows."""
+"""Outputs shown in a notebook's table."""
 HIGHEST = 12.0
 
 
 class TimeSeries:
-    """Outputs over time: ``run["pulley.torsion"]`` is (n,) over ``run.time``; a mixin of runs and result files."""
+    """Mixin of runs and result files for access to outputs: ``run["pulley.torsion"]`` is (n,) over ``run.time``."""
 
     time: Array
     angle: Array
@@ -38,7 +38,7 @@ class TimeSeries:
 
     @property
     def title(self) -> str:
-        """Engine, speed and levels in one line."""
+        """Title with engine, speed and levels."""
         own = self.attributes
         speed = float(own.get("speed", math.nan)) / RPM
         return f"{self._engine_name}, {speed:.5g} rev/min, crank {own.get('crank')}, bearings {own.get('bearings')}"
@@ -48,20 +48,21 @@ class TimeSeries:
         return str(self.attributes.get("engine", "engine"))
 
     def __getitem__(self, name: str) -> Series:
-        """One output over time, (n,) SI, with its unit; ``InputError`` with the nearest name for none."""
+        """One output over time, (n,) SI, with unit; ``InputError`` with the nearest name if it does not exist."""
         if name not in self.outputs:
             raise InputError(f"output '{name}' does not exist; {nearest_output(str(name), self.outputs)}")
         return Series(self.outputs[name], output_unit(name), name)
 
     def orders(self, name: str, highest: float = HIGHEST) -> dict[float, float]:
-        """Order (0.5, 1, … per revolution) → zero-to-peak amplitude of one output over the last cycle, in its unit."""
+        """Zero-to-peak amplitudes of one output over the last cycle, in its unit, by order 0.5, 1, … per revolution."""
         orders, amplitudes = order_spectrum(self._cycle(name), highest)
         return dict(zip(orders.tolist(), amplitudes.tolist(), strict=True))
 
     def plot(self, name: str = "pulley.torsion", path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of one output over the last cycle and its orders, rad as deg; written to ``path`` too.
+        """Figure (matplotlib) of one output over the last cycle and its orders; rad shown in deg.
 
-        Raises ``InputError`` for an output that does not exist, and for a file that is no picture of ours.
+        The figure is also written to ``path`` if given. Raises ``InputError`` for an output that does not exist, and
+        for an existing file that is not a picture of this program.
         """
         from cranktrain.results.figures import motion_figure, save_figure
 
@@ -71,7 +72,7 @@ class TimeSeries:
         return for_notebook(figure)
 
     def iplot(self, *names: str) -> Any:
-        """Bokeh figure of outputs of one unit over the crank angle; ``InputError`` where Bokeh is not installed."""
+        """Bokeh figure over the crank angle of outputs with the same unit; ``InputError`` if Bokeh is not installed."""
         chosen = {name: self[name] for name in names or ("pulley.torsion",)}
         units = {one.unit: name for name, one in chosen.items()}
         if len(units) > 1:
@@ -83,7 +84,7 @@ class TimeSeries:
         return interactive_lines(across, chosen, "crank angle / deg", f"{label} / {unit or 'no unit'}", self.title)
 
     def to_dataframe(self, *names: str) -> Any:
-        """Outputs, all or those named, as a pandas ``DataFrame`` over time (s); ``attrs["units"]`` has their units."""
+        """Pandas ``DataFrame`` over time (s) of all outputs or those named; units are in ``attrs["units"]``."""
         import pandas
 
         chosen = {name: np.asarray(self[name]) for name in names or self.names}
@@ -93,7 +94,7 @@ class TimeSeries:
         return frame
 
     def to_xarray(self) -> Any:
-        """All outputs as an xarray ``Dataset`` over time, with units; ``InputError`` where xarray is not installed."""
+        """xarray ``Dataset`` of all outputs over time, with units; ``InputError`` if xarray is not installed."""
         xarray = optional("xarray", "to_xarray")
         size = self.time.size
         known = {name: values for name, values in self.outputs.items() if np.shape(values) == (size,)}
@@ -102,7 +103,7 @@ class TimeSeries:
         return xarray.Dataset(variables, coordinates, {"engine": self._engine_name, **self.attributes})
 
     def _cycle(self, name: str) -> Array:
-        """One output over the last cycle at equal angles."""
+        """One output over the last cycle at equally spaced crank angles."""
         return last_cycle(self.angle, np.asarray(self[name]))
 
     def __repr__(self) -> str:
@@ -113,7 +114,7 @@ class TimeSeries:
         )
 
     def _repr_html_(self) -> str:
-        """Table of a notebook: the main outputs over the last cycle."""
+        """HTML table of the main outputs over the last cycle for a notebook."""
         rows = []
         for name in [name for name in SHOWN if name in self.outputs] or self.names[:4]:
             cycle = self._cycle(name)

@@ -1,1 +1,1 @@
-"""Orders of a signal, and the resonances that they show."""
+"""Orders of signals, their resonances, and comparison with measured orders."""

@@ -1,4 +1,4 @@
-"""Deviations of a run-up from measured orders: speed and height of their peaks, amplitude and phase over the speed."""
+"""Deviations of a run-up from measured orders: speed and height of peaks, amplitude and phase over speed."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from cranktrain.results.run_up.twist import TWIST, with_twist
 from cranktrain.results.tables import Table
 
 MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}
-"""Names of outputs; all others are torsion of the pulley."""
+"""Texts for outputs; an output without entry is the pulley's torsion."""
 FOREIGN = 0.25
-"""Relative difference of all peaks' speeds from which measured orders are said to be of another engine."""
+"""A remark says that measured orders may be of another engine if all peaks differ in speed by at least this
+fraction."""
 
 
 def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
-    """A row for each measured order that the run-up has, over the speeds that both cover.
+    """Rows of deviations, one per measured order that the run-up has, over the speeds that both cover.
 
-    ``speed_percent``: peak of the computed over that of the measured curve, less 1; ``amplitude_percent``: the same of
-    their heights; ``rms_percent``: root mean square difference of the amplitudes over that of the measured ones;
-    ``phase_deg``: mean difference of the phases, computed less measured, weighted by the measured amplitudes. None
-    where one has no peak, or phases are not known.
+    ``speed_percent`` and ``amplitude_percent`` are the relative deviations of the computed peak's speed and height from
+    the measured peak. ``rms_percent`` is the root mean square difference of the amplitudes over that of the measured
+    amplitudes. ``phase_deg`` is the mean difference of the phases, computed minus measured, weighted by the measured
+    amplitudes. Values are None if a curve has no peak or phases are not known.
     """
     rows = []
     run_up = with_twist(run_up)
@@ -38,7 +39,7 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
             if output not in run_up.amplitudes or order not in run_up.orders:
                 continue
             computed = run_up.order(order, output)
-            # A computed speed without a result is a gap: points beside it have nothing to be compared with.
+            # Measured points next to a computed speed without a result are not compared.
             there = np.interp(speeds, run_up.speeds, np.abs(computed), math.nan, math.nan)
             inside = np.isfinite(there)
             if not inside.any():
@@ -67,7 +68,7 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
 
 
 def deviations_said(rows: list[dict[str, Any]]) -> str:
-    """Deviations as a line of text below a picture: peak in speed and height, phase; empty where there are none."""
+    """Line of text below a picture on deviations of peaks (speed, height) and of phase; empty if there are none."""
     parts = []
     for row in rows:
         said = [
@@ -83,7 +84,7 @@ def deviations_said(rows: list[dict[str, Any]]) -> str:
 
 
 def of_another_engine(rows: list[dict[str, Any]]) -> str:
-    """Remark where all peaks of measured orders are further than ``FOREIGN`` from the computed ones; else empty."""
+    """Remark if all measured peaks are at least ``FOREIGN`` away from the computed ones; otherwise empty."""
     found = [row["speed_percent"] for row in rows if row["speed_percent"] is not None]
     if found and min(abs(value) for value in found) > 100.0 * FOREIGN:
         return (
@@ -94,12 +95,12 @@ def of_another_engine(rows: list[dict[str, Any]]) -> str:
 
 
 def check_measured(run_up: RunUp, measured: Measured) -> None:
-    """Refuse measured orders that have nothing in common with a run-up; ``InputError`` with the ranges of both."""
+    """Refuse measured orders without a speed in the range of a run-up; ``InputError`` with both ranges."""
     check_speeds_measured(measured, float(run_up.speeds[0]), float(run_up.speeds[-1]))
 
 
 def check_speeds_measured(measured: Measured, first: float, last: float) -> None:
-    """Refuse measured orders without a speed between two, rad/s; ``InputError`` with both ranges."""
+    """Refuse measured orders without a speed between ``first`` and ``last``, rad/s; ``InputError`` with both ranges."""
     spans = [(speeds[0], speeds[-1]) for by_order in measured.values() for speeds, _ in by_order.values()]
     low, high = min(one[0] for one in spans), max(one[1] for one in spans)
     if high < first or low > last:
@@ -110,7 +111,7 @@ def check_speeds_measured(measured: Measured, first: float, last: float) -> None
 
 
 def deviation_table(rows: list[dict[str, Any]]) -> Table:
-    """Deviations as a table of texts."""
+    """Table of deviations."""
 
     def said(value: float | None, form: str) -> str:
         return NOTHING if value is None else format(value, form)
@@ -142,9 +143,9 @@ def deviation_table(rows: list[dict[str, Any]]) -> Table:
 
 
 def _peak(speeds: Array, sizes: Array, noise: float = 0.0) -> tuple[float, float] | None:
-    """Speed and height of a curve's peak, by the parabola through three points.
+    """Speed and height of a curve's peak, from the parabola through three points.
 
-    None for a peak at an end, or one that stands out of the lower quarter of the curve by less than ``noise``.
+    None for a peak at an end, or a peak that exceeds the lower quartile of the curve by less than ``noise``.
     """
     if speeds.size < 3:
         return None
@@ -160,7 +161,7 @@ def _peak(speeds: Array, sizes: Array, noise: float = 0.0) -> tuple[float, float
 
 
 def _phase(speeds: Array, computed: ComplexArray, at: Array, sizes: Array, phases: Array) -> float | None:
-    """Mean difference of phases, deg, weighted by the measured amplitudes; None where no phase is known."""
+    """Mean difference of phases, deg, weighted by the measured amplitudes; None if no phase is known."""
     good = np.isfinite(phases)
     if not good.any():
         return None

@@ -1,11 +1,11 @@
-"""Orders of a periodic signal: its harmonics per 720° cycle.
+"""Orders of a periodic signal, its harmonics over a cycle of 720°.
 
 Order n counts n oscillations per revolution, so a four-stroke cycle has the orders 0.5, 1, 1.5, … Over the crank angle
 
     x(θ) = mean + Re Σ a_n exp(i n θ),
 
 so |a_n| is zero to peak, and a cosine that peaks at θ = 0 has a real, positive a_n. A cycle sampled at equal angles has
-no leakage: all orders that its samples resolve are exact.
+no leakage, so all orders that its samples resolve are exact.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ def order_amplitudes(signal: Array, highest: float | None = None, cycles: int = 
 
     Parameters
     ----------
-    signal : (n, …) uniform samples over ``cycles`` cycles of 720°, the end point left out; any unit
-    highest : largest order to return; None returns all that the samples resolve, up to n/(4 ``cycles``)
+    signal : (n, …) uniform samples over ``cycles`` cycles of 720°, without the end point; any unit
+    highest : highest order to return; None for all that the samples resolve, up to n/(4 ``cycles``)
 
     Returns
     -------
@@ -44,7 +44,7 @@ def order_amplitudes(signal: Array, highest: float | None = None, cycles: int = 
         raise InputError("order spectrum: one cycle of at least two finite samples is wanted")
     amplitudes: ComplexArray = 2.0 * np.fft.rfft(values, axis=0)[cycles::cycles] / n
     if n % 2 == 0:
-        amplitudes[-1] *= 0.5  # the last line of an even number of samples stands alone, without its mirror image
+        amplitudes[-1] *= 0.5  # the last line of an even number of samples has no mirror image
     resolved = 0.5 * amplitudes.shape[0]
     if highest is not None and highest > resolved + 1e-9:
         raise InputError(
@@ -62,8 +62,8 @@ def order_spectrum(signal: Array, highest: float | None = None) -> tuple[Array, 
 
     Parameters
     ----------
-    signal : (n,) uniform samples over one 720° cycle, its end point left out; any unit
-    highest : largest order to return; None, or one beyond, returns all that n samples resolve, up to n/4
+    signal : (n,) uniform samples over one 720° cycle, without the end point; any unit
+    highest : highest order to return; None or a higher one for all that n samples resolve, up to n/4
 
     Returns
     -------
@@ -84,8 +84,8 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
 
     Parameters
     ----------
-    angle : (k,) increasing crank angle, rad, its spacing as the speed made it
-    signal : (k,) values at those angles, any unit
+    angle : (k,) increasing crank angle, rad, not necessarily equidistant
+    signal : (k,) values at these angles, any unit
     n : number of samples
 
     Returns
@@ -98,10 +98,10 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     if not np.all(np.diff(x) > 0.0):
         raise InputError("last cycle: the crank angle must increase from point to point")
     start = x[-1] - CYCLE
-    # The crank swings about its shaft: one turning cycle may start and end a trifle apart.
+    # The crank oscillates on its shaft, so the angle covered by one cycle may be slightly less than 720°.
     if start < x[0] - 0.25 * (x[1] - x[0]):
         raise InputError(f"last cycle: the run covers {math.degrees(x[-1] - x[0]):.0f} of 720 deg; simulate longer")
-    first = max(int(np.searchsorted(x, start)) - 8, 0)  # a few points before the cycle settle the spline's end
-    from scipy.interpolate import CubicSpline  # a third of a second, which a run's start has no need of
+    first = max(int(np.searchsorted(x, start)) - 8, 0)  # a few points before the cycle damp end effects
+    from scipy.interpolate import CubicSpline  # slow to import, so not at start
 
     return np.asarray(CubicSpline(x[first:], y[first:])(start + np.arange(n) * (CYCLE / n)))

@@ -1,15 +1,15 @@
-"""Measured orders from a file: a text table with one line a point, of speed, order, amplitude and its unit.
+"""Reader of measured orders: a text table with one point per line (speed, order, amplitude, unit).
 
     speed_rpm, order, amplitude, unit
     2380, 6, 0.21, deg
     1900, 3, 85, um
 
-Amplitudes are zero to peak. A unit of angle belongs to the pulley's torsion, one of length to its axial motion. The
-unit may stand in each line, in a row of units or in the header, as ``amplitude [deg]``; a speed without unit is in
-rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table`, with further columns:
-``phase_deg``, ``band``, half the width of an amplitude's band in its unit, and ``wheel``, the teeth of the wheel whose
-rotation was measured, are taken. Other files hold curves over
-speed, such as data sets 58 of a UFF file (:mod:`cranktrain_lab.measured`).
+Amplitudes are zero to peak. A unit of angle belongs to the pulley's torsion, a unit of length to its axial motion. The
+unit may be given in each line, in a row of units or in the header, as ``amplitude [deg]``; a speed without unit is in
+rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table` and have further columns. Read are
+``phase_deg``, ``band`` (half width of an amplitude's band in its unit) and ``wheel`` (number of teeth of the wheel
+whose rotation was measured). Other files hold curves over speed, such as data sets 58 of a UFF file
+(:mod:`cranktrain_lab.measured`).
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ KINDS = ("speed", "order", "amplitude", "unit")
 COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "unit": "unit"}
 LAID_OVER = (TORSION, AXIAL, FLYWHEEL, "twist")
 FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "band_95", "uncertainty")}
-"""Columns that a table may have besides: names in lower case."""
+"""Optional columns of a table and their names in lower case."""
 OWN = ("output", "signal", "wheel")
-"""Further columns of the table that is written."""
+"""Further columns of tables written by this program."""
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
-"""Output that an amplitude of a dimension belongs to."""
+"""Output to which an amplitude belongs, by the dimension of its unit."""
 LARGEST, LEAST = 1e9, 1e-15
-"""Largest amplitude, speed, phase and band, and least band that is not 0, in SI."""
+"""Largest permitted amplitude, speed, phase and band, and smallest nonzero band, in SI."""
 REMEDY = "give lines of speed_rpm, order, amplitude, unit under this header"
 Measured = Mapping[str, Mapping[float, tuple[Array, Array]]]
-"""Output → order → speeds (k,) rad/s and amplitudes (k,) zero to peak, SI; speeds rise or repeat."""
+"""Output → order → speeds (k,) rad/s and amplitudes (k,) zero to peak, SI; speeds do not decrease."""
 
 
 class OrderCurve(NamedTuple):
@@ -60,12 +60,12 @@ class OrderCurve(NamedTuple):
 
 
 class MeasuredOrders(dict[str, dict[float, tuple[Array, Array]]]):
-    """Measured orders as :data:`Measured`, with what else was measured of them.
+    """Measured orders in the form of :data:`Measured`, with their phases, bands and wheels.
 
     Attributes
     ----------
-    phases, bands : output → order → phases (k,) rad and half widths of bands (k,), SI; not a number where not known
-    wheels : output → teeth of the wheel that measured it, as the file states them; None where it has no such column
+    phases, bands : output → order → phases (k,) rad and half widths of bands (k,), SI; NaN if not known
+    wheels : output → number of teeth of the measured wheel as stated in the file; None without such a column
     """
 
     def __init__(self) -> None:
@@ -75,7 +75,7 @@ class MeasuredOrders(dict[str, dict[float, tuple[Array, Array]]]):
         self.wheels: dict[str, str] | None = None
 
     def put(self, output: str, order: float, points: list[tuple[float, float, float, float]]) -> None:
-        """Add points of an order: speed, amplitude, phase and band of each, SI."""
+        """Add points of an order, each with speed, amplitude, phase and band, SI."""
         speeds, amplitudes, phases, bands = np.array(sorted(points)).T
         self.setdefault(output, {})[order] = speeds, amplitudes
         self.phases.setdefault(output, {})[order] = phases
@@ -83,21 +83,21 @@ class MeasuredOrders(dict[str, dict[float, tuple[Array, Array]]]):
 
 
 def band_of(measured: Measured | None, output: str, order: float) -> Array | None:
-    """Half widths of bands (k,) of a measured order, SI; None where they are not known."""
+    """Half widths (k,) of the bands of a measured order, SI; None if they are not known."""
     found = measured.bands.get(output, {}).get(order) if isinstance(measured, MeasuredOrders) else None
     return None if found is None or not np.isfinite(found).any() else found
 
 
 def phases_of(measured: Measured, output: str, order: float) -> Array | None:
-    """Phases (k,) rad of a measured order; None where they are not known."""
+    """Phases (k,) of a measured order, rad; None if they are not known."""
     found = measured.phases.get(output, {}).get(order) if isinstance(measured, MeasuredOrders) else None
     return None if found is None or not np.isfinite(found).any() else found
 
 
 def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -> Measured:
-    """Measured orders of a file; ``InputError``: one line with file and row.
+    """Read measured orders from a file; ``InputError`` with file and line.
 
-    ``kinds``: output that an amplitude of each known dimension belongs to.
+    ``kinds`` gives the output for each dimension of an amplitude.
     """
     name = Path(path).name
     place = user_path(path)
@@ -141,20 +141,20 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
 
 
 def _is_column(word: str) -> bool:
-    """Whether a word of a header names a column of measured orders."""
+    """True if a word of a header is the name of a column of measured orders."""
     name = word.strip().lower()
     return bool(kind_of(named(word)[0], KINDS)) or name in OWN or any(name in known for known in FURTHER.values())
 
 
 def _named_output(name: str, by_unit: str, where: str) -> str:
-    """Output that a row names, or that of its unit."""
+    """Output of a row, by its name or else by its unit."""
     if name and name not in LAID_OVER:
         raise InputError(f"{where}: output {shown(name)} takes no measured orders; {nearest(name, LAID_OVER)}")
     return name or by_unit
 
 
 def _of_curves(curves: Sequence[OrderCurve], name: str, kinds: Mapping[str, str]) -> Measured:
-    """Measured orders of curves over speed."""
+    """Convert curves over speed to measured orders."""
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for curve in curves:
         output, scale = _amplitude_unit(curve.unit, f"{name}, {curve.name}", kinds)
@@ -176,9 +176,9 @@ def _measured(
 
 
 def _check_sizes(speed: float, values: Sequence[float], where: str) -> None:
-    """``InputError`` for what nobody measures: squares of what is left, and their sums, are finite.
+    """Refuse impossible values of a point with ``InputError``, so that squares of values and their sums are finite.
 
-    ``values`` are amplitude (SI), phase (rad) and half width of the band (SI), the last two NaN where not known.
+    ``values`` are amplitude (SI), phase (rad) and half width of the band (SI); the last two are NaN if not known.
     """
     if not 0.0 < speed <= LARGEST:
         raise InputError(f"{where}: speed {speed:g} rad/s is not one of an engine; correct its row")
@@ -193,13 +193,13 @@ def _check_sizes(speed: float, values: Sequence[float], where: str) -> None:
 
 
 def _further(table: TextRows) -> dict[str, int]:
-    """Columns of phase and band, where the table has them."""
+    """Indices of the columns of phase and band that the table has."""
     names = [name.strip().lower() for name in table.names]
     return {key: names.index(name) for key, known in FURTHER.items() for name in known if name in names}
 
 
 def _optional(table: TextRows, cells: list[str], column: int | None) -> float:
-    """A number that may be missing."""
+    """Number of an optional cell, NaN if it is missing or not a number."""
     if column is None or not cells[column].strip():
         return math.nan
     try:
@@ -209,7 +209,7 @@ def _optional(table: TextRows, cells: list[str], column: int | None) -> float:
 
 
 def _columns(table: TextRows, name: str) -> dict[str, int]:
-    """Columns of speed, order, amplitude and, where there is one, unit."""
+    """Indices of the columns of speed, order, amplitude and, if present, unit."""
     found = columns_of(table.names, KINDS)
     for kind, places in found.items():
         if len(places) > 1:
@@ -226,7 +226,7 @@ def _columns(table: TextRows, name: str) -> dict[str, int]:
 
 
 def _speed_scale(unit: str, name: str) -> float:
-    """The rad/s of a unit of speed, rev/min where none is stated."""
+    """Factor from a unit of speed to rad/s; without unit that of rev/min."""
     found = known_factor(unit or "rev/min", "speed")
     if found is None:
         raise InputError(f"{name}: its speeds are in {shown(unit)}; {nearest(unit, UNITS['speed'])}")
@@ -234,7 +234,7 @@ def _speed_scale(unit: str, name: str) -> float:
 
 
 def _amplitude_unit(unit: str, where: str, kinds: Mapping[str, str]) -> tuple[str, float]:
-    """Output that an amplitude belongs to by its unit, and the unit in SI."""
+    """Output to which an amplitude belongs by its unit, and the factor of this unit to SI."""
     for dimension, output in kinds.items():
         if unit and (found := known_factor(unit, dimension)):
             return output, found.scale
@@ -244,7 +244,7 @@ def _amplitude_unit(unit: str, where: str, kinds: Mapping[str, str]) -> tuple[st
 
 
 def _number(table: TextRows, text: str, key: str, where: str) -> float:
-    """A number of a line that is not negative, or of speed and order positive."""
+    """Number of a cell; it must not be negative, and speed and order must be positive. ``InputError``."""
     try:
         value = table.dialect.number(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Measured orders at one speed: points with phase and band, and the motion over a cycle that they make."""
+"""Measured orders at one speed: points with phase and band, and the resulting motion over a cycle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cranktrain.results.orders.measured import Measured, band_of, phases_of
 
 
 class Point(NamedTuple):
-    """Measured order at a speed: amplitude, SI, zero to peak; phase, rad, and half width of its band or NaN."""
+    """Measured order at a speed: amplitude, SI, zero to peak; phase, rad, and half width of band, NaN if unknown."""
 
     order: float
     amplitude: float
@@ -22,9 +22,9 @@ class Point(NamedTuple):
 
 
 def points_at(measured: Measured | None, output: str, speed: float, reach: float) -> list[Point]:
-    """Points of all measured orders of an output next to a speed, within ``reach``, rad/s both; sorted by order.
+    """Points of all measured orders of an output within ``reach`` of a speed, both rad/s, sorted by order.
 
-    An amplitude of a speed that was measured several times is the mean; its phase and band are those of the first.
+    If a speed was measured several times, the amplitude is the mean; phase and band are those of the first point.
     """
     found = []
     for order, (speeds, sizes) in sorted((measured or {}).get(output, {}).items()):
@@ -45,9 +45,9 @@ def points_at(measured: Measured | None, output: str, speed: float, reach: float
 
 
 def motion_of(points: Sequence[Point], angle: Array) -> tuple[Array, float] | None:
-    """Motion (n,) over crank angles (n,) rad, and half width of its band (root of the sum of squares); SI.
+    """Motion (n,) at crank angles (n,) rad, and half width of its band (root of the sum of squares); SI.
 
-    None where no phase is known; orders without a phase are left out.
+    Orders without a phase are left out. The result is None if no phase is known.
     """
     known = [point for point in points if math.isfinite(point.phase)]
     if not known:
@@ -58,5 +58,5 @@ def motion_of(points: Sequence[Point], angle: Array) -> tuple[Array, float] | No
 
 
 def reach_of(speeds: Array) -> float:
-    """Distance, rad/s, up to which a measured speed belongs to one of the speeds (s,) rad/s: half of their step."""
+    """Distance, rad/s, up to which a measured speed belongs to one of ``speeds`` (s,), rad/s: half of their step."""
     return 0.5 * float(np.diff(speeds).mean()) + 1e-6 if speeds.size > 1 else 0.1

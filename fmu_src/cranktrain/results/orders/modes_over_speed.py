@@ -1,4 +1,4 @@
-"""Natural frequencies over the speed, and the speeds at which orders meet them."""
+"""Natural frequencies over speed, and speeds at which orders excite them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cranktrain.core.reduced_body import Array
 
 
 class Crossing(NamedTuple):
-    """Speed (rad/s) at which an order meets a mode, named and of a kind, of a frequency (Hz) there."""
+    """Resonance of an order with a mode: order, name and kind of the mode, speed (rad/s) and frequency (Hz)."""
 
     order: float
     mode: str
@@ -22,14 +22,14 @@ class Crossing(NamedTuple):
 
 
 class ModesOverSpeed(NamedTuple):
-    """Modes followed over the speed.
+    """Modes tracked over speed.
 
     Attributes
     ----------
     speeds : (s,) rad/s, increasing
     hz : (s, m) natural frequencies
-    names, kinds : (m,) such as ``torsional 1`` and ``torsional``
-    agreement : (s − 1, m) modal assurance criterion of each mode with itself at the next speed
+    names, kinds : (m,) names and kinds, such as ``torsional 1`` and ``torsional``
+    agreement : (s − 1, m) modal assurance criterion between each mode and itself at the next speed
     """
 
     speeds: Array
@@ -39,7 +39,7 @@ class ModesOverSpeed(NamedTuple):
     agreement: Array
 
     def crossings(self, orders: Sequence[float], kind: str = "") -> list[Crossing]:
-        """Where orders meet modes of a kind, or any, within the speeds; by speed."""
+        """Resonances of orders with modes of one kind, or of any, within the speeds; sorted by speed."""
         found = []
         for order in orders:
             ahead = order * self.speeds[:, None] / (2.0 * math.pi) - self.hz
@@ -53,7 +53,7 @@ class ModesOverSpeed(NamedTuple):
         return sorted(found, key=lambda crossing: crossing.speed)
 
     def nearest(self, order: float, speed: float, kind: str = "") -> Crossing | None:
-        """The mode of a kind, or any, nearest to an order at a speed (rad/s); None where there is none."""
+        """Mode of one kind, or of any, nearest to an order at a speed (rad/s); None if there is none."""
         which = [k for k, own in enumerate(self.kinds) if kind in ("", own)]
         if not which:
             return None

@@ -1,11 +1,11 @@
-"""Peaks of orders over the speed, and the modes that they belong to.
+"""Peaks of orders over speed, and the modes to which they belong.
 
-Near a resonance of one mode under a force that hardly changes, 1/|a|² is a parabola in speed,
+Near a resonance of one mode under a nearly constant force, 1/|a|² is a parabola in speed,
 
     1/|a|² ∝ (Ω − Ω₀)² + (ζ Ω₀)²,
 
-whose least value is the peak; half of the power is lost ζ Ω₀ away from it. Through the three speeds round the largest
-amplitude it gives place, height and damping; where it has no least value there, a parabola of |a| gives place, height.
+whose minimum is the peak; the half-power points are ζ Ω₀ away from it. The parabola through the three speeds around the
+largest amplitude gives speed, height and damping. If it has no minimum there, a parabola of |a| gives speed and height.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from cranktrain.results.orders.harmonics import Array
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 
 COUNTS = 0.01
-"""A peak counts if it exceeds this fraction of the output's largest order amplitude, or of the largest amplitude of an
-order's acceleration. Uneven rotation of a light crank as a whole may be 300 times as large as its resonances, at a
+"""A peak is listed if it exceeds this fraction of the output's largest order amplitude, or of the largest acceleration
+amplitude of an order. Uneven rotation of a light crank as a whole may be 300 times as large as its resonances, at a
 hundredth of their frequency squared."""
 STANDS_OUT = 0.1
-"""Fraction of its height by which a peak must exceed the higher of its two neighbouring minima."""
+"""A peak must exceed the higher of its two neighbouring minima by this fraction of its height."""
 NEAR = 0.2
 """A peak belongs to a mode if it lies within this fraction of the mode's frequency."""
 
@@ -38,13 +38,13 @@ class Peak:
     order : oscillations per revolution
     speed : rad/s
     amplitude : zero to peak, in the output's unit
-    damping : damping ratio by half power; not a number where the curve does not show it
-    periodic : whether the motion repeats at the speeds round it; also where no cycles were run
-    mode_hz : frequency of the mode nearest to it; not a number where none is near
-    kind : of that mode's motion
-    motion_hz : frequency of the mode in motion, of small motions about the running crank's cycle there, that
-        contributes most to the peak; not a number where it is not known
-    motion_torsion : fraction of torsion in the kinetic energy of that mode; not a number where it is not known
+    damping : damping ratio by half-power points; NaN if the curve does not show it
+    periodic : true if the motion is periodic at the speeds around the peak, or if no cycles were run
+    mode_hz : frequency of the nearest mode; NaN if none is near
+    kind : kind of motion of this mode
+    motion_hz : frequency of the mode in motion (small motions about the running crank's cycle) that contributes most to
+        the peak; NaN if not known
+    motion_torsion : fraction of torsion in the kinetic energy of this mode in motion; NaN if not known
     """
 
     order: float
@@ -59,29 +59,29 @@ class Peak:
 
     @property
     def hz(self) -> float:
-        """Frequency, Hz."""
+        """Frequency of the peak, Hz."""
         return self.order * self.speed / (2.0 * math.pi)
 
     @property
     def critical_speed(self) -> float:
-        """Speed (rad/s) at which its order meets its mode."""
+        """Speed (rad/s) at which the peak's order has the frequency of its mode."""
         return 2.0 * math.pi * self.mode_hz / self.order
 
     @property
     def off(self) -> float:
-        """Relative distance above its mode; not a number if it has none."""
+        """Relative deviation of the peak's frequency from its mode; NaN without a mode."""
         return self.hz / self.mode_hz - 1.0
 
     @property
     def off_in_motion(self) -> float:
-        """Relative distance above the mode in motion; not a number if that is unknown."""
+        """Relative deviation of the peak's frequency from its mode in motion; NaN if this is unknown."""
         return self.hz / self.motion_hz - 1.0
 
 
 def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
-    """Peaks of all orders of an output, the highest first; ``InputError`` for an output that the run-up lacks."""
+    """Peaks of all orders of an output, highest first; ``InputError`` for an output that the run-up lacks."""
     found = []
-    # Speeds that have no result are left out.
+    # Speeds without a result are left out.
     has = np.isfinite(run_up.amplitudes[output]).all(axis=1)
     speeds, repeats, cycles = run_up.speeds[has], run_up.repeats[has], run_up.cycles[has]
     whole = np.abs(run_up.amplitudes[output][has])
@@ -99,7 +99,7 @@ def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
 
 
 def labelled(found: Sequence[Peak], hz: Array, kinds: Sequence[str]) -> list[Peak]:
-    """The peaks with the nearest of the modes, ``hz`` (k,) and ``kinds`` (k,), where one is ``NEAR``."""
+    """Peaks labelled with the nearest of the modes ``hz`` (k,), ``kinds`` (k,), if it lies within ``NEAR``."""
     return [_with_mode(peak, hz, kinds) for peak in found]
 
 
@@ -112,7 +112,7 @@ def _with_mode(peak: Peak, hz: Array, kinds: Sequence[str]) -> Peak:
 
 
 def _maxima(sizes: Array) -> list[int]:
-    """Indices of the peaks inside a curve (n,)."""
+    """Indices of the peaks of a curve (n,), without its ends."""
     places = []
     for at in range(1, sizes.size - 1):
         if not sizes[at - 1] < sizes[at] >= sizes[at + 1]:
@@ -127,7 +127,7 @@ def _maxima(sizes: Array) -> list[int]:
 
 
 def _vertex(speeds: Array, sizes: Array) -> tuple[float, float, float]:
-    """Place (rad/s), height and damping ratio of the peak through three speeds, the middle one the largest."""
+    """Speed (rad/s), height and damping ratio of a peak from three points, of which the middle one is the highest."""
     middle, scale = float(speeds[1]), float(sizes[1])
     x = speeds - middle
     a, b, c = np.polyfit(x, (scale / sizes) ** 2, 2)

@@ -1,13 +1,13 @@
-"""Orders while the speed changes: amplitudes that vary along the crank angle.
+"""Order tracking: order amplitudes of a signal with varying speed.
 
 The signal is resampled at equal crank angles, where an order is a line at any speed. Around each angle of interest all
-lines together, each with an amplitude that is a parabola in the angle,
+lines, each with an amplitude that is quadratic in the angle,
 
     x(θ) = trend + Re Σ_n (a_n + a_n' τ + a_n'' τ²) exp(i n θ),   τ = θ − θ₀,
 
-are fitted to some cycles by least squares under a window cos⁴. So neighbouring orders do not leak into one another, and
-the orders of a steady cycle are exact. The samples are equidistant, hence the fit is the same linear map at every
-angle. Through a resonance of 2 % damping at 100 rev/min per second its error is 0.06 % of the peak
+are fitted together to a few cycles by least squares with a cos⁴ window. Neighbouring orders therefore do not leak into
+one another, and the orders of a steady cycle are exact. The samples are equidistant, so the fit is the same linear map
+at every angle. Through a resonance of 2 % damping at 100 rev/min per second its error is 0.06 % of the peak
 (``tests/properties/test_orders.py`` asserts 1 %), so no Vold–Kalman filter is needed.
 """
 
@@ -22,22 +22,22 @@ from cranktrain.core.errors import InputError
 from cranktrain.results.orders.harmonics import CYCLE, Array, ComplexArray
 
 CYCLES = 4
-"""Cycles that a fit spans: three numbers for each half order need three."""
+"""Number of cycles in a fit; three coefficients per half order need at least three."""
 DEGREE = 2
 
 
 def tracked_orders(angle: Array, signal: Array, at: Array, highest: float) -> tuple[Array, ComplexArray]:
-    """Complex orders at some crank angles of a signal whose speed changes.
+    """Complex order amplitudes at given crank angles of a signal with varying speed.
 
-    Raises ``InputError``: angles that do not rise, fits that would reach beyond the signal, samples that do not resolve
-    the orders.
+    Raises ``InputError``: angles that do not increase, fits that would extend beyond the signal, samples that do not
+    resolve the orders.
 
     Parameters
     ----------
-    angle : (k,) rising crank angle, rad; phases count from its zero
-    signal : (k, …) values there, any unit
-    at : (s,) angles of interest, half of ``CYCLES`` cycles away from either end
-    highest : largest order
+    angle : (k,) increasing crank angle, rad; phases are relative to its zero
+    signal : (k, …) values at these angles, any unit
+    at : (s,) angles of interest, at least half of ``CYCLES`` cycles away from either end
+    highest : highest order
 
     Returns
     -------
@@ -63,13 +63,13 @@ def tracked_orders(angle: Array, signal: Array, at: Array, highest: float) -> tu
     fit = _fit(grid, orders)
     samples = CubicSpline(x, signal)(places[:, None] + grid)
     amplitudes = np.tensordot(fit, samples, axes=(1, 1)).swapaxes(0, 1)
-    # The fit's phases count from the angle of interest.
+    # Phases of the fit are relative to the angle of interest.
     turned = np.exp(-1j * places[:, None] * orders)
     return orders, amplitudes * turned.reshape(*turned.shape, *([1] * (amplitudes.ndim - 2)))
 
 
 def _fit(grid: Array, orders: Array) -> ComplexArray:
-    """Map (o, n) from samples on a grid (n,) to the amplitudes at its middle."""
+    """Linear map (o, n) from samples on a grid (n,) to the order amplitudes at its middle."""
     span = float(grid[-1])
     powers = (grid / span)[:, None] ** np.arange(DEGREE + 1)
     waves = grid[:, None] * orders

@@ -1,1 +1,1 @@
-"""Pictures in space: a body's surface that moves, drawn as stills, animations and interactive pages."""
+"""Three-dimensional pictures of moving surfaces: stills, animations and interactive pages."""

@@ -1,4 +1,4 @@
-"""Files of pictures in space, by their ending: a still (PNG), an animation (GIF, MP4), a page to turn about (HTML)."""
+"""Files of three-dimensional pictures by their ending: still (PNG), animation (GIF, MP4), interactive page (HTML)."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ Advance = Callable[[float], None]
 
 
 class Request(NamedTuple):
-    """Content of a picture file for a surface."""
+    """Content of a picture file: surface, enlargement, and frame of a still."""
 
     surface: MovingSurface
     enlargement: float
     frame: int
-    """The frame of a still."""
+    """Index of the frame that a still shows."""
 
 
 class Writer(NamedTuple):
-    """How files of one ending are written."""
+    """Writer of files with one ending."""
 
     what: str
     kind: Kind
@@ -48,9 +48,9 @@ def save_picture(
 
     Parameters
     ----------
-    enlargement : of the displacement
-    frame : that a still shows
-    advance : gets the completed fraction
+    enlargement : enlargement of the displacement
+    frame : index of the frame that a still shows
+    advance : called with the completed fraction
     """
     writer = check_picture(path)
     with whole_file(path, writer.kind) as temporary:
@@ -59,7 +59,7 @@ def save_picture(
 
 
 def check_picture(path: Path) -> Writer:
-    """Refuse, before the work, an ending that is none of WRITERS, lacks its coder, or a place that is taken."""
+    """Writer for a path; ``InputError``: unknown ending, missing encoder, or a file that must not be replaced."""
     writer = WRITERS.get(path.suffix.lower())
     if writer is None:
         endings = ", ".join(f"{ending} ({row.what})" for ending, row in WRITERS.items())
@@ -85,7 +85,7 @@ def _still(path: Path, wanted: Request, advance: Advance) -> None:
 def _gif(path: Path, wanted: Request, advance: Advance) -> None:
     from PIL import Image as Pillow
 
-    # One palette for all frames: colours of the scale do not flicker.
+    # One palette for all frames prevents flicker of the colour scale.
     images = [Pillow.fromarray(image) for image in _all_frames(wanted, advance)]
     palette = images[len(images) // 3].quantize(256, dither=Pillow.Dither.NONE)
     indexed = [image.quantize(palette=palette, dither=Pillow.Dither.NONE) for image in images]
@@ -135,4 +135,4 @@ WRITERS = {
     ".mp4": Writer("an animation", Kind("animation of cranktrain", _holds_mark), _mp4, "imageio_ffmpeg"),
     ".html": Writer("a page to turn about", marked("page of cranktrain", 'content="cranktrain picture"'), _html),
 }
-"""The register: how each ending is written."""
+"""Register of the writers by file ending."""

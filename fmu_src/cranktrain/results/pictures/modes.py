@@ -27,22 +27,22 @@ from cranktrain.structure.crank.modal import (
 from cranktrain.structure.crank.reduction import complete_crankshaft, crank_surface
 
 FRAMES = 24
-"""Frames of one oscillation."""
+"""Number of frames of one oscillation."""
 
 
 def mode_picture(
     engine: Engine, bare: ReducedBody, mode: str = "torsional", free: bool = False, mesh_file: str | Path | None = None
 ) -> MovingSurface:
-    """One oscillation in a mode, the amplitudes in colours, the largest 1.
+    """Moving surface of one oscillation in a mode, coloured by amplitude (largest 1).
 
-    Raises ``InputError`` for a mode that does not exist, ``StoreError`` where the stored crankshaft is missing.
+    Raises ``InputError`` for a mode that does not exist, ``StoreError`` if the stored crankshaft is missing.
 
     Parameters
     ----------
-    bare : the engine's bare crankshaft
-    mode : number among the elastic modes, from 1 on as ``modal`` lists them, or ``bending``, ``torsional``, ``axial``:
-        the first of that kind
-    free : the free crankshaft in place of the cranktrain at rest
+    bare : bare crankshaft of the engine
+    mode : number among the elastic modes, from 1 as ``modal`` lists them, or ``bending``, ``torsional``, ``axial`` for
+        the first mode of this kind
+    free : use the free crankshaft in place of the cranktrain at rest
     """
     complete = complete_crankshaft(engine, bare)
     hz, shares, answers, vectors = _modes(engine, complete, free)
@@ -73,9 +73,9 @@ def mode_picture(
 
 
 def chosen_mode(mode: str, hz: Array, shares: Array, answers: Array | None = None, sought_to: float = math.inf) -> int:
-    """Index of a mode that is named by its number or kind, among modes (k,) Hz with shares (k, 3); ``InputError``.
+    """Index of the mode with a number or kind, among modes (k,) Hz with shares (k, 3); ``InputError``.
 
-    The first torsional mode is sought up to ``sought_to`` Hz, by the pulley's ``answers`` (k,) if they are given.
+    The first torsional mode is searched up to ``sought_to`` Hz, by the pulley's ``answers`` (k,) if given.
     """
     highest = listed_to(named_frequencies(hz, shares, answers, sought_to).values())
     listed = int(np.count_nonzero(hz <= highest))
@@ -94,8 +94,8 @@ def chosen_mode(mode: str, hz: Array, shares: Array, answers: Array | None = Non
 
 
 def _modes(engine: Engine, complete: ReducedBody, free: bool) -> tuple[Array, Array, Array, Array]:
-    """Elastic modes: (k,) Hz, (k, 3) fractions, (k,) answers, and (n, k) in the modes of the complete crankshaft."""
+    """Elastic modes: (k,) Hz, (k, 3) fractions, (k,) answers, and (n, k) shapes in modes of the complete crankshaft."""
     if free:
         return *free_modes(engine, complete), np.eye(complete.n_modes)[:, 6:]
-    # The first mode is the rotation that nothing holds.
+    # The first mode is the rigid rotation.
     return *cranktrain_modes(engine, complete), eigh(*cranktrain_matrices(engine, complete))[1][:, 1:]

@@ -1,4 +1,4 @@
-"""A surface that moves through one cycle and has colours: the source of every picture in space."""
+"""Coloured surface that moves through one cycle, the data of every three-dimensional picture."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from cranktrain.core.types import Array
 Single = NDArray[np.float32]
 
 SHOWN_MOTION = 0.03
-"""Largest displacement of a picture over the surface's length, where the enlargement is not given."""
+"""Largest displacement in a picture over the surface's length, if no enlargement is given."""
 
 
 @dataclass(frozen=True, eq=False)
 class MovingSurface:
-    """Surface of p points in f frames of one cycle, the last of which leads over to the first.
+    """Surface of p points in f frames of one cycle, which can be repeated without a jump.
 
-    Frame k shows each point where a turn about z by ``turn[k]`` takes it from its place plus the enlarged displacement
-    ``coordinates[k] @ shapes``.
+    In frame k the enlarged displacement ``coordinates[k] @ shapes`` is added to each point, and the surface is rotated
+    about z by ``turn[k]``.
 
     Attributes
     ----------
-    title : of the picture
-    points : (p, 3) m at rest, z along the crank axis
-    triangles : (t, 3) into ``points``, their corners counter-clockwise from outside
+    title : title of the picture
+    points : (p, 3) undeformed positions, m, z along the crank axis
+    triangles : (t, 3) rows of ``points``, corners counter-clockwise from outside
     shapes : (m, p, 3) displacement per unit coordinate
-    coordinates : (f, m)
-    turn : (f,) rad
-    values : (f, p) shown by the colours
-    quantity : name of the values with their unit
+    coordinates : (f, m) coordinates of the shapes
+    turn : (f,) rotation about z, rad
+    values : (f, p) values shown as colours
+    quantity : name and unit of the values
     limits : values at the ends of the colour scale
     captions : (f,) text of each frame
     scale : text on the enlargement
@@ -53,29 +53,29 @@ class MovingSurface:
 
     @property
     def enlargement(self) -> float:
-        """Enlargement at which the largest displacement is SHOWN_MOTION of the surface's length, in two digits."""
+        """Enlargement, to two digits, at which the largest displacement is SHOWN_MOTION of the surface's length."""
         largest = max(float(np.linalg.norm(self.displacement(k), axis=1).max()) for k in range(len(self.turn)))
         length = float(np.ptp(self.points, axis=0).max())
         return float(f"{SHOWN_MOTION * length / largest:.2g}") if largest > 0.0 else 1.0
 
     def displacement(self, frame: int) -> Array:
-        """Displacement (p, 3) m in a frame, in axes that turn with the surface."""
+        """Displacement (p, 3), m, in a frame, in axes that rotate with the surface."""
         return np.asarray(np.tensordot(self.coordinates[frame], self.shapes, axes=1), dtype=np.float64)
 
     def places(self, frame: int, enlargement: float) -> Array:
-        """Places (p, 3) of the points in a frame."""
+        """Positions (p, 3) of the points in a frame."""
         moved = self.points + enlargement * self.displacement(frame)
         cos, sin = np.cos(self.turn[frame]), np.sin(self.turn[frame])
         x, y, z = moved.T
         return np.column_stack((cos * x - sin * y, sin * x + cos * y, z))
 
     def principal_motions(self, least: float = 0.005) -> tuple[Array, Single]:
-        """The motion in fewer shapes: coordinates (f, n) and shapes (n, p, 3), largest first.
+        """Motion by fewer shapes: coordinates (f, n) and shapes (n, p, 3), largest first.
 
-        Each of those left out has less than ``least`` of the first one's size.
+        Shapes smaller than ``least`` times the largest are left out.
         """
         flat = self.shapes.reshape(len(self.shapes), -1).astype(np.float64)
-        # Use the products of the shapes: their number is the square of the number of shapes, independent of the points.
+        # The matrix of products of shapes is small, because its size does not depend on the number of points.
         squares, own = np.linalg.eigh(flat @ flat.T)
         root = own * np.sqrt(np.maximum(squares, 0.0))
         left, sizes, _ = np.linalg.svd(self.coordinates @ root, full_matrices=False)

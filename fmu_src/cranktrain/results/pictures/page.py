@@ -1,4 +1,4 @@
-"""A moving surface as one HTML file to turn about, by WebGL: no network, no library."""
+"""Interactive HTML page of a moving surface with WebGL, without network requests or libraries."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cranktrain.results.pictures.rendering import COLOURS, RIGHT, TO_EYE, UP
 
 
 def page(surface: MovingSurface, enlargement: float) -> str:
-    """The page's text, with the surface inside: displacements in 16 bits, colours in 8."""
+    """HTML text of the page with the surface's data: displacements in 16 bits, colours in 8."""
     title, data = surface.title, script_data(page_data(surface, enlargement))
     return filled_page(__package__, "page.html", "picture", title, title, SURFACE=surface_script(), DATA=data)
 
 
 def surface_script() -> str:
-    """Script of the class ``SurfaceView``, which draws a surface and lets it be turned."""
+    """JavaScript of class ``SurfaceView``, which draws a surface that the user can rotate."""
     return files(__package__).joinpath("surface.js").read_text(encoding="utf-8")
 
 
@@ -36,14 +36,14 @@ def page_data(surface: MovingSurface, enlargement: float) -> dict[str, Any]:
     middle = 0.5 * (surface.points.min(axis=0) + surface.points.max(axis=0))
     middle[:2] = 0.0
     scale = colormaps[COLOURS[low < 0.0]](np.linspace(0.0, 1.0, 256))
-    # Values that do not change are kept once.
+    # Values that are equal in all frames are stored once.
     values = surface.values[:1] if (surface.values == surface.values[0]).all() else surface.values
     share = np.clip((values - low) / (high - low), 0.0, 1.0)
     return {
         "points": _text((surface.points - middle).astype("<f4")),
         "triangles": _text(surface.triangles.astype("<u4")),
         "shapes": [_text(one) for one in counts],
-        # of each frame: metres per count of each shape
+        # for each frame, metres per count of each shape
         "coordinates": (coordinates * sizes / 32767.0).tolist(),
         "turn": surface.turn.tolist(),
         "values": [_text(np.round(255.0 * frame).astype(np.uint8)) for frame in share],

@@ -1,6 +1,6 @@
-"""Frames of a moving surface as images: by pyvista where it is installed and can draw here, else by matplotlib.
+"""Images of the frames of a moving surface, by pyvista if it is installed and can draw, else by matplotlib.
 
-The eye stands above the pulley and to the side; the crank axis points to the right.
+The camera is above the pulley and to the side; the crank axis points to the right.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ from cranktrain.results.pictures.moving_surface import MovingSurface
 Image = NDArray[np.uint8]
 
 ASIDE, ABOVE = math.radians(28.0), math.radians(22.0)
-"""Angles of the eye from the crank's side towards the pulley, and above it."""
+"""Angles of the camera from the crank's side towards the pulley, and upwards."""
 TO_EYE = np.array([-math.cos(ASIDE) * math.cos(ABOVE), math.sin(ABOVE), -math.sin(ASIDE) * math.cos(ABOVE)])
 RIGHT = np.array([-math.sin(ASIDE), 0.0, math.cos(ASIDE)])
 UP = np.cross(TO_EYE, RIGHT)
 COLOURS: dict[bool, Any] = {False: "turbo", True: "coolwarm"}
-"""Colour scale by whether values have two signs."""
+"""Colour scale for values of one sign (False) and of both signs (True)."""
 SIZE = (1280, 720)
-"""Width and height of an image, pixels; even, as coders of MP4 want them."""
+"""Width and height of an image, pixels; MP4 encoders require even numbers."""
 GROUND, INK = "#ffffff", "#26303c"
 INCH = 100
 """Pixels per inch of texts."""
 LAST_WORDS = 120.0
-"""Seconds after which a trial that draws nothing is given up."""
+"""Time limit of the drawing trial, s."""
 _TRIAL = "import pyvista; p = pyvista.Plotter(off_screen=True); p.add_mesh(pyvista.Sphere()); p.screenshot()"
 
 
 def frames(
     surface: MovingSurface, enlargement: float, chosen: Sequence[int], size: tuple[int, int] = SIZE
 ) -> Iterator[Image]:
-    """Images (height, width, 3) of the chosen frames, one after another."""
+    """Iterate over images (height, width, 3) of the chosen frames."""
     paint = _by_pyvista if draws_with_pyvista() else _by_matplotlib
     legend = _Legend(surface, enlargement, size)
     for k, image in zip(chosen, paint(surface, enlargement, chosen, size), strict=True):
@@ -50,7 +50,7 @@ def frames(
 
 @cache
 def draws_with_pyvista() -> bool:
-    """Whether pyvista is installed and draws on this machine, which a process of its own tries: it may crash."""
+    """True if pyvista is installed and draws on this machine; tried in a child process because it may crash."""
     if find_spec("pyvista") is None:
         return False
     try:
@@ -62,7 +62,7 @@ def draws_with_pyvista() -> bool:
 
 
 def _environment() -> dict[str, str]:
-    """The environment, with the way to draw without a screen where Linux has none."""
+    """Environment of a process, with settings for off-screen drawing on Linux without display."""
     found = dict(os.environ)
     if sys.platform == "linux" and not found.get("DISPLAY"):
         found.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -136,7 +136,7 @@ def _by_matplotlib(
 
 
 class _Window:
-    """Part of space that images show: middle (3,) and height, m, such that every frame of the cycle is within."""
+    """Part of space shown in images: middle (3,) and height, m, large enough for every frame of the cycle."""
 
     def __init__(self, surface: MovingSurface, enlargement: float, size: tuple[int, int]) -> None:
         self.middle = 0.5 * (surface.points.min(axis=0) + surface.points.max(axis=0))
@@ -146,12 +146,12 @@ class _Window:
         reach = np.max(
             [np.abs((surface.places(k, enlargement) - self.middle) @ flat).max(axis=0) for k in shown], axis=0
         )
-        # A margin for title and legend, above and below.
+        # Leave a margin above and below for title and legend.
         self.height = float(max(2.0 * reach[1] / 0.74, 2.0 * reach[0] / 0.94 * size[1] / size[0]))
 
 
 class _Legend:
-    """Title, colour bar and enlargement on transparent ground, with the caption of each frame."""
+    """Title, colour bar and enlargement on a transparent background, with the caption of each frame."""
 
     def __init__(self, surface: MovingSurface, enlargement: float, size: tuple[int, int]) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -177,7 +177,7 @@ class _Legend:
         self._drawn: tuple[str, NDArray[np.float32]] | None = None
 
     def over(self, image: Image, caption: str) -> Image:
-        """The image with the legend over it."""
+        """Image with the legend drawn over it."""
         if self._drawn is None or self._drawn[0] != caption:
             self._caption.set_text(caption)
             self._canvas.draw()

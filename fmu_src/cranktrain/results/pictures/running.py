@@ -1,4 +1,4 @@
-"""The running crankshaft as a moving surface in the colours of its stress."""
+"""Moving surface of the running crankshaft, coloured by its stress."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from cranktrain.results.strength.stress import CrankStress
 from cranktrain.structure.crank.reduction import crank_surface
 
 FRAME_DEG = 10
-"""Crank angle from frame to frame."""
+"""Crank angle between frames, deg."""
 SECONDS = 6.0
-"""Time in which the cycle is shown."""
+"""Duration of the cycle on the screen, s."""
 USUAL_STRESS = 0.999
-"""Fraction of the stresses of a cycle that the colour scale covers; a few nodes of the mesh are beyond."""
+"""Fraction of a cycle's stress values that the colour scale covers; a few nodes exceed it."""
 RIGID = 6
-"""Motions of the bare crankshaft as a rigid body, its first modes."""
+"""Number of rigid modes of the bare crankshaft, which come first."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunningSkin:
-    """Outer surface of a crankshaft at f crank angles: its motion, and the samples of the stresses that belong to it.
+    """Outer surface of a crankshaft at f crank angles: its motion, and indices of the stress samples.
 
     Attributes
     ----------
-    skin : the surface with its shapes in the crank's elastic modes
-    samples : (f,) numbers of the stresses' samples
-    coordinates : (f, m) of the shapes
+    skin : surface with its shapes in the crank's elastic modes
+    samples : (f,) indices of the stress samples
+    coordinates : (f, m) coordinates of the shapes
     """
 
     skin: Skin
@@ -47,18 +47,17 @@ class RunningSkin:
 def running_skin(
     engine: Engine, running: ReducedBody, stress: CrankStress, degrees: int, mesh_file: str | Path | None = None
 ) -> RunningSkin:
-    """The crankshaft's surface at every so many ``degrees`` of a cycle.
+    """Surface of the crankshaft over a cycle in steps of ``degrees``.
 
-    Its motion as a rigid body, within the bearings' clearances and against the driven end, is left out, because with
-    the enlargement of the deformation it would leave the picture. The deformation is composed of the first stored
-    modes.
+    The rigid motion in the bearings' clearances and relative to the driven end is left out, because enlarged like the
+    deformation it would leave the picture. The deformation is composed of the first stored modes.
 
-    Raises ``StoreError`` where the stored surface is not the stresses'.
+    Raises ``StoreError`` if the stored surface does not belong to the stresses.
 
     Parameters
     ----------
-    running : the crankshaft of the running model
-    stress : of a cycle of it
+    running : crankshaft of the running model
+    stress : its stresses over a cycle
     """
     points, triangles, pictured = crank_surface(engine, mesh_file)
     if not np.array_equal(points, stress.surface.points):
@@ -75,9 +74,9 @@ def running_skin(
 def running_picture(
     engine: Engine, running: ReducedBody, stress: CrankStress, title: str, mesh_file: str | Path | None = None
 ) -> MovingSurface:
-    """The crankshaft over a cycle, its deformation enlarged, in the colours of the von Mises stress.
+    """Moving surface of the crankshaft over a cycle with enlarged deformation, coloured by von Mises stress.
 
-    Parameters, errors and what is left out as of :func:`running_skin`.
+    Parameters, errors and omitted motions are those of :func:`running_skin`.
     """
     moving = running_skin(engine, running, stress, FRAME_DEG, mesh_file)
     skin, samples = moving.skin, moving.samples

@@ -1,4 +1,4 @@
-"""The outer surface of a body as pictures want it: triangles that face outwards, points doubled along sharp edges."""
+"""Outer surface of a body for pictures: triangles oriented outwards, points duplicated along sharp edges."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from cranktrain.core.types import Array
 
 SHARP = math.radians(35.0)
-"""Angle between two triangles from which their common edge is drawn as an edge."""
+"""Least angle between two triangles at which their common edge is sharp, rad."""
 
 
 class Skin(NamedTuple):
-    """Surface with its motion: ``points`` (p, 3) m, ``triangles`` (t, 3), ``modes`` (m, p, 3), each point's ``origin``.
+    """Surface and its motion: ``points`` (p, 3) m, ``triangles`` (t, 3), ``modes`` (m, p, 3), ``origin`` (p,).
 
-    ``origin`` (p,) is the number of the original point; points along sharp edges occur several times.
+    ``origin`` is the index of each point's original point, because points along sharp edges occur several times.
     """
 
     points: Array
@@ -29,16 +29,16 @@ class Skin(NamedTuple):
 
     @classmethod
     def of(cls, points: Array, triangles: NDArray[np.int32], modes: NDArray[np.float32]) -> Skin:
-        """The skin of a closed surface whose triangles face either way."""
+        """Make the skin of a closed surface whose triangles have any orientation."""
         facing = outward(points, triangles)
         origin, split = creased(points, facing)
         return cls(points[origin], split, modes[:, origin], origin)
 
 
 def outward(points: Array, triangles: NDArray[np.int32]) -> NDArray[np.int32]:
-    """The triangles (t, 3) of closed surfaces with corners counter-clockwise as seen from outside."""
+    """Triangles (t, 3) of closed surfaces, reoriented so that corners are counter-clockwise from outside."""
     pairs, corners = _neighbours(triangles)
-    # Two neighbours agree where they run along their edge in opposite directions.
+    # Two neighbours have the same orientation if they run along their common edge in opposite directions.
     agree = corners[:, 0, 0] == corners[:, 1, 1]
     count = len(triangles)
     sign = np.where(agree, 1.0, -1.0)
@@ -58,7 +58,7 @@ def outward(points: Array, triangles: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 def creased(points: Array, triangles: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Points doubled where triangles meet at an angle of more than SHARP: their origin (p,), and triangles (t, 3)."""
+    """Duplicate points at edges sharper than SHARP; returns the origin (p,) of each point and triangles (t, 3)."""
     pairs, corners = _neighbours(triangles)
     a, b, c = points[triangles].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
@@ -78,7 +78,7 @@ def creased(points: Array, triangles: NDArray[np.int32]) -> tuple[NDArray[np.int
 
 
 def _neighbours(triangles: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """Triangles (e, 2) on both sides of each edge, and its ends (e, 2, 2) in the order in which each runs along it."""
+    """Triangles (e, 2) on both sides of each edge, and the edge's ends (e, 2, 2) in the direction of each triangle."""
     edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     keys = np.sort(edges, axis=1)
     order = np.lexsort(keys.T)

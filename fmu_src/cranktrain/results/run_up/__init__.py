@@ -1,1 +1,1 @@
-"""Run-ups: their file, tables, pictures."""
+"""Files, tables and pictures of run-ups."""

@@ -1,4 +1,4 @@
-"""Whole pictures of a run-up over its speeds: orders, waterfall, Campbell diagram, axial parts; and all of them."""
+"""Figures of a run-up over its speeds: orders, waterfall, Campbell diagram, parts of the axial motion."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, or
 from cranktrain.results.strength.iacs_m68 import plot_stress
 
 MAP_COLUMNS, MAP_ROWS = 400, 300
-"""Places of a colour map."""
+"""Number of columns and rows of a colour map."""
 STILL = 1e-12
-"""Motion, m, below which there is none."""
+"""Amplitudes below this value, m, count as no motion."""
 PART_NAMES = {
     "crank": "own vibration, pulley against collar",
     "bearing": "collar in its clearance",
@@ -44,7 +44,7 @@ PART_NAMES = {
 
 
 def file_names() -> list[str]:
-    """Names of all pictures that there may be."""
+    """File names of all possible pictures of a run-up."""
     motions = [f"{name}_{kind}.png" for name in ("torsion", "axial") for kind in ("orders", "histories", "harmonics")]
     others = ("axial_parts", "waterfall", "campbell", "damper", "shaft_stress", "twist_orders", "colour_map")
     return [*motions, *(f"{name}.png" for name in others)]
@@ -53,10 +53,10 @@ def file_names() -> list[str]:
 def save_run_up_pictures(
     folder: Path, run_up: RunUp, beside: Beside, title: str, damped: RunUp | None = None, peak_to_peak: bool = False
 ) -> list[Path]:
-    """Write all pictures that a run-up has data for into ``folder``; returns their paths.
+    """Write all pictures for which a run-up has data into ``folder``; returns their paths.
 
-    ``damped`` is a run-up of the same engine with its damper, drawn below that without. ``peak_to_peak``: amplitudes of
-    orders are so, in place of zero to peak.
+    ``damped`` is a run-up of the same engine with its damper, drawn below the run-up without it. With ``peak_to_peak``
+    amplitudes of orders are peak to peak instead of zero to peak.
     """
     run_up = with_twist(run_up)
     torsional, twisting, along = (
@@ -87,7 +87,7 @@ def save_run_up_pictures(
 
 
 def order_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) -> Any:
-    """Orders of an output over the speed."""
+    """Figure of the orders of an output over speed."""
     figure = figure_of(11.5, 6.0)
     _draw_orders(figure.subplots(), run_up, quantity, beside, shown_orders(run_up, quantity, beside))
     figure.suptitle(f"Orders over the speed: {title}", fontsize=12, parse_math=False)
@@ -96,7 +96,7 @@ def order_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
 
 
 def stress_figure(run_up: RunUp, stresses: Sequence[Mapping[str, Any]], title: str) -> Any:
-    """Stress of each shaft of the drive line over the speed, with the limits of IACS UR M68."""
+    """Figure of the stress of each drive-line shaft over speed, with the limits of IACS UR M68."""
     figure = figure_of(9.5, 1.5 + 3.0 * len(stresses))
     axes = figure.subplots(len(stresses), 1, sharex=True, squeeze=False)[:, 0]
     for ax, entry in zip(axes, stresses, strict=True):
@@ -108,7 +108,7 @@ def stress_figure(run_up: RunUp, stresses: Sequence[Mapping[str, Any]], title: s
 
 
 def map_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, highest_hz: float) -> Any:
-    """Orders, and frequencies up to ``highest_hz``, over the speed as colours."""
+    """Figure with colour maps over speed, one of orders and one of frequencies up to ``highest_hz``."""
     figure = figure_of(11.5, 5.2)
     left, right = figure.subplots(1, 2)
     speeds = np.linspace(run_up.speeds[0], run_up.speeds[-1], MAP_COLUMNS)
@@ -130,7 +130,7 @@ def map_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, hi
 
 
 def parts_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) -> Any:
-    """Orders of the parts of the axial motion over the speed, each to its own scale."""
+    """Figure of the orders of each part of the axial motion over speed, with separate scales."""
     figure = figure_of(11.5, 9.5)
     orders = shown_orders(run_up, quantity, Beside(orders=beside.orders))
     size = quantity.name.partition(", ")[2]
@@ -151,7 +151,7 @@ def parts_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
 
 
 def damper_figure(run_up: RunUp, damped: RunUp, quantity: Quantity, beside: Beside, title: str) -> Any:
-    """Orders without damper above those with it, to the same scale."""
+    """Figure of orders without damper above orders with damper, on the same scale."""
     figure = figure_of(11.5, 9.5)
     axes = figure.subplots(2, 1, sharex=True, sharey=True)
     orders = shown_orders(run_up, quantity, beside)
@@ -167,7 +167,7 @@ def damper_figure(run_up: RunUp, damped: RunUp, quantity: Quantity, beside: Besi
 
 
 def waterfall_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, highest_hz: float) -> Any:
-    """Spectra over the frequency up to ``highest_hz``, one above the other by their speed."""
+    """Waterfall figure: spectra over frequency up to ``highest_hz``, offset by their speed."""
     figure = figure_of(10.0, 8.0)
     every = max(1, math.ceil(run_up.speeds.size / 60))
     sizes = quantity.scale * np.abs(run_up.amplitudes[quantity.output][::every])
@@ -183,7 +183,7 @@ def waterfall_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: s
 
 
 def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
-    """Frequencies over the speed with rays of orders, and how strong torsion is along them."""
+    """Campbell figure: frequencies over speed with rays of orders, and the amplitude of torsion along the rays."""
     assert beside.modes is not None
     figure = figure_of(11.5, 7.5)
     orders = shown_orders(run_up, TORSIONAL, beside)
@@ -209,7 +209,7 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
 def _draw_orders(
     ax: Any, run_up: RunUp, quantity: Quantity, beside: Beside, orders: Sequence[float], top: float = 0.0
 ) -> None:
-    """Orders over speed with names of their peaks."""
+    """Draw orders over speed with labelled peaks."""
     sizes = quantity.scale * np.abs(run_up.amplitudes[quantity.output])
     speeds = run_up.speeds_rpm
     curves = [
@@ -242,9 +242,9 @@ def _draw_orders(
 
 
 def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:
-    """Order, speed, and the torsional mode in motion; its own frequency where that is not known; whether cycles repeat.
+    """Label of a peak: order, speed, torsional mode in motion or else the peak's frequency, and note on a mean cycle.
 
-    Modes at rest are left out: the run has others.
+    Modes at rest are left out, because modes of the running crank differ from them.
     """
     hz = beside.motion_hz(peak, quantity)
     of = f"in motion {hz:.0f} Hz" if math.isfinite(hz) else f"{peak.hz:.0f} Hz"
@@ -268,7 +268,7 @@ def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
 
 
 def _deviating(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
-    """Deviations from the measured orders of an output, as a line of text."""
+    """Line of text on the deviations from measured orders of an output."""
     measured = beside.measured
     if measured is None or quantity.output not in measured:
         return ""

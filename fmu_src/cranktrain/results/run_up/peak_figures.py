@@ -1,4 +1,4 @@
-"""Pictures of a run-up at its highest peaks: motion over a cycle, and its orders."""
+"""Figures of a run-up at its highest peaks: motion over a cycle, and its orders."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cranktrain.results.run_up.shown import PARTS, Beside, Quantity, figure_of, 
 
 SPEEDS_SHOWN = 6
 HISTORY = 1440
-"""Points of a cycle."""
+"""Number of points of a cycle."""
 
 
 def history_figure(run_up: RunUp, quantity: Quantity, title: str, beside: Beside | None = None) -> Any:
-    """Motion over a cycle at the speeds of the largest peaks, of the orders that the run-up holds; without the mean.
+    """Figure of the motion over a cycle at the speeds of the largest peaks, as sum of the orders without mean.
 
-    Measured orders with phases ``beside`` make a measured motion with its band.
+    Measured orders with phases in ``beside`` are drawn as a measured motion with its band.
     """
     places = peak_speeds(run_up, quantity)
     figure, axes = _grid(len(places))
@@ -42,7 +42,7 @@ def history_figure(run_up: RunUp, quantity: Quantity, title: str, beside: Beside
 
 
 def harmonic_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) -> Any:
-    """Orders at the speeds of the largest peaks; of axial motion in its parts, where the run-up has them."""
+    """Figure of orders at the speeds of the largest peaks; axial motion is divided into its parts if known."""
     places = peak_speeds(run_up, quantity)
     figure, axes = _grid(len(places))
     keep = run_up.orders <= 12.0
@@ -69,7 +69,7 @@ def harmonic_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: st
 
 
 def peak_speeds(run_up: RunUp, quantity: Quantity) -> list[tuple[int, float]]:
-    """Index of the speed and order of the largest peaks, by speed, no two at one; the largest motion where none is."""
+    """Speed index and order of the largest peaks at different speeds, sorted by speed; without peaks the maximum."""
     found: dict[int, float] = {}
     for peak in worthy(run_up, quantity, run_up.orders.tolist(), Beside()):
         at = int(np.argmin(np.abs(run_up.speeds - peak.speed)))
@@ -90,7 +90,7 @@ def _at(run_up: RunUp, at: int, order: float) -> str:
 
 
 def _grid(count: int) -> tuple[Any, list[Any]]:
-    """Figure with so many axes, two a row."""
+    """Figure with a number of axes, two per row."""
     rows = math.ceil(count / 2)
     figure = figure_of(11.5, 1.0 + 2.5 * rows)
     axes = figure.subplots(rows, min(count, 2), squeeze=False).ravel().tolist()
@@ -100,13 +100,13 @@ def _grid(count: int) -> tuple[Any, list[Any]]:
 
 
 def _share_scale(axes: Sequence[Any]) -> None:
-    """One scale for all axes."""
+    """Set the same vertical scale for all axes."""
     low, high = (pick(ax.get_ylim()[k] for ax in axes) for k, pick in ((0, min), (1, max)))
     for ax in axes:
         ax.set_ylim(low, high)
 
 
 def _under(figure: Any, axes: Sequence[Any], text: str) -> None:
-    """Name the horizontal axis below the last of each column."""
+    """Label the horizontal axis of the lowest axes in each column."""
     for ax in axes[-2:]:
         ax.set_xlabel(text)

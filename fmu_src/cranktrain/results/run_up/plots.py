@@ -1,4 +1,4 @@
-"""Pictures of a run-up, each drawn into axes that the caller made; amplitudes are zero to peak."""
+"""Plots of a run-up, each drawn into the caller's axes; amplitudes are zero to peak."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE, "drive line": 
 ORDER_COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, "#1b9aa0", "#8a6d3b", "#d36ba6", "#5b6f1f", "#14304f")
 BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN, "measured": RED}
 DECADES = 3.0
-"""Range of a logarithmic scale of amplitudes below the largest."""
+"""Decades of a logarithmic scale of amplitudes below the largest."""
 WATERFALL_DECADES = 3.0
-"""Range of the logarithmic heights of a waterfall."""
+"""Decades of the logarithmic heights of a waterfall."""
 Marks = Sequence[tuple[float, Array, Array, Array]]
-"""Measured orders: order, speeds (k,) rev/min, amplitudes (k,) and half widths of bands (k,)."""
+"""Measured orders, each with order, speeds (k,) rev/min, amplitudes (k,) and half widths of bands (k,)."""
 
 
 class Label(NamedTuple):
-    """Text that belongs to a point of a curve, in the units of its axes, and the curve's colour."""
+    """Label of a point of a curve: position in units of the axes, text, colour of the curve."""
 
     x: float
     y: float
@@ -35,7 +35,7 @@ class Label(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Amplitudes (s,) of an order over speeds (s,) rev/min, and measured speeds and amplitudes, (k,) each, if any.
+    """Curve of an order: amplitudes (s,) over speeds (s,) rev/min, and measured speeds (k,) and amplitudes (k,).
 
     ``band``: half widths (k,) of the measured amplitudes' bands.
     """
@@ -48,14 +48,14 @@ class Curve(NamedTuple):
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
-    """Places near those ``wanted`` in the same sequence of size, at least ``apart``, within ``low`` to ``high``.
+    """Positions near ``wanted`` in the same order, at least ``apart`` from each other, between ``low`` and ``high``.
 
-    Where there is no room for all they lie evenly.
+    If there is not enough room, the positions are equidistant.
     """
     order = np.argsort(wanted, kind="stable")
     apart = min(apart, (high - low) / max(len(order) - 1, 1))
     places = np.zeros(len(order))
-    # Groups of touching positions move together to the mean of their wanted positions.
+    # A group of touching positions is centred at the mean of its wanted positions.
     groups: list[list[float]] = []
     for k, at in enumerate(np.asarray(wanted, dtype=float)[order].tolist()):
         groups.append([at - k * apart, 1.0])
@@ -84,17 +84,17 @@ def plot_orders_over_speed(
     whole: Array | None = None,
     log: bool = False,
 ) -> None:
-    """Draw orders over the speed, their peaks named above the curves.
+    """Draw orders over speed, with labels of peaks above the curves.
 
     Parameters
     ----------
-    curves : orders that have a colour and an entry in the legend, with measured ones as dots
+    curves : orders with a colour and an entry in the legend; measured amplitudes are drawn as dots
     others : amplitudes (s,) of further orders, drawn grey
-    labels : of peaks
+    labels : labels of peaks
     published : order → critical speed, rev/min, marked on the speed axis
-    top : largest amplitude that there must be room for
+    top : largest amplitude for which room is left
     whole : amplitudes (s,) of all orders together, drawn black
-    log : on a logarithmic scale of ``DECADES``
+    log : use a logarithmic scale of ``DECADES``
     """
     top = max(largest(*(curve.amplitudes for curve in curves)), 1e-30, top)
     speeds = curves[0].speeds
@@ -135,7 +135,7 @@ def plot_orders_over_speed(
 
 
 def _name_peaks(ax: Any, labels: Sequence[Label], row: float) -> None:
-    """Texts in a row above all curves, each led to its peak."""
+    """Draw labels in a row above all curves, each with a line to its peak."""
     low, high = ax.get_xlim()
     margin = 0.063 * (high - low)
     places = spread([label.x for label in labels], 2.0 * margin, low + margin, high - margin)
@@ -149,7 +149,7 @@ def _name_peaks(ax: Any, labels: Sequence[Label], row: float) -> None:
 
 
 def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:
-    """Shade the speeds (s,) of some places, each halfway to its neighbours."""
+    """Shade the speeds (s,) where ``which`` is true, each up to halfway to its neighbours."""
     borders = np.concatenate((speeds[:1], 0.5 * (speeds[1:] + speeds[:-1]), speeds[-1:]))
     for k in np.flatnonzero(which):
         ax.axvspan(borders[k], borders[k + 1], color="#f1e3d3", lw=0.0, zorder=0)
@@ -166,17 +166,18 @@ def plot_waterfall(
     measured: Marks = (),
     log: bool = False,
 ) -> None:
-    """Draw spectra (s, o) over the frequency, one above the other by their speed (s,), rev/min.
+    """Draw spectra (s, o) over frequency, offset by their speed (s,), rev/min.
 
-    ``named`` orders are drawn as rays with their number; ``measured`` ones as circles at the height of their amplitude
-    above their speed, with bands. ``log``: heights are logarithmic over ``WATERFALL_DECADES`` below the largest.
+    ``named`` orders are drawn as rays with their number, ``measured`` orders as circles at the height of their
+    amplitude above their speed, with bands. With ``log`` heights are logarithmic over ``WATERFALL_DECADES`` below the
+    largest.
     """
     step = float(np.diff(speeds).mean())
     most = largest(amplitudes) or 1.0
     height = (3.0 if log else 7.0) * step
 
     def up(sizes: Array) -> Array:
-        """Heights of amplitudes above the line of their speed, rev/min."""
+        """Heights of amplitudes above the line of their speed, in rev/min of the vertical axis."""
         share = sizes / most
         if log:
             share = 1.0 + np.log10(np.maximum(share, 10.0**-WATERFALL_DECADES)) / WATERFALL_DECADES
@@ -192,7 +193,7 @@ def plot_waterfall(
     for order in named:
         hz = np.array([order * end / 60.0 for end in ends])
         ax.plot(hz, ends, color=ORANGE, lw=0.7, ls="--", alpha=0.8, zorder=3)
-        # The ray leaves by the top or by the right.
+        # A ray leaves the axes at the top or at the right.
         x, y = (hz[1], ends[1]) if hz[1] <= highest_hz else (highest_hz, 60.0 * highest_hz / order)
         if ends[0] < y <= ends[1]:
             ax.annotate(
@@ -228,10 +229,10 @@ def plot_map(
     measured: Marks = (),
     along_orders: bool = False,
 ) -> Any:
-    """Draw values (m, n) over speeds x (n,) rev/min and places y (m,) as colours; returns them, for a colour bar.
+    """Draw values (m, n) over speeds x (n,) rev/min and y (m,) as a colour map; returns it for a colour bar.
 
-    ``log`` takes ``DECADES`` below the largest value. ``measured`` orders are circles filled with the colour of their
-    amplitude, over orders where y is such (``along_orders``), else over frequencies, Hz.
+    With ``log`` the scale covers ``DECADES`` below the largest value. ``measured`` orders are circles filled with the
+    colour of their amplitude; y is an order if ``along_orders`` is true, else a frequency, Hz.
     """
     from matplotlib.colors import LogNorm, Normalize
 
@@ -258,16 +259,16 @@ def plot_campbell(
     published: Mapping[float, float] | None = None,
     measured: Marks = (),
 ) -> None:
-    """Draw frequencies at rest over the speed, rays of orders, and where they meet.
+    """Draw a Campbell diagram: frequencies at rest over speed, rays of orders, and their amplitudes.
 
     Parameters
     ----------
-    modes : modes over the speed
-    orders : drawn as rays
+    modes : modes over speed
+    orders : orders drawn as rays
     highest_hz : end of the frequency axis
-    sizes : order → speeds (k,) rev/min and amplitudes (k,), drawn along its ray as circles of that area
-    published : order → critical speed, rev/min, a cross on its ray
-    measured : circles along the rays, of the area that a computed amplitude has; both ends of its band are thin
+    sizes : order → speeds (k,) rev/min and amplitudes (k,), drawn along its ray as circles with proportional area
+    published : order → critical speed, rev/min, drawn as a cross on its ray
+    measured : measured orders, drawn as circles on the same scale; thin circles are both ends of the band
     """
     speeds = modes.speeds / RPM
     low, high = float(speeds[0]), float(speeds[-1])
@@ -315,7 +316,7 @@ def plot_modes_in_motion(ax: Any, found: Sequence[tuple[float, float]]) -> None:
 
 
 def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> None:
-    """Ray of an order; its number is at the upper border if the ray leaves there, otherwise a little before its end."""
+    """Draw the ray of an order with its number at the upper border if the ray leaves there, else near its end."""
     ax.plot([low, high], [order * low / 60.0, order * high / 60.0], color="#9aa3ae", lw=0.8, zorder=2)
     leaves = 60.0 * highest_hz / order
     if low < leaves < high:
@@ -332,7 +333,7 @@ def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> N
 def plot_history(
     ax: Any, angle_deg: Array, values: Array, unit: str, title: str, measured: tuple[Array, float] | None = None
 ) -> None:
-    """Draw a motion (n,) over one cycle of crank angles (n,), with a measured one of the same angles and its band."""
+    """Draw a motion (n,) over one cycle of crank angles (n,), and a measured motion (n,) with its band if given."""
     if measured is not None:
         motion, band = measured
         ax.fill_between(angle_deg, motion - band, motion + band, color=ORANGE, alpha=0.25, lw=0.0)
@@ -347,7 +348,7 @@ def plot_history(
 def plot_harmonics(
     ax: Any, orders: Array, bars: Mapping[str, Array], unit: str, title: str, band: Array | None = None
 ) -> None:
-    """Draw orders (k,) as groups of bars, a name of ``BAR_COLOURS`` → amplitudes (k,), not a number where none is.
+    """Draw orders (k,) as groups of bars; ``bars`` maps names of ``BAR_COLOURS`` to amplitudes (k,) or NaN.
 
     ``band``: half widths (k,) of the measured amplitudes' bands.
     """

@@ -1,7 +1,7 @@
-"""Orders over the speed range: the result of a run-up, and its file.
+"""Result of a run-up (orders over the speed range) and its file.
 
-A file holds the speeds that are finished, whatever is still missing, so that a run-up goes on from it. Those since it
-was last written are in its journal (:mod:`cranktrain.store.journal`), which is read along with it.
+A file holds the finished speeds, so an interrupted run-up can be continued. Speeds finished after the file was last
+written are in its journal (:mod:`cranktrain.store.journal`), which is read together with the file.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ LEAST, MEAN, LARGEST = 0, 1, 2
 _AXES = ("speeds", "orders", "cycles", "repeats", "left")
 _COUNTS = ("cycles", "repeats")
 _NAMED = ("amplitudes", "extremes")
-"""Names of the arrays in a file; the latter have a row for each output."""
+"""Names of the arrays in a file; those of ``_NAMED`` have one row per output."""
 REMEDY = "delete it and run 'cranktrain runup' again"
 
 
 def check_run_up_target(path: Path) -> None:
-    """Refuse a target that a run-up must not replace, before the work; ``InputError``."""
+    """Refuse a target file that a run-up must not replace, before any work; ``InputError``."""
     if cut_short(path):
         raise InputError(f"{path}: {CUT_SHORT}, or delete it and run all speeds again")
     check_place(path, RUN_UP)
@@ -45,21 +45,21 @@ def check_run_up_target(path: Path) -> None:
 
 @dataclass(frozen=True)
 class RunUp:
-    """Steady cycles over speed, SI; or the orders that a ramp runs through.
+    """Orders of steady cycles over speed, or of a speed ramp; SI.
 
     Attributes
     ----------
     speeds : (s,) rad/s, increasing
     orders : (o,) 0.5, 1, …
     amplitudes : output → (s, o) complex order amplitudes in its unit, x = mean + Re Σ a exp(i order θ) with θ the
-        crank's mean rotation from firing dead centre of cylinder 1; not a number where a speed does not have them
+        crank's mean rotation from firing dead centre of cylinder 1; NaN for a speed without result
     extremes : output → (s, 3) least, mean and largest value of a cycle
-    cycles : (s,) cycles that each speed took; 0 where no cycles were run (frequency domain, ramp)
-    repeats : (s,) cycles after which the motion repeats; 0 where it does not
-    left : (s,) settling error of the worst family of outputs; 0 where nothing settles
+    cycles : (s,) number of cycles run at each speed; 0 without cycles (frequency domain, ramp)
+    repeats : (s,) period of the motion in cycles; 0 if it is not periodic
+    left : (s,) settling error of the worst output family; 0 without settling
     attributes : settings, as in the file
     parting : (s,) factor per cycle by which the difference between two similar cycles grows, for speeds that have no
-        period for this reason; else not a number. Empty where it is not known
+        period for this reason, else NaN. Empty if not known
     """
 
     speeds: Array
@@ -74,12 +74,12 @@ class RunUp:
 
     @property
     def torsion(self) -> ComplexArray:
-        """Orders of the pulley's torsion, (s, o) rad."""
+        """Complex orders (s, o) of the pulley's torsion, rad."""
         return self.amplitudes[TORSION]
 
     @property
     def axial(self) -> ComplexArray:
-        """Orders of the pulley's axial motion, (s, o) m; ``InputError`` where the journals are locked on their axis."""
+        """Complex orders (s, o) of the pulley's axial motion, m; ``InputError`` for journals locked on their axis."""
         return self._of(AXIAL)
 
     @property
@@ -89,11 +89,11 @@ class RunUp:
 
     @property
     def with_result(self) -> NDArray[np.bool_]:
-        """Speeds (s,) that have all their orders: an unsettled speed of a run in the frequency domain has none."""
+        """True for speeds (s,) with a result; an unsettled speed of a run in the frequency domain has none."""
         return np.all([np.isfinite(own).all(axis=1) for own in self.amplitudes.values()], axis=0)
 
     def order(self, order: float, output: str = TORSION) -> ComplexArray:
-        """Amplitudes (s,) of one order of an output; ``InputError`` for what the run-up does not have."""
+        """Complex amplitudes (s,) of one order of an output; ``InputError`` if the run-up does not have it."""
         at = np.flatnonzero(np.isclose(self.orders, order, rtol=0.0, atol=1e-9))
         if not at.size:
             raise InputError(f"order {order:g} is not in this run-up; it has {self.orders[0]:g} to {self.orders[-1]:g}")
@@ -105,7 +105,7 @@ class RunUp:
         return self.amplitudes[output]
 
     def save(self, path: str | Path) -> Path:
-        """Write the file, whole or not at all; ``InputError`` for a place that it must not take, ``StoreError``."""
+        """Write the file completely or not at all; ``InputError`` if it must not replace a file, ``StoreError``."""
         datasets: dict[str, tuple[NDArray[Any], str]] = {
             "speeds": (self.speeds, "rad/s"), "orders": (self.orders, "1/revolution"), "cycles": (self.cycles, "1"),
             "repeats": (self.repeats, "1"), "left": (self.left, "1"),
@@ -125,18 +125,18 @@ class RunUp:
         return written
 
     def add_to_journal(self, path: Path) -> None:
-        """Add these speeds to the journal of the file of a run-up of the same kind; ``StoreError``."""
+        """Append these speeds to the journal of the file of a run-up with the same settings; ``StoreError``."""
         for row in self._rows():
             add_row(path, self._tie, row)
 
     @property
     def _tie(self) -> str:
-        """Common attributes of run-ups of the same kind."""
+        """Text that is equal for run-ups with the same settings, orders and outputs."""
         names = [*self.amplitudes, *self.extremes]
         return repr((self.orders.tolist(), names, sorted((name, str(held)) for name, held in self.attributes.items())))
 
     def _rows(self) -> Array:
-        """All numbers of each speed, (s, n)."""
+        """All numbers of each speed as rows (s, n) of a journal."""
         s = self.speeds.size
         parting = self.parting if self.parting.size else np.full(s, math.nan)
         columns = [self.speeds, self.cycles, self.repeats, self.left, parting]
@@ -144,7 +144,7 @@ class RunUp:
         return np.hstack([np.array(columns, dtype=np.float64).T, *amplitudes, *self.extremes.values()])
 
     def _with_rows(self, rows: Sequence[Array]) -> RunUp:
-        """With the speeds of a journal; rows of another length are left out."""
+        """Run-up with the speeds of a journal added; rows of another length are left out."""
         size = 5 + 2 * self.orders.size * len(self.amplitudes) + 3 * len(self.extremes)
         rows = [row for row in rows if row.size == size]
         if not rows:
@@ -162,7 +162,7 @@ class RunUp:
 
     @classmethod
     def load(cls, path: str | Path) -> RunUp:
-        """Read a file and its journal; ``StoreError``: missing, cut short, damaged, of another kind or schema."""
+        """Read a file and its journal; ``StoreError`` if it is missing, incomplete, damaged, or of another kind."""
         data, attributes = read_run_up(path)
         values: dict[str, Any] = {name: array for name, (array, _) in data.items()}
         if missing := [name for name in (*_AXES, *_NAMED) if name not in values]:
@@ -184,11 +184,11 @@ class RunUp:
 
 
 MOST = 1e15
-"""Largest number of a file: squares of them, and their sums, are finite."""
+"""Largest permitted number in a file, so that squares and their sums are finite."""
 
 
 def _fit(values: Mapping[str, Any], named: Mapping[str, Any]) -> bool:
-    """Whether arrays of a file and the names of its outputs are those of one run-up."""
+    """True if arrays of a file and the names of its outputs have consistent shapes."""
     s, orders = values["speeds"].size, values["orders"]
     fits = s > 0 and orders.size > 0 and orders.ndim == 1
     fits &= all(values[name].shape == (s,) for name in _AXES if name != "orders")
@@ -200,19 +200,19 @@ def _fit(values: Mapping[str, Any], named: Mapping[str, Any]) -> bool:
 
 
 def _sound(run_up: RunUp) -> bool:
-    """Whether numbers can be those of a run-up: speeds and orders rise, counts are whole and not below zero."""
+    """True if the numbers of a run-up are possible: speeds and orders increase, counts are non-negative integers."""
     counted = [run_up.cycles, run_up.repeats]
     bounded: list[NDArray[Any]] = [run_up.speeds, run_up.orders, *counted, run_up.parting]
     bounded += [*run_up.amplitudes.values(), *run_up.extremes.values()]
     sound = rising(run_up.speeds, 0.0) and rising(run_up.orders, 0.0)
     sound &= all(bool(np.all(count == np.floor(count))) for count in counted)
-    # What a speed does not have is not a number.
+    # NaN is permitted, because it marks a missing result.
     sound &= not any((np.abs(one) > MOST).any() for one in bounded)
     return sound and not any((one < 0.0).any() for one in (*counted, run_up.left, run_up.parting))
 
 
 def merged(parts: Sequence[RunUp]) -> RunUp:
-    """Run-ups of the same outputs and orders as one, in the order of their speeds; attributes are the last one's."""
+    """Merge run-ups of the same outputs and orders, sorted by speed; attributes are those of the last one."""
     speeds = np.concatenate([part.speeds for part in parts])
     speeds, first = np.unique(speeds, return_index=True)
 

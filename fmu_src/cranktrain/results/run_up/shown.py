@@ -1,4 +1,4 @@
-"""Contents of a run-up's pictures: quantities, further data, and labels of orders and peaks."""
+"""Contents of a run-up's pictures: quantities, additional data, and choice of labelled orders and peaks."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.run_up.twist import TWIST
 
 COLOURED, LABELLED = 8, 8
-"""Orders with a colour of their own besides the published ones, and peaks with a name."""
+"""Number of orders with their own colour in addition to the published ones, and number of labelled peaks."""
 WORTH = 0.05
-"""Fractions of the largest amplitude from which a peak has a label: of any order, and of a published order."""
+"""A peak is labelled if it is at least this fraction of the largest amplitude."""
 DROWNED = 0.05
-"""Fraction of the largest amplitude below which the highest resonance is not seen on a linear scale."""
+"""A resonance below this fraction of the largest amplitude is not visible on a linear scale."""
 BROADEST = 0.2
-"""Damping ratio above which a peak is a hump of the excitation and no resonance: it magnifies less than 2.5 times."""
+"""A peak with a higher damping ratio is no resonance but a maximum of the excitation: it magnifies less than 2.5
+times."""
 NEAR = 0.08
-"""A peak belongs to a published speed if it lies within this fraction of that speed."""
+"""A peak belongs to a published speed if their relative difference is at most this."""
 SAME = 1.0e-3
-"""Largest relative difference of speed between entries for the same peak in two lists."""
+"""Largest relative difference in speed between entries of the same peak in two lists."""
 PARTS = {"crank": "axial.crank", "bearing": "axial.bearing", "engine": "axial.engine"}
-"""Parts of the axial motion and their outputs."""
+"""Output of each part of the axial motion."""
 
 
 class Quantity(NamedTuple):
-    """Output with its name and unit in pictures, that unit's size, and the kind of the modes that it shows."""
+    """Output with its name, unit and factor from SI in pictures, and the kind of modes that it shows."""
 
     output: str
     name: str
@@ -47,7 +48,7 @@ class Quantity(NamedTuple):
 
     @property
     def peak_to_peak(self) -> Quantity:
-        """The same with amplitudes peak to peak, twice as large."""
+        """Quantity with amplitudes peak to peak, which are twice as large."""
         return self._replace(name=self.name.replace("zero to peak", "peak to peak"), scale=2.0 * self.scale)
 
 
@@ -57,16 +58,17 @@ ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, 
 
 
 LEAST_AXIS_HZ, AXIS_SHARE, ROUND_HZ = 500.0, 1.5, 100.0
-"""End of a frequency axis, Hz, and least ratio of it to the first torsional frequency; step in which it grows, Hz."""
+"""Least end of a frequency axis, Hz; its least ratio to the first torsional frequency; step to which it is rounded,
+Hz."""
 
 
 class Beside(NamedTuple):
-    """Further contents of a run-up's pictures: published speeds of its engine, modes over speed, measured orders.
+    """Additional contents of a run-up's pictures: published speeds of its engine, modes over speed, measured orders.
 
-    ``modes`` are at rest, on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion with
-    the torsional mode in motion of the run's own levels, where these are known. ``stresses`` are those of shafts of the
-    drive line (:func:`cranktrain.results.strength.iacs_m68.shaft_stresses`). ``orders`` are those to be drawn, the
-    strongest where there are none; ``log``: on a logarithmic scale, None: where resonances are :func:`drowned`.
+    ``modes`` are modes at rest on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion
+    with the torsional mode in motion of the run's own levels, if known. ``stresses`` are those of drive-line shafts
+    (:func:`cranktrain.results.strength.iacs_m68.shaft_stresses`). ``orders`` are the orders to be drawn, by default the
+    strongest. ``log`` selects a logarithmic scale; None: only if resonances are :func:`drowned`.
     """
 
     engine: Engine | None = None
@@ -78,25 +80,25 @@ class Beside(NamedTuple):
     log: bool | None = None
 
     def logarithmic(self, run_up: RunUp, quantity: Quantity) -> bool:
-        """Whether amplitudes are drawn on a logarithmic scale, as it was asked for or by what the run-up has."""
+        """True if amplitudes are drawn on a logarithmic scale, by request or because resonances are small."""
         return drowned(run_up, quantity.output, self.orders) if self.log is None else self.log
 
     def published(self, quantity: Quantity) -> dict[float, float]:
-        """Published critical speeds, rev/min, by order; they are of the first torsional mode."""
+        """Published critical speeds of the first torsional mode, rev/min, by order."""
         if self.engine is None or quantity.kind != "torsional":
             return {}
         p = self.engine.published
         return {order: speed / RPM for order, speed in zip(p.critical_orders, p.critical_speeds, strict=True)}
 
     def highest_hz(self, run_up: RunUp) -> float:
-        """End of a frequency axis, Hz: beyond the first torsional mode, and not beyond what the run-up excites."""
+        """End of a frequency axis, Hz, above the first torsional mode but not above the highest excited frequency."""
         found = [] if self.modes is None else [k for k, kind in enumerate(self.modes.kinds) if kind == "torsional"]
         first = 0.0 if not found or self.modes is None else float(self.modes.hz[:, found[0]].max())
         excited = float(run_up.orders[-1] * run_up.speeds[-1]) / (2.0 * math.pi)
         return min(max(LEAST_AXIS_HZ, ROUND_HZ * math.ceil(AXIS_SHARE * first / ROUND_HZ)), excited)
 
     def motion_hz(self, peak: Peak, quantity: Quantity) -> float:
-        """Torsional frequency in motion that a peak lies at, Hz; not a number where it is not known."""
+        """Torsional frequency in motion of a peak, Hz; NaN if it is not known."""
         if quantity.kind != "torsional":
             return math.nan
         same = [
@@ -105,21 +107,21 @@ class Beside(NamedTuple):
         return next((hz for hz in same if math.isfinite(hz)), math.nan)
 
     def measured_of(self, quantity: Quantity, order: float) -> tuple[Array, Array] | None:
-        """Measured speeds (k,) rev/min and amplitudes (k,) of an order, in the picture's unit."""
+        """Measured speeds (k,) rev/min and amplitudes (k,) of an order in the picture's unit; None if not measured."""
         found = (self.measured or {}).get(quantity.output, {}).get(order)
         return None if found is None else (found[0] / RPM, found[1] * quantity.scale)
 
     def band_of(self, quantity: Quantity, order: float) -> Array | None:
-        """Half widths (k,) of the bands of the measured amplitudes, in the picture's unit; None where not known."""
+        """Half widths (k,) of the bands of measured amplitudes in the picture's unit; None if not known."""
         found = band_of(self.measured, quantity.output, order)
         return None if found is None else found * quantity.scale
 
     def points_at(self, quantity: Quantity, run_up: RunUp, at: int) -> list[Point]:
-        """Measured orders next to a speed of the run-up, in SI."""
+        """Measured orders near a speed of the run-up, in SI."""
         return points_at(self.measured, quantity.output, float(run_up.speeds[at]), reach_of(run_up.speeds))
 
     def measured_marks(self, quantity: Quantity, orders: Sequence[float]) -> list[tuple[float, Array, Array, Array]]:
-        """Order, speeds (k,) rev/min, amplitudes (k,) and half bands (k,) of measured orders; zeros without a band."""
+        """Measured orders: order, speeds (k,) rev/min, amplitudes (k,), half widths (k,) of bands, 0 without band."""
         found = []
         for order in orders:
             if (points := self.measured_of(quantity, order)) is not None:
@@ -129,7 +131,7 @@ class Beside(NamedTuple):
 
 
 def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[float]:
-    """Orders with a colour: those asked for, or those of the largest amplitudes and with a published speed."""
+    """Orders with their own colour: requested orders, or those of the largest amplitudes and of published speeds."""
     if beside.orders:
         return [order for order in beside.orders if order in run_up.orders]
     sizes = np.nan_to_num(np.abs(run_up.amplitudes[quantity.output])).max(axis=0)
@@ -140,7 +142,7 @@ def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[floa
 
 
 def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: Beside) -> list[Peak]:
-    """Peaks that get a label: high ones, and those near a published speed of their order."""
+    """Peaks to be labelled: high peaks, and peaks near a published speed of their order."""
     found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders and _sharp(peak)]
     top = max((peak.amplitude for peak in found), default=0.0)
     published = beside.published(quantity)
@@ -152,10 +154,10 @@ def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: B
 
 
 def drowned(run_up: RunUp, output: str, orders: Sequence[float] = ()) -> bool:
-    """True if the highest resonance of an output is below ``DROWNED`` of its largest amplitude, of ``orders`` or all.
+    """True if an output's highest resonance is below ``DROWNED`` times its largest amplitude, of ``orders`` or all.
 
-    Uneven rotation of a light crank as a whole is the usual reason: a four turns by degrees where its crank's first
-    mode has hundredths.
+    The usual reason is uneven rotation of a light crank as a whole: that of a four-cylinder engine reaches degrees,
+    while resonances of the crank's first mode reach hundredths of a degree.
     """
     own = np.isin(run_up.orders, orders) if len(orders) else np.ones(run_up.orders.size, dtype=bool)
     found = [peak.amplitude for peak in peaks(run_up, output) if own[run_up.orders == peak.order] and _sharp(peak)]
@@ -163,17 +165,17 @@ def drowned(run_up: RunUp, output: str, orders: Sequence[float] = ()) -> bool:
 
 
 def _sharp(peak: Peak) -> bool:
-    """Whether a peak is a resonance; one that is too sharp for its speeds to show a damping ratio is."""
+    """True if a peak is a resonance, also if it is too sharp for its damping ratio to be found."""
     return not peak.damping > BROADEST
 
 
 def unsteady(run_up: RunUp) -> NDArray[np.bool_]:
-    """Speeds (s,) at which cycles were run and none repeats the one before."""
+    """True for speeds (s,) at which cycles were run and do not repeat the previous cycle."""
     return np.asarray((run_up.repeats != 1) & (run_up.cycles > 0))
 
 
 def figure_of(width: float, height: float) -> Any:
-    """Empty figure, inches, with a margin below its axes; :func:`cranktrain.results.plots.foot` makes room for text."""
+    """Empty figure of a size in inches; :func:`cranktrain.results.plots.foot` makes room for text below its axes."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 

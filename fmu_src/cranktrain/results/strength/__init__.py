@@ -1,1 +1,1 @@
-"""Strength of the crankshaft over a run: loads in it, stresses, fatigue, and the rule of classification societies."""
+"""Strength of the crankshaft over a run: section loads, stresses, fatigue, and the classification societies' rule."""

@@ -1,9 +1,9 @@
-"""From the loads of webs and pins to the rule's acceptability factors and the stress histories for fatigue.
+"""Acceptability factors of the rule and stress histories for fatigue, from the loads of webs and pins.
 
-Histories take the rule's factors as stress concentrations at every instant: nominal bending and radial force as stress
-along the fillet's profile, torsion as shear in it, as if both were greatest at the same place. At the rim of an oil
-bore they are those of a hole in a plate, σ (1 − 2 cos 2φ) − 4 τ sin 2φ at the angle φ from the pin's axis, with the
-rule's γ in the place of 3 and 4; the worst place counts.
+Histories use the rule's factors as stress concentrations at every instant. Nominal bending and radial force give stress
+along the fillet's profile, torsion gives shear, and both are assumed greatest at the same point. At the rim of an oil
+bore the stress is that of a hole in a plate, σ (1 − 2 cos 2φ) − 4 τ sin 2φ at the angle φ from the pin's axis, with the
+rule's γ in place of 3 and 4; the worst point counts.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from cranktrain.results.strength.iacs_m53 import ThrowShape, fillet_factors, oil
 from cranktrain.results.strength.throw_loads import PinLoads, WebLoads
 
 FILLET_GRADIENT = 2.3
-"""Relative stress gradient of a fillet, times its radius (FKM guideline, shoulders in bending)."""
+"""Relative stress gradient of a fillet times its radius (FKM guideline, shoulders in bending)."""
 BORE_GRADIENT = 7.0 / 3.0
-"""Relative stress gradient at a hole in a plate under tension, times its radius (Kirsch)."""
+"""Relative stress gradient at a hole in a plate under tension times its radius (Kirsch)."""
 RIM = 36
-"""Places round the rim of an oil bore, over half of it."""
+"""Number of points on half of the rim of an oil bore."""
 
 
 class RuleRow(NamedTuple):
-    """A place by the rule: alternating bending and shear stress, equivalent stress and strength, Pa; Q."""
+    """Assessment of a place by the rule: alternating bending, shear and equivalent stress, strength, Pa; factor Q."""
 
     name: str
     bending: float
@@ -41,16 +41,16 @@ class RuleRow(NamedTuple):
 
 
 def half_range(history: Array) -> float:
-    """Alternating part of a history (n,): half its range."""
+    """Alternating part of a history (n,), half its range."""
     return 0.5 * float(np.ptp(history))
 
 
 def rule_rows(
     throws: Sequence[ThrowShape], strength: CrankStrength, webs: Sequence[WebLoads], pins: Sequence[PinLoads]
 ) -> list[RuleRow]:
-    """Both fillets of every web, then the oil bores, by IACS UR M53; ``throws`` are those of the pins.
+    """Assessment of both fillets of every web, then of the oil bores, by IACS UR M53; ``throws`` by pin.
 
-    The oil bore leaves the pin on the side away from the crank's axis, where bending in the plane of the throw acts.
+    An oil bore is assumed on the side of the pin away from the crank's axis, where bending in the throw's plane acts.
     """
     rows = []
 
@@ -85,10 +85,10 @@ def rule_rows(
 def nominal_histories(
     throws: Sequence[ThrowShape], angles: Array, webs: Sequence[WebLoads], pins: Sequence[PinLoads]
 ) -> list[FilletHistory]:
-    """Stress over a cycle at both fillets of every web and round every oil bore, from nominal stresses and factors.
+    """Stress histories of both fillets of every web and around every oil bore, from nominal stresses and factors.
 
-    Bores have one history for each of ``RIM`` places, all of the same name. ``converged`` says that the throw, one of
-    ``throws`` by the number of its pin, lies within the range of the factors.
+    A bore has one history for each of ``RIM`` points, all with the same name. ``converged`` is true if the throw (by
+    the number of its pin in ``throws``) lies within the range of validity of the factors.
     """
     found = []
 
@@ -111,7 +111,8 @@ def nominal_histories(
         throw = throws[load.number - 1]
         if throw.oil_bore > 0.0:
             gamma_b, gamma_t = oil_bore_factors(throw.oil_bore / throw.pin_diameter)
-            # At the mouth of the bore, away from the crank's axis, a throw that is pressed together is in compression.
+            # Positive bending presses the throw together and causes compression at the outer side of the pin, where the
+            # bore is.
             bending = -gamma_b / 3.0 * iacs_m53.pin_bending(throw, load.bending)
             shear = gamma_t / 4.0 * iacs_m53.torsion(throw.pin_diameter, throw.pin_bore, load.torque)
             for turn in np.linspace(0.0, math.pi, RIM, endpoint=False):
@@ -126,7 +127,7 @@ def judged(
     strength: CrankStrength,
     judge: Callable[[FilletHistory, CrankStrength], Judgement],
 ) -> list[Judgement]:
-    """The worst judgement of each name, in the order of the names."""
+    """Worst judgement of each name, in the order of the histories."""
     worst: dict[str, Judgement] = {}
     for history in histories:
         found = judge(history, strength)

@@ -1,4 +1,4 @@
-"""Motion of the bare crankshaft and the loads at its interfaces, from a recorded cycle of the running model."""
+"""Motion of the bare crankshaft and loads at its interfaces, from a recorded cycle of the running model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cranktrain.structure.stress.direct_solution import Instants
 
 
 def bare_instants(cycle: RecordedCycle) -> Instants:
-    """All samples of a cycle in the bare crankshaft's own modes, without the parts that a run fixes to it."""
+    """All samples of a cycle in the modes of the bare crankshaft, without attached parts."""
     body = cycle.body
     basis = np.eye(body.n_modes) if body.basis is None else body.basis
     return Instants(

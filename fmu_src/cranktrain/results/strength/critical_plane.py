@@ -1,9 +1,9 @@
-"""Findley's criterion: on the plane where it is worst, shear amplitude and the largest normal stress together.
+"""Findley's criterion: shear amplitude combined with the largest normal stress, on the worst plane.
 
     max over planes of (τ_a + k max σ_n) ≤ f,     σ₋₁/τ₋₁ = 2/(1 + k/√(1 + k²)),     f = τ₋₁ √(1 + k²)
 
-τ_a is the radius of the least circle around the path of the shear stress in the plane, so loads may be out of phase;
-mean stress enters through σ_n.
+τ_a is the radius of the smallest circle around the path of the shear stress in the plane, so loads may be out of phase.
+Mean stress enters through σ_n.
 
 Source: W. N. Findley, A theory for the effect of mean stress on fatigue of metals under combined torsion and axial load
 or bending, J. Eng. Ind. 81 (1959) 301–306.
@@ -23,7 +23,7 @@ from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.results.strength.fatigue import REVERSED_SHEAR, FilletHistory, Judgement, surface_strength
 
 PLANES = 900
-"""Planes over half a sphere, about 5 degrees apart."""
+"""Number of planes over half a sphere, about 5 degrees apart."""
 _ROUNDS = 200
 
 
@@ -37,7 +37,7 @@ class PlaneStress(NamedTuple):
 
 
 def findley_constants(tension: float, shear: float) -> tuple[float, float]:
-    """k and f (Pa) from the fully reversed strengths in tension and shear, Pa; ``InputError`` where there is none."""
+    """Constants k and f (Pa) from the fully reversed strengths in tension and shear, Pa; ``InputError``."""
     share = 2.0 * shear / tension - 1.0
     if not 0.0 <= share < 1.0:
         raise InputError(
@@ -48,14 +48,14 @@ def findley_constants(tension: float, shear: float) -> tuple[float, float]:
 
 
 def worst_plane(tensor: Array, k: float) -> PlaneStress:
-    """The plane of the largest τ_a + k max σ_n under stresses (n, 6), Pa, as of :class:`FilletHistory`."""
+    """Plane with the largest τ_a + k max σ_n under stresses (n, 6), Pa, in the order of :class:`FilletHistory`."""
     xx, yy, zz, xy, yz, zx = np.asarray(tensor, dtype=float).T
     stress = np.stack([np.stack(row, -1) for row in ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))], -2)
     normals, first, second = _plane_axes()
     traction = stress @ normals.T  # (n, 3, planes)
     along, u, v = (np.einsum("nip,pi->np", traction, axis) for axis in (normals, first, second))
     normal = along.max(axis=0)
-    # The half diagonal of the box around a path is no less than the radius of its circle.
+    # Half the diagonal of the box around a path is an upper bound of the circle's radius.
     bound = 0.5 * np.hypot(np.ptp(u, axis=0), np.ptp(v, axis=0)) + k * normal
     worst, plane = -math.inf, PlaneStress(0.0, 0.0, 0.0, np.zeros(3))
     for p in np.argsort(-bound):
@@ -69,7 +69,7 @@ def worst_plane(tensor: Array, k: float) -> PlaneStress:
 
 
 def least_circle(points: Array) -> float:
-    """Radius of the least circle around points (n, 2): Badoiu and Clarkson's steps, then the largest distance."""
+    """Radius of the smallest circle around points (n, 2), by Badoiu and Clarkson's iteration for its centre."""
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     best = math.inf
     for step in range(1, _ROUNDS):
@@ -82,7 +82,7 @@ def least_circle(points: Array) -> float:
 
 @cache
 def _plane_axes() -> tuple[Array, Array, Array]:
-    """Normals (planes, 3) that lie evenly over half a sphere, with the axes, and two axes in each plane."""
+    """Normals (planes, 3), evenly over half a sphere and including the axes, and two axes in each plane."""
     golden = math.pi * (3.0 - math.sqrt(5.0))
     z = (np.arange(PLANES) + 0.5) / PLANES
     r = np.sqrt(1.0 - z * z)
@@ -94,7 +94,7 @@ def _plane_axes() -> tuple[Array, Array, Array]:
 
 
 def findley_judgement(history: FilletHistory, strength: CrankStrength) -> Judgement:
-    """Safety of a place by Findley's criterion; amplitude and mean are τ_a and the mean of σ_n in the worst plane."""
+    """Safety factor of a place by Findley's criterion; amplitude and mean are τ_a and mean σ_n in the worst plane."""
     tension = surface_strength(strength, history.gradient)
     k, limit = findley_constants(tension, REVERSED_SHEAR * tension)
     plane = worst_plane(history.tensor, k)

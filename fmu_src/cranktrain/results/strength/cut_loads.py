@@ -1,16 +1,16 @@
-"""Loads in the crank: the resultant of all that acts on one side of a cut, forces and inertia, over a recorded cycle.
+"""Section loads of the crank over a recorded cycle: resultant of forces and inertia on one side of a cut.
 
-On the crank act main bearings, rods at the pins, thrust bearing, drive line (torque and axial force), damper, added
-connections, gravity, and the inertia of its pieces (journals, pins, webs, each in two halves, and the parts fixed to
-it), which move as rigid bodies with the interfaces beside them. Forces act at the displaced points. These loads are not
-exactly balanced, because the pieces are not the elastic body and a run solves its equations to a tolerance. The
-residual is spread over the pieces as one rigid acceleration at each instant. :func:`imbalance` gives the part of the
-residual that is due to the run: the reduced body's six rigid motions give its inertia exactly.
+The loads on the crank are those of main bearings, rods at the pins, thrust bearing, drive line (torque and axial
+force), damper, added connections and gravity, and the inertia of its pieces (journals, pins, webs, each in two halves,
+and attached parts), which move as rigid bodies with the neighbouring interfaces. Forces act at the displaced points.
+These loads are not exactly balanced, because the pieces are not the elastic body and a run solves its equations to a
+tolerance. The residual is distributed over the pieces as one rigid acceleration at each instant. :func:`imbalance`
+gives the part of the residual that is due to the run, with the exact inertia of the reduced body's six rigid motions.
 
 The torque in a crank from a table of discs and shafts is that of its shafts, see
 :mod:`cranktrain.results.strength.table_torques`.
 
-Left out: the elastic motion within a piece, and moments on a tilting collar.
+The elastic motion within a piece and moments on a tilting collar are left out.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ AXIS = np.array([0.0, 0.0, 1.0])
 class PointLoads:
     """Forces (n, k, 3) N and moments (n, k, 3) N m at k points ``places`` (n, k, 3) m, in axes of the frame.
 
-    ``z`` (k,) are the points' undeformed places along the crank, by which a cut has them on one side or the other.
+    ``z`` (k,) are the undeformed positions of the points along the crank, which decide on which side of a cut they lie.
     """
 
     z: Array
@@ -57,7 +57,7 @@ class PointLoads:
         return force.sum(axis=1), moment.sum(axis=1)
 
     def joined(self, *others: PointLoads) -> PointLoads:
-        """These loads and the others."""
+        """These loads together with other loads."""
         every = (self, *others)
         return PointLoads(
             np.concatenate([one.z for one in every]),
@@ -69,10 +69,11 @@ class PointLoads:
 
 
 class Mass(NamedTuple):
-    """A rigid piece.
+    """A rigid piece of the crank.
 
-    Mass, kg, centre (3,), m, ∫ρ r rᵀ about it (3, 3), kg m², interfaces that it moves with, and where along the crank
-    it loads it, m: a flywheel reaches over the journal in front of its flange.
+    The fields are mass, kg, centre of mass (3,), m, ∫ρ r rᵀ about the centre (3, 3), kg m², interfaces with which it
+    moves, and the position along the crank at which it acts on it, m. This position is not the centre's, because for
+    example a flywheel reaches over the journal in front of its flange.
     """
 
     mass: float
@@ -83,7 +84,7 @@ class Mass(NamedTuple):
 
 
 def crank_masses(engine: Engine) -> list[Mass]:
-    """The crank's pieces, halved, and the parts fixed to it, each with the neighbouring interfaces."""
+    """Half pieces of the crank and attached parts, each with the neighbouring interfaces."""
     places = interface_places(engine.crankshaft, engine.thrust.main)
     found = []
     for piece in crank_pieces(engine):
@@ -106,7 +107,7 @@ def crank_masses(engine: Engine) -> list[Mass]:
 
 
 def _beside(c: Crankshaft, piece: Piece, places: dict[str, tuple[float, float, float]]) -> tuple[str, ...]:
-    """Interfaces that a piece of the crankshaft moves with."""
+    """Interfaces with which a piece of the crankshaft moves."""
     if piece.kind in ("main", "pin"):
         return (f"{piece.kind}[{piece.number}]",)
     if piece.kind in ("nose", "flange"):
@@ -120,7 +121,7 @@ def _beside(c: Crankshaft, piece: Piece, places: dict[str, tuple[float, float, f
 
 
 def crank_loads(cycle: RecordedCycle) -> PointLoads:
-    """All loads on the crank over a cycle, balanced; see this module."""
+    """All loads on the crank over a cycle, balanced as described in this module."""
     masses = crank_masses(cycle.engine)
     found = interface_loads(cycle).joined(mass_loads(cycle, masses))
     found = found.joined(_spread(masses, -_wrench(found), cycle.carried))
@@ -131,15 +132,15 @@ def crank_loads(cycle: RecordedCycle) -> PointLoads:
 
 
 def imbalance(cycle: RecordedCycle) -> Array:
-    """Residual of forces and inertia in the running model's own equations: force and moment (n, 6), N, N m.
+    """Residual force and moment (n, 6) of forces and inertia in the running model's own equations, N and N m.
 
-    If journals are locked on their axis only the last component is meaningful.
+    If journals are locked on their axis, only the last component is meaningful.
     """
     return _wrench(interface_loads(cycle)) + body_inertia(cycle)
 
 
 def unbalanced_share(cycle: RecordedCycle) -> float:
-    """Largest :func:`imbalance` over the largest single load: forces, or moments about the axis of locked journals."""
+    """Ratio of the largest :func:`imbalance` to the largest single load (forces, or torques if journals are locked)."""
     if cycle.carried:
         return float(np.abs(imbalance(cycle)[:, :3]).max() / np.abs(interface_loads(cycle).forces).max())
     torque = np.cross(*(getattr(interface_loads(cycle), name) for name in ("places", "forces")))[..., 2]
@@ -155,13 +156,13 @@ def interface_loads(cycle: RecordedCycle) -> PointLoads:
 
 
 def _couples(z: Array, couples: Array) -> PointLoads:
-    """Couples (n, k) about the axis at places (k,) on it."""
+    """Point loads of couples (n, k) about the axis at positions z (k,) on it."""
     places = np.broadcast_to(z[:, None] * AXIS, (*couples.shape, 3))
     return PointLoads(z, places, np.zeros(places.shape), couples[..., None] * AXIS)
 
 
 def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:
-    """Each of these loads with its interface."""
+    """Loads at the crank's interfaces, each with the name of its interface."""
     engine, out = cycle.engine, cycle.outputs
     zero = np.zeros((cycle.angle.size, 3))
     found = []
@@ -173,7 +174,7 @@ def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:
         found.append(_at(cycle, f"main[{i}]", force, moment + about[:, None] * AXIS))
     for c, (pin, offset) in enumerate(zip(engine.cylinders.pins, engine.rod_offsets, strict=True), 1):
         if engine.articulations[c - 1] is not None:
-            continue  # it hangs on its master rod, whose big end has its load as well
+            continue  # the load of an articulated rod is included in that of its master rod's big end
         force = _to_frame(cycle, out[f"big_end[{c}].force.x"], out[f"big_end[{c}].force.y"])
         moment = -out[f"big_end[{c}].friction_torque"][:, None] * AXIS
         found.append(_at(cycle, f"pin[{pin}]", force, moment, offset))
@@ -192,10 +193,10 @@ def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:
 def _at(
     cycle: RecordedCycle, interface: str, force: Array, moment: Array, beside: float = 0.0, moves: bool = True
 ) -> tuple[str, PointLoads]:
-    """An interface and a load at it, ``beside`` its middle along z.
+    """Name of an interface and a load at it, at distance ``beside`` along z from its middle.
 
-    As in the running model a force across the axis acts where the displaced point is, which its own rotation takes
-    along its circle, but not displaced along the axis; a force along the axis does not move across it (``moves``).
+    As in the running model, a force across the axis acts at the displaced point (its own rotation moves it along its
+    circle), without axial displacement. A force along the axis is not displaced across it (``moves`` false).
     """
     own, motion = cycle.body.positions[cycle.body.index(interface)], cycle.motion(interface)
     moved = motion[:, :3] + beside * np.cross(motion[:, 3:], AXIS)
@@ -206,7 +207,7 @@ def _at(
 
 
 def _to_frame(cycle: RecordedCycle, x: Array, y: Array) -> Array:
-    """Vector (n, 3) in axes of the frame, from its components at rest."""
+    """Vector (n, 3) in axes of the frame, from its components in axes at rest."""
     cos, sin = np.cos(cycle.angle), np.sin(cycle.angle)
     return np.stack([cos * x + sin * y, cos * y - sin * x, np.zeros_like(x)], axis=1)
 
@@ -228,7 +229,7 @@ def mass_loads(cycle: RecordedCycle, masses: list[Mass]) -> PointLoads:
         place = mass.centre + moved[:, :3]
         acceleration = second[:, :3] + 2.0 * omega[:, 0] * (rate[:, :3] @ turn.T)
         acceleration = acceleration + (steady @ place[:, :, None])[:, :, 0]
-        # About its centre the piece's acceleration is G r, where r has turned with it.
+        # The acceleration of a piece about its centre is G r, where r rotates with the piece.
         gradient = skew(second[:, 3:]) + 2.0 * omega * (turn @ skew(rate[:, 3:])) + steady
         turned = np.eye(3) + skew(moved[:, 3:])
         lever = turned @ mass.second @ np.swapaxes(turned, 1, 2) @ np.swapaxes(gradient, 1, 2)
@@ -240,7 +241,7 @@ def mass_loads(cycle: RecordedCycle, masses: list[Mass]) -> PointLoads:
 
 
 def _piece_motion(cycle: RecordedCycle, mass: Mass, rate: int) -> Array:
-    """Translation of a piece's centre and its rotation (n, 6), or their rates: the mean over its interfaces."""
+    """Translation of a piece's centre and its rotation (n, 6), or their rates, as the mean over its interfaces."""
     found = []
     for interface in mass.interfaces:
         motion = cycle.motion(interface, rate)
@@ -250,7 +251,7 @@ def _piece_motion(cycle: RecordedCycle, mass: Mass, rate: int) -> Array:
 
 
 def body_inertia(cycle: RecordedCycle) -> Array:
-    """Weight and inertia of the whole body as the running model has them: force and moment about the origin (n, 6)."""
+    """Weight and inertia of the whole body in the running model, force and moment about the origin (n, 6)."""
     body, omega, six = cycle.body, cycle.speed[:, None], slice(0, 6)
     pull = weight(cycle)
     q, v, a = cycle.position, cycle.velocity, cycle.change
@@ -270,19 +271,19 @@ def body_inertia(cycle: RecordedCycle) -> Array:
 
 
 def _wrench(loads: PointLoads) -> Array:
-    """Resultant (n, 6) of all loads: force, and moment about the origin."""
+    """Resultant force and moment about the origin (n, 6) of all loads."""
     return np.concatenate(loads.resultant(np.ones(loads.z.size, dtype=bool), np.zeros(3)), axis=1)
 
 
 def _spread(masses: list[Mass], lacking: Array, carried: bool) -> PointLoads:
-    """Residual force and moment (n, 6) about the origin as loads of one rigid acceleration of all pieces.
+    """Residual force and moment (n, 6) about the origin, distributed as loads of one rigid acceleration of all pieces.
 
-    If journals are locked on their axis only the moment about the axis is known.
+    If journals are locked on their axis, only the moment about the axis is known.
     """
     centres = np.array([mass.centre for mass in masses])
     inertias = np.array([np.trace(mass.second) * np.eye(3) - mass.second for mass in masses])
     weights = np.array([mass.mass for mass in masses])
-    # Motion of each piece's centre, and its rotation, under the six rigid motions.
+    # Motion of each piece's centre and its rotation in the six rigid motions.
     arms = np.concatenate([np.tile(np.eye(3), (weights.size, 1, 1)), -skew(centres)], axis=2)
     turns = np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
     matrix = np.einsum("k,kai,kaj->ij", weights, arms, arms) + turns.T @ inertias.sum(axis=0) @ turns

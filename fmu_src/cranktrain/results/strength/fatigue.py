@@ -1,16 +1,16 @@
 """Fatigue of fillets: cycles counted by rainflow, their mean stress by Haigh's diagram, notch support and surface.
 
-Of a stress history the part along its longest range in von Mises' norm is taken, a scalar that is σ for tension and
-√3 τ for torsion; rainflow counts the cycles of it as it repeats (ASTM E1049). Paths that turn in between, loads out of
-phase, are left to :mod:`critical_plane`. The endurable amplitude of a cycle of mean σ_m is σ_WK K(σ_m/σ_a): with the
-mean stress sensitivity M, K is 1/(1 − M) for pure compression, 1/(1 + M σ_m/σ_a) up to the stress ratio 0, falls a
-third as steeply up to 0.5, and is constant beyond. The fully reversed strength at a surface is
+A stress history is reduced to its part along the longest range in von Mises' norm, a scalar that is σ for tension and
+√3 τ for torsion. Rainflow counting gives the cycles of this repeating history (ASTM E1049). Loads out of phase, whose
+stress changes direction, are treated in :mod:`critical_plane`. The endurable amplitude of a cycle of mean σ_m is σ_WK
+K(σ_m/σ_a). With the mean stress sensitivity M, K is 1/(1 − M) for pure compression, 1/(1 + M σ_m/σ_a) up to the stress
+ratio 0, falls a third as steeply up to 0.5, and is constant beyond. The fully reversed strength at a surface is
 
     σ_WK = f_W R_m n K_V / (1 + (1/K_R − 1)/K_f),
 
-a fraction of the tensile strength R_m, raised by the notch's stress gradient (n, Siebel and Stieler) and by treatment
-(K_V), lowered by roughness (K_R). The safety factor is the endurable over the actual amplitude at the same stress
-ratio.
+a fraction of the tensile strength R_m, increased by the notch's stress gradient (n, Siebel and Stieler) and by
+treatment (K_V), reduced by roughness (K_R). The safety factor is the endurable over the actual amplitude at the same
+stress ratio.
 
 Source: FKM guideline, Analytical strength assessment, 6th edition (2012), for local stress in steel and cast steel.
 """
@@ -30,7 +30,7 @@ from cranktrain.engine.crank_strength import CrankStrength
 
 
 class FatigueClass(NamedTuple):
-    """Constants of a group of materials; stresses in MPa, the guideline's symbols."""
+    """Constants of a group of materials with the guideline's symbols; stresses in MPa."""
 
     f_w: float
     a_m: float
@@ -47,11 +47,11 @@ CLASSES = {
     "free-form": _FORGED,
     "cast-rolled": FatigueClass(0.34, 0.35, 0.05, 0.25, 2000.0, 0.20, 400.0),
 }
-"""Forged steel and cast steel, by how a crankshaft is formed."""
+"""Material group (forged or cast steel) of each forming process of a crankshaft."""
 SMOOTH_NOTCH = 2.0
-"""Notch factor K_f by which the guideline weighs roughness against a notch, of steel and cast steel."""
+"""Notch factor K_f in the guideline's roughness term, for steel and cast steel."""
 REVERSED_SHEAR = 1.0 / math.sqrt(3.0)
-"""Fully reversed strength in shear over that in tension, of ductile steel."""
+"""Fully reversed strength in shear over that in tension, for ductile steel."""
 _SHEAR_GOVERNS = 0.5
 LEAST_SHARE = 1.0e-3
 """Cycles below this fraction of the largest are ignored."""
@@ -59,15 +59,15 @@ LEAST_SHARE = 1.0e-3
 
 @dataclass(frozen=True, eq=False)
 class FilletHistory:
-    """Stress at one place over a cycle that repeats.
+    """Stress at one place over a repeating cycle.
 
     Attributes
     ----------
-    name : of the place, e.g. ``web[1].pin``
+    name : name of the place, such as ``web[1].pin``
     angles : (n,) crank angle, rad
-    tensor : (n, 6) xx, yy, zz, xy, yz, zx, Pa
+    tensor : (n, 6) stress components xx, yy, zz, xy, yz, zx, Pa
     gradient : relative gradient of the stress into the material, 1/m
-    converged : whether the stress can be relied on
+    converged : true if the stress is reliable
     """
 
     name: str
@@ -78,14 +78,14 @@ class FilletHistory:
 
 
 class StressCycle(NamedTuple):
-    """A closed cycle, Pa."""
+    """Amplitude and mean of a closed stress cycle, Pa."""
 
     amplitude: float
     mean: float
 
 
 class Judgement(NamedTuple):
-    """Safety of one place: its governing cycle, Pa, and the amplitude of it that would be endured."""
+    """Safety factor of one place, its governing cycle, Pa, and the endurable amplitude of this cycle, Pa."""
 
     name: str
     safety_factor: float
@@ -96,10 +96,10 @@ class Judgement(NamedTuple):
 
 
 def governing_history(tensor: Array) -> Array:
-    """Part of stresses (n, 6) along their longest range in von Mises' norm, (n,), Pa.
+    """Part (n,) of stresses (n, 6) along their longest range in von Mises' norm, Pa.
 
-    The sign is positive in tension. If shear governs (first invariant below half of the norm), mean stress counts as
-    tension.
+    The sign is positive in tension. If shear governs (first invariant below half of the norm), mean stress is treated
+    as tension.
     """
     parts = _deviator(np.asarray(tensor, dtype=float))
     squares = (parts**2).sum(axis=1)
@@ -115,16 +115,16 @@ def governing_history(tensor: Array) -> Array:
 
 
 def _deviator(tensor: Array) -> Array:
-    """Five numbers (n, 5) whose sum of squares is the square of von Mises' stress."""
+    """Five deviatoric components (n, 5) whose sum of squares is the square of von Mises' stress."""
     xx, yy, zz, xy, yz, zx = tensor.T
     root = math.sqrt(3.0)
     return np.stack([xx - 0.5 * (yy + zz), 0.5 * root * (yy - zz), root * xy, root * yz, root * zx], axis=1)
 
 
 def counted_cycles(history: Array) -> list[StressCycle]:
-    """Different closed cycles of a history (n,) that repeats, its end left out; the largest first.
+    """Different closed cycles of a repeating history (n,), without its end point; largest first.
 
-    A repeating history that starts at its greatest value has closed cycles only.
+    The history is counted from its greatest value, so all cycles are closed.
     """
     values = np.asarray(history, dtype=float)
     if values.ndim != 1 or values.size < 2 or not np.all(np.isfinite(values)):
@@ -136,7 +136,7 @@ def counted_cycles(history: Array) -> list[StressCycle]:
 
 
 def mean_stress_factor(ratio: float, sensitivity: float) -> float:
-    """Endurable amplitude over that at σ_m = 0, K, at ``ratio`` = σ_m/σ_a and mean stress sensitivity M."""
+    """Factor K, the endurable amplitude over that at σ_m = 0, for ``ratio`` = σ_m/σ_a and mean stress sensitivity M."""
     m = sensitivity
     if ratio <= -1.0:
         return 1.0 / (1.0 - m)
@@ -147,13 +147,13 @@ def mean_stress_factor(ratio: float, sensitivity: float) -> float:
 
 
 def mean_stress_sensitivity(strength: CrankStrength) -> float:
-    """M = a_M R_m/GPa + b_M."""
+    """Mean stress sensitivity M = a_M R_m/GPa + b_M."""
     group = CLASSES[strength.forming]
     return group.a_m * 1e-9 * strength.tensile_strength + group.b_m
 
 
 def support_factor(strength: CrankStrength, gradient: float) -> float:
-    """Notch support n of a relative stress gradient, 1/m (Siebel and Stieler); constant above 100 per mm."""
+    """Notch support factor n for a relative stress gradient, 1/m (Siebel and Stieler); constant above 100 per mm."""
     group, g = CLASSES[strength.forming], min(1e-3 * gradient, 100.0)
     exponent = group.a_g + 1e-6 * strength.tensile_strength / group.b_g
     if g <= 0.1:
@@ -162,21 +162,21 @@ def support_factor(strength: CrankStrength, gradient: float) -> float:
 
 
 def roughness_factor(strength: CrankStrength) -> float:
-    """K_R: strength of a surface of depth Rz over that of a polished one; at most 1."""
+    """Roughness factor K_R, strength of a surface of roughness Rz over that of a polished one; at most 1."""
     group = CLASSES[strength.forming]
     depth, tensile = 1e6 * strength.roughness, 1e-6 * strength.tensile_strength
     return min(1.0 - group.a_r * math.log10(depth) * math.log10(2.0 * tensile / group.r_m_min), 1.0)
 
 
 def surface_strength(strength: CrankStrength, gradient: float) -> float:
-    """Fully reversed local stress that a surface endures, Pa: f_W R_m n K_V / (1 + (1/K_R − 1)/K_f)."""
+    """Fully reversed local strength of a surface, Pa, f_W R_m n K_V / (1 + (1/K_R − 1)/K_f)."""
     rough = 1.0 + (1.0 / roughness_factor(strength) - 1.0) / SMOOTH_NOTCH
     gain = support_factor(strength, gradient) * strength.fillet_treatment / rough
     return CLASSES[strength.forming].f_w * strength.tensile_strength * gain
 
 
 def haigh_judgement(history: FilletHistory, strength: CrankStrength) -> Judgement:
-    """Safety of a place by its governing cycle in Haigh's diagram."""
+    """Safety factor of a place by its governing cycle in Haigh's diagram."""
     reversed_strength = surface_strength(strength, history.gradient)
     sensitivity = mean_stress_sensitivity(strength)
     worst = Judgement(history.name, math.inf, 0.0, 0.0, reversed_strength, history.converged)

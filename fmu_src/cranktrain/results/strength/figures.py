@@ -26,7 +26,7 @@ _STEEL, _EDGE = "#e6e9ee", "#7b838f"
 def save_pictures(
     folder: Path, engine: Engine, strength: CrankStrength, places: Sequence[Judgement], title: str, haigh: bool = True
 ) -> list[Path]:
-    """Write ``safety_factors.png`` and, where ``haigh`` judged the places, ``haigh.png`` into ``folder``; the paths."""
+    """Write ``safety_factors.png`` and, with ``haigh``, ``haigh.png`` into ``folder``; returns the paths."""
     from matplotlib.figure import Figure
 
     c, at = engine.crankshaft, stations(engine.crankshaft)
@@ -46,24 +46,24 @@ def save_pictures(
 
 
 def kind_of(name: str) -> str:
-    """Kind of a place by its name: ``pin``, ``main`` or ``oil_bore``."""
+    """Kind of a place from its name, ``pin``, ``main`` or ``oil_bore``."""
     return name.rpartition(".")[2]
 
 
 def place_of(c: Crankshaft, name: str) -> tuple[float, float]:
-    """Where a place is drawn: along the crank and across it, m, its throw turned upwards."""
+    """Position of a place in the drawing, along and across the crank, m, with its throw upwards."""
     number, at, kind = int(name.partition("[")[2].partition("]")[0]), stations(c), kind_of(name)
     if kind == "oil_bore":
         return c.pin_positions[number - 1], c.throws[number - 1] + 0.5 * c.pin_diameter
     web = at.joins[number - 1]
     if kind == "pin":
-        # In the fillet on the side of the crank's axis, where bending acts.
+        # The point of the pin fillet towards the crank's axis, where bending acts.
         return web.span[1 if web.front else 0], c.throws[web.pins[0] - 1] - 0.5 * c.pin_diameter
     return web.span[0 if web.front else 1], 0.5 * c.main_diameter
 
 
 def plot_safety(ax: Any, c: Crankshaft, places: Sequence[Judgement]) -> None:
-    """Draw the crank from the side, all throws turned upwards, with the safety factor at every place (mm)."""
+    """Draw a side view of the crank (mm), all throws upwards, with the safety factor at every place."""
     from matplotlib import colormaps, colors
 
     _draw_crank(ax, c)
@@ -75,7 +75,7 @@ def plot_safety(ax: Any, c: Crankshaft, places: Sequence[Judgement]) -> None:
         linewidths=0.7,
     )  # fmt: skip
     least = int(values.argmin())
-    # Numbers stand in rows above and below the crank: marks lie close together.
+    # Numbers are written in rows above and below the crank, because marks are close together.
     top, bottom = 1e3 * (max(c.throws) + c.web_pin_radius), -1e3 * max(c.web_main_radius, c.counterweight_radius)
     for k, (x, y) in enumerate(spots):
         kind = kind_of(places[k].name)
@@ -101,7 +101,7 @@ def plot_safety(ax: Any, c: Crankshaft, places: Sequence[Judgement]) -> None:
 
 
 def _draw_crank(ax: Any, c: Crankshaft) -> None:
-    """Outlines of nose, journals, pins, webs and flange (mm)."""
+    """Draw outlines of nose, journals, pins, webs and flange (mm)."""
     from matplotlib.patches import Rectangle
 
     at = stations(c)
@@ -120,7 +120,7 @@ def _draw_crank(ax: Any, c: Crankshaft) -> None:
 
 
 def plot_haigh(ax: Any, places: Sequence[Judgement], sensitivity: float) -> None:
-    """Draw governing cycles (MPa) with the endurable amplitude over mean stress of each kind of place."""
+    """Draw governing cycles (MPa), and the endurable amplitude over mean stress for each kind of place."""
     for kind, words in KINDS.items():
         own = [one for one in places if kind_of(one.name) == kind and one.amplitude > 0.0]
         if not own:
@@ -143,7 +143,7 @@ def plot_haigh(ax: Any, places: Sequence[Judgement], sensitivity: float) -> None
 
 
 def limit_line(place: Judgement, sensitivity: float) -> Array:
-    """Mean stress and endurable amplitude (2, k), Pa, of the material where a place is."""
+    """Line of mean stress and endurable amplitude (2, k), Pa, of the material at a place."""
     reversed_strength = place.endured / mean_stress_factor(place.mean / place.amplitude, sensitivity)
     ratios = np.linspace(-2.0, 3.5, 111)
     amplitudes = reversed_strength * np.array([mean_stress_factor(float(ratio), sensitivity) for ratio in ratios])

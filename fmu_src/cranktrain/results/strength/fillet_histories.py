@@ -23,7 +23,7 @@ from cranktrain.structure.stress.nodal_stress import von_mises
 from cranktrain.structure.stress.sub_model import CUTS, FilletModes, cut_places
 
 CONVERGED = 0.03
-"""Least over largest principal stress at the peak, up to which a fillet counts as converged."""
+"""A fillet is converged if the ratio of smallest to largest |principal stress| at its peak is at most this."""
 _BATCH = 16
 _JUDGED = 4
 _BESIDE = 1e-3
@@ -32,17 +32,17 @@ _BESIDE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class FilletPeak:
-    """Hottest place of a fillet or oil bore over a cycle of k samples.
+    """Point of the greatest stress of a fillet or oil bore over a cycle of k samples.
 
     Attributes
     ----------
-    name : of the fillet
-    place : (3,) m
+    name : name of the fillet
+    place : (3,) position, m
     angle : (k,) crank angle, rad
-    tensor : (k, 6) stress, Pa, components xx, yy, zz, xy, yz, zx in axes of the frame, by the cuts' resultants
-    peak : sample of the greatest von Mises stress
-    free_surface : least over largest principal stress by size then; 0 at a surface that is fully resolved
-    by_motion : greatest von Mises stress of any place where the cuts follow the crank's motion, Pa
+    tensor : (k, 6) stress, Pa, components xx, yy, zz, xy, yz, zx in axes of the frame, from the cuts' resultants
+    peak : index of the sample of the greatest von Mises stress
+    free_surface : ratio of smallest to largest |principal stress| at this sample; 0 for a fully resolved surface
+    by_motion : greatest von Mises stress of any point if the cuts follow the crank's motion, Pa
     """
 
     name: str
@@ -55,7 +55,7 @@ class FilletPeak:
 
     @property
     def converged(self) -> bool:
-        """Whether the mesh resolves the peak."""
+        """True if the mesh resolves the peak."""
         return self.free_surface <= CONVERGED
 
     @property
@@ -66,7 +66,7 @@ class FilletPeak:
 
 @dataclass(frozen=True, eq=False)
 class FilletRun:
-    """A fillet or oil bore over a cycle: (k, n + LOADS + CUTS) by which its modes are weighed, in two ways."""
+    """A fillet or oil bore over a cycle: two sets of coordinates (k, n + LOADS + CUTS) of its stress modes."""
 
     modes: FilletModes
     angle: Array
@@ -74,7 +74,7 @@ class FilletRun:
     by_resultants: Array
 
     def scanned(self, drive: Array) -> tuple[Array, NDArray[np.intp]]:
-        """Greatest von Mises stress (s,) of each place, Pa, and its sample (s,)."""
+        """Greatest von Mises stress (s,) of each point, Pa, and the index of its sample (s,)."""
         modes, driven = self.modes.modes, drive.astype(np.float32)
         flat = modes.reshape(len(modes), -1)
         greatest = np.zeros(len(self.modes.points), dtype=np.float32)
@@ -89,12 +89,12 @@ class FilletRun:
         return greatest.astype(float), sample
 
     def tensor(self, node: int) -> Array:
-        """Stress (k, 6) of one place over the cycle by the cuts' resultants, Pa."""
+        """Stress (k, 6) of one point over the cycle from the cuts' resultants, Pa."""
         return np.asarray(self.by_resultants @ self.modes.modes[:, :, node], dtype=np.float64)
 
     @property
     def peak(self) -> FilletPeak:
-        """The place of the greatest von Mises stress."""
+        """Point of the greatest von Mises stress."""
         greatest, sample = self.scanned(self.by_resultants)
         node = int(greatest.argmax())
         tensor, peak = self.tensor(node), int(sample[node])
@@ -103,7 +103,7 @@ class FilletRun:
         return FilletPeak(self.modes.name, self.modes.points[node], self.angle, tensor, peak, resolved, by_motion)
 
     def histories(self, c: Crankshaft) -> list[FilletHistory]:
-        """Stress over the cycle where its peak and where its range is greatest, for fatigue: some places, one name."""
+        """Stress histories for fatigue at the points of the greatest peaks and ranges, all with the same name."""
         greatest, sample = self.scanned(self.by_resultants)
         reference = self.by_resultants[sample[greatest.argmax()]]
         ranges, _ = self.scanned(self.by_resultants - reference)
@@ -118,7 +118,7 @@ class FilletRun:
 
 
 def fatigue_name(place: str) -> str:
-    """Name of a sub-model's place in fatigue and the rule: ``pin[1] rear fillet`` is ``web[2].pin``."""
+    """Name used in fatigue and the rule for a place of a sub-model: ``pin[1] rear fillet`` → ``web[2].pin``."""
     journal, number = place[: place.index("[")], int(place[place.index("[") + 1 : place.index("]")])
     if journal == "oil hole":
         return f"pin[{number}].oil_bore"
@@ -128,11 +128,11 @@ def fatigue_name(place: str) -> str:
 
 
 def fillet_runs(bare: ReducedBody, cycle: RecordedCycle, fillets: Iterable[FilletModes]) -> list[FilletRun]:
-    """Fillets and oil bores over a recorded cycle, of several the last.
+    """Fillets and oil bores over a recorded cycle, or over the last one of several.
 
     Parameters
     ----------
-    bare : crankshaft without parts in all its modes
+    bare : bare crankshaft in all its modes
     """
     cycle = cycle.last()
     at, loads = bare_instants(cycle), crank_loads(cycle)
@@ -147,7 +147,7 @@ def fillet_runs(bare: ReducedBody, cycle: RecordedCycle, fillets: Iterable[Fille
 
 
 def cut_wrenches(c: Crankshaft, loads: PointLoads, throw: int) -> Array:
-    """Force and moment (k, CUTS) about each cut's middle of all loads beyond the cut and on its main journal."""
+    """Force and moment (k, CUTS) about the middle of each cut by all loads beyond the cut and on its main journal."""
     front, rear = cut_places(c, throw)
     beyond = ((loads.z < front + _BESIDE, front), (loads.z > rear - _BESIDE, rear))
     return np.hstack([part for chosen, z in beyond for part in loads.resultant(chosen, z * AXIS)])

@@ -1,9 +1,9 @@
-"""Crankshafts by the rule IACS UR M53: fillet and oil-bore factors, equivalent stress, fatigue strength, acceptability.
+"""Rule IACS UR M53 for crankshafts: stress factors of fillets and oil bores, equivalent stress, fatigue strength.
 
 Nominal stresses are those of the web, M/(B W²/6) and Q/(B W), and of pin and journal in torsion, 16 T D/(π(D⁴ − D_B⁴)).
-Empirical factors lift them to the fillets of pin (α) and journal (β) and to the outlet of the pin's oil bore (γ). The
-rule takes half the range over a cycle of each nominal stress. With σ_add for effects that a single throw does not
-include, the equivalent alternating stresses are
+Empirical factors convert them to stresses in the fillets of pin (α) and journal (β) and at the outlet of the pin's oil
+bore (γ). The rule uses half the range over a cycle of each nominal stress. With σ_add for effects that a single throw
+does not include, the equivalent alternating stresses are
 
     fillets    σ_v = √((σ_B + σ_add)² + 3 τ²)
     oil bore   σ_v = (σ_BO + 2 √(σ_BO² + 9/4 σ_TO²))/3
@@ -31,24 +31,24 @@ Load = TypeVar("Load", float, Array)
 ACCEPTABLE = 1.15
 """Least acceptability factor."""
 ADDITIONAL_BENDING = 10.0e6
-"""Alternating bending from misalignment, a block that deforms, axial and bending vibrations: trunk pistons, Pa."""
+"""Alternating bending stress from misalignment, block deformation, axial and bending vibrations; trunk pistons, Pa."""
 FORMING_FACTORS = {"grain-flow": 1.05, "free-form": 1.0, "cast-rolled": 0.93}
-"""The rule's factor K of the fatigue strength, in fillets."""
+"""Factor K of the rule for the fatigue strength in fillets, by forming process."""
 SMALLEST_RADIUS = 2.0e-3
-"""Fillets and bores of a smaller radius count as this, m."""
+"""Fillets and bores of a smaller radius are treated as having this radius, m."""
 RANGES = {
     "s": (-math.inf, 0.5), "w": (0.2, 0.8), "b": (1.1, 2.2), "r_pin": (0.03, 0.13), "r_journal": (0.03, 0.13),
     "d_pin": (0.0, 0.8), "d_journal": (0.0, 0.8), "d_oil": (0.0, 0.2),
 }  # fmt: skip
-"""Least and largest ratio that the empirical formulas hold for."""
+"""Range of validity (least, largest) of each ratio in the empirical formulas."""
 _LEAST_OVERLAP = -0.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThrowShape:
-    """Dimensions of one throw as the rule takes them, m; bores are holes along the axes of pin and journal.
+    """Dimensions of one throw in the rule's sense, m; bores are holes along the axes of pin and journal.
 
-    ``web_width`` is that in the middle between journal and pin; recesses are how deep the fillets lie in the web.
+    ``web_width`` is the width halfway between journal and pin; recesses are depths of the fillets in the web.
     """
 
     pin_diameter: float
@@ -66,7 +66,7 @@ class ThrowShape:
 
     @property
     def ratios(self) -> dict[str, float]:
-        """The rule's s, w, b, r and d over the pin's diameter, by the names of ``RANGES``."""
+        """Ratios s, w, b, r and d of the rule, lengths over the pin's diameter, by the names of ``RANGES``."""
         d = self.pin_diameter
         return {
             "s": (0.5 * (d + self.journal_diameter) - self.throw) / d,
@@ -81,7 +81,7 @@ class ThrowShape:
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """Dimensions of the throw outside the range of the empirical formulas, e.g. ``s = 0.557 (at most 0.5)``."""
+        """Texts on ratios outside the range of the empirical formulas, such as ``s = 0.557 (at most 0.5)``."""
         found = []
         for name, value in self.ratios.items():
             low, high = RANGES[name]
@@ -91,7 +91,7 @@ class ThrowShape:
 
 
 def throw_shape(c: Crankshaft, pin: int) -> ThrowShape:
-    """The throw of a pin, from 1, of a parametric crankshaft; its web is measured halfway between journal and pin."""
+    """Throw of a pin (from 1) of a parametric crankshaft, with the web's width halfway between journal and pin."""
     throw = c.throws[pin - 1]
     middle = 0.5 * (0.5 * c.main_diameter + throw - 0.5 * c.pin_diameter)
     return ThrowShape(
@@ -107,7 +107,7 @@ def throw_shape(c: Crankshaft, pin: int) -> ThrowShape:
 
 
 class FilletFactors(NamedTuple):
-    """Stress concentration factors: of pin (α) and journal (β) in bending, radial force and torsion."""
+    """Stress concentration factors of pin (α) and journal (β) in bending, radial force and torsion."""
 
     alpha_b: float
     alpha_t: float
@@ -117,7 +117,7 @@ class FilletFactors(NamedTuple):
 
 
 def fillet_factors(throw: ThrowShape) -> FilletFactors:
-    """Empirical factors of the fillets; see :attr:`ThrowShape.outside` for where they hold.
+    """Empirical stress concentration factors of the fillets; their range of validity is :attr:`ThrowShape.outside`.
 
     Bending and radial force give a von Mises stress, torsion a shear stress. UR M53, section 3.
     """
@@ -164,27 +164,27 @@ def _polynomial(x: float, *coefficients: float) -> float:
 
 
 def oil_bore_factors(ratio: float) -> tuple[float, float]:
-    """γ_B and γ_T at the outlet of a radial oil bore, ``ratio`` its diameter over the pin's; 0 to 0.2."""
+    """Factors γ_B and γ_T at the outlet of a radial oil bore; ``ratio`` of its diameter to the pin's is 0 to 0.2."""
     return _polynomial(ratio, 3.0, -5.88, 34.6), _polynomial(ratio, 4.0, -6.0, 30.0)
 
 
 def web_bending(throw: ThrowShape, moment: Load) -> Load:
-    """Nominal bending stress of the web, Pa, under the moment (…) N m in the plane of the throw at its middle."""
+    """Nominal bending stress of the web, Pa, by the moment (…) N m in the plane of the throw at the web's middle."""
     return moment * (6.0 / (throw.web_width * throw.web_thickness**2))
 
 
 def web_tension(throw: ThrowShape, force: Load) -> Load:
-    """Nominal stress of the web, Pa, under the radial force (…) N."""
+    """Nominal stress of the web, Pa, by the radial force (…) N."""
     return force / (throw.web_width * throw.web_thickness)
 
 
 def torsion(diameter: float, bore: float, torque: Load) -> Load:
-    """Nominal shear stress, Pa, of a journal of this diameter and bore, m, under a torque (…) N m."""
+    """Nominal shear stress, Pa, of a journal of this diameter and bore, m, by a torque (…) N m."""
     return torque * (16.0 * diameter / (math.pi * (diameter**4 - bore**4)))
 
 
 def pin_bending(throw: ThrowShape, moment: Load) -> Load:
-    """Nominal bending stress of the pin, Pa, under a moment (…) N m towards the outlet of its oil bore."""
+    """Nominal bending stress of the pin, Pa, by a moment (…) N m towards the outlet of its oil bore."""
     d = throw.pin_diameter
     return moment * (32.0 * d / (math.pi * (d**4 - throw.pin_bore**4)))
 
@@ -200,10 +200,10 @@ def oil_bore_stress(bending: float, shear: float) -> float:
 
 
 def fatigue_strength(strength: CrankStrength, diameter: float, radius: float, fillet: bool = True) -> float:
-    """Alternating equivalent stress σ_DW that the crankshaft withstands for unlimited life, Pa.
+    """Fatigue strength σ_DW, the endurable alternating equivalent stress for unlimited life, Pa.
 
-    ``diameter`` is that of pin or journal, ``radius`` that of its fillet, or of the oil bore, m. A gain from forming
-    counts in the ``fillet`` only. UR M53, section 6.
+    ``diameter`` is that of pin or journal, ``radius`` that of its fillet or of the oil bore, m. The forming factor is
+    used only for a ``fillet``. UR M53, section 6.
     """
     tensile = 1e-6 * strength.tensile_strength
     forming = FORMING_FACTORS[strength.forming]

@@ -1,20 +1,20 @@
-"""Torsional vibration stress of propulsion shafts against the rule IACS UR M68.
+"""Torsional vibration stress of propulsion shafts compared with the limits of rule IACS UR M68.
 
 The stress is that of the plain section, τ = T/W with W = π (d⁴ − d_i⁴)/(16 d), for half the range of the torque over a
-cycle, the synthesis of all orders. With λ = n/n₀ of the rated speed n₀ it may be at most, for continuous operation,
+cycle, the synthesis of all orders. With λ = n/n₀ and the rated speed n₀ its limit for continuous operation is
 
     τ_C = (σ_B + 160)/18 · c_K c_D (3 − 2 λ²)    λ < 0.9
     τ_C = (σ_B + 160)/18 · c_K c_D · 1.38        0.9 ≤ λ ≤ 1.05
 
-and where a barred range of speeds is passed quickly, which may lie below λ = 0.8 only,
+and for quick passage through a barred speed range, which is permitted only below λ = 0.8,
 
     τ_T = 1.7 τ_C/√c_K
 
 in N/mm², with c_D = 0.35 + 0.93 d^−0.2 (d in mm) and the factor c_K of the shaft's design. A barred range around the
-speed n_c of the largest stress reaches from 16 n_c/(18 − λ_c) to (18 − λ_c) n_c/16.
+speed n_c of the largest stress extends from 16 n_c/(18 − λ_c) to (18 − λ_c) n_c/16.
 
-σ_B counts up to 800 N/mm², of propeller shafts up to 600 N/mm². The rule also limits carbon and carbon-manganese steels
-to 600 N/mm²; which steel it is the data do not say, so give no more for these.
+The rule limits σ_B to 800 N/mm², and to 600 N/mm² for propeller shafts. It also limits carbon and carbon-manganese
+steels to 600 N/mm². The engine file does not state the kind of steel, so give at most 600 N/mm² for these.
 
 Source: IACS Unified Requirement M68, Dimensions of propulsion shafts and their permissible torsional vibration
 stresses, Rev. 2 (April 2015), M68.3, M68.5 and M68.6.
@@ -48,25 +48,25 @@ DESIGN_FACTORS = {
     "propeller": 0.55,
     "stern-tube": 0.8,
 }
-"""c_K by a shaft's ``section``: intermediate shafts with integral flanges or shrunk couplings, keyways in a tapered or
-cylindrical end, a radial hole, a longitudinal slot; thrust shafts; propeller shafts from the propeller to the forward
-end of the aftmost bearing, and from there to the forward stern-tube seal."""
+"""Factor c_K by a shaft's ``section``: intermediate shafts with integral flanges or shrunk couplings, keyways in a
+tapered or cylindrical end, a radial hole, a longitudinal slot; thrust shafts; propeller shafts from the propeller to
+the forward end of the aftmost bearing, and from there to the forward stern-tube seal."""
 OF_PROPELLER = ("propeller", "stern-tube")
 STRONGEST, STRONGEST_PROPELLER = 800.0, 600.0
-"""Largest tensile strengths that count, N/mm²."""
+"""Largest tensile strengths that the rule accepts, N/mm²: other shafts, propeller shafts."""
 NEAR_RATED, FASTEST, BARRED = 0.9, 1.05, 0.8
-"""Speed ratios: where the limit becomes constant, where it ends, and below which ranges may be barred."""
+"""Speed ratios at which the limit becomes constant, at which it ends, and below which ranges may be barred."""
 
 
 def section_modulus(shaft: Shaft) -> float:
-    """Polar section modulus, m³."""
+    """Polar section modulus of a shaft, m³."""
     return math.pi * (shaft.diameter**4 - shaft.bore**4) / (16.0 * shaft.diameter)
 
 
 def permissible_stress(shaft: Shaft, ratio: Array) -> tuple[Array, Array]:
-    """Permissible stress (Pa) for continuous and for transient operation at speed ratios λ; not a number beyond 1.05.
+    """Permissible stress (Pa) for continuous and for transient operation at speed ratios λ; NaN beyond 1.05.
 
-    The transient one is not a number above λ = 0.8, where no range may be barred.
+    The transient limit is NaN above λ = 0.8, where no range may be barred.
     """
     most = STRONGEST_PROPELLER if shaft.section in OF_PROPELLER else STRONGEST
     strength = min(1e-6 * shaft.strength, most)
@@ -78,16 +78,16 @@ def permissible_stress(shaft: Shaft, ratio: Array) -> tuple[Array, Array]:
 
 
 def has_sections(engine: Engine) -> bool:
-    """Whether a shaft of the engine's drive line states its section."""
+    """True if at least one shaft of the engine's drive line has a section in the engine file."""
     line = engine.drive_line_chain
     return line is not None and any(line.diameters)
 
 
 def shaft_stresses(engine: Engine, run_up: RunUp) -> list[dict[str, Any]]:
-    """Stress of each shaft with a diameter over the speeds of a run-up in the frequency domain; JSON-able.
+    """Stress over speed of each shaft with a diameter, from a run-up in the frequency domain; JSON-able.
 
-    Keys carry their units. ``barred_rpm`` is the range of the rule around the speed of the largest stress over the
-    continuous limit, None where no stress exceeds it.
+    Keys carry their units. ``barred_rpm`` is the rule's range around the speed of the largest stress relative to the
+    continuous limit, None if no stress exceeds this limit.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def shaft_stresses(engine: Engine, run_up: RunUp) -> list[dict[str, Any]]:
 
 
 def stress_table(stresses: list[dict[str, Any]]) -> Table:
-    """Each shaft at the speed where it comes nearest to its limit."""
+    """Table of each shaft at the speed where its stress is closest to the limit."""
     rows = []
     for entry in stresses:
         worst = entry["worst"]
@@ -148,7 +148,7 @@ def stress_table(stresses: list[dict[str, Any]]) -> Table:
 
 
 def plot_stress(ax: Any, rpm: Array, entry: Mapping[str, Any]) -> None:
-    """Draw one shaft's stress over the speed with both limits and the barred range."""
+    """Draw one shaft's stress over speed with both limits and the barred range."""
     ax.plot(rpm, entry["stress_mpa"], color="#1f4e8c", lw=1.6, label="stress, half of the range")
     ax.plot(rpm, entry["continuous_mpa"], color="#c0392b", lw=1.4, label="limit, continuous")
     ax.plot(rpm, entry["transient_mpa"], color="#c0392b", lw=1.2, ls="--", label="limit, transient")
@@ -161,7 +161,7 @@ def plot_stress(ax: Any, rpm: Array, entry: Mapping[str, Any]) -> None:
 
 
 def _worst(rpm: Array, ratio: Array, stress: Array, continuous: Array, transient: Array) -> dict[str, Any]:
-    """Where a shaft comes nearest to its limit, the barred range, and the verdict."""
+    """Speed at which a shaft's stress is closest to its limit, barred range, and verdict."""
     use = stress / continuous
     if not np.isfinite(use).any():
         nothing = dict.fromkeys(("rpm", "stress_mpa", "continuous_mpa", "transient_mpa"), math.nan)

@@ -1,4 +1,4 @@
-"""The crank's motion over a cycle that repeats: modal coordinates, the frame's motion, and all outputs."""
+"""Recorded motion of the crank over a periodic cycle: modal coordinates, motion of the frame, and all outputs."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ CYCLE = 4.0 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class RecordedCycle:
-    """One period of one or more cycles: n samples uniform in time, the first one left out (SI).
+    """One period of one or more cycles, n samples uniform in time without the initial one (SI).
 
     Attributes
     ----------
-    engine, body : the engine, with what a run fixes to its crank, and the crank of the running model
-    carried : whether bearings carry the crank; else its journals are locked on their axis
+    engine, body : engine including the parts that a run fixes to its crank, and crank of the running model
+    carried : true if bearings carry the crank; false if its journals are locked on their axis
     gravity : acceleration of gravity, m/s²
-    angle, speed, acceleration : (n,) of the frame that turns with the crank, rad, rad/s, rad/s²
-    position, velocity, change : (n, modes) modal coordinates of the crank in that frame and their rates
-    damping : (modes,) of structure, force over modal mass and rate, 1/s
+    angle, speed, acceleration : (n,) motion of the frame that rotates with the crank, rad, rad/s, rad/s²
+    position, velocity, change : (n, modes) modal coordinates of the crank in this frame, their first and second rates
+    damping : (modes,) structural damping force over modal mass and rate, 1/s
     outputs : name → (n,) values
-    settling : how settled the run is
-    axial_force : on the flywheel, N
+    settling : settling of the run
+    axial_force : axial force on the flywheel, N
     added : interface → (n, 6) force and moment of added connections, in axes of the frame
     """
 
@@ -65,12 +65,12 @@ class RecordedCycle:
         return self.outputs["crank.angle"] % CYCLE
 
     def motion(self, interface: str, rate: int = 0) -> Array:
-        """Translation and rotation (n, 6) of an interface in the frame; with ``rate`` 1 or 2 their rates."""
+        """Translation and rotation (n, 6) of an interface in the frame; with ``rate`` 1 or 2 their time derivatives."""
         shape = self.body.shapes[self.body.index(interface)]
         return np.asarray((self.position, self.velocity, self.change)[rate] @ shape.T)
 
     def at(self, samples: NDArray[np.integer]) -> RecordedCycle:
-        """Some samples of it, in the order given."""
+        """Cycle with some of its samples, in the order given."""
         names = ("angle", "speed", "acceleration", "position", "velocity", "change")
         return replace(
             self,
@@ -81,12 +81,12 @@ class RecordedCycle:
 
     @property
     def last_samples(self) -> NDArray[np.intp]:
-        """Numbers of the samples of the last cycle, from crank angle 0 on."""
+        """Indices of the samples of the last cycle, from crank angle 0 on."""
         count = self.angle.size // max(self.settling.repeats, 1)
         return np.asarray(self.angle.size - count + np.argsort(self.crank_angle[-count:]))
 
     def last(self) -> RecordedCycle:
-        """The last cycle alone, from crank angle 0 on."""
+        """Last cycle only, from crank angle 0 on."""
         return self.at(self.last_samples)
 
 
@@ -98,19 +98,20 @@ def recorded_cycle(
     say: Callable[[str], None] | None = None,
     look: Callable[[], None] | None = None,
 ) -> RecordedCycle:
-    """Bring a simulation that is not initialised yet to a cycle that repeats, and record it.
+    """Run an uninitialised simulation until its motion is periodic, and record one period.
 
     Parameters
     ----------
-    simulation : at constant speed, which its ``inputs`` hold; it steps to every row from now on
-    engine : with what the run fixes to its crank, see :func:`cranktrain.dynamics.simulation.fitted_engine`
-    settle : largest settling error of any family of outputs
-    look : called after each recorded sample, while the simulation stands there
+    simulation : simulation at the constant speed of its ``inputs``; it steps to every row from now on
+    engine : engine with the parts that the run fixes to its crank, see
+        :func:`cranktrain.dynamics.simulation.fitted_engine`
+    settle : largest settling error of any output family
+    look : called after each recorded sample, with the simulation at its state
 
     Raises
     ------
     InputError, SolverError
-        as of :func:`cranktrain.dynamics.simulation.simulate`
+        as :func:`cranktrain.dynamics.simulation.simulate`
     """
     simulation.settings = step_each_row(simulation.settings)
     simulation.initialize()
@@ -151,7 +152,7 @@ def recorded_cycle(
         damping=simulation.model.damping[:modes].copy(),
         outputs=dict(zip(simulation.output_names, rows.T.copy(), strict=True)),
         settling=found.settling,
-        # Discs of the drive line are none of the crank's own interfaces.
+        # Loads on discs of the drive line are left out, because these are not interfaces of the crank.
         added={name: load for name, load in zip(held, loads, strict=True) if name in simulation.body.interfaces},
         axial_force=float(simulation.inputs[engine.n_cylinders + at.AXIAL_INPUT]),
     )

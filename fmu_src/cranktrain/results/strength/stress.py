@@ -1,4 +1,4 @@
-"""Stress at the surface of the crankshaft over a cycle, by superposition of its stress modes.
+"""Surface stress of the crankshaft over a cycle, by superposition of its stress modes.
 
 σ(t) = Σ σ_j q_j(t) + Ω² σ_c with the modal coordinates q of the running model and the static correction σ_c of the
 centrifugal load, see :mod:`cranktrain.structure.stress.stress_modes`.
@@ -30,13 +30,13 @@ from cranktrain.structure.stress.stress_modes import ShapedCrank, StressModes
 Tensors = NDArray[np.float32]
 
 BATCH = 8
-"""Instants that are superposed at once: as many as stay in a processor's cache."""
+"""Number of instants that are superposed at once, so that data stay in the processor's cache."""
 CHECKED = 8
-"""Instants of a cycle that are solved directly for the check, evenly spread."""
+"""Number of equally spaced instants of a cycle that are solved directly for the check."""
 
 
 class HotSpot(NamedTuple):
-    """Place of the greatest von Mises stress of a feature over the cycle (SI; angle rad)."""
+    """Point of the greatest von Mises stress of a feature over the cycle (SI; angle rad)."""
 
     feature: str
     node: int
@@ -51,10 +51,10 @@ class CrankStress:
 
     Attributes
     ----------
-    cycle : the k samples, in the order of the crank angle
+    cycle : recorded cycle with k samples, sorted by crank angle
     modes : (r + 1, 6, s) float32 stress in the running model's modes and for Ω² = 1
-    surface : places and triangles of the s nodes
-    features : names of parts of the surface, and number (s,) of each node's
+    surface : positions and triangles of the s nodes
+    features : names of features of the surface, and index (s,) of each node's feature
     """
 
     cycle: RecordedCycle
@@ -64,19 +64,19 @@ class CrankStress:
 
     @classmethod
     def of(cls, bare: ReducedBody, surface: StressModes, cycle: RecordedCycle) -> CrankStress:
-        """Stresses over a recorded cycle, of several the last; ``bare``: the crankshaft without parts in all modes."""
+        """Make the stresses over the last of the recorded cycles; ``bare`` is the bare crankshaft in all modes."""
         with one_thread():
             modes = surface.of_running(complete_crankshaft(cycle.engine, bare), cycle.body)
         return cls(cycle.last(), modes, surface, surface_features(cycle.engine.crankshaft, surface.points))
 
     @cached_property
     def angle(self) -> Array:
-        """Crank angle (k,), rad, ascending from 0 to less than 4π."""
+        """Crank angle (k,), rad, increasing from 0 to less than 4π."""
         return self.cycle.crank_angle
 
     @cached_property
     def coordinates(self) -> Tensors:
-        """Modal coordinates and Ω² (k, r + 1)."""
+        """Modal coordinates and Ω² as columns (k, r + 1)."""
         return np.column_stack((self.cycle.position, self.cycle.speed**2)).astype(np.float32)
 
     def tensors(self, samples: slice | NDArray[np.intp]) -> Tensors:
@@ -89,7 +89,7 @@ class CrankStress:
         return von_mises(self.tensors(samples).transpose(1, 0, 2))
 
     def nearest(self, angle: float) -> int:
-        """Sample nearest to a crank angle, rad."""
+        """Index of the sample nearest to a crank angle, rad."""
         apart = (self.angle - angle + 2.0 * np.pi) % (4.0 * np.pi) - 2.0 * np.pi
         return int(np.abs(apart).argmin())
 
@@ -99,17 +99,17 @@ class CrankStress:
 
     @cached_property
     def envelope(self) -> tuple[Tensors, NDArray[np.intp]]:
-        """Greatest von Mises stress of each node over the cycle, (s,) Pa, and the sample (s,) at which it acts."""
+        """Greatest von Mises stress (s,) of each node over the cycle, Pa, and the index of its sample (s,)."""
         return self._scanned[:2]
 
     @cached_property
     def greatest(self) -> tuple[Tensors, NDArray[np.intp]]:
-        """Greatest von Mises stress of the surface at each sample, (k,) Pa, and its node (k,)."""
+        """Greatest von Mises stress (k,) of the surface at each sample, Pa, and its node (k,)."""
         return self._scanned[2:]
 
     @cached_property
     def _scanned(self) -> tuple[Tensors, NDArray[np.intp], Tensors, NDArray[np.intp]]:
-        """Envelope and greatest values, by one pass over the cycle."""
+        """Envelope and greatest values, computed in one pass over the cycle."""
         count, nodes = len(self.coordinates), self.modes.shape[2]
         envelope, when = np.full(nodes, -1.0, dtype=np.float32), np.zeros(nodes, dtype=np.intp)
         greatest, where = np.empty(count, dtype=np.float32), np.empty(count, dtype=np.intp)
@@ -154,10 +154,10 @@ class CrankStress:
 
 
 class StaticCheck(NamedTuple):
-    """Superposed stresses against direct finite-element solutions under the same loads and accelerations.
+    """Difference of superposed stresses from direct finite-element solutions under the same loads and accelerations.
 
-    ``relative`` : greatest von Mises stress of the difference at any surface node over the greatest of the direct
-    solution, the worst instant; ``angles`` (c,) rad.
+    ``relative`` is the greatest von Mises stress of the difference over that of the direct solution, at the worst
+    instant; ``angles`` (c,) rad are the instants.
     """
 
     relative: float
@@ -165,7 +165,7 @@ class StaticCheck(NamedTuple):
 
 
 def static_check(stress: CrankStress, crank: ShapedCrank, say: Callable[[str], None]) -> StaticCheck:
-    """Check some instants of a cycle by direct solutions."""
+    """Compare stresses at some instants of a cycle with direct solutions."""
     say("direct solutions for the static check")
     samples = np.unique(np.linspace(0, len(stress.angle), CHECKED, endpoint=False).astype(np.intp))
     with one_thread():

@@ -1,4 +1,4 @@
-"""Pictures of the stressed crankshaft: its surface in colours of the von Mises stress, seen from above the pulley."""
+"""Figures of the crankshaft's surface coloured by von Mises stress, seen from above the pulley."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from cranktrain.results.strength.stress import CrankStress
 
 STRESS_PICTURES = ("stresses.png", "stress_envelope.png")
 SHOWN_DEG = tuple(range(0, 720, 90))
-"""Crank angles of the pictures, deg; those of the reference's figure 7.7."""
+"""Crank angles of the pictures, deg, as in figure 7.7 of the reference."""
 COLOURS = "turbo"
 _TURN, _LEAN = math.radians(28.0), math.radians(22.0)
 _HOTTEST = 5
-"""Hot spots that the envelope's picture names."""
+"""Number of hot spots labelled in the picture of the envelope."""
 
 
 def save_stress_pictures(folder: Path, stress: CrankStress, title: str) -> list[Path]:
-    """Write the surface at eight crank angles, and the envelope over the cycle, into ``folder``; returns the paths."""
+    """Write pictures of the surface at eight crank angles and of the envelope into ``folder``; returns the paths."""
     figures = (cycle_figure(stress, title), envelope_figure(stress, title))
     return [save_figure(figure, folder / name) for name, figure in zip(STRESS_PICTURES, figures, strict=True)]
 
 
 def cycle_figure(stress: CrankStress, title: str) -> Any:
-    """Von Mises stress of the surface at 0, 90 … 630° in one scale, with the crank at its crank angle."""
+    """Figure of the von Mises stress at 0, 90 … 630° on one scale, with the crank drawn at its crank angle."""
     from matplotlib.figure import Figure
 
     samples = np.array([stress.nearest(math.radians(angle)) for angle in SHOWN_DEG])
@@ -47,7 +47,7 @@ def cycle_figure(stress: CrankStress, title: str) -> Any:
 
 
 def envelope_figure(stress: CrankStress, title: str) -> Any:
-    """Greatest von Mises stress of each place over the cycle, its hottest spots, and the greatest at each angle."""
+    """Figure of each node's greatest von Mises stress over the cycle with hot spots, and its maximum over angle."""
     from matplotlib.figure import Figure
 
     envelope = 1e-6 * stress.envelope[0]
@@ -71,7 +71,7 @@ def envelope_figure(stress: CrankStress, title: str) -> Any:
 
 
 def projected(points: Array, angle: float) -> Array:
-    """Places (s, 3) on the picture, m: to the right, up, and towards the eye; the crank turned by ``angle`` rad."""
+    """Coordinates (s, 3) in the picture, m: right, up, towards the viewer; the crank is rotated by ``angle`` rad."""
     x = math.cos(angle) * points[:, 0] - math.sin(angle) * points[:, 1]
     y = math.sin(angle) * points[:, 0] + math.cos(angle) * points[:, 1]
     right = math.cos(_TURN) * points[:, 2] - math.sin(_TURN) * x
@@ -81,7 +81,7 @@ def projected(points: Array, angle: float) -> Array:
 
 
 def draw_surface(ax: Any, stress: CrankStress, values: NDArray[Any], top: float, angle: float) -> Any:
-    """Draw the surface with the colour of ``values`` (s,) up to ``top``; returns the object for a colour bar."""
+    """Draw the surface coloured by ``values`` (s,) up to ``top``; returns the object for a colour bar."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.collections import PolyCollection

@@ -1,9 +1,9 @@
-"""Torques in a crank that was made from a table of discs and shafts.
+"""Section torques of a crank that was made from a table of discs and shafts.
 
-The inertias of the table's discs are not those of the crank's pieces. The torque about the axis that a cut transmits is
-therefore that of the table's shaft at this place, k ψ + c ψ̇ with its twist ψ. Discs lie at the interfaces of their
-names; others lie where shafts of equal length to their neighbours put them, so a branch lies at its root and takes no
-part in the torque along the crank.
+The inertias of the table's discs differ from those of the crank's pieces. The torque that a cut transmits is therefore
+that of the table's shaft at this position, k ψ + c ψ̇ with its twist ψ. A disc lies at the interface of its name. Other
+discs are placed as if all shafts to their neighbours had equal length, so a branch lies at its root and does not
+contribute to the torque along the crank.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cranktrain.results.strength.recorded_cycle import RecordedCycle
 
 
 def shaft_couples(cycle: RecordedCycle) -> tuple[Array, Array]:
-    """Places (k,) along z, m, and couples (n, k), N m, about the axis, whose sum in front of a cut is its torque."""
+    """Positions z (k,), m, and couples (n, k), N m, about the axis whose sum in front of a cut is the cut's torque."""
     body = cycle.body
     places = disc_places(body)
     z, couples = [], []
@@ -30,7 +30,7 @@ def shaft_couples(cycle: RecordedCycle) -> tuple[Array, Array]:
 
 
 def disc_couples(cycle: RecordedCycle) -> tuple[Array, Array]:
-    """Places (k,) along z, m, and couples (n, k), N m, about the axis, of discs that damp their absolute rotation."""
+    """Positions z (k,), m, and couples (n, k), N m, about the axis of discs with absolute damping."""
     body = cycle.body
     places = disc_places(body)
     found = np.flatnonzero(body.shaft_laws[:, 0] == 0.0).tolist()
@@ -39,7 +39,7 @@ def disc_couples(cycle: RecordedCycle) -> tuple[Array, Array]:
 
 
 def disc_places(body: ReducedBody) -> dict[str, float]:
-    """Place of each disc along z, m, by name."""
+    """Position z of each disc, m, by name."""
     pairs = [_ends(name) for name, law in zip(body.shafts, body.shaft_laws, strict=True) if law[0] > 0.0]
     found = {end: float(body.positions[body.index(end), 2]) for end in _flat(pairs) if end in body.interfaces}
     others = sorted(set(_flat(pairs)) - found.keys())
@@ -58,7 +58,7 @@ def disc_places(body: ReducedBody) -> dict[str, float]:
 
 
 def _ends(shaft: str) -> tuple[str, str]:
-    """Discs of a shaft by its name, in which a parallel one has its number behind a comma."""
+    """Names of the two discs of a shaft from its name, without the number of a parallel shaft after the comma."""
     one, _, other = shaft.partition(" to ")
     return one, other.partition(", ")[0]
 

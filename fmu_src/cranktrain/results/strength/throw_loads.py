@@ -1,12 +1,12 @@
-"""Bending, radial force and torque at the middles of webs and pins, from the loads in the crank.
+"""Bending, radial force and torque in the middle of webs and pins, from the loads on the crank.
 
-There are two ways to compute the bending of a throw: the bending of the whole crank on all its bearings in the run; or,
-as in the rule of the classification societies, each throw by itself, simply supported in the middles of its journals.
-Webs are those beside a main journal; the rule has no flying webs. In both the torque about the crank's axis comes from
-the run: gas and inertia forces of all throws in front, with the vibration.
+The bending of a throw can be computed in two ways: as bending of the whole crank on all its bearings in the run, or, as
+in the rule of the classification societies, for each throw alone, simply supported in the middle of its journals. Webs
+are those next to a main journal, because the rule has no flying webs. In both ways the torque about the crank's axis is
+that of the run: gas and inertia forces of all throws in front, including vibration.
 
-Radial is from the crank's axis to the pin, bending is positive where it presses the throw together (the rod pushes the
-pin towards the axis), which puts the pin's fillets in tension and the journal's in compression.
+Radial means from the crank's axis to the pin. Bending is positive if it presses the throw together (the rod pushes the
+pin towards the axis), which causes tension in the pin's fillets and compression in the journal's.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from cranktrain.structure.crank.shape import stations, webs_of
 
 
 class WebLoads(NamedTuple):
-    """Loads (n,) of a web in its middle: bending in the plane of its throw (N m), radial force (N), torques (N m).
+    """Loads (n,) in the middle of a web: bending in the plane of its throw (N m), radial force (N), torques (N m).
 
-    The torques are those about the axes of ``pin`` and of main journals.
+    The torques are those about the axes of pin ``pin`` and of the main journals.
     """
 
     number: int
@@ -36,7 +36,7 @@ class WebLoads(NamedTuple):
 
 
 class PinLoads(NamedTuple):
-    """Loads (n,) of a pin in its middle, N m: bending in the plane of its throw and square to it, torque."""
+    """Loads (n,) in the middle of a pin, N m: bending in the plane of its throw and perpendicular to it, torque."""
 
     number: int
     bending: Array
@@ -45,13 +45,13 @@ class PinLoads(NamedTuple):
 
 
 def whole_crank(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], list[PinLoads]]:
-    """Loads of all webs and pins with the bending that the crank as a whole has."""
+    """Loads of all webs and pins, with the bending of the whole crank."""
     webs = [_web(c, number, loads, loads) for number, web in enumerate(stations(c).joins, 1) if web.main]
     return webs, [_pin(c, number, loads, loads) for number in range(1, len(c.throw_angles) + 1)]
 
 
 def single_throws(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], list[PinLoads]]:
-    """Loads of all webs and pins with the bending of each throw alone."""
+    """Loads of all webs and pins, with the bending of each throw as a simply supported beam."""
     webs, pins = [], []
     joins = stations(c).joins
     for pin, main in enumerate(c.main_before, 1):
@@ -62,10 +62,10 @@ def single_throws(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], lis
 
 
 def supported(loads: PointLoads, front: float, rear: float) -> PointLoads:
-    """Loads between two positions along z, m, and reactions of simple supports there across the axis."""
+    """Loads between two positions along z, m, with the transverse reactions of simple supports at these positions."""
     inside = (loads.z > front) & (loads.z < rear)
     force, moment = loads.resultant(inside, rear * AXIS)
-    # About the rear support the front one, L before it, balances the moment (L R_y, −L R_x).
+    # The front reaction, at the distance L from the rear support, balances the moment (L R_y, −L R_x) about the latter.
     span = rear - front
     first = np.stack([moment[:, 1], -moment[:, 0], np.zeros(len(moment))], axis=1) / span
     second = -force - first
@@ -80,14 +80,14 @@ def supported(loads: PointLoads, front: float, rear: float) -> PointLoads:
 
 
 def throw_axes(c: Crankshaft, pin: int) -> tuple[Array, Array]:
-    """Unit vectors (3,) of a throw: radial, and square to it in the sense of rotation."""
+    """Unit vectors (3,) of a throw: radial, and perpendicular to it in the sense of rotation."""
     angle = c.throw_angles[pin - 1]
     radial = np.array([-np.sin(angle), np.cos(angle), 0.0])
     return radial, np.cross(AXIS, radial)
 
 
 def _web(c: Crankshaft, number: int, bending: PointLoads, torque: PointLoads) -> WebLoads:
-    """Loads in the middle of a web, bending and torque each from its own loads."""
+    """Loads in the middle of a web, with bending and torque from separate loads."""
     web = stations(c).joins[number - 1]
     pin, throw = web.pins[0], c.throws[web.pins[0] - 1]
     radial, across = throw_axes(c, pin)

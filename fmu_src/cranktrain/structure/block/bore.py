@@ -1,8 +1,8 @@
-"""Elastic shapes of a main bore in the engine block itself, for films whose block's modes carry the bore's motion.
+"""Elastic shapes of a main bore in a flexible engine block, whose modes already include the bore's rigid motion.
 
-The block hangs free: a film's resultant is balanced by the inertia of the whole block. Under the film the housing
-takes its pressure at the same angle (shell passed through, p R dφ = p_h R_h dφ). The compliance on patterns ψ_i of
-pressure is C_ij = f_iᵀ G f_j with the block's inertia-relief flexibility G.
+The block is unsupported, so the inertia of the whole block balances a film's resultant. The housing takes the film's
+pressure through the shell at the same angle, p R dφ = p_h R_h dφ. The compliance on patterns ψ_i of pressure is C_ij =
+f_iᵀ G f_j with the block's inertia-relief flexibility G.
 
 One bore is used for all mains. Under a film's pressure the compliances of the six's mains agree within 2 %, those at
 the ends within 8 %; with the deformation by the load path through the block they differ by 10 to 17 %. The saddle of
@@ -31,7 +31,7 @@ from cranktrain.structure.fem.mesh import surface_basis
 from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.fem.surface_compliance import kept_compliance, radial_loads
 
-# Raised when the code would give another compliance for the same block.
+# Version of the stored compliance: raised when the code would give another one for the same block.
 RECIPE = 1
 
 
@@ -42,17 +42,17 @@ def block_bore_compliance(
     mesh_file: str | Path | None = None,
     progress: Progress | None = None,
 ) -> BoreCompliance:
-    """Elastic shapes of a main bore in the block, without its motion; the finite elements run once, then the cache.
+    """Elastic shapes of a main bore in the block without its rigid motion; computed once, then read from the cache.
 
-    Raises ``InputError``: an engine without block or plain main bearings, a main bearing that it has not, or a count
-    that the patterns cannot give.
+    Raises ``InputError``: an engine without block or plain main bearings, a main bearing that does not exist, or a
+    count that the patterns cannot give.
 
     Parameters
     ----------
     count : shapes to keep, the softest first
-    main : main bearing, from 1; the one before the middle where not given, which is no end and carries no thrust faces
-        on engines that have them in the middle
-    mesh_file : user's own block
+    main : number of the main bearing, from 1. The default is the bearing before the middle: it is not at an end and
+        carries no thrust faces on engines that have them in the middle
+    mesh_file : user's own mesh of the block
     """
     film, row = engine.plain_mains, _row(engine, main)
     say = progress or (lambda stage: None)
@@ -72,7 +72,7 @@ def block_bore_compliance(
 def bore_beside(
     engine: Engine, mesh_file: str | Path | None = None
 ) -> Callable[[FEModel, Flexibility, Progress], None]:
-    """What the reduction of the block calls to keep the usual bore too: its finite elements need no second factors."""
+    """Callback for the block's reduction that also stores the usual bore, with the same factorised finite elements."""
 
     def keep(model: FEModel, free: Flexibility, say: Progress) -> None:
         row = _row(engine, None)
@@ -82,7 +82,7 @@ def bore_beside(
 
 
 def _row(engine: Engine, main: int | None) -> int:
-    """Row of a main bearing, from 0; ``InputError`` for one that the engine has not."""
+    """Row of a main bearing, from 0; ``InputError`` for a number that does not exist."""
     mains = len(engine.crankshaft.main_positions)
     row = (mains // 2 if main is None else main) - 1
     if not 0 <= row < mains:
@@ -91,7 +91,7 @@ def _row(engine: Engine, main: int | None) -> int:
 
 
 def _inputs(engine: Engine, row: int, mesh_file: str | Path | None) -> list[Any]:
-    """All that the compliance of a bore depends on."""
+    """Inputs that determine the compliance of a bore, for its digest."""
     film = engine.plain_mains
     return [RECIPE, WAVES, DEGREE, FACET_ORDER, row, film.diameter, film.width, input_digest(engine, mesh_file)]
 
@@ -109,7 +109,8 @@ def _patternwise(engine: Engine, row: int, model: FEModel, free: Flexibility, sa
 def bore_loads(model: FEModel, name: str, middle: float, film_diameter: float, film_width: float) -> Array:
     """Load vectors of unit pressure in each pattern on the film in the middle of a wider bore, (ndof, patterns) m².
 
-    The film ends within elements: points of the quadrature beyond its edge carry nothing, the others the whole area.
+    The film's edge lies within elements. Quadrature points beyond the edge carry no load, and the weights of the others
+    are scaled to the whole area of the film.
     """
     facets = surface_basis(model.mesh, model.basis.elem, name, FACET_ORDER)
     x, y, z = np.asarray(facets.global_coordinates())

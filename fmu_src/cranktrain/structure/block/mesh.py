@@ -1,9 +1,9 @@
 """Quadratic tetrahedra of an engine block, from its plan or a file, with the interface surfaces named.
 
 Interfaces: ``bore[i]`` (housing bore of main bearing i), ``liner[i].upper`` and ``liner[i].lower`` (rings of the
-liner's running surface about the piston pin's place at top and at bottom dead centre), ``head[i]`` (the deck around
-cylinder i), ``thrust`` (both faces beside the thrust main's bore), ``mount[k]`` (foot of a pad) and ``cover`` (middle
-of the bottom cover). Each is averaged (RBE3) and referred to its place in the plan.
+liner's running surface at the piston pin's top and bottom dead centre), ``head[i]`` (the deck around cylinder i),
+``thrust`` (both faces next to the thrust main's bore), ``mount[k]`` (foot of a pad) and ``cover`` (middle of the bottom
+cover). Each interface is averaged (RBE3) and referred to its position in the plan.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from cranktrain.structure.fem.mesh import cad_solid, named_mesh, surface_area
 from cranktrain.structure.fem.own_mesh import check_places
 
 PLACE_TOLERANCE = 0.1
-"""An interface is referred to its place in the plan where the meshed surface lies there, within this share of the
-cylinders' bore."""
+"""Tolerance of an interface's position, over the cylinders' bore: if the centroid of the meshed surface lies within it,
+the interface is referred to its position in the plan, else to the centroid."""
 
 
 def block_interface_names(mains: int, cylinders: int, mounts: int) -> tuple[str, ...]:
@@ -41,7 +41,7 @@ def block_interface_names(mains: int, cylinders: int, mounts: int) -> tuple[str,
 
 
 def interface_places(plan: BlockPlan) -> dict[str, Array]:
-    """Place (3,) of each interface of a plan, m, in the order of :func:`block_interface_names`."""
+    """Position (3,) of each interface of a plan, m, in the order of :func:`block_interface_names`."""
     b = plan.block
     low, high = plan.pin_heights
     places = {f"bore[{i}]": np.array([0.0, 0.0, z]) for i, z in enumerate(plan.mains, 1)}
@@ -63,10 +63,10 @@ def _in_bank(bank: Bank, height: float, z: float) -> Array:
 
 
 def block_mesh(plan: BlockPlan) -> MeshTet2:
-    """Mesh a block from its plan: curved quadratic tetrahedra, m, with all interfaces as named boundaries.
+    """Mesh of a block from its plan: curved quadratic tetrahedra, m, with all interfaces as named boundaries.
 
-    Raises ``InputError``: for a crash of the CAD kernel, elements that stay inverted, or a surface that the kernel
-    lost.
+    Raises ``InputError``: for a crash of the CAD kernel, elements that stay inverted, or a surface missing from the
+    kernel's result.
     """
     remedy = "block.mesh_size or a dimension of [block]"
     mesh = cad_solid("cranktrain.structure.block.mesh:_solid", asdict(plan), "block", remedy)
@@ -80,9 +80,9 @@ def read_block_mesh(path: str | Path, plan: BlockPlan, unit: str = "m") -> MeshT
     """Read a user's own block (Gmsh, Abaqus, Nastran) that has the plan's interfaces as named surfaces.
 
     The crank axis is z, z = 0 in the middle of the first main bore; ``BORE_1``, ``bore1`` and ``bore[1]`` mean the
-    same, so do ``LINER_1_UPPER`` and ``liner[1].upper``. Raises ``InputError``: as
-    :func:`cranktrain.structure.fem.mesh.read_mesh`, and where a main bore or a liner does not lie where
-    the engine file has it. Warns of mounts that do not.
+    same, and so do ``LINER_1_UPPER`` and ``liner[1].upper``. Raises ``InputError`` as
+    :func:`cranktrain.structure.fem.mesh.read_mesh` does, and for a main bore or liner at another position than in the
+    engine file. Mounts at another position only give a warning.
     """
     names = tuple(interface_places(plan))
 
@@ -106,11 +106,11 @@ def read_block_mesh(path: str | Path, plan: BlockPlan, unit: str = "m") -> MeshT
 
 
 def block_interfaces(model: FEModel, plan: BlockPlan) -> InterfaceSet:
-    """Averaged interfaces of a block, each referred to its place in the plan where its surface lies there."""
+    """Averaged interfaces of a block, each referred to its position in the plan if its meshed surface lies there."""
     places = interface_places(plan)
 
     def place(name: str, centroid: Array) -> Array:
-        # A head's surface ends with the block, not with the cylinder: its middle may lie off the cylinder's axis.
+        # A head's surface ends at the block's end, so its centroid may lie off the cylinder's axis.
         near = np.linalg.norm(places[name] - centroid) < PLACE_TOLERANCE * plan.cylinder_bore
         return places[name] if near or name.startswith("head") else centroid
 
@@ -118,7 +118,7 @@ def block_interfaces(model: FEModel, plan: BlockPlan) -> InterfaceSet:
 
 
 def _surfaces(plan: BlockPlan, mesh: MeshTet2) -> dict[str, NDArray[np.integer[Any]]]:
-    """Boundary facets of each interface, by the places of their corners."""
+    """Boundary facets of each interface, selected by the positions of their corners."""
     b = plan.block
     skin = mesh.boundary_facets()
     x, y, z = mesh.p[:, mesh.facets[:, skin]]
@@ -156,7 +156,7 @@ def _surfaces(plan: BlockPlan, mesh: MeshTet2) -> dict[str, NDArray[np.integer[A
 
 
 def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
-    """Solid, largest edge and fineness, in the child that meshes."""
+    """Solid, largest edge and fineness for the mesher; runs in its child process."""
     block, banks = Block(**values.pop("block")), values.pop("banks")
     others = {key: _tuples(entry) for key, entry in values.items()}
     plan = BlockPlan(block=block, banks=tuple(Bank(**bank) for bank in banks), **others)
@@ -164,5 +164,5 @@ def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
 
 
 def _tuples(value: Any) -> Any:
-    """Lists as tuples, at any depth."""
+    """Convert lists to tuples at every depth."""
     return tuple(_tuples(entry) for entry in value) if isinstance(value, list) else value

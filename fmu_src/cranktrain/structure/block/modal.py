@@ -2,7 +2,7 @@
 
 The crank is at θ = 0 in its linear main bearings, which end on the block's bores. The closed thrust bearing has the
 stiffness of collar and shells only, because the block has its own compliance. The block with its heads is supported by
-the mounts. Pistons act on the crank only by the rods' mean masses. Both bodies are used with all their modes.
+the mounts. Pistons act on the crank only through the rods' mean masses. Both bodies keep all their modes.
 
 Modes are paired with those on ground by the shape of the crank, MAC = (aᵀ M b)² / (aᵀ M a · bᵀ M b) with the crank's
 mass (rods included): each mode on ground has the partner that makes the sum of all MAC largest.
@@ -27,19 +27,19 @@ from cranktrain.structure.crank.reduction import complete_crankshaft
 
 PARTS = (*KINDS, "block")
 REACH = 2.0
-"""Partners are sought up to this multiple of the last frequency listed."""
+"""Partners are searched up to this multiple of the highest listed frequency."""
 RIGID_HZ = 30.0
-"""Modes below are the engine's motions as a whole on its mounts."""
+"""Modes below this frequency (Hz) are rigid motions of the whole engine on its mounts."""
 
 
 def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> tuple[Array, Array, Array]:
-    """Modes of the cranktrain in its block at rest, free to turn.
+    """Modes of the cranktrain in its block at rest; the crank is free to rotate.
 
     Raises ``InputError``: for an engine without mounts.
 
     Parameters
     ----------
-    crankshaft, block : complete ones, with all that is attached to them
+    crankshaft, block : complete bodies, with all attached parts
 
     Returns
     -------
@@ -65,7 +65,7 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
         rows = block.shapes[block.index(f"mount[{k}]")]
         stiffness[n:, n:] += rows.T @ (np.array(values)[:, None] * rows)
     squares, modes = eigh(stiffness, block_diag(mass, np.eye(m)))
-    # Nothing holds the crank against turning: the first mode is its rigid rotation.
+    # No spring acts on the crank's rotation, so the first mode is its rigid rotation.
     return np.sqrt(squares[1:]) / (2.0 * np.pi), modes[:n, 1:], modes[n:, 1:]
 
 
@@ -75,8 +75,8 @@ def like_modes(ground: Array, mass: Array, hz: Array, crank: Array) -> list[tupl
     Parameters
     ----------
     ground : (n, g) modes of unit modal mass
-    mass : (n, n) of the crank with its rods
-    hz, crank : (k,) and (n, k), k of at least g modes in a block; motions of the engine as a whole find no partner
+    mass : (n, n) mass matrix of the crank with its rods
+    hz, crank : (k,) Hz and (n, k) modes in a block, k ≥ g; modes below :data:`RIGID_HZ` are not used
     """
     reach = np.flatnonzero((hz > RIGID_HZ) & (hz <= REACH * LISTED_HZ))
     candidates = crank[:, reach]
@@ -86,7 +86,7 @@ def like_modes(ground: Array, mass: Array, hz: Array, crank: Array) -> list[tupl
 
 
 def block_report(engine: Engine, body: ReducedBody, block: ReducedBody) -> dict[str, Any]:
-    """Frequencies in the flexible block beside those on ground, and quality of the block's reduction; JSON-able.
+    """Frequencies in the flexible block compared with those on ground, and quality of the block's reduction; JSON-able.
 
     Parameters
     ----------

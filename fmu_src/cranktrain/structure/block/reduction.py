@@ -1,9 +1,9 @@
 """The engine block as a reduced body, by :mod:`cranktrain.structure.fem.reduction`.
 
 The stored body is the bare block with its cover in all its Craig–Bampton modes. Heads are rigid masses on the deck and
-attached afterwards. The running model keeps the modes up to a cut-off and the residual attachment modes that leave its
-statics right under what loads a block: films on the bores (across and tilting), the thrust bearing, pistons on the
-liners and gas on the heads. The block is a stationary body: its rotation invariants are not used.
+attached afterwards. The running model keeps the modes up to a cut-off. Residual attachment modes keep its static
+response exact under the loads of a block: films on the bores (across and tilting), the thrust bearing, pistons on the
+liners and gas on the heads. The block is a stationary body, so its rotation invariants are not used.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from cranktrain.structure.fem.own_body import is_body, read_body
 from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
 from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, kept_path, reduced_structure
 
-# Raised when the code would make another body from the same inputs.
+# Version of the stored body: raised when the code would make another body from the same inputs.
 RECIPE = 1
-# Dimensions of [block] that the bare block does not depend on.
+# Keys of [block] that do not change the bare block.
 AFTERWARDS = ("head_mass", "head_height", "damping_ratio", "running_cutoff_hz")
 
 
@@ -48,20 +48,20 @@ def reduced_block(
     beside: Callable[[FEModel, Flexibility, Progress], None] | None = None,
     checked: bool = False,
 ) -> ReducedBody:
-    """Bare block of an engine, with its cover, in all Craig–Bampton modes; computed once, then read from the cache.
+    """Bare block of an engine with its cover, in all Craig–Bampton modes; computed once, then read from the cache.
 
     Raises ``InputError``: an engine without block or mounts, dimensions or a mesh that cannot be used; ``StoreError``:
     a stored file that is corrupt or foreign.
 
     Parameters
     ----------
-    engine : its block, mounts' places, crankshaft's mains, cylinders and rod; anything else changes nothing here
+    engine : only its block, positions of mounts, main bearings, cylinders and rod matter here
     mesh_file : user's own mesh with named surfaces in place of the parametric block, see
-        :func:`cranktrain.structure.block.mesh.read_block_mesh`; or a body that is reduced already
-    progress : told each stage before it starts
-    rebuild : compute even where a stored body exists
-    beside : takes further results from the finite elements and their factors, where the body is computed
-    checked : with errors against the full model, computed where they lack
+        :func:`cranktrain.structure.block.mesh.read_block_mesh`; or a reduced body
+    progress : called with the name of each stage before it starts
+    rebuild : compute even if a stored body exists
+    beside : called with the finite elements and their factors if the body is computed, to take further results
+    checked : include errors against the full model, computed if they are missing
     """
     if mesh_file is not None and is_body(mesh_file):
         return own_block(engine, mesh_file)
@@ -69,7 +69,7 @@ def reduced_block(
 
 
 def own_block(engine: Engine, path: str | Path) -> ReducedBody:
-    """Bare block that another program reduced, or this one wrote; ``InputError`` where it is none of this engine."""
+    """Bare block from a stored body or a superelement; ``InputError`` if it does not belong to this engine."""
     plan, body = block_plan(engine), read_body(path)
     places = interface_places(plan)
     if missing := [name for name in places if name not in body.interfaces]:
@@ -77,7 +77,7 @@ def own_block(engine: Engine, path: str | Path) -> ReducedBody:
             f"{path}: no interface named {', '.join(missing)}; found {', '.join(sorted(body.interfaces)) or 'none'} - "
             "name a node of each bore, liner, head, mount, the thrust faces and the cover"
         )
-    # Heads and cover may lie where they do.
+    # The positions of heads and cover are not checked.
     held = {name: place for name, place in places.items() if name.startswith(("bore", "liner", "thrust", "mount"))}
     found = dict(zip(body.interfaces, body.positions, strict=True))
     check_places(path, found, held, PLACE_TOLERANCE * plan.cylinder_bore)
@@ -106,17 +106,17 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
 
 
 def _mesh(plan: BlockPlan, mesh_file: str | Path | None) -> MeshTet2:
-    """Mesh of the plan, or the user's own."""
+    """Mesh made from the plan, or the user's own mesh."""
     return block_mesh(plan) if mesh_file is None else read_block_mesh(mesh_file, plan, mesh_unit(mesh_file))
 
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
-    """Where the reduced block is kept in the user's cache."""
+    """Path of the reduced block in the user's cache."""
     return kept_path("block", input_digest(engine, mesh_file))
 
 
 def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
-    """Digest of all that the bare reduced block depends on."""
+    """Digest of all inputs of the bare reduced block."""
     plan = asdict(block_plan(engine))
     for key in AFTERWARDS:
         del plan["block"][key]
@@ -150,10 +150,10 @@ def heads(engine: Engine) -> list[tuple[str, float, Array, Array]]:
 
 
 def block_loads(engine: Engine, tilting: bool = True) -> list[tuple[str, int]]:
-    """Interface components at which the running model loads the block.
+    """Interface components (interface, component) at which the running model loads the block.
 
-    Bores across the axis and, with films that are ``tilting``, about the axes across; the thrust bearing along the
-    axis; liners across and along their bank; heads along it.
+    These are bores across the axis and, if films are ``tilting``, moments about the two transverse axes; the thrust
+    bearing along the axis; liners across and along their bank; heads along their bank.
     """
     plan = block_plan(engine)
     on_bore = (0, 1, 3, 4) if tilting else (0, 1)
@@ -173,10 +173,10 @@ def running_block(
     loaded: Sequence[tuple[str, int]] | None = None,
     progress: Progress | None = None,
 ) -> ReducedBody:
-    """Block of the running model: with its heads, cut at the block's cut-off, static under its loads.
+    """Block of the running model: with its heads, modes up to the block's cut-off, exact static response to its loads.
 
-    ``body`` is the bare block where at hand; ``loaded`` defaults to :func:`block_loads`. Raises ``InputError``: as
-    :func:`reduced_block`.
+    ``body`` is the bare block if available; ``loaded`` defaults to :func:`block_loads`. Raises ``InputError`` as
+    :func:`reduced_block` does.
     """
     bare = reduced_block(engine, progress=progress) if body is None else body
     complete = complete_block(engine, bare)

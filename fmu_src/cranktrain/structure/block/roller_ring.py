@@ -1,4 +1,4 @@
-"""Roller bearing without contacts: its outer ring and housing in finite elements, its rollers as linear springs.
+"""Linear stiffness of a roller bearing: outer ring and housing as finite elements, rollers as springs.
 
 The route of the reference (its chapter 5.2): a finite-element model gives one radial and one tilting stiffness for the
 simulation of the whole engine. Here the journal is rigid; each loaded roller is a row of springs, its contacts' tangent
@@ -35,10 +35,10 @@ from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid
 from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
 
-# Raised when the code would give another compliance for the same ring.
+# Version of the stored compliance: raised when the code would give another one for the same ring.
 RECIPE = 1
 DEGREE = 3
-"""Legendre degree of a roller's force along it."""
+"""Legendre degree of a roller's force distribution along its axis."""
 FACET_ORDER = 8
 BEARING_STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 
@@ -49,13 +49,13 @@ class RollerRing:
 
     Attributes
     ----------
-    rollers : their number
-    track_diameter : of the outer ring's track
-    roller_length : the track's loaded width
-    width : of ring and housing along the axis
-    ring_diameter, housing_diameter : outside
-    mesh_size : largest edge
-    spread : width of the window that a roller's force fills, over twice the rollers' pitch
+    rollers : number of rollers
+    track_diameter : diameter of the outer ring's track
+    roller_length : loaded width of the track
+    width : width of ring and housing along the axis
+    ring_diameter, housing_diameter : outer diameters
+    mesh_size : largest edge of an element
+    spread : width of the window over which a roller's force is spread, over twice the rollers' pitch
     """
 
     rollers: int
@@ -77,10 +77,10 @@ class RollerRing:
 
 
 def ring_for(bearing: RollerBearing) -> RollerRing:
-    """Outer ring and housing of usual proportions; the ratios are chosen.
+    """Outer ring and housing of usual proportions for a bearing; the ratios are chosen.
 
-    Ring half a roller's diameter thick and a quarter wider than the rollers are long; housing a quarter wider across
-    than the ring, as a bulkhead's eye is.
+    The ring is half a roller's diameter thick and a quarter wider than the rollers are long. The outer diameter of the
+    housing is a quarter larger than that of the ring, as in a bulkhead.
     """
     track = bearing.pitch + bearing.diameter
     outside = track + bearing.diameter
@@ -101,13 +101,13 @@ def elastic_ring_stiffness(compliance: Array, zeta: Array, springs: Array, first
     Parameters
     ----------
     compliance : (Z, degree + 1, Z, degree + 1) m/N of the track, see :func:`ring_compliance`
-    zeta : (slices,) places along a roller in [−1, 1]
-    springs : (Z, slices) N/m, stiffness of each slice of each roller; 0 where it carries nothing
-    first_angle : of roller 0 on the track, rad
+    zeta : (slices,) positions along a roller in [−1, 1]
+    springs : (Z, slices) N/m, stiffness of each slice of each roller; 0 for an unloaded slice
+    first_angle : angle of roller 0 on the track, rad
 
     Returns
     -------
-    (4, 4) N/m by the journal's displacement (x, y) and that of its end ζ = 1 against it (a, b)
+    (4, 4) N/m for the journal's displacement (x, y) and the displacement (a, b) of its end ζ = 1 relative to its middle
     """
     count, terms = compliance.shape[:2]
     shapes = legvander(zeta, terms - 1)
@@ -128,15 +128,15 @@ def elastic_ring_stiffness(compliance: Array, zeta: Array, springs: Array, first
 def ring_compliance(
     ring: RollerRing, first_angle: float = 0.0, progress: Progress | None = None, rebuild: bool = False
 ) -> Array:
-    """Compliance of the track under its rollers; the finite elements run once, then the user's cache is read.
+    """Compliance of the track under its rollers; computed once, then read from the user's cache.
 
-    Raises ``InputError``: dimensions that make no ring.
+    Raises ``InputError`` for dimensions that make no ring.
 
     Parameters
     ----------
-    first_angle : of roller 0, rad
-    progress : told each stage before it starts
-    rebuild : compute even where a stored compliance exists
+    first_angle : angle of roller 0, rad
+    progress : called with the name of each stage before it starts
+    rebuild : compute even if a stored compliance exists
 
     Returns
     -------
@@ -156,7 +156,7 @@ def ring_compliance(
 
 
 def ring_model(ring: RollerRing, mesh: MeshTet2) -> FEModel:
-    """Finite elements of ring and housing, each of its material; the model's own ``material`` is the ring's."""
+    """Finite elements of ring and housing, each with its material; attribute ``material`` is that of the ring."""
     middle = np.hypot(*mesh.p[:2, mesh.t].mean(axis=1))
     inside = middle < 0.5 * ring.ring_diameter
     model = finite_elements(mesh, ring.ring, elements=np.flatnonzero(inside))
@@ -167,14 +167,14 @@ def ring_model(ring: RollerRing, mesh: MeshTet2) -> FEModel:
 def track_compliance(ring: RollerRing, model: FEModel, clamped: NDArray[np.integer], first_angle: float = 0.0) -> Array:
     """Compliance of the boundary ``track`` on the rollers' patterns, (Z, DEGREE + 1, Z, DEGREE + 1) m/N.
 
-    ``clamped`` are the degrees of freedom at rest.
+    ``clamped`` are the fixed degrees of freedom.
     """
     shape = (ring.rollers, DEGREE + 1)
     return compliance_of(model, clamped, _roller_loads(ring, model, first_angle)).reshape(*shape, *shape)
 
 
 def _roller_loads(ring: RollerRing, model: FEModel, first_angle: float) -> Array:
-    """Loads of each pattern, (ndof, patterns): of roller j with unit ∫ P_m dF, outwards."""
+    """Load vectors (ndof, patterns): roller j presses outwards with Legendre pattern P_m, scaled to unit ∫ P_m dF."""
     facets = FacetBasis(model.mesh, model.basis.elem, facets=model.mesh.boundaries["track"], intorder=FACET_ORDER)
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)
@@ -203,7 +203,7 @@ def check_ring(ring: RollerRing) -> None:
 
 
 def ring_mesh(ring: RollerRing) -> MeshTet2:
-    """Curved quadratic tetrahedra with the boundaries ``track`` (under the rollers) and ``clamped``; ``InputError``."""
+    """Mesh with the boundaries ``track`` (under the rollers) and ``clamped``, in curved tetrahedra; ``InputError``."""
     check_ring(ring)
     remedy = "mesh_size or a dimension"
     mesh = cad_solid("cranktrain.structure.block.roller_ring:_solid", asdict(ring), "roller ring", remedy)
@@ -217,11 +217,11 @@ def ring_mesh(ring: RollerRing) -> MeshTet2:
 
 
 def _solid(r: dict[str, Any]) -> tuple[Any, float, float]:
-    """Solid, largest edge and fineness, in the child that meshes."""
+    """Solid, largest edge and fineness for the mesher; runs in its child process."""
     from netgen import occ
 
     inner, outer = 0.5 * r["roller_length"], 0.5 * r["width"]
-    # Slices that share faces: the rollers' ends become edges of the mesh.
+    # The solid is made of slices with common faces, so the ends of the rollers become edges of the mesh.
     spans = [(-outer, -inner), (-inner, inner), (inner, outer)] if outer > inner * (1 + 1e-9) else [(-inner, inner)]
 
     def cylinder(diameter: float, low: float, high: float) -> Any:

@@ -1,11 +1,11 @@
-"""Bearing saddle: a slice of crankcase with cap and main bore, which gives the elastic bore until there is a block.
+"""Bearing saddle: a slice of crankcase with cap and main bore, the elastic bore of models without a flexible block.
 
-The slice is one solid plate: bulkhead above the split line, clamped at its top and two flanks, where it goes on into
-the crankcase, and a cap hanging below, free. The bolted joint is taken as closed, the shell as passing the film's load
-on to the housing at the same angle (p R dφ = p_h R_h dφ).
+The slice is one solid plate. Above the split line it is the bulkhead, clamped at its top and two flanks, where it
+continues into the crankcase. Below is the free cap. The bolted joint is assumed closed. The shell passes the film's
+load on to the housing at the same angle (p R dφ = p_h R_h dφ).
 
-Compliance on patterns ψ_i of pressure (:mod:`cranktrain.film.elastic.bore_compliance`) by quadratic tetrahedra, from
-the loads' own vectors f_i, so that it is symmetric by construction:
+The compliance on patterns ψ_i of pressure (:mod:`cranktrain.film.elastic.bore_compliance`) is computed on quadratic
+tetrahedra from the load vectors f_i, so it is symmetric by construction:
 
     C_ij = ∫ ψ_i u_r(ψ_j) dA = f_iᵀ K⁻¹ f_j,      f_i · v = ∫ ψ_i e_r · v dA
 """
@@ -30,15 +30,15 @@ from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
 from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
 
-# Raised when the code would give another compliance for the same saddle.
+# Version of the stored compliance: raised when the code would give another one for the same saddle.
 RECIPE = 1
 WAVES = 12
-"""Fourier waves of the patterns; film pressure has little beyond."""
+"""Number of Fourier waves of the patterns; film pressure has only small higher waves."""
 DEGREE = 4
 """Legendre degree of the patterns."""
 FACET_ORDER = 10
 CAST_IRON = Material(youngs_modulus=120e9, poisson_ratio=0.26, density=7200.0)
-"""Grey to vermicular cast iron of crankcases, 110 to 130 GPa; chosen."""
+"""Cast iron of crankcases, grey to vermicular (110 to 130 GPa); the values are chosen."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ class Saddle:
 
     Attributes
     ----------
-    film_diameter, film_width : of the oil film
-    bore_diameter : of the housing, outside the shells
-    thickness : of the plate along the axis
-    half_width, height : of the bulkhead from the axis to its clamped flanks and top
-    cap_half_width, cap_depth : of the cap, from the axis
-    mesh_size : largest edge in the plate; the bore gets ``bore_mesh_share`` of it
+    film_diameter, film_width : diameter and width of the oil film
+    bore_diameter : diameter of the housing's bore, outside the shells
+    thickness : thickness of the plate along the axis
+    half_width, height : distance from the axis to the clamped flanks and to the clamped top of the bulkhead
+    cap_half_width, cap_depth : half width and depth of the cap, from the axis
+    mesh_size : largest edge in the plate; largest edge on the bore is ``bore_mesh_share`` times this
     """
 
     film_diameter: Length
@@ -71,8 +71,8 @@ class Saddle:
 def saddle_for(bearing: JournalBearing) -> Saddle:
     """Saddle of usual proportions for a main bearing of diameter D and width L; the ratios are chosen.
 
-    Shells 0.03 D thick, plate 1.1 L; bulkhead 1.5 D to either flank and 1.3 D up; cap 0.95 D wide to either side (bore,
-    bolts and their bosses) and 0.95 D deep, which leaves 0.42 D of iron under the bore.
+    The shells are 0.03 D thick, the plate 1.1 L. The bulkhead extends 1.5 D to either flank and 1.3 D up. The cap
+    extends 0.95 D to either side (bore, bolts and their bosses) and 0.95 D down, so 0.42 D of iron lies under the bore.
     """
     d, width = bearing.diameter, bearing.width
     return Saddle(
@@ -94,14 +94,14 @@ def bore_compliance(
     with_motion: bool = False,
     progress: Progress | None = None,
 ) -> BoreCompliance:
-    """Elastic shapes of a main bearing's bore; the finite elements run once, then the user's cache is read.
+    """Elastic shapes of a main bearing's bore in a saddle; computed once, then read from the user's cache.
 
     Raises ``InputError``: dimensions that make no saddle, or a count that the patterns cannot give.
 
     Parameters
     ----------
     count : shapes to keep, the softest first
-    with_motion : let the shapes hold the bore's motion as a whole; only where no body carries it
+    with_motion : include the bore's rigid motion in the shapes; only for models in which no body carries this motion
     """
     plan = saddle_for(engine.plain_mains)
     check_saddle(plan)
@@ -124,14 +124,14 @@ def pattern_compliance(
     model: FEModel, clamped: NDArray[np.integer], film_diameter: float, film_width: float, waves: int = WAVES,
     degree: int = DEGREE,
 ) -> Array:  # fmt: skip
-    """Compliance of the boundary ``bore`` on patterns of pressure, the bore's axis being z and its middle z = 0.
+    """Compliance of the boundary ``bore`` on patterns of pressure; the bore's axis is z, its middle z = 0.
 
     Raises ``InputError``: if ``clamped`` lets the body move.
 
     Parameters
     ----------
-    clamped : degrees of freedom at rest; must not let the body move as a whole
-    film_diameter, film_width : of the film, m, whose pressure the bore takes at the same angle
+    clamped : fixed degrees of freedom, enough to prevent rigid motion
+    film_diameter, film_width : dimensions of the film, m; the bore takes the film's pressure at the same angle
 
     Returns
     -------
@@ -152,7 +152,7 @@ def pattern_loads(model: FEModel, film_diameter: float, film_width: float, waves
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)
     around, along = patterns(np.arctan2(y, x), 2.0 * z / film_width, waves, degree)
-    # The film's own area: the force on its dφ dz acts on the housing's wider dφ dz.
+    # Weights are areas of the film: the force on dφ dz of the film acts on the larger dφ dz of the housing.
     weight = facets.dx * (0.5 * film_diameter / radius)
     pressure = np.einsum("mfq,lfq,fq->mlfq", around, along, weight).reshape(-1, *weight.shape)
     return radial_loads(model, facets, pressure)
@@ -172,7 +172,7 @@ def check_saddle(saddle: Saddle) -> None:
 
 
 def saddle_mesh(saddle: Saddle) -> MeshTet2:
-    """Curved quadratic tetrahedra with the boundaries ``bore`` (under the film) and ``clamped``; ``InputError``."""
+    """Mesh with the boundaries ``bore`` (under the film) and ``clamped``, in curved tetrahedra; ``InputError``."""
     check_saddle(saddle)
     remedy = "mesh_size or a dimension"
     mesh = cad_solid("cranktrain.structure.block.saddle:_solid", asdict(saddle), "saddle", remedy)
@@ -187,11 +187,11 @@ def saddle_mesh(saddle: Saddle) -> MeshTet2:
 
 
 def _solid(s: dict[str, Any]) -> tuple[Any, float, float]:
-    """Solid, largest edge and fineness, in the child that meshes."""
+    """Solid, largest edge and fineness for the mesher; runs in its child process."""
     from netgen import occ
 
     slices = []
-    # Three slices that share faces: the film's edges become edges of the mesh.
+    # The solid is made of three slices with common faces, so the film's edges become edges of the mesh.
     inner, outer = 0.5 * s["film_width"], 0.5 * s["thickness"]
     spans = [(-outer, -inner), (-inner, inner), (inner, outer)] if outer > inner else [(-inner, inner)]
     for low, high in spans:

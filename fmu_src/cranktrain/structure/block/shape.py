@@ -1,12 +1,12 @@
 """The engine block as a solid: crankcase with bulkheads and housings, banks with liners and deck, cover and pads.
 
-Across the axis the crankcase is the hull of its upright walls and the feet of the banks, a shell of one thickness; the
-first and the last bulkhead close it at the ends. Each bank is a box on its foot, closed by the deck and hollow but for
-the liners, which go from the deck through the foot. The joints (caps, cover, liners) are taken as closed, the heads as
-masses on the deck. Frame and origin are the crankshaft's: z along the axis, 0 in the middle of main journal 1; a bank
-at angle β points along (−sin β, cos β).
+The cross-section of the crankcase is the hull of its upright walls and the feet of the banks, a shell of uniform
+thickness. The first and the last bulkhead close it at the ends. Each bank is a hollow box on its foot, closed by the
+deck; the liners go from the deck through the foot. The joints (caps, cover, liners) are assumed closed, and the heads
+are masses on the deck. Frame and origin are those of the crankshaft: z along the axis, 0 in the middle of main journal
+1. A bank at angle β points along (−sin β, cos β).
 
-Pieces that only end on each other's faces are fused last, with their edges kept: they bound the interfaces in the mesh.
+Pieces that only touch at faces are fused last and keep their edges, because these bound the interfaces in the mesh.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ Point = tuple[float, float]
 Span = tuple[float, float]
 
 BAND_SHARE = 0.25
-"""Height of the rings in which piston and liner meet, over the stroke; chosen."""
+"""Height of the two liner rings on which the piston acts, over the stroke; chosen."""
 RETAINER = 10e-3
-"""Least width of the thrust faces around a bore, m: those of a collar inside it rest on a ring so wide; chosen."""
+"""Least radial width of the thrust faces around a bore, m, used if the thrust bearing is smaller; chosen."""
 BORE_MESH_SHARE = 0.3
-"""Largest edge on the main bores over the block's."""
+"""Largest edge on the main bores over that of the block."""
 LINER_MESH_SHARE = 0.45
-"""Largest edge on the liners' running surface over the block's; coarser elements turn inside out in walls so thin."""
+"""Largest edge on the liners' running surface over that of the block; coarser elements invert in the thin walls."""
 COVER_MESH_SHARE = 0.6
-"""Largest edge on the cover over the block's: one element is to be no more than five times as long as thick."""
+"""Largest edge on the cover over that of the block; an element is at most five times as long as thick."""
 FOOT_GAP = 3e-3
-"""Distance of the housings from the foot of the banks, m; chosen."""
+"""Gap between the bearing housings and the foot of the banks, m; chosen."""
 PATCH = 60e-3
-"""Edge of the square in the middle of the cover whose motion is an interface, m; chosen."""
+"""Edge length of the square in the middle of the cover that is interface ``cover``, m; chosen."""
 
 
 @dataclass(frozen=True)
 class Bank:
-    """Cylinders in one row: its angle (rad), the cylinders' numbers and their places along z (m)."""
+    """One bank of cylinders: its angle (rad), the cylinders' numbers and their positions along z (m)."""
 
     angle: float
     cylinders: tuple[int, ...]
@@ -51,18 +51,18 @@ class Bank:
 
 @dataclass(frozen=True)
 class BlockPlan:
-    """All that the solid and its interfaces are made from, m and rad.
+    """Dimensions from which the solid of a block and its interfaces are made, m and rad.
 
     Attributes
     ----------
-    block : the engine file's dimensions
-    mains : middle of each main bearing along z
+    block : table [block] of the engine file
+    mains : position along z of the middle of each main bearing
     bores : diameter of each main bore
     thrust : row of the thrust main (from 0) and outer diameter of its faces, which begin at the bore
-    cylinder_bore, stroke : of the cylinders
-    pin_heights : piston pin at bottom and at top dead centre, along the bank from the axis; middles of the rings in
-        which piston and liner meet
-    mounts : place of each mount
+    cylinder_bore, stroke : bore and stroke of the cylinders
+    pin_heights : height of the piston pin at bottom and at top dead centre, along the bank from the axis; these are the
+        middles of the two liner rings
+    mounts : position of each mount
     """
 
     block: Block
@@ -77,13 +77,13 @@ class BlockPlan:
 
     @property
     def ends(self) -> Span:
-        """Front and rear face of the block, m."""
+        """Position of front and rear face of the block along z, m."""
         half = 0.5 * self.block.housing_thickness
         return self.mains[0] - half, self.mains[-1] + half
 
     @property
     def bulkheads(self) -> tuple[Span, ...]:
-        """Front and rear face of each bulkhead; the outer ones lie flush with the block's ends."""
+        """Front and rear face of each bulkhead along z, m; the outer bulkheads are flush with the block's ends."""
         t = self.block.bulkhead_thickness
         front, rear = self.ends
         inner = ((z - 0.5 * t, z + 0.5 * t) for z in self.mains[1:-1])
@@ -95,19 +95,19 @@ class BlockPlan:
         return 0.5 * self.cylinder_bore + self.block.liner_thickness
 
     def bands(self) -> list[Span]:
-        """Lower and upper ring of the liner, along the bank from the axis."""
+        """Lower and upper liner ring, as heights along the bank from the axis, m."""
         half = 0.5 * BAND_SHARE * self.stroke
         return [(h - half, h + half) for h in self.pin_heights]
 
     def cells(self, bank: Bank) -> list[Span]:
-        """Stretch of the bank that belongs to each of its cylinders."""
+        """Interval along z of the bank that belongs to each of its cylinders, m."""
         front, rear = self.ends
         cuts = [0.5 * (a + b) for a, b in zip(bank.positions, bank.positions[1:], strict=False)]
         return list(zip([front, *cuts], [*cuts, rear], strict=True))
 
 
 def block_plan(engine: Engine) -> BlockPlan:
-    """Plan of an engine's block; ``InputError`` where the engine has none."""
+    """Plan of an engine's block; ``InputError`` if the engine has no table [block] or [mounts]."""
     block, crank, cylinders = engine.block, engine.crankshaft, engine.cylinders
     if block is None or engine.mounts is None:
         missing = "block" if block is None else "mounts"
@@ -133,7 +133,7 @@ def block_plan(engine: Engine) -> BlockPlan:
 
 
 def outlines(plan: BlockPlan) -> tuple[list[Point], list[Point]]:
-    """Outside and inside of the crankcase across the axis, anticlockwise convex polygons; the skirt ends inside too."""
+    """Outer and inner outline of the crankcase's cross-section, anticlockwise convex polygons that end at the skirt."""
     b = plan.block
     corners = [(s * b.crankcase_half_width, y) for s in (-1.0, 1.0) for y in (-b.skirt_depth, b.side_height)]
     for bank in plan.banks:
@@ -141,7 +141,7 @@ def outlines(plan: BlockPlan) -> tuple[list[Point], list[Point]]:
         foot = (-b.bank_half_width, b.bank_half_width)
         corners += [(x * c - b.foot_height * s, x * s + b.foot_height * c) for x in foot]
     outer = hull(corners)
-    # The skirt is open below: its lowest edge is not moved inwards.
+    # The skirt is open below, so its lowest edge is not moved inwards.
     walls = [0.0 if low[1] == high[1] == -b.skirt_depth else b.wall_thickness for low, high in edges(outer)]
     return outer, inset(outer, walls)
 
@@ -167,7 +167,7 @@ def edges(polygon: Sequence[Point]) -> list[tuple[Point, Point]]:
 
 
 def inset(polygon: Sequence[Point], distances: Sequence[float]) -> list[Point]:
-    """Anticlockwise convex polygon with each edge moved inwards; ``InputError`` where nothing is left."""
+    """Anticlockwise convex polygon with each edge moved inwards by its distance; ``InputError`` if no area remains."""
     lines = []
     for (a, b), distance in zip(edges(polygon), distances, strict=True):
         length = hypot(b[0] - a[0], b[1] - a[1])
@@ -177,7 +177,7 @@ def inset(polygon: Sequence[Point], distances: Sequence[float]) -> list[Point]:
     for ((p, q), c), ((r, s), d) in zip([lines[-1], *lines[:-1]], lines, strict=True):
         det = p * s - q * r
         corners.append(((c * s - q * d) / det, (p * d - c * r) / det))
-    # An edge that turned round has passed its opposite one.
+    # An edge whose direction reversed has passed the opposite edge.
     moved = zip(edges(polygon), edges(corners), strict=True)
     if any((b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) <= 0.0 for (a, b), (c, d) in moved):
         raise InputError("block.wall_thickness: the crankcase's walls leave no room inside; make them thinner")
@@ -190,7 +190,7 @@ def _turn(a: Point, b: Point, c: Point) -> float:
 
 
 def cut(polygon: Sequence[Point], y: float, above: bool) -> list[Point]:
-    """Part of a convex polygon above, or below, a height; empty where there is none."""
+    """Part of a convex polygon above or below a height y; empty if there is none."""
     side = 1.0 if above else -1.0
     kept: list[Point] = []
     for a, b in edges(polygon):
@@ -204,7 +204,7 @@ def cut(polygon: Sequence[Point], y: float, above: bool) -> list[Point]:
 def block_shape(plan: BlockPlan) -> Any:
     """Build the block as one solid of netgen's CAD kernel, m.
 
-    Call it where a crash of the kernel does no harm: :func:`cranktrain.structure.block.mesh.block_mesh` does.
+    The kernel may crash, so call it in a child process as :func:`cranktrain.structure.block.mesh.block_mesh` does.
     """
     from netgen import occ
 
@@ -221,7 +221,7 @@ def block_shape(plan: BlockPlan) -> Any:
         x, along = b.housing_half_width, (z - half, z + half)
         housing = _box(occ, (-x, x), (-b.cap_depth, b.housing_height), along) * _prism(occ, outer, along)
         for bank in plan.banks:
-            # Clear of the liners' ends, which a V's wide housings would reach.
+            # Keep the housings clear of the liners' ends, which the wide housings of a V engine would reach.
             clear = _box(occ, (-1.0, 1.0), (-1.0, b.foot_height - b.wall_thickness - FOOT_GAP), along)
             housing = housing * _banked(occ, clear, bank)
         solid = solid + housing
@@ -246,7 +246,7 @@ def block_shape(plan: BlockPlan) -> Any:
 
 
 def _with_bank(occ: Any, solid: Any, plan: BlockPlan, bank: Bank) -> Any:
-    """Crankcase with the box of a bank, cylinder by cylinder, and the holes that its liners fill."""
+    """Crankcase with the box of a bank added, cylinder by cylinder, and holes cut for its liners."""
     b = plan.block
     front, rear = plan.ends
     w, low, deck = b.bank_half_width, b.foot_height - b.wall_thickness, b.deck_height
@@ -261,7 +261,7 @@ def _with_bank(occ: Any, solid: Any, plan: BlockPlan, bank: Bank) -> Any:
 
 
 def _liner(occ: Any, plan: BlockPlan) -> list[Any]:
-    """Liner at z = 0, its axis along y, in rings one upon the other."""
+    """Liner at z = 0 with its axis along y, divided into rings."""
     b = plan.block
     (low, high), (bottom, top) = plan.bands()
     cuts = [b.foot_height - b.wall_thickness, low, high, bottom, top, b.deck_height]
@@ -272,7 +272,7 @@ def _liner(occ: Any, plan: BlockPlan) -> list[Any]:
 
 
 def _cover(occ: Any, plan: BlockPlan) -> list[Any]:
-    """Bottom cover and the patch in its middle."""
+    """Bottom cover and the separate patch in its middle."""
     b = plan.block
     y = (-b.skirt_depth - b.cover_thickness, -b.skirt_depth)
     middle = 0.5 * sum(plan.ends)
@@ -283,7 +283,7 @@ def _cover(occ: Any, plan: BlockPlan) -> list[Any]:
 
 
 def _pad(occ: Any, plan: BlockPlan, x: float, y: float, z: float) -> list[Any]:
-    """Pad whose lower face stands on a mount, and its arm to the wall."""
+    """Pad whose lower face rests on a mount, and its arm to the wall."""
     b = plan.block
     half, side = 0.5 * b.pad_size, 1.0 if x > 0.0 else -1.0
     height, along = (y, y + b.pad_size), (z - half, z + half)
@@ -316,5 +316,5 @@ def _upright(occ: Any, radius: float, span: Span) -> Any:
 
 
 def _banked(occ: Any, shape: Any, bank: Bank, z: float = 0.0) -> Any:
-    """Shape made along +y at z = 0, brought into its bank."""
+    """Shape made along +y at z = 0, rotated into its bank and moved to position z."""
     return shape.Rotate(occ.Axis(occ.Pnt(0, 0, 0), occ.Z), bank.angle * 180.0 / pi).Move(z * occ.Z)

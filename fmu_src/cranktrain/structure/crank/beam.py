@@ -1,13 +1,14 @@
-"""Crank level ``beam``: a parametric Timoshenko crankshaft, reduced like the solid one.
+"""Crank level ``beam``: a crankshaft of Timoshenko beams from its dimensions, reduced like the solid crankshaft.
 
-Nose, main journals, pins and flange are circular beams, webs are :mod:`cranktrain.structure.crank.web_member`; they
-meet at the middle planes of the webs, on the main axis and on the pin's. Where a journal enters a web, or a thin piece
-a thicker one, stress spreads at 45°. Within this cone the thicker piece has only the stiffness of a cone on the thinner
-one (the rule for stepped rotors, sources there). Fillets add stiffness and mass; oil holes are left out. Counterweights
-are masses of the web. The part of a web beyond an axis moves with that axis; the part between the axes moves with both.
+Nose, main journals, pins and flange are circular beams, webs are members of
+:mod:`cranktrain.structure.crank.web_member`. They meet at the middle planes of the webs, on the main axis and on the
+pin axis. Where a journal enters a web, or a thin piece a thicker one, stress spreads at 45°, so the thicker piece is
+only as stiff as a cone on the thinner one (rule for stepped rotors, sources in that module). Fillets add stiffness and
+mass; oil holes are left out. Counterweights add mass to the web. The part of a web beyond an axis moves with that axis;
+the part between the axes moves with both.
 
-No finite elements and no mesh: six cylinders make 500 degrees of freedom. It goes through the same constraint and
-fixed-interface modes as the solid.
+There is no mesh, and six cylinders make 500 degrees of freedom. The reduction to constraint and fixed-interface modes
+is that of the solid crankshaft.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ from cranktrain.structure.crank.web_member import web_arm, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
 
 _STRIPS = 16
-"""Slices of a web."""
+"""Number of slices of a web."""
 _DETAIL = 40
-"""Points at which the diameter along an element is looked at."""
+"""Number of points at which the diameter along an element is sampled."""
 
 
 def beam_body(engine: Engine, progress: Callable[[str], None] | None = None) -> ReducedBody:
@@ -42,15 +43,15 @@ def beam_body(engine: Engine, progress: Callable[[str], None] | None = None) -> 
 
     Parameters
     ----------
-    engine : its material, crankshaft, thrust position and count of fixed-interface modes
-    progress : told each stage before it starts
+    engine : only its material, crankshaft, thrust position and number of fixed-interface modes matter here
+    progress : called with the name of each stage before it starts
     """
     frame, nodes = crank_frame(engine)
     content = [asdict(engine.material), shaping(engine.crankshaft), engine.thrust.main, engine.reduction.fixed_modes]
     digest = sha256(json.dumps(["beam", *content], sort_keys=True).encode()).hexdigest()
     say = progress or (lambda stage: None)
     body = frame.reduced(f"{engine.name} crankshaft, beams", digest, nodes, engine.reduction.fixed_modes, say)
-    # A beam has no faces: the thrust bearing acts on the axis, in the middle of its main journal.
+    # A beam has no thrust faces, so the thrust bearing acts on the axis in the middle of its main journal.
     at = body.index(f"main[{engine.thrust.main}]")
     return replace(
         body,
@@ -62,21 +63,21 @@ def beam_body(engine: Engine, progress: Callable[[str], None] | None = None) -> 
 
 
 def crank_frame(engine: Engine) -> tuple[Frame, dict[str, int]]:
-    """Frame of the bare crankshaft and its interface nodes by name, in the order of the solid body, less ``thrust``."""
+    """Frame of the bare crankshaft and its interface nodes by name, in the order of the solid body; no ``thrust``."""
     c, material = engine.crankshaft, engine.material
     frame = Frame(material.youngs_modulus, material.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio)))
     at = stations(c)
     places = interface_places(c, engine.thrust.main)
     planes = [0.5 * sum(span) for span in at.webs]
     found: dict[str, int] = {}
-    # Nodes of the webs' middle planes, on the axes that they join.
+    # Nodes in the webs' middle planes, on the two axes that each web joins.
     low, high = [], []
     for web, z in zip(at.joins, planes, strict=True):
         first = (0.0, 0.0) if web.main else pin_centre(c, web.pins[0])[:2]
         low.append(frame.node((*first, z)))
     for web, z in zip(at.joins, planes, strict=True):
         high.append(frame.node((*pin_centre(c, web.pins[-1])[:2], z)))
-    # Webs (from 0) in front of each main journal and behind it.
+    # Row of the web in front of each main journal and of the web behind it.
     before = {web.main: j for j, web in enumerate(at.joins) if web.main and not web.front}
     behind = {web.main: j for j, web in enumerate(at.joins) if web.main and web.front}
 
@@ -102,7 +103,7 @@ def crank_frame(engine: Engine) -> tuple[Frame, dict[str, int]]:
             found["flywheel"] = line[at.flange[1]]
     for i, span in enumerate(at.pins, 1):
         front, rear = (number - 1 for number in webs_of(c, i))
-        # Of a web without thickness nothing lies between its plane and the pin.
+        # A web without thickness has no piece between its middle plane and the pin.
         pieces = [(planes[front], span[0], 0.0), (*span, c.pin_diameter), (span[1], planes[rear], 0.0)]
         pieces = [piece for piece in pieces if piece[1] > piece[0]]
         middle = places[f"pin[{i}]"][2]
@@ -122,9 +123,9 @@ def _line(
     stops: list[float],
     ends: tuple[int | None, int | None],
 ) -> dict[float, int]:
-    """Beams along one axis through ``pieces`` (start, end, diameter; 0 within a web); its nodes by place along z.
+    """Add beams along one axis through ``pieces`` (start, end, diameter or 0 in a web); return the nodes by z.
 
-    ``ends`` are the nodes it begins and ends at, new ones where None.
+    ``ends`` are the nodes at both ends of the line; None makes a new node.
     """
     c = engine.crankshaft
     z = sorted({pieces[0][0], pieces[-1][1], *stops})
@@ -141,7 +142,7 @@ def _line(
 
 
 def _diameter(c: Crankshaft, pieces: list[tuple[float, float, float]], z: Array) -> Array:
-    """Diameter (p,) of the mass at positions z: diameter of each piece with its fillets; 0 within a web."""
+    """Diameter (p,) that gives the mass at positions z, fillets included; 0 within a web."""
     result = np.zeros_like(z)
     for k, (start, end, diameter) in enumerate(pieces):
         inside = (z >= start) & (z <= end)
@@ -149,7 +150,7 @@ def _diameter(c: Crankshaft, pieces: list[tuple[float, float, float]], z: Array)
             continue
         fillet = np.zeros_like(z)
         for other, edge in ((k - 1, start), (k + 1, end)):
-            # A fillet lies where a journal meets a web, or a thicker piece.
+            # A journal has a fillet where it meets a web or a thicker piece.
             if 0 <= other < len(pieces) and (pieces[other][2] == 0.0 or pieces[other][2] > diameter):
                 fillet += fillet_rise(c, np.abs(z - edge))
         result = np.where(inside, diameter + 2.0 * fillet, result)
@@ -157,7 +158,7 @@ def _diameter(c: Crankshaft, pieces: list[tuple[float, float, float]], z: Array)
 
 
 def _spread(c: Crankshaft, pieces: list[tuple[float, float, float]]) -> Callable[[Array], Array]:
-    """Diameter that is stiff: no thicker than a cone of 45° on any thinner piece; webs are as thick as their hull."""
+    """Function z ↦ diameter for the stiffness, limited by a cone of 45° on each thinner piece; webs count as round."""
     full = [(start, end, diameter or 2.0 * c.web_main_radius) for start, end, diameter in pieces]
 
     def stiff(z: Array) -> Array:
@@ -172,7 +173,7 @@ def _spread(c: Crankshaft, pieces: list[tuple[float, float, float]]) -> Callable
 
 
 def _mean_section(engine: Engine, stiff: Array, heavy: Array) -> Section:
-    """Section of an element whose diameters vary along it: mean compliances, mean masses."""
+    """Section of an element of varying diameter, with the mean compliance and the mean mass over its length."""
     material = engine.material
 
     def mean(power: float) -> float:
@@ -191,7 +192,7 @@ def _mean_section(engine: Engine, stiff: Array, heavy: Array) -> Section:
 
 
 def _add_web(engine: Engine, frame: Frame, number: int, first: int, second: int) -> None:
-    """Web (numbered from 1) between its nodes on the axes that it joins."""
+    """Add a web (numbered from 1) between its nodes on the two axes that it joins."""
     material, arm = engine.material, web_arm(engine.crankshaft, number)
     outline, thickness = arm.outline, arm.thickness
     angle = outline.angle

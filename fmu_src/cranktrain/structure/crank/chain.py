@@ -1,11 +1,11 @@
-"""A torsional system from a table of discs and shafts (:mod:`cranktrain.engine.torsional_chain`): modes, and a crank.
+"""Modes of a torsional system of discs and shafts (:mod:`cranktrain.engine.torsional_chain`), and a crank made of it.
 
 With the independent rotations (rigid gear meshes eliminate the others) as coordinates,
 
     M θ̈ + C θ̇ + K θ = T,    modes (K − ω² M) φ = 0, φᵀ M φ = 1,    damping c = φᵀ C φ + Σ η k Δφ²/ω
 
-where the last term is for the loss factor η of a shaft that twists by Δφ: its energy per cycle equals that of
-hysteresis. The coupling between modes by C is left out of c.
+where the last term is the viscous damping with the same energy loss per cycle as the loss factor η of a shaft that
+twists by Δφ. The damping c leaves out the coupling between modes by C.
 
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
 """
@@ -27,13 +27,13 @@ from cranktrain.engine.torsional_chain import GROUND, Chain, coordinates
 from cranktrain.structure.crank.torsional import rigid_crank, with_twists
 
 FREE = 1.0e-6
-"""ω over the highest below which a mode is a rigid rotation."""
+"""A mode is a rigid rotation if its ω is below this fraction of the highest ω."""
 ALIKE = 1.0e-6
-"""Relative tolerance of equal rotations of a crank's nodes when it turns as a whole."""
+"""Relative tolerance within which a crank's nodes must rotate equally in its rigid rotation."""
 
 
 class ChainMatrices(NamedTuple):
-    """Matrices (n, n) of the coordinates, and the discs' rotations (discs, n) in them."""
+    """Matrices (n, n) in the independent rotations, and the rotations (discs, n) of all discs in these coordinates."""
 
     mass: Array
     damping: Array
@@ -51,7 +51,7 @@ class ChainModes(NamedTuple):
 
 
 def chain_matrices(chain: Chain) -> ChainMatrices:
-    """Mass, damping, stiffness, and η k of the shafts, in the independent coordinates."""
+    """Mass, damping, stiffness and hysteresis (η k of the shafts) matrices in the independent rotations."""
     turns = coordinates(chain)
     full = np.zeros((3, len(chain.discs), len(chain.discs)))
     for shaft in chain.shafts:
@@ -68,7 +68,7 @@ def chain_matrices(chain: Chain) -> ChainMatrices:
 
 
 def chain_modes(chain: Chain) -> ChainModes:
-    """Undamped modes by rising frequency, with the damping of each."""
+    """Undamped modes in order of rising frequency, with the damping of each."""
     m = chain_matrices(chain)
     squares, modes = eigh(m.stiffness, m.mass)
     omega = np.sqrt(np.maximum(squares, 0.0))
@@ -80,17 +80,18 @@ def chain_modes(chain: Chain) -> ChainModes:
 def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     """Bare crankshaft of level ``torsional`` from a table in place of the engine's dimensions.
 
-    Discs ``pulley``, ``flywheel``, ``pin[1]`` … and ``main[1]`` … are places of the crank; others are branches. Rods
-    and gas act at the pins. A pin without a disc of its name turns with the one disc that shafts join to both mains
-    beside it, where there is one, else by interpolation between these mains; a main without a disc turns between its
-    neighbours. Inertias are those of the crankshaft alone: flywheel, pulley, rods and pistons come
-    from the engine file. Mass and moments of inertia across the axis follow from the dimensions.
+    Discs ``pulley``, ``flywheel``, ``pin[1]`` … and ``main[1]`` … are positions on the crank; other discs are branches.
+    Rods and gas act at the pins. A pin without a disc of its name rotates with the one disc that shafts join to both
+    neighbouring mains, if there is one, else its rotation is interpolated between these mains. The rotation of a main
+    without a disc is interpolated between its neighbours. Inertias of the table are those of the crankshaft alone;
+    flywheel, pulley, rods and pistons come from the engine file. Mass and moments of inertia across the axis follow
+    from the dimensions.
 
-    The body keeps the table's shafts and damped discs as ``twists`` with their laws, because their damping depends on
-    the whole system that the crank becomes a part of (:mod:`cranktrain.dynamics.model.hysteresis`).
+    The body keeps the shafts and damped discs of the table as ``twists`` with their laws, because hysteretic damping
+    depends on the frequencies of the complete system (:mod:`cranktrain.dynamics.model.hysteresis`).
 
-    Raises ``InputError``: a place that is missing or that the engine has not, a crank that ground holds, or that does
-    not turn as one, or a shaft that is not linear.
+    Raises ``InputError``: a disc of the crank that is missing or unknown, a crank connected to ground or that cannot
+    rotate as one body, or a nonlinear shaft.
     """
     _check_linear(engine, chain)
     base = rigid_crank(engine)
@@ -118,7 +119,7 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
 
 
 def _check_linear(engine: Engine, chain: Chain) -> None:
-    """Refuse a shaft that a crank's modes cannot hold: they have one stiffness. ``InputError``."""
+    """Refuse a nonlinear shaft, because the modes of a crank have one stiffness; ``InputError``."""
     for shaft in chain.shafts:
         has = {"stiffness over torque": shaft.torques, "stiffness over frequency": shaft.frequencies,
                "friction": shaft.friction}  # fmt: skip
@@ -130,7 +131,7 @@ def _check_linear(engine: Engine, chain: Chain) -> None:
 
 
 def _places(engine: Engine, chain: Chain, base: ReducedBody) -> dict[str, str]:
-    """Disc of each interface of the crank ``base`` that has one, along z; ``InputError``: one is missing or unknown."""
+    """Disc of each interface of the crank ``base`` that has one, along z; ``InputError``: a disc missing or unknown."""
     where = f"chain of engine '{engine.name}'"
     known = [name for name in base.interfaces if name != "thrust"]
     for name in chain.names:
@@ -162,14 +163,14 @@ def _places(engine: Engine, chain: Chain, base: ReducedBody) -> dict[str, str]:
 
 
 def _throw(chain: Chain, mains: list[str]) -> list[str]:
-    """The disc between two mains, which stands for the throw; empty where there is none, or several."""
+    """Disc that shafts join to both of two mains, which represents their throw; empty unless there is exactly one."""
     beside = [{end for shaft in chain.shafts if main in shaft.between for end in shaft.between} for main in mains]
     found = sorted((beside[0] & beside[1]) - {*mains, GROUND})
     return found if len(found) == 1 else []
 
 
 def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any]:
-    """Shafts with stiffness and damped discs as ``shafts``, ``twists`` and ``shaft_laws`` of the crank's ``body``."""
+    """Fields ``shafts``, ``twists``, ``shaft_laws`` of the crank's ``body``, from elastic shafts and damped discs."""
     rows = [
         (
             f"{shaft.between[0]} to {shaft.between[1]}",
@@ -186,12 +187,12 @@ def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any
     ]
     names = [name for name, *_ in rows]
     rotations = np.zeros((len(chain.discs), body.n_modes))
-    # The rotation as a whole has the body's sign.
+    # Scale and sign of the rigid rotation are those of the body.
     pulley = body.index("pulley")
     rotations[:, 5] = modes.shapes[:, 0] * (body.shapes[pulley, 5, 5] / modes.shapes[chain.names.index("pulley"), 0])
     rotations[:, 6:] = modes.shapes[:, 1:]
     return {
-        # Parallel shafts are told apart by their number.
+        # Parallel shafts get a number to make their names unique.
         "shafts": tuple(
             f"{name}, {names[:k].count(name) + 1}" if names.count(name) > 1 else name for k, name in enumerate(names)
         ),
@@ -201,7 +202,7 @@ def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any
 
 
 def _twist(chain: Chain, shaft: Shaft) -> Array:
-    """Twist of a shaft by the rotations of the discs, (discs,)."""
+    """Row (discs,) that gives the twist of a shaft from the rotations of the discs."""
     twist = np.zeros(len(chain.discs))
     for end, sign in zip(shaft.between, (shaft.ratio, -1.0), strict=True):
         if end != GROUND:

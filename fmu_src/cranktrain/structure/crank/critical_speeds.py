@@ -1,15 +1,16 @@
 """Orders that excite the first torsional mode, and the critical speeds at which they meet it.
 
-At rest the mode has the shape φ of unit modal mass (:mod:`cranktrain.structure.crank.modal`). The rods put gas and
-inertia forces on the pins of the evenly turning crank; in the turning frame their complex amplitude of order n is f_n,
-with the phases of the firing angles. At resonance the amplitude of the mode is proportional to
+At rest the mode has the shape φ of unit modal mass (:mod:`cranktrain.structure.crank.modal`). The rods transmit gas and
+inertia forces to the pins of the uniformly rotating crank. In the rotating frame the complex amplitude of order n of
+these forces is f_n, with the phases of the firing angles. At resonance the amplitude of the mode is proportional to
 
     e_n = |φᵀ f_n|,
 
-the phase sum of the torque's harmonic over the cylinders, each weighted by the mode's rotation there. An order counts
-if it meets the mode within reach of the engine's speeds and e_n is :data:`COUNTS` of the largest of these or more. The
-orders at which the torques of all cylinders are in phase, multiples of the firings in a revolution, always count where
-firings are even. Forces are those of full load at the speed of the largest heat, where gas dominates orders above 3.
+the phase sum of the torque's harmonic over the cylinders, each weighted by the mode's rotation at its pin. An order is
+listed if its critical speed lies within the listed range and e_n is at least :data:`COUNTS` times the largest e_n of
+this range. With even firing intervals the multiples of the firings per revolution, at which the torques of all
+cylinders are in phase, are always listed. Forces are those of full load at the speed of the largest heat, where gas
+dominates orders above 3.
 
 Sources: E. J. Nestorides, *A Handbook on Torsional Vibration* (1958), phase diagrams and vector sums; W. Ker Wilson,
 *Practical Solution of Torsional Vibration Problems*, vol. 2 (1963).
@@ -34,17 +35,17 @@ from cranktrain.structure.in_motion.periodic_forces import rod_forces
 from cranktrain.structure.in_motion.residues import order_forces
 
 HIGHEST_ORDER = 12.0
-"""Highest order that is listed where the mode meets any up to it."""
+"""Highest listed order; higher ones are listed only if no order up to this one has a critical speed in the range."""
 COUNTS = 0.05
-"""Excitation over the largest one from which an order counts."""
+"""An order is listed if its excitation is at least this fraction of the largest."""
 REACH = 1.25
-"""Critical speeds up to this multiple of the engine's highest speed are listed: below a resonance its order grows."""
+"""Critical speeds are listed up to this multiple of the highest speed, because orders grow below their resonance."""
 SAMPLES = 360
-"""Angles of a cycle at which forces are taken."""
+"""Number of crank angles of a cycle at which forces are evaluated."""
 
 
 class Excitation(NamedTuple):
-    """Order of excitation, its critical speed (rad/s), and its excitation over the largest one within reach."""
+    """Order, its critical speed (rad/s), and its excitation over the largest one in the listed range."""
 
     order: float
     speed: float
@@ -52,10 +53,10 @@ class Excitation(NamedTuple):
 
 
 def exciting_orders(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = None) -> list[Excitation]:
-    """Orders that count or have a published critical speed, the lowest first; none without a first torsional mode.
+    """Orders with enough excitation or a published critical speed, lowest first; empty without a first torsional mode.
 
-    ``crankshaft`` is the complete one, or a running body with all parts attached; ``gas`` are measured pressures in
-    place of the engine's own.
+    ``crankshaft`` has all parts attached, complete or as a running body; ``gas`` are measured pressures that replace
+    those of the engine.
     """
     squares, shapes = eigh(*cranktrain_matrices(engine, crankshaft))
     hz, shapes = np.sqrt(np.maximum(squares[1:], 0.0)) / (2.0 * math.pi), shapes[:, 1:]
@@ -68,7 +69,7 @@ def exciting_orders(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = N
     speeds = 2.0 * math.pi * hz[first] / orders
     low, high = engine.speeds
     within = (speeds >= low) & (speeds <= REACH * high)
-    if np.any(within & (orders <= HIGHEST_ORDER)):  # a slow engine or a stiff crank meets higher ones only
+    if np.any(within & (orders <= HIGHEST_ORDER)):  # a slow engine or a stiff crank has only higher ones
         within &= orders <= HIGHEST_ORDER
     largest = float((sizes[within] if within.any() else sizes).max()) or 1.0
     firings = engine.firings if is_even(engine.firing_intervals) else math.inf
@@ -92,7 +93,7 @@ def excitations(engine: Engine, crankshaft: ReducedBody, shape: Array, gas: Gas 
 
 
 def critical_speeds(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = None) -> list[dict[str, Any]]:
-    """The same for a report: ``order``, critical speed ``rpm`` in rev/min, and ``excitation`` over the largest one."""
+    """Rows of :func:`exciting_orders` for a report: ``order``, critical speed ``rpm`` in rev/min, ``excitation``."""
     return [
         {"order": one.order, "rpm": one.speed / RPM, "excitation": one.share}
         for one in exciting_orders(engine, crankshaft, gas)

@@ -1,10 +1,10 @@
-"""First torsional frequency of a cranktrain in motion, with the constraints by its bearings, without a run.
+"""First torsional frequency of a cranktrain in motion without a run, with its bearings replaced by constraints.
 
-Oil films lock journals across the axis at torsional frequencies, because the dynamic stiffness of their damping is far
-above that of the crank (:mod:`cranktrain.studies.in_motion`). Journals tilt freely, and the collar floats. Rollers have
-little damping and hold the crank by their stand-in springs, which follow from a run. On the shipped engines the mode of
-a run lies within 0.5 %. Of several modes that share torsion and bending the pulley's response to the cylinders' torques
-names the first torsional one, as in :mod:`cranktrain.structure.in_motion.residues`.
+At torsional frequencies oil films prevent motion of the journals across the axis, because the dynamic stiffness of
+their damping is far above that of the crank (:mod:`cranktrain.studies.in_motion`). Journals tilt freely, and the collar
+floats. Rollers have little damping and act by their stand-in springs, which follow from a run. On the shipped engines
+the mode of a run lies within 0.5 %. If several modes combine torsion and bending, the first torsional one has the
+largest response of the pulley to the cylinders' torques, as in :mod:`cranktrain.structure.in_motion.residues`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from cranktrain.structure.crank.modal import energy_shares, main_springs, named_
 
 
 def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
-    """First torsional frequency (Hz) on ground of the complete ``crankshaft`` with its rods, mains as in motion.
+    """First torsional frequency (Hz) on ground of the complete ``crankshaft`` with its rods, with mains as in motion.
 
     Raises ``InputError`` for a crank without a torsional mode.
     """
@@ -34,7 +34,7 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
             stiffness += value * np.outer(row, row)
     mass = np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft)
     squares, shapes = eigh(motions.T @ stiffness @ motions, motions.T @ mass @ motions)
-    # The first two turn the crank as a whole and shift it along its axis.
+    # The first two modes are the crank's rigid rotation and its axial displacement.
     squares, shapes = squares[2:], motions @ shapes[:, 2:]
     shares = energy_shares(engine, crankshaft, shapes, rods=True)
     answers = pulley_answers(engine, crankshaft, shapes, squares)
@@ -46,6 +46,6 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
 
 
 def locked_motions(engine: Engine, crankshaft: ReducedBody) -> Array:
-    """Orthonormal motions (n, k) of a crankshaft whose journals in plain mains do not move across the axis."""
+    """Orthonormal motions (n, k) in which the journals of plain mains do not move across the axis."""
     mains = [crankshaft.index(f"main[{i + 1}]") for i in engine.plain_numbers]
     return np.asarray(null_space(crankshaft.shapes[mains, :2].reshape(-1, crankshaft.n_modes)))

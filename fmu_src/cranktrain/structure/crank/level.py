@@ -1,4 +1,4 @@
-"""The crank of a running model at any fidelity level: one body, whatever made it.
+"""Crankshaft bodies at each fidelity level, in the same form for every level.
 
 :data:`cranktrain.engine.levels.CRANKS` lists the levels; :data:`MAKERS` has two functions for each, one for the bare
 crankshaft and one for the running model's. All carry the same flywheel, pulley and further parts, and all are cut at
@@ -25,14 +25,14 @@ from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, tw
 def bare_crank(
     engine: Engine, level: str, solid: ReducedBody | None = None, progress: Progress | None = None
 ) -> ReducedBody:
-    """Bare crankshaft at a level.
+    """Bare crankshaft at a fidelity level.
 
-    Raises ``InputError``: a level that does not exist.
+    Raises ``InputError`` for a level that does not exist.
 
     Parameters
     ----------
-    solid : the bare solid body if available; otherwise it is read from the cache, or made, if the level needs it
-    progress : told each stage before it starts
+    solid : bare solid body if available; a level that needs it reads it from the cache or makes it otherwise
+    progress : called with the name of each stage before it starts
     """
     row = crank_level(level)
     if solid is None and row.needs_solid(engine):
@@ -43,11 +43,11 @@ def bare_crank(
 def crank_body(
     engine: Engine, level: str, solid: ReducedBody | None = None, progress: Progress | None = None
 ) -> ReducedBody:
-    """Crankshaft of the running model at a level: with all parts attached, cut at the engine's cut-off.
+    """Crankshaft of the running model at a level: all parts attached, modes up to the engine's cut-off.
 
-    Modes above the cut-off answer statically to the forces that the level carries: a torsional crank to those on its
-    pins, the others as :func:`cranktrain.structure.crank.reduction.running_loads` says. Parameters and errors as of
-    :func:`bare_crank`.
+    Modes above the cut-off respond statically to the forces of the level: forces on the pins for a torsional crank,
+    those of :func:`cranktrain.structure.crank.reduction.running_loads` for the others. Parameters and errors are those
+    of :func:`bare_crank`.
     """
     return running_crank(engine, level, bare_crank(engine, level, solid, progress))
 
@@ -58,7 +58,7 @@ def running_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody:
 
 
 def complete_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody:
-    """Crankshaft at a level with all parts attached, in all its modes; ``bare`` is the bare one.
+    """Crankshaft at a level with all parts attached, in all its modes; ``bare`` is the bare crankshaft.
 
     A crank that only twists keeps its axis in place, as in the running model.
     """
@@ -67,38 +67,38 @@ def complete_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody
 
 
 def bare_rigid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Rigid crankshaft from dimensions, or with the mass of the solid one where that is given."""
+    """Bare rigid crankshaft, with the mass of ``solid`` if given, else from dimensions."""
     return rigid_crank(engine) if solid is None else rigid(solid)
 
 
 def bare_torsional(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Discs on a shaft."""
+    """Bare torsional crankshaft: discs on an elastic shaft."""
     return torsional_body(engine, solid=solid)
 
 
 def bare_beam(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Beams, from dimensions alone."""
+    """Bare crankshaft of beams, from dimensions alone."""
     return beam_body(engine, progress)
 
 
 def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """The unchanged solid body; ``InputError`` without it."""
+    """Bare solid crankshaft, unchanged; ``InputError`` if it is not given."""
     if solid is None:
         raise InputError("crank level 'solid' needs the reduced crankshaft; make it by `cranktrain reduce`")
     return solid
 
 
 def running_rigid(engine: Engine, bare: ReducedBody) -> ReducedBody:
-    """Six rigid motions of the crankshaft with its parts."""
+    """Crankshaft with its parts in six rigid modes."""
     return rigid(complete_crankshaft(engine, bare))
 
 
 def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
-    """Twists of the crankshaft with its parts, cut at the engine's cut-off."""
+    """Crankshaft with its parts in torsional modes up to the engine's cut-off."""
     complete = complete_crank(engine, "torsional", bare)
     cut = engine.reduction.running_cutoff_hz
     above = complete.frequencies_hz > cut
-    # A twist moves pins along their circles only: other forces lose nothing with the modes above the cut.
+    # Torsion moves the pins only along their circles, so only forces on pins need static correction above the cut-off.
     felt = [
         (name, component)
         for name, component in running_loads(engine)
@@ -108,12 +108,12 @@ def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
 
 
 class Maker(NamedTuple):
-    """How the body of a crank level is made.
+    """Functions that make the bodies of one crank level.
 
     Attributes
     ----------
-    bare : of (engine, bare solid body or None where the level needs none, progress or None), the bare crankshaft
-    running : of (engine, bare crankshaft), the body of the running model with all that is attached
+    bare : (engine, bare solid body or None, progress or None) ↦ bare crankshaft
+    running : (engine, bare crankshaft) ↦ body of the running model with all attached parts
     """
 
     bare: Callable[[Engine, ReducedBody | None, Progress | None], ReducedBody]
@@ -126,4 +126,4 @@ MAKERS = {
     "beam": Maker(bare_beam, running_body),
     "solid": Maker(bare_solid, running_body),
 }
-"""By crank level."""
+"""Maker of each crank level, by its name."""

@@ -5,18 +5,19 @@ free to turn. Each pin carries the cycle mean of its rods' masses across the axi
 the pin (the oscillating mass takes part in the pin's motion by cos² θ, half on average). Main bearings are springs
 (rollers resist tilt too). The thrust bearing is closed (collar and block in series).
 
-The kind of a mode is read from its kinetic energy. Each slice of the body around a point of the axis moves as a rigid
-section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. The
-shape in a list of modes is the kind with the largest fraction.
+The kind of a mode follows from its kinetic energy. The body is divided into slices along the axis that move as rigid
+sections. Translation across and tilt count as bending, rotation about z as torsion, translation along z as axial
+motion. The shape in a list of modes is the kind with the largest fraction.
 
-The first and second torsional mode and the first axial one are named by :func:`named_mode`. A mode of one kind alone
-would have the fraction 1 of it; bending distributes it over neighbouring modes, whose fractions add up to 1. Summed
-from the lowest mode on, the fractions of a kind therefore count its modes: a mode belongs to the n-th one if the sum up
-to half its own fraction is between n − 1 and n. It has the name if its fraction is :data:`LEAST_SHARE` or more and the
-largest of these. Of several such modes the first torsional one is the mode with the largest of :func:`pulley_answers`:
-where a bending mode takes half of the torsion, as in V engines on split pins, two fractions differ by less than the
-error of a crank of beams, but the answers by a third or more. Names are sought up to a stated frequency, which is the
-cut-off of the engine's running model in reports, and the rotation on the connecting shaft has none.
+:func:`named_mode` finds the first and second torsional and the first axial mode. A purely torsional mode would have the
+torsional fraction 1. Coupling with bending distributes this fraction over neighbouring modes, and the parts add up to
+1. The cumulative sum of a kind's fractions from the lowest mode therefore counts its modes: a mode is a candidate for
+the n-th if the sum up to half its own fraction lies between n − 1 and n and its fraction is at least
+:data:`LEAST_SHARE`. The candidate with the largest fraction gets the name. The first torsional mode is instead the
+candidate with the largest of :func:`pulley_answers`. In V engines on split pins a bending mode takes half of the
+torsion; two fractions then differ by less than the error of a crank of beams, but the answers by a third or more. Names
+are given up to a stated frequency (in reports the cut-off of the engine's running model), and not to the rotation on
+the connecting shaft.
 """
 
 from __future__ import annotations
@@ -43,14 +44,14 @@ from cranktrain.structure.in_motion.residues import unit_torques
 KINDS = ("bending", "torsional", "axial")
 SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting, turning, along"
 LISTED_HZ = 1000.0
-"""Modes are listed up to this frequency, Hz, and to the highest named mode above it."""
+"""Modes are listed up to this frequency, Hz, or up to the highest named mode if that is higher."""
 LEAST_SHARE = 0.25
-"""Energy fraction of a kind that a mode has at least to be named the first or second of this kind: with less, bending
-has distributed it over more than four modes, and none of them stands for it."""
+"""Least energy fraction of a kind with which a mode can be named the first or second of this kind. With less, bending
+has distributed this motion over more than four modes, and no single mode represents it."""
 
 
 def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
-    """Frequencies, shapes and quality of the reduction; JSON-able.
+    """Report on natural frequencies, shapes of modes and quality of the reduction; JSON-able.
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
 def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array, Array]:
     """Elastic modes of the free complete crankshaft.
 
-    They are (k,) Hz, (k, 3) fractions of bending, torsion and axial motion, and (k,) answers of the pulley.
+    The result is (k,) Hz, (k, 3) fractions of bending, torsion and axial motion, and (k,) answers of the pulley.
     """
     modes = np.eye(crankshaft.n_modes)[:, 6:]
     shares = energy_shares(engine, crankshaft, modes, rods=False)
@@ -105,22 +106,22 @@ def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array, A
 
 
 def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array, Array]:
-    """Modes of the assembled cranktrain at rest, free to turn, as those of :func:`free_modes`.
+    """Modes of the assembled cranktrain at rest, free to rotate, in the form of :func:`free_modes`.
 
-    ``crankshaft`` is the complete one, with flywheel and pulley.
+    ``crankshaft`` is the complete crankshaft, with flywheel and pulley.
     """
     squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
-    # Nothing holds the crank against turning: the first mode is its rigid rotation.
+    # No spring acts on the crank's rotation, so the first mode is its rigid rotation.
     squares, modes = squares[1:], modes[:, 1:]
     shares = energy_shares(engine, crankshaft, modes, rods=True)
     return np.sqrt(squares) / (2.0 * np.pi), shares, pulley_answers(engine, crankshaft, modes, squares)
 
 
 def pulley_answers(engine: Engine, crankshaft: ReducedBody, modes: Array, squares: Array) -> Array:
-    """Rotation (k,) of the pulley at each mode's own frequency under one gas torque of each cylinder.
+    """Rotation (k,) of the pulley at each mode's own frequency under a unit gas torque of each cylinder.
 
-    The root of the sum of squares over the cylinders, up to a common factor: at equal damping ratios the response at
-    resonance falls with ω². Modes (n, k) have unit mass; ``squares`` (k,) are ω².
+    The result is the root of the sum of squares over the cylinders, up to a common factor. At equal damping ratios the
+    response at resonance is proportional to 1/ω². Modes (n, k) have unit modal mass; ``squares`` (k,) are ω².
     """
     pulley = np.abs(crankshaft.shapes[crankshaft.index("pulley"), 5] @ modes)
     driven = np.linalg.norm(unit_torques(engine, crankshaft).T @ modes, axis=0)
@@ -130,7 +131,7 @@ def pulley_answers(engine: Engine, crankshaft: ReducedBody, modes: Array, square
 def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> tuple[Array, Array]:
     """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``.
 
-    ``without`` are cylinders, counted from 1, whose rods are other bodies.
+    ``without`` are numbers of cylinders, from 1, whose rods are separate bodies and not included.
     """
     stiffness = np.diag(crankshaft.omega**2) + bearing_stiffness(engine, crankshaft)
     return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft, without)
@@ -149,9 +150,9 @@ def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
 
 
 def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float]]:
-    """Linear springs of each main bearing by component of its journal's motion (0, 1: N/m; 3, 4: N m/rad).
+    """Linear springs of each main bearing, by component of the journal's motion (0, 1: N/m; 3, 4: N m/rad).
 
-    ``on_ground``: plain bearings in series with the block's stiffness, which a flexible block includes itself.
+    With ``on_ground`` plain bearings are in series with the block's stiffness; a flexible block models this itself.
     """
     roller = engine.main_roller
     springs: list[dict[int, float]] = [{} for _ in engine.crankshaft.main_widths]
@@ -166,9 +167,9 @@ def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float
 
 
 def _sections(body: ReducedBody) -> tuple[NDArray[np.intp], Array, Array, Array]:
-    """Rows of interfaces on the axis, and mass, polar and diametral inertia of the section at each, (k,).
+    """Rows of the interfaces on the axis, and mass, polar and diametral inertia (k,) of the section at each.
 
-    Raises ``InputError`` where a body does not bring them, or brings what no body has.
+    Raises ``InputError`` if the body's records of sections are missing or invalid.
     """
     names = ("section_interface", "section_mass", "section_polar", "section_diametral")
     rows, *masses = (body.records.get(name, np.zeros(0)) for name in names)
@@ -186,15 +187,15 @@ def _sections(body: ReducedBody) -> tuple[NDArray[np.intp], Array, Array, Array]
 def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
     """Fractions (k, 3) of bending, torsional and axial motion in the kinetic energy of modes (n, k).
 
-    Attached parts count as rigid sections of their own; with ``rods`` the mean rod masses move with their pins, which
-    the axis carries halfway between the neighbouring mains.
+    Attached parts count as further rigid sections. With ``rods`` the mean rod masses are included; they move like the
+    axis halfway between the neighbouring mains.
     """
     on_axis, *masses = _sections(crankshaft)
     motion = crankshaft.shapes @ modes
     energy = _section_energy(motion[on_axis], *masses)
     parts = attached_parts(engine)
     if (weights := engine.balance_weights) is not None:
-        # On the axis, a weight is a section with its polar inertia about it.
+        # A weight counts as a section on the axis with its polar inertia about the axis.
         for main, mass, r, z in zip(weights.mains, weights.masses, weights.radii, weights.offsets, strict=True):
             parts.append((f"main[{main}]", LumpedInertia(mass, mass * r**2, 0.5 * mass * r**2, z)))
     for name, part in parts:
@@ -216,13 +217,13 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
 def named_mode(
     hz: Array, shares: Array, kind: str, number: int = 1, highest: float = math.inf, answers: Array | None = None
 ) -> int | None:
-    """Index of the mode named the first (``number`` 1), second, … of a kind; None where no mode has the name.
+    """Index of the first (``number`` 1), second, … mode of a kind; None if no mode has this name.
 
     Parameters
     ----------
-    hz, shares : (k,) rising frequencies and (k, kinds) energy fractions, as the kinds of this module come first
-    highest : frequency, Hz, up to which it is sought
-    answers : (k,) response of each mode, by which one of several is chosen; by the energy fraction where it is None
+    hz, shares : (k,) rising frequencies and (k, kinds) energy fractions, whose first columns are those of :data:`KINDS`
+    highest : highest frequency of the mode, Hz
+    answers : (k,) response of each mode; the candidate with the largest is chosen. None: by energy fraction
     """
     own = shares[:, KINDS.index(kind)]
     count = np.cumsum(own) - 0.5 * own
@@ -233,16 +234,16 @@ def named_mode(
 def torsional_frequencies(
     hz: Array, shares: Array, answers: Array | None = None, highest: float = math.inf
 ) -> list[float | None]:
-    """First and second torsional frequency, Hz, None where no mode up to ``highest`` has the name.
+    """First and second torsional frequency, Hz; None if no mode up to ``highest`` has this name.
 
-    The ``answers`` choose the first one only: the second one is little felt at the pulley.
+    The ``answers`` choose only the first one, because the second one moves the pulley little.
     """
     found = (named_mode(hz, shares, "torsional", n, highest, answers if n == 1 else None) for n in (1, 2))
     return [None if k is None else float(hz[k]) for k in found]
 
 
 def first_torsional(hz: Array, shares: Array, highest: float = math.inf, answers: Array | None = None) -> float:
-    """First torsional frequency, Hz; ``InputError`` where no mode up to ``highest`` has the name.
+    """First torsional frequency, Hz; ``InputError`` if no mode up to ``highest`` has this name.
 
     Arguments are those of :func:`named_mode`.
     """
@@ -256,7 +257,7 @@ def first_torsional(hz: Array, shares: Array, highest: float = math.inf, answers
 
 
 def named_frequencies(hz: Array, shares: Array, answers: Array | None, highest: float) -> dict[str, float | None]:
-    """Frequencies, Hz, of the modes with a name, None where no mode up to ``highest`` has it."""
+    """Frequencies, Hz, of first and second torsional and first axial mode; None if no mode up to ``highest`` is one."""
     axial = named_mode(hz, shares, "axial", 1, highest)
     first, second = torsional_frequencies(hz, shares, answers, highest)
     return {
@@ -267,26 +268,26 @@ def named_frequencies(hz: Array, shares: Array, answers: Array | None, highest: 
 
 
 def listed_to(named: Iterable[float | None]) -> float:
-    """Frequency, Hz, to which modes are listed: :data:`LISTED_HZ`, or the highest named mode."""
+    """Frequency, Hz, up to which modes are listed: the larger of :data:`LISTED_HZ` and the highest named mode."""
     return max([LISTED_HZ, *(value for value in named if value is not None)])
 
 
 def second_reach(hz: Array, shares: Array) -> float:
-    """Frequency, Hz, up to which modes belong to the first two torsional ones; ``hz`` (k,), ``shares`` (k, kinds)."""
+    """Frequency, Hz, of the last candidate for the second torsional mode; ``hz`` (k,), ``shares`` (k, kinds)."""
     torsion = shares[:, KINDS.index("torsional")]
     within = np.cumsum(torsion) - 0.5 * torsion <= 2.0
     return float(hz[np.flatnonzero(within)[-1]])
 
 
 def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) -> Array:
-    """Twice the kinetic energy per ω² by kind, (k, 3), of sections that move by ``motion`` (s, 6, k)."""
+    """Twice the kinetic energy over ω² by kind, (k, 3), of sections with the ``motion`` (s, 6, k)."""
     squares = motion**2
     bending = mass @ (squares[:, 0] + squares[:, 1]) + diametral @ (squares[:, 3] + squares[:, 4])
     return np.stack((bending, polar @ squares[:, 5], mass @ squares[:, 2]), axis=1)
 
 
 def _attached(engine: Engine) -> str:
-    """Parts attached to the complete crankshaft, in words."""
+    """Text that lists the parts attached to the complete crankshaft."""
     names = ["flywheel", "pulley"]
     names += ["clutch"] if engine.clutch is not None else []
     names += ["balance weights"] if engine.balance_weights is not None else []
@@ -297,7 +298,7 @@ def _attached(engine: Engine) -> str:
 def listed_modes(
     hz: Array, shares: Array, kinds: tuple[str, ...] = KINDS, above: float = 1.0, up_to: float = LISTED_HZ
 ) -> list[dict[str, Any]]:
-    """Modes of a report, ``above`` and ``up_to`` so many Hz, each with frequency, shape, and shares (k, kinds)."""
+    """Rows of a report for modes between ``above`` and ``up_to`` Hz: frequency, shape, and shares (k, kinds)."""
     return [
         {"hz": float(f), "shape": kinds[int(np.argmax(share))], "shares": dict(zip(kinds, share.tolist(), strict=True))}
         for f, share in zip(hz, shares, strict=True)
@@ -306,7 +307,7 @@ def listed_modes(
 
 
 def reduction_quality(body: ReducedBody) -> dict[str, Any]:
-    """Entries of a report on a body's reduction; JSON-able."""
+    """Quality of a body's reduction for a report; JSON-able."""
     other = "lumped_hz" if "lumped_hz" in body.records else "consistent_hz"
     full = body.records.get("full_hz", np.zeros(0))
     beside = [body.records[name] for name in (other, "tied_hz") if name in body.records]
@@ -331,6 +332,6 @@ def reduction_quality(body: ReducedBody) -> dict[str, Any]:
 
 
 def at_largest(shapes: NDArray[Any]) -> Array:
-    """Motion (n, k) of modes at the instant of their largest real part: a damped mode has no one shape."""
+    """Real motion (n, k) of complex modes at the instant of their largest amplitude, for use as a shape."""
     turned = shapes * np.exp(-0.5j * np.angle((shapes**2).sum(axis=0)))
     return np.ascontiguousarray(turned.real)

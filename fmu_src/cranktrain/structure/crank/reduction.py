@@ -1,8 +1,7 @@
-"""From an engine to its reduced crankshaft, by :mod:`cranktrain.structure.fem.reduction`.
+"""Reduced solid crankshaft of an engine, by :mod:`cranktrain.structure.fem.reduction`.
 
 The stored body is the bare crankshaft in all its Craig–Bampton modes. Flywheel, clutch, pulley and the outer rings of
-roller bearings are rigid parts of the engine file and attached afterwards, so that a change of theirs costs no finite
-elements.
+roller bearings are rigid parts that are attached afterwards, so changing them needs no new finite-element computation.
 """
 
 from __future__ import annotations
@@ -40,9 +39,10 @@ from cranktrain.structure.fem.reduction import (
     reduced_structure,
 )
 
-# Raised when the code would make another body from the same inputs.
+# Version of the stored body: raised when the code would make another body from the same inputs.
 RECIPE = 1
-# The reference point of an interface is its place in the engine file where the meshed surface lies there.
+# An interface is referred to its position by the engine file if the meshed surface lies within this tolerance of it #
+# (over the main journal's diameter), else to the centroid of the surface.
 PLACE_TOLERANCE = 0.1
 
 
@@ -60,12 +60,12 @@ def reduced_crankshaft(
 
     Parameters
     ----------
-    engine : its material, crankshaft, thrust position and reduction count; anything else changes nothing here
+    engine : only its material, crankshaft, thrust position and table [reduction] matter here
     mesh_file : user's own mesh with named surfaces in place of the parametric crankshaft; or a reduced body, or a
         superelement
-    progress : told each stage before it starts
-    rebuild : compute even where a stored body exists
-    checked : with errors against the full model and the frequencies of other ways, computed where they lack
+    progress : called with the name of each stage before it starts
+    rebuild : compute even if a stored body exists
+    checked : include errors against the full model and comparisons with other methods, computed if they are missing
     """
     if mesh_file is not None and is_body(mesh_file):
         return own_crankshaft(engine, mesh_file)
@@ -73,13 +73,13 @@ def reduced_crankshaft(
 
 
 def kept_crankshaft(engine: Engine) -> ReducedBody | None:
-    """Bare solid crankshaft if the cache has it, else None; ``StoreError``: a stored file that is corrupt."""
+    """Bare solid crankshaft from the cache, None if it is not there; ``StoreError``: a stored file that is corrupt."""
     path = stored_path(engine)
     return load_body(path, input_digest(engine)) if path.exists() else None
 
 
 def own_crankshaft(engine: Engine, path: str | Path) -> ReducedBody:
-    """Crankshaft that another program reduced, or this one wrote; ``InputError`` where it is none of this engine."""
+    """Crankshaft from a stored body or a superelement; ``InputError`` if it does not belong to this engine."""
     body = read_body(path)
     if "thrust" not in body.interfaces and (own := f"main[{engine.thrust.main}]") in body.interfaces:
         body = with_interface(body, "thrust", own)
@@ -91,7 +91,7 @@ def own_crankshaft(engine: Engine, path: str | Path) -> ReducedBody:
 
 
 def _check_names(path: str | Path, wanted: Sequence[str], found: Iterable[str], what: str, remedy: str) -> None:
-    """Refuse a body in which interfaces are missing; ``InputError``."""
+    """Refuse a body or mesh without all ``wanted`` names; ``InputError``."""
     if missing := [name for name in wanted if name not in found]:
         named = ", ".join(sorted(found)) or "none"
         raise InputError(f"{path}: no {what} named {', '.join(missing)}; found {named} - {remedy}")
@@ -121,12 +121,12 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
 
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
-    """Where the reduced crankshaft is kept in the user's cache."""
+    """Path of the reduced crankshaft in the user's cache."""
     return kept_path("crankshaft", input_digest(engine, mesh_file))
 
 
 def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
-    """Digest of all that the bare reduced crankshaft depends on."""
+    """Digest of all inputs of the bare reduced crankshaft."""
     content = {
         "recipe": RECIPE,
         "material": asdict(engine.material),
@@ -139,10 +139,10 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
 
 
 def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
-    """Bare crankshaft with all rigid parts of the engine that move with it attached.
+    """Bare crankshaft with all rigid parts of the engine that are fixed to it.
 
-    Damping that the body brings is structural: its ratios hold with the mean rods on the pins, which are attached to
-    other equations, see :func:`cranktrain.dynamics.model.arrays.structural_damping`.
+    Damping stored in the body is structural. Its ratios hold for the crankshaft with mean rod masses on the pins, which
+    are not part of this body, see :func:`cranktrain.dynamics.model.arrays.structural_damping`.
     """
     with one_thread():
         for interface, part in attached_parts(engine):
@@ -159,9 +159,9 @@ def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
 
 
 def attached_parts(engine: Engine) -> list[tuple[str, LumpedInertia]]:
-    """Rigid parts that move with the crankshaft, and the interface of each: pulley, flywheel, clutch, outer rings.
+    """Rigid parts fixed to the crankshaft, each with its interface: pulley, flywheel, clutch, outer rings of rollers.
 
-    An outer ring of a roller bearing moves with its journal but does not turn: a mass without inertia.
+    An outer ring of a roller bearing moves with its journal but does not rotate, so it is a mass without inertia.
     """
     parts = [("pulley", engine.pulley), ("flywheel", engine.flywheel)]
     if engine.clutch is not None:
@@ -173,10 +173,10 @@ def attached_parts(engine: Engine) -> list[tuple[str, LumpedInertia]]:
 
 
 def running_loads(engine: Engine) -> list[tuple[str, int]]:
-    """Interface components at which the running model applies forces.
+    """Interface components (interface, component) at which the running model applies forces.
 
-    Mains and pins across, thrust along the axis; moments about x and y where two rods share a pin, which act beside its
-    middle, and at roller bearings, which resist tilt.
+    These are mains and pins across the axis and the thrust bearing along it. Moments about x and y are added where two
+    rods share a pin, because they act off its middle, and at roller bearings, because they resist tilt.
     """
     throws = len(engine.crankshaft.throw_angles)
     across = [name for name in crank_interfaces(engine.crankshaft) if name.startswith(("main", "pin"))]
@@ -188,9 +188,9 @@ def running_loads(engine: Engine) -> list[tuple[str, int]]:
 
 
 def running_body(engine: Engine, body: ReducedBody | None = None, progress: Progress | None = None) -> ReducedBody:
-    """Body of the running model: with its attached parts, cut at the engine's cut-off, static under its loads.
+    """Body of the running model: attached parts, modes up to the engine's cut-off, exact static response to its loads.
 
-    ``body`` is the bare crankshaft where at hand.
+    ``body`` is the bare crankshaft if available.
     """
     bare = reduced_crankshaft(engine, progress=progress) if body is None else body
     complete = complete_crankshaft(engine, bare)
@@ -199,7 +199,7 @@ def running_body(engine: Engine, body: ReducedBody | None = None, progress: Prog
 
 
 def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
-    """Averaged interfaces of a crankshaft, each referred to its place on the axis of its journal."""
+    """Averaged interfaces of a crankshaft, each referred to its nominal position on the axis of its journal."""
     names = crank_interfaces(crankshaft)
     nominal = nominal_places(crankshaft)
 
@@ -211,7 +211,7 @@ def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSe
 
 
 def nominal_places(crankshaft: Crankshaft) -> dict[str, Array]:
-    """Middle (3,) m of each main journal and pin by the dimensions."""
+    """Middle (3,), m, of each main journal and pin, from the dimensions."""
     at = stations(crankshaft)
     places = {f"main[{i}]": (0.0, 0.0, sum(span) / 2) for i, span in enumerate(at.mains, 1)}
     places |= {f"pin[{i}]": pin_centre(crankshaft, i) for i in range(1, len(at.pins) + 1)}
@@ -219,7 +219,7 @@ def nominal_places(crankshaft: Crankshaft) -> dict[str, Array]:
 
 
 def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Array:
-    """First free frequencies (count,) Hz with the interface surfaces rigid (RBE2); needs a factorisation of its own."""
+    """First free frequencies (count,) Hz with rigid interface surfaces (RBE2); this needs another factorisation."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         tie, motions = tied_surfaces(model, interfaces, rigid_motions(model))
@@ -229,7 +229,7 @@ def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Ar
 
 
 def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
-    """Mesh of the dimensions, or the user's own."""
+    """Mesh made from the dimensions, or the user's own mesh."""
     if mesh_file is None:
         return crankshaft_mesh(engine.crankshaft, engine.thrust.main)
     from cranktrain.structure.fem.mesh import read_mesh
@@ -243,7 +243,7 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
 
 
 def _check_own(engine: Engine, found: Mapping[str, Array], mesh_file: str | Path) -> None:
-    """Refuse places (3,) of interfaces that are not where the engine file has its journals; ``InputError``."""
+    """Refuse interfaces whose positions (3,) differ from those of the engine file; ``InputError``."""
     places = nominal_places(engine.crankshaft)
     check_places(mesh_file, found, places, PLACE_TOLERANCE * engine.crankshaft.main_diameter)
     mains = {name: place[2] for name, place in places.items() if name.startswith("main")}
@@ -260,7 +260,7 @@ def _check_own(engine: Engine, found: Mapping[str, Array], mesh_file: str | Path
 
 
 def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
-    """Mass of the slices of the body around each interface on its axis, for kinetic energy by kind of motion.
+    """Mass and inertia of the body's slices around the interfaces on its axis, for kinetic energy by kind of motion.
 
     Returns
     -------
@@ -294,13 +294,13 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
 def crank_surface(
     engine: Engine, mesh_file: str | Path | None = None
 ) -> tuple[Array, NDArray[np.int32], NDArray[np.float32]]:
-    """Surface of the stored crankshaft and its motion in the first modes, for pictures.
+    """Surface of the stored crankshaft and its displacement in the first modes, for pictures.
 
-    Raises ``StoreError``: where the stored crankshaft is missing or foreign.
+    Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
 
     Returns
     -------
-    points (p, 3) m, triangles (t, 3), displacement (m, p, 3) per unit coordinate of each of the first bare modes
+    points (p, 3) m, triangles (t, 3), displacement (m, p, 3) per unit coordinate of the first m modes of the bare body
     """
     path = stored_path(engine, mesh_file)
     load_body(path, input_digest(engine, mesh_file))
@@ -313,7 +313,7 @@ def surface_shape(
 ) -> tuple[Array, NDArray[np.int32], Array]:
     """Surface of the crankshaft and its displacement in one mode, for pictures.
 
-    Raises ``StoreError``: where the stored crankshaft is missing or foreign.
+    Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
-"""Pieces of a crankshaft from its dimensions: their positions, and mass, centre and moments of their sections.
+"""Pieces of a crankshaft from its dimensions: positions, and mass, centre and moments of their cross-sections.
 
-Nose, main journals, webs, pins, flange and fillets lie along z as in :mod:`cranktrain.structure.crank.shape`; no finite
-elements are needed. Sections are homogeneous along z, a fillet is a ring of its mean moments; oil holes are left out. A
-section is known by its moments per unit length about the crank's axis,
+Nose, main journals, webs, pins, flange and fillets lie along z as in :mod:`cranktrain.structure.crank.shape`. The
+section of a piece is constant along z; a fillet is a ring with its mean moments; oil holes are left out. A section is
+described by its moments per unit length about the crank's axis,
 
     ∫ρ [1, x, y][1, x, y]ᵀ dA
 
-A web is as wide as the hull of the circles about main and pin axis, or as its counterweight where that is wider; its
-moments are sums over strips across its throw.
+The width of a web is that of the hull of the circles about main and pin axis, or of its counterweight if this is wider.
+The moments of a web are sums over strips across its throw.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ _STRIPS, _FINE = 40, 200
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A piece of the crankshaft of one section.
+    """A piece of the crankshaft with constant cross-section.
 
     Attributes
     ----------
     kind : ``nose``, ``main``, ``web``, ``pin``, ``flange`` or ``fillet``
-    number : of its kind, from 1
-    span : (2,) where it begins and ends along z, m
-    axis : (2,) x and y of its own axis (of the main axis for a web), m
-    angle : of the throw that a web or pin belongs to, rad
+    number : number among the pieces of its kind, from 1
+    span : (2,) begin and end along z, m
+    axis : (2,) x and y of the piece's own axis (of the main axis for a web), m
+    angle : angle of the throw of a web or pin, rad
     moments : (3, 3) per unit length about the crank's axis: kg/m, kg, kg m
     """
 
@@ -65,13 +65,13 @@ class Piece:
 
 
 def crank_pieces(engine: Engine) -> list[Piece]:
-    """All pieces of the bare crankshaft, in the order of z (webs and pins of a throw in theirs)."""
+    """All pieces of the bare crankshaft, in the order of z."""
     return list(_pieces(engine.crankshaft, engine.material.density))
 
 
 @lru_cache(maxsize=4)
 def _pieces(c: Crankshaft, density: float) -> tuple[Piece, ...]:
-    """The same of a crankshaft of one density; a torsional crank asks for them several times."""
+    """Pieces of a crankshaft of one density, cached because a torsional crank needs them several times."""
     at = stations(c)
     origin = (0.0, 0.0)
     pieces = [Piece("nose", 1, at.nose, origin, 0.0, _disc(density, c.nose_diameter, origin))]
@@ -99,7 +99,7 @@ def fillet_rise(c: Crankshaft, distance: Array) -> Array:
 
 
 def _fillets(c: Crankshaft, density: float) -> list[Piece]:
-    """Rings of the fillets: behind the nose, at all journals but where nose and first journal meet, and at pins."""
+    """Rings of all fillets: behind the nose, at pins, and at main journals except where the nose meets the first."""
     if c.fillet == 0.0:
         return []
     at, origin = stations(c), (0.0, 0.0)
@@ -124,12 +124,12 @@ def _fillets(c: Crankshaft, density: float) -> list[Piece]:
 
 
 def bare_outline(c: Crankshaft, throw: float) -> Outline:
-    """Outline of a web beside a main journal without counterweight, its pin at +y, ``throw`` (m) from the axis."""
+    """Outline of a web at a main journal without counterweight; its pin lies at +y, ``throw`` (m) from the axis."""
     return Outline(c.web_main_radius, c.web_pin_radius, throw, 0.0)
 
 
 def web_width(outline: Outline, eta: Array) -> Array:
-    """Width of a web across its throw at η (p,) from its first axis to the second, m: of the hull or counterweight."""
+    """Width (p,), m, of a web across its throw at positions η (p,) along it, counterweight included."""
     big, small, throw = outline.low, outline.high, outline.apart
     width = np.maximum(_chord(eta, big), _chord(eta - throw, small))
     if throw > abs(big - small):
@@ -145,7 +145,7 @@ def web_width(outline: Outline, eta: Array) -> Array:
 
 
 def web_strips(outline: Outline, count: int) -> tuple[Array, Array]:
-    """Middles η (count,) of strips of a web and their moments ∫[1, ξ, η − η_i][1, ξ, η − η_i]ᵀ dA (count, 3, 3)."""
+    """Strips of a web: middles η_i (count,) and moments ∫[1, ξ, η − η_i][1, ξ, η − η_i]ᵀ dA (count, 3, 3)."""
     low = -max(outline.low, outline.weight_radius)
     borders = np.linspace(low, max(outline.apart + outline.high, outline.low), count + 1)
     middles, step = 0.5 * (borders[1:] + borders[:-1]), (borders[1] - borders[0]) / _FINE
@@ -160,7 +160,7 @@ def web_strips(outline: Outline, count: int) -> tuple[Array, Array]:
 
 
 def web_moments(outline: Outline) -> Array:
-    """Moments ∫[1, ξ, η][1, ξ, η]ᵀ dA (3, 3) of a web about its first axis, its second one along +η, m² to m⁴."""
+    """Moments ∫[1, ξ, η][1, ξ, η]ᵀ dA (3, 3) of a web about its first axis, m² to m⁴; η points to its second axis."""
     middles, moments = web_strips(outline, _STRIPS)
     shift = np.tile(np.eye(3), (_STRIPS, 1, 1))
     shift[:, 2, 0] = middles
@@ -179,14 +179,14 @@ def piece_moments(piece: Piece) -> Array:
 
 
 def crank_moments(engine: Engine) -> Array:
-    """Moments (4, 4) of the bare crankshaft about the frame's origin, as of :func:`piece_moments`."""
+    """Moments (4, 4) of the bare crankshaft about the frame's origin, in the form of :func:`piece_moments`."""
     return np.sum([piece_moments(piece) for piece in crank_pieces(engine)], axis=0)
 
 
 def interface_places(crankshaft: Crankshaft, thrust_main: int) -> dict[str, tuple[float, float, float]]:
-    """Interfaces by name and place, m: middles of journals, pins and nose (less its fillet), the flange's outer face.
+    """Interface positions by name, m: middles of journals, pins, nose (without its fillet), outer face of the flange.
 
-    Order and places are those of the solid body. The thrust faces' middle is that of their journal.
+    Order and positions are those of the solid body. Interface ``thrust`` lies in the middle of its journal.
     """
     at = stations(crankshaft)
     mains = {f"main[{i}]": (0.0, 0.0, 0.5 * sum(span)) for i, span in enumerate(at.mains, 1)}
@@ -197,7 +197,7 @@ def interface_places(crankshaft: Crankshaft, thrust_main: int) -> dict[str, tupl
 
 
 def _disc(density: float, diameter: float | Array, axis: tuple[float, float]) -> Array:
-    """Moments (3, 3) per length of a round section about the crank's axis; (k, 3, 3) of diameters (k, 1, 1)."""
+    """Moments (3, 3) per length of a round section about the crank's axis; (k, 3, 3) for diameters (k, 1, 1)."""
     area = 0.25 * math.pi * diameter**2
     place = np.array([1.0, *axis])
     own = np.diag([0.0, 1.0, 1.0]) * area * diameter**2 / 16.0
@@ -210,14 +210,14 @@ def _chord(distance: Array, radius: float) -> Array:
 
 
 def moved(moments: Array, origin: tuple[float, float]) -> Array:
-    """Moments in x, y of a section whose own origin lies at ``origin``, m."""
+    """Moments in x, y of a section from its moments about ``origin``, m."""
     shift = np.eye(3)
     shift[1:, 0] = origin
     return np.asarray(shift @ moments @ shift.T)
 
 
 def _turned(moments: Array, angle: float) -> Array:
-    """Moments in x, y of a web whose pin has been turned by ``angle`` from +y about z."""
+    """Moments in x, y of a web from its moments in ξ, η, for a throw at ``angle`` from +y about z."""
     cos, sin = math.cos(angle), math.sin(angle)
     turn = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
     return np.asarray(turn @ moments @ turn.T)

@@ -1,11 +1,11 @@
 """The crankshaft as a solid: journals with fillets, webs with counterweights, nose and flange, from a few dimensions.
 
-Along z follow each other: nose, main journal 1, web, pin 1, web, main journal 2 … last main journal, flange; z = 0 is
-the middle of main journal 1. Several pins between two mains are joined by flying webs. In a web plane (its pin along
-+η) the outline is the hull of a circle about the main axis and one about the pin axis, for a flying web about both of
-its pins' axes; a counterweight adds the part of a disc with η ≤ 0 and |ξ| ≤ half width. Every round
-piece is a body of revolution that carries its own fillets and touches its neighbours on plane faces only: the booleans
-of the CAD kernel stay simple, and no fillet has to be found afterwards.
+The sequence along z is nose, main journal 1, web, pin 1, web, main journal 2 … last main journal, flange; z = 0 is the
+middle of main journal 1. Several pins between two mains are joined by flying webs. In the plane of a web (pin along +η)
+its outline is the hull of a circle about the main axis and one about the pin axis, or about the axes of both pins for a
+flying web. A counterweight adds the part of a disc with η ≤ 0 and |ξ| ≤ half width. Every round piece is a body of
+revolution with its own fillets and touches its neighbours only on plane faces, so the boolean operations of the CAD
+kernel are simple and no fillet has to be found afterwards.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from typing import Any, NamedTuple
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 
-# Mesh edges in an oil hole relative to its diameter; coarser ones cut across the bore.
+# Edge length in an oil hole over its diameter; longer edges would cut across the bore.
 HOLE_FINENESS = 0.5
 
 
 class Web(NamedTuple):
-    """A web: where it begins and ends along z (m), and what it joins, numbered from 1.
+    """A web: begin and end along z (m), and numbers (from 1) of the journals and pins that it joins.
 
-    ``main`` is the main journal at it, 0 for a flying web, which joins two ``pins``; a ``front`` web lies in front of
-    its pin.
+    ``main`` is its main journal, or 0 for a flying web, which joins two ``pins``. A ``front`` web lies in front of its
+    pin.
     """
 
     span: tuple[float, float]
@@ -37,7 +37,7 @@ class Web(NamedTuple):
 
 @dataclass(frozen=True)
 class Stations:
-    """Where the pieces begin and end along z, m: (start, end) of each, and what the webs join."""
+    """Axial layout of a crankshaft: (start, end) of each piece along z, m, and the webs."""
 
     nose: tuple[float, float]
     mains: tuple[tuple[float, float], ...]
@@ -47,7 +47,7 @@ class Stations:
 
     @property
     def webs(self) -> tuple[tuple[float, float], ...]:
-        """Where each web begins and ends."""
+        """Begin and end of each web along z, m."""
         return tuple(web.span for web in self.joins)
 
 
@@ -74,25 +74,25 @@ def stations(crankshaft: Crankshaft) -> Stations:
 
 
 def webs_of(crankshaft: Crankshaft, pin: int) -> tuple[int, int]:
-    """Numbers (from 1) of the webs in front of a pin and behind it."""
+    """Numbers (from 1) of the web in front of a pin and the web behind it."""
     return pin + crankshaft.main_before[pin - 1] - 1, pin + crankshaft.main_before[pin - 1]
 
 
 def crank_interfaces(crankshaft: Crankshaft) -> tuple[str, ...]:
-    """Interfaces of a crankshaft by its dimensions."""
+    """Names of the interfaces of a crankshaft with these dimensions."""
     return interface_names(len(crankshaft.main_widths), len(crankshaft.throw_angles))
 
 
 def interface_names(mains: int, pins: int) -> tuple[str, ...]:
-    """Interfaces of a crankshaft: main[1 … mains], pin[1 … pins], pulley, flywheel, thrust."""
+    """Names of interfaces of a crankshaft: main[1 … mains], pin[1 … pins], pulley, flywheel, thrust."""
     journals = [f"main[{i}]" for i in range(1, mains + 1)] + [f"pin[{i}]" for i in range(1, pins + 1)]
     return (*journals, "pulley", "flywheel", "thrust")
 
 
 class Outline(NamedTuple):
-    """Outline of a web across the axis: radii about two centres ``apart`` along η, from 0, and a counterweight (m).
+    """Outline of a web across the axis: radii about centres at η = 0 and η = ``apart``, and a counterweight (m).
 
-    ``angle`` (rad) is that of η from +y, ``origin`` the place of η = 0.
+    ``angle`` (rad) is the angle of η from +y, ``origin`` the position (x, y) of η = 0.
     """
 
     low: float
@@ -116,7 +116,7 @@ def web_outline(crankshaft: Crankshaft, number: int) -> Outline:
 
 
 def shaping(crankshaft: Crankshaft) -> dict[str, Any]:
-    """Dimensions that shape a crankshaft; those with a default where it is not theirs."""
+    """Dimensions of a crankshaft for its digest; dimensions with a default only if they differ from it."""
     usual = {entry.name: entry.default for entry in fields(crankshaft) if entry.default is not MISSING}
     return {key: value for key, value in asdict(crankshaft).items() if key not in usual or value != usual[key]}
 
@@ -136,9 +136,9 @@ def oil_outlet(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
 
 
 def fillet_ends(crankshaft: Crankshaft) -> dict[str, tuple[float, float]]:
-    """Plane of the web, m, and signed extent along z, m, of every fillet of main journals and pins.
+    """Every fillet of main journals and pins: z of its web's plane, m, and signed extent along z, m.
 
-    ``pin[1] front fillet``: at the end of pin 1 towards the pulley; ``rear`` towards the flywheel.
+    ``pin[1] front fillet`` is at the end of pin 1 towards the pulley, ``rear`` at the end towards the flywheel.
     """
     at, r = stations(crankshaft), crankshaft.fillet
     journals = [(f"main[{i}]", span) for i, span in enumerate(at.mains, 1)]
@@ -150,11 +150,11 @@ def fillet_ends(crankshaft: Crankshaft) -> dict[str, tuple[float, float]]:
 def crankshaft_shape(crankshaft: Crankshaft, fineness: float = 0.0, fillets: Sequence[str] | None = None) -> Any:
     """Build the crankshaft as one solid of netgen's CAD kernel, m.
 
-    With a ``fineness`` edges on fillets are to be as short as their radius over it: on all, or on those named as by
-    :func:`fillet_ends`.
+    With a ``fineness`` the largest edge on fillets is their radius over it, on all fillets or on those named in
+    ``fillets`` as by :func:`fillet_ends`.
 
     Faces ``main[i]``, ``pin[i]``, ``pulley`` (the nose's cylinder) and ``flange`` (rim of the flange) carry names.
-    Call it where a crash of the kernel does no harm: :func:`cranktrain.structure.fem.mesh.crankshaft_mesh` does.
+    The kernel may crash, so call it in a child process as :func:`cranktrain.structure.fem.mesh.crankshaft_mesh` does.
     """
     from netgen import occ
 
@@ -195,7 +195,7 @@ def journal(
     fillets: tuple[float, float],
     name: str,
 ) -> Any:
-    """Cylinder between two planes, flared by a quarter circle at either end; its running surface is named."""
+    """Cylinder between two planes with a quarter-circle fillet at either end; its running surface is named."""
     x, y = centre
     start, end = span
     f0, f1 = fillets
@@ -224,7 +224,7 @@ def journal(
 
 
 def pin_fillets(c: Crankshaft, pin: int) -> tuple[float, float]:
-    """Radii of a pin's fillets at its front and rear end: none where it meets the next pin without a web, m."""
+    """Radii of a pin's fillets at its front and rear end, m; 0 where it meets the next pin without a web."""
     webs = stations(c).webs
     front, rear = (c.fillet if end > start else 0.0 for start, end in (webs[j - 1] for j in webs_of(c, pin)))
     return front, rear
@@ -236,7 +236,7 @@ def web(occ: Any, c: Crankshaft, number: int) -> Any:
 
 
 def plate(occ: Any, outline: Outline, span: tuple[float, float]) -> Any:
-    """Plate of an outline between two planes."""
+    """Plate with this outline between two planes across z."""
     z = span[0]
     face = _web_outline(occ, outline.low, outline.high, outline.apart, z)
     if outline.weight_radius > 0.0:
@@ -267,7 +267,7 @@ def _web_outline(occ: Any, r_main: float, r_pin: float, throw: float, z: float) 
 
 
 def _counterweight_outline(occ: Any, radius: float, half_width: float, z: float) -> Any:
-    """Cut from a disc the part opposite to the pin, within its half width, as a face."""
+    """Half disc opposite to the pin, cut off at its half width, as a face."""
     b = min(half_width, radius)
     depth = sqrt(radius**2 - b**2)
     corners = [occ.Pnt(b, 0, z), occ.Pnt(b, -depth, z), occ.Pnt(-b, -depth, z), occ.Pnt(-b, 0, z)]
@@ -280,13 +280,13 @@ def _counterweight_outline(occ: Any, radius: float, half_width: float, z: float)
 
 
 def oil_main(c: Crankshaft, pin: int) -> int:
-    """Main journal whose oil bore leads to a pin (both from 1): at its web, the front one of two; 0 for none."""
+    """Main journal (from 1) whose oil bore leads to a pin: next to the pin's web, the front one of two; 0 if none."""
     before = [web.main for web in stations(c).joins if web.main and web.pins == (pin,)]
     return before[0] if before else 0
 
 
 def oil_hole(occ: Any, c: Crankshaft, pin: int) -> Any:
-    """Straight bore from the far side of a main journal to the outer side of a pin (from 1), through their middles."""
+    """Straight oil bore from a main journal's far side to the outer side of a pin (from 1), through their middles."""
     x, y, z_pin = pin_centre(c, pin)
     throw = c.throws[pin - 1]
     out = (x / throw, y / throw)
@@ -306,7 +306,7 @@ def oil_hole(occ: Any, c: Crankshaft, pin: int) -> Any:
 
 
 def refine_fillets(solid: Any, fillets: Sequence[tuple[float, float]], fineness: float) -> Any:
-    """Solid with edges of fillet over fineness asked for on its fillets: (plane of its web, signed extent) of each."""
+    """Limit mesh edges on fillets, each (z of its web's plane, signed extent), to their radius over ``fineness``."""
     for face in solid.faces:
         low, high = (corner.z for corner in face.bounding_box)
         for z, extent in fillets:
@@ -318,7 +318,7 @@ def refine_fillets(solid: Any, fillets: Sequence[tuple[float, float]], fineness:
 
 
 def refine_rim(solid: Any, crankshaft: Crankshaft, pin: int, fineness: float) -> Any:
-    """Solid with edges of bore radius over fineness asked for where the oil bore leaves a pin (numbered from 1)."""
+    """Limit mesh edges at the oil bore's mouth on a pin (numbered from 1) to the bore's radius over ``fineness``."""
     outlet, reach = oil_outlet(crankshaft, pin), crankshaft.oil_hole_diameter
     for edge in solid.edges:
         if max(abs(a - b) for a, b in zip(edge.center, outlet, strict=True)) < reach and edge.mass < 2 * pi * reach:

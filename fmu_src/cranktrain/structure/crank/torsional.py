@@ -1,10 +1,10 @@
-"""Crank level ``torsional``: discs on an elastic shaft, in a body of the same form as every other level.
+"""Crank level ``torsional``: discs on an elastic shaft, as a reduced body like that of every other level.
 
 The shaft has nodes at the pulley, each main journal and the flywheel, and a stiffness between neighbours. Each piece of
-the crankshaft is a disc that turns with the shaft where it sits; between main journals the twist is linear, so that a
-pin turns by the mean of its mains. A twist θ(z) moves a pin by θ e_z × X and turns every other interface; mains stay on
-the axis. Discs are balanced for the twist (their static moment counts in the rigid motions only), so twist and rigid
-motions across the axis are coupled only by parts attached off the axis.
+the crankshaft is a disc that rotates with the shaft at its position. Between main journals the twist is linear, so a
+pin rotates by the mean of its mains. A twist θ(z) moves a pin by θ e_z × X and rotates every other interface; mains
+stay on the axis. Discs are balanced in the twist (their static moment counts only in the rigid motions), so only parts
+attached off the axis couple twist and rigid motions across the axis.
 
 Stiffnesses come from
 
@@ -60,12 +60,12 @@ from cranktrain.structure.crank.shape import shaping, stations
 def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody | None = None) -> ReducedBody:
     """Bare crankshaft in its six rigid modes and the twists of discs on a shaft.
 
-    Raises ``InputError``: an unknown source, or one that needs the body without it.
+    Raises ``InputError``: an unknown source, or a source that needs ``solid`` without it.
 
     Parameters
     ----------
-    source : one of :data:`TORSIONAL_SOURCES`; None takes ``reduction.torsional_source`` of the engine file
-    solid : the engine's bare solid body; all sources by that name need it
+    source : one of :data:`TORSIONAL_SOURCES`; None for ``reduction.torsional_source`` of the engine file
+    solid : bare solid body of the engine; all sources named ``solid…`` need it
     """
     source = engine.reduction.torsional_source if source is None else source
     if source not in TORSIONAL_SOURCES:
@@ -100,7 +100,7 @@ def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody
 
 
 def _stiffer_in_motion(engine: Engine, body: ReducedBody, solid: ReducedBody) -> float:
-    """Factor on all shaft stiffnesses with which the first torsional frequency is that of the solid in motion."""
+    """Factor on all shaft stiffnesses that makes the first torsional frequency equal to that of the solid in motion."""
     complete = twist_only(complete_crankshaft(engine, body))
     stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, complete))
     own = math.sqrt(eigh(stiffness, mass, eigvals_only=True)[1]) / (2.0 * math.pi)
@@ -110,7 +110,7 @@ def _stiffer_in_motion(engine: Engine, body: ReducedBody, solid: ReducedBody) ->
 def rigid_crank(engine: Engine) -> ReducedBody:
     """Bare crankshaft in its six rigid modes, from its dimensions alone.
 
-    Its records hold the sections of which :mod:`cranktrain.structure.crank.modal` reads the kind of a mode.
+    Its records hold the sections from which :mod:`cranktrain.structure.crank.modal` determines the kind of a mode.
     """
     places = interface_places(engine.crankshaft, engine.thrust.main)
     whole = Slices(np.zeros((1, 3)), crank_moments(engine)[None])
@@ -124,7 +124,7 @@ def rigid_crank(engine: Engine) -> ReducedBody:
 
 
 def shaft_stiffnesses(engine: Engine, source: str) -> Array:
-    """Torsional stiffness between neighbours of pulley, mains and flywheel, (mains + 1,) N m/rad, by formula."""
+    """Torsional stiffness by formula between neighbours of pulley, mains and flywheel, (mains + 1,) N m/rad."""
     c, material = engine.crankshaft, engine.material
     at = stations(c)
     shear = material.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio))
@@ -143,7 +143,7 @@ def shaft_stiffnesses(engine: Engine, source: str) -> Array:
 
 
 def throw_compliance(c: Crankshaft, journal_length: float, source: str) -> float:
-    """λ of a throw, 1/m³, by ``ker-wilson`` or ``carter``; ``journal_length`` is that of its main journal, m."""
+    """Compliance λ of a throw, 1/m³, by ``ker-wilson`` or ``carter``; ``journal_length`` of its main journal, m."""
     web = c.web_thickness * web_width(c) ** 3
     main, pin = c.main_diameter, c.pin_diameter
     if source == "ker-wilson":
@@ -153,12 +153,12 @@ def throw_compliance(c: Crankshaft, journal_length: float, source: str) -> float
 
 
 def web_width(c: Crankshaft) -> float:
-    """Width of a web across its throw, halfway between main and pin axis, m: twice the mean of its radii."""
+    """Width of a web across its throw halfway between main and pin axis, m, which is twice the mean of its radii."""
     return c.web_main_radius + c.web_pin_radius
 
 
 def sections(engine: Engine) -> dict[str, Array]:
-    """Mass of the pieces by the nearest interface on the axis, as ``reduction.sections`` gives it."""
+    """Mass and inertia of the pieces at the nearest interface on the axis, in the form of ``reduction.sections``."""
     places = interface_places(engine.crankshaft, engine.thrust.main)
     names = list(places)
     on_axis = [name for name in names if not name.startswith("pin") and name != "thrust"]
@@ -184,14 +184,14 @@ def sections(engine: Engine) -> dict[str, Array]:
 
 
 def shaft_nodes(engine: Engine) -> list[str]:
-    """Interfaces at the shaft's nodes, along z."""
+    """Names of the interfaces at the shaft's nodes, along z."""
     return ["pulley", *(f"main[{i}]" for i in range(1, len(engine.crankshaft.main_widths) + 1)), "flywheel"]
 
 
 def discs(engine: Engine, polar: float | None = None) -> Array:
-    """Inertia (n, n) of the pieces as discs at their places, in the rotations of the shaft's nodes, kg m².
+    """Inertia (n, n), kg m², of the pieces as discs at their positions, in the rotations of the shaft's nodes.
 
-    ``polar`` scales their sum, so that it is that of a body whose fillets count.
+    If ``polar`` is given, the inertias are scaled to this sum (for example that of a body with fillets).
     """
     places = interface_places(engine.crankshaft, engine.thrust.main)
     z = np.array([places[name][2] for name in shaft_nodes(engine)])
@@ -209,12 +209,12 @@ def shaft_matrix(stiffness: Array) -> Array:
 
 
 def shaft_modes(stiffness: Array, inertia: Array) -> tuple[Array, Array]:
-    """Free torsional modes of discs on a shaft, its rigid rotation left out.
+    """Free torsional modes of discs on a shaft, without the rigid rotation.
 
     Parameters
     ----------
-    stiffness : (n − 1,) between neighbours, N m/rad
-    inertia : (n,) of the discs, or (n, n) in the nodes' rotations, kg m²
+    stiffness : (n − 1,) stiffness between neighbours, N m/rad
+    inertia : (n,) inertia of the discs, or (n, n) in the nodes' rotations, kg m²
 
     Returns
     -------
@@ -226,16 +226,16 @@ def shaft_modes(stiffness: Array, inertia: Array) -> tuple[Array, Array]:
 
 
 def _solid_twists(engine: Engine, solid: ReducedBody, supported: bool) -> tuple[Array, Array, Array]:
-    """Shaft stiffnesses, ω and twists of the nodes from the static answers of the solid; see this module."""
+    """Shaft stiffnesses, ω and rotations of the nodes from static responses of the solid, see the module's top."""
     modes = np.arange(6, solid.n_modes)
     stiffness = np.diag(solid.omega**2)
     if supported:
-        modes = np.setdiff1d(np.arange(solid.n_modes), 5)  # rotation about z is free, and feels no spring
+        modes = np.setdiff1d(np.arange(solid.n_modes), 5)  # no spring acts on the rotation about z
         stiffness = stiffness + bearing_stiffness(engine, solid)
     stiffness = stiffness[np.ix_(modes, modes)]
     rows = np.stack([solid.shapes[solid.index(name), 5][modes] for name in shaft_nodes(engine)])
     between = np.diff(rows, axis=0)
-    # One column per spring: the answer to a torque between its ends, scaled to one radian of twist there.
+    # One column per spring: response to a torque between its ends, scaled to one radian of twist of this spring.
     answers = np.linalg.solve(stiffness, between.T)
     answers = answers @ np.linalg.inv(between @ answers)
     springs = answers.T @ stiffness @ answers
@@ -244,11 +244,11 @@ def _solid_twists(engine: Engine, solid: ReducedBody, supported: bool) -> tuple[
 
 
 def twist_only(body: ReducedBody) -> ReducedBody:
-    """Complete torsional crankshaft whose twists move nothing across, as its own bearings hold it.
+    """Complete torsional crankshaft whose twists do not move its axis, as if held by its bearings.
 
-    A free crank that is not balanced would move sideways as it twists. So its modes are those of the motions that leave
-    the axis in place: five components of the pulley, which lies on it, stay zero. All masses keep their place in the
-    rigid motions and their inertia about the axis in the twists.
+    A free unbalanced crank would move sideways as it twists. Its modes are therefore computed with five components of
+    the pulley, which lies on the axis, held at zero. The masses are unchanged in the rigid motions, and so is their
+    inertia about the axis in the twists.
     """
     held = null_space(body.shapes[body.index("pulley"), :5])
     squares, modes = np.linalg.eigh(held.T @ (body.omega[:, None] ** 2 * held))
@@ -264,7 +264,7 @@ def twist_only(body: ReducedBody) -> ReducedBody:
 
 
 def with_twists(base: ReducedBody, omega: Array, turns: Array) -> ReducedBody:
-    """Rigid body with twists behind its modes, that turn its interfaces by ``turns`` (m, k)."""
+    """Rigid body with k torsional modes appended, of frequencies ``omega`` and interface rotations ``turns`` (m, k)."""
     k = omega.size
     shapes = np.zeros((len(base.interfaces), 6, 6 + k))
     shapes[:, :, :6] = base.shapes

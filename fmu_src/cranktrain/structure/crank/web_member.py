@@ -1,12 +1,12 @@
 """A crank web as a beam along its throw, between the main axis and the pin axis.
 
 Main journal and pin load the web over their circles with the stresses of beam theory (uniform under a force, linear
-under a moment), and not at points: where the circles overlap, stress passes straight from one to the other. From these
-tractions follow forces and moments of each section η = const of the web, and from their energy the flexibility of the
-pin's end against the main's (Castigliano). The section is the web's own width (hull or counterweight) and thickness,
-thickened on the journals' sides by the material within 45° below their edges, because stress spreads at this angle into
-a step (the rule for the stiffness of stepped rotors). Its torsion constant is Saint-Venant's A⁴/(40 I_p), its shear
-factor Cowper's for a rectangle.
+under a moment), not at points. Where the circles overlap, stress passes directly from one to the other. These tractions
+give the forces and moments of each section η = const of the web, and their energy the flexibility of the pin's end
+relative to the main's (Castigliano). A section has the width (hull or counterweight) and thickness of the web. On the
+journals' sides the material within 45° below their edges is added, because stress spreads at this angle into a step
+(rule for the stiffness of stepped rotors). The torsion constant is Saint-Venant's A⁴/(40 I_p), the shear factor
+Cowper's for a rectangle.
 
 The model uses only dimensions of the web; no constant was fitted to a finite-element crank.
 
@@ -28,11 +28,11 @@ from cranktrain.structure.crank.shape import Outline, stations, web_outline
 
 _POINTS = 2000
 THIN = 1.0e-6
-"""Thickness of a web that has none, over the pin's diameter: no link is rigid."""
+"""Thickness used for a web of zero thickness, over the pin's diameter, because no member may be rigid."""
 
 
 class WebSections(NamedTuple):
-    """Sections of a web at η (p,): area, moments about ξ (out of the web's plane) and z (in it), torsion; m² and m⁴."""
+    """Sections of a web at η (p,): area, second moments about ξ (out of plane) and z (in plane), torsion; m² and m⁴."""
 
     eta: Array
     area: Array
@@ -42,7 +42,7 @@ class WebSections(NamedTuple):
 
 
 class Arm(NamedTuple):
-    """A web as a member: its outline and thickness, diameter and width of the journals at its two ends, m."""
+    """Dimensions of a web as a member: outline, thickness, diameter and width of the journals at its two ends, m."""
 
     outline: Outline
     thickness: float
@@ -54,7 +54,7 @@ class Arm(NamedTuple):
 
 
 def web_arm(c: Crankshaft, number: int) -> Arm:
-    """Web (numbered from 1) of a crankshaft."""
+    """Dimensions of a web (numbered from 1) of a crankshaft as a member."""
     web, outline = stations(c).joins[number - 1], web_outline(c, number)
     if web.main:
         main = c.main_diameter, c.main_widths[web.main - 1]
@@ -63,7 +63,7 @@ def web_arm(c: Crankshaft, number: int) -> Arm:
 
 
 def web_flexibility(arm: Arm, material: Material) -> Array:
-    """Motion (6, 6) of the far end per load there, in axes ξ, η (from the first axis to the second) and z.
+    """Flexibility (6, 6) of a web's far end, in axes ξ, η (from the first axis to the second) and z.
 
     The web is clamped at its first axis.
     """
@@ -98,20 +98,20 @@ def web_flexibility(arm: Arm, material: Material) -> Array:
 
 
 def _overlap_flexibility(arm: Arm, material: Material) -> Array | None:
-    """The same of the section that two pins at a flying web have in common, straight through the web; None without one.
+    """Flexibility (6, 6) of the overlap of two pins at a flying web, in parallel with the web; None without overlap.
 
-    Stress spreads from it into either pin at 45°, as at every step of a diameter.
+    Stress spreads from the overlap (a lens-shaped section) into either pin at 45°, as at every step of a diameter.
     """
     d, r, apart = arm.high_diameter, 0.5 * arm.high_diameter, arm.outline.apart
     if not arm.flying or apart >= d:
         return None
-    # Strips of the lens about its middle, across the line of centres.
+    # Strips of the lens, parallel to its chord, at distances eta from its middle.
     half = r - 0.5 * apart
     eta = half * (2.0 * (np.arange(_POINTS) + 0.5) / _POINTS - 1.0)
     chord, step = 2.0 * np.sqrt(r**2 - (np.abs(eta) + 0.5 * apart) ** 2), 2.0 * half / _POINTS
     area = step * chord.sum()
     about_xi, about_eta = step * (chord * eta**2).sum(), step * (chord**3).sum() / 12.0
-    # Cones on the circle of the same area, less what the pins have already.
+    # Cones on the circle of the same area, minus the compliance that the pins already have there.
     small = math.sqrt(4.0 * area / math.pi)
     cone = 0.5 * (d - small) * (np.arange(_POINTS) + 0.5) / _POINTS
     width = (small + 2.0 * cone) / small
@@ -131,7 +131,7 @@ def _overlap_flexibility(arm: Arm, material: Material) -> Array | None:
             bent / (g * torsion),
         ]
     )
-    # Rigid from the middle of the lens to the far axis.
+    # Refer the motion from the middle of the lens to the far axis by a rigid arm.
     turn = np.eye(6)
     turn[0, 5], turn[2, 3] = -0.5 * apart, 0.5 * apart
     return turn @ lens @ turn.T
@@ -143,7 +143,7 @@ def rectangle_shear_factor(poisson_ratio: float) -> float:
 
 
 def web_sections(arm: Arm) -> WebSections:
-    """Sections of a web with the parts of its journals within 45° of their edges."""
+    """Sections of a web, including the material of its journals within 45° below their edges."""
     apart = arm.outline.apart
     low, high = -0.5 * arm.low_diameter, apart + 0.5 * arm.high_diameter
     step = (high - low) / _POINTS
@@ -171,7 +171,7 @@ def _stiffening(eta: Array, radius: float, longest: float) -> tuple[Array, Array
 
 
 def _resultants(eta: Array, centre: float, radius: float) -> Array:
-    """Forces and moments (p, 6, 6) in the sections of the loads on a circle that lie below them, per unit load.
+    """Forces and moments (p, 6, 6) in sections at ``eta`` per unit load on a circle, by its traction below a section.
 
     Rows: shear along ξ, normal force, shear along z, moments about ξ, η, z through the section's middle; columns: load
     F_ξ, F_η, F_z, M_ξ, M_η, M_z on the circle about its centre.

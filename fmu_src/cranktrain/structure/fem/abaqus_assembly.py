@@ -1,10 +1,9 @@
-"""Decks of Abaqus with parts and an assembly: each instance in its place, numbers of the instances told apart.
+"""Reader of Abaqus decks with parts and an assembly: positions of instances, and unique numbers of their nodes.
 
-``*INSTANCE`` moves its part by a vector, then turns it about an axis through two points by an angle in degrees. Sets
-and surfaces stand in a part or an instance, or in the assembly, where they name an instance (``INSTANCE=``,
-``web-1.5``).
-Where the deck ties surfaces (``*TIE``), nodes of two instances at one place become one; meshes that do not match at
-their tie stay two pieces.
+``*INSTANCE`` moves its part by a vector, then rotates it about an axis through two points by an angle in degrees. Sets
+and surfaces are defined in a part or an instance, or in the assembly, where they name an instance (``INSTANCE=``,
+``web-1.5``). If the deck ties surfaces (``*TIE``), coincident nodes of two instances are merged; meshes that do not
+match at their tie stay two pieces.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ from cranktrain.structure.fem.abaqus_deck import Card, Numbers, add_sets, deck_c
 from cranktrain.structure.fem.mesh_parts import MeshParts
 
 CLOSE = 1e-6
-"""Nodes of tied instances are at one place within this fraction of the assembly's size."""
+"""Tolerance of coincident nodes of tied instances, over the size of the assembly."""
 
 
 @dataclass
 class _Instance:
-    """A part in its place: name, keyword, its own keywords, and, when it is read, number added to its numbers."""
+    """An instance of a part: name, keyword, own keywords, and once read its mesh and the offset of its numbers."""
 
     name: str
     card: Card
@@ -68,7 +67,7 @@ def _name(card: Card) -> str:
 
 
 def _assembly(parts: dict[str, list[Card]], instances: list[_Instance], outside: list[Card], tied: bool) -> MeshParts:
-    """All instances in one mesh, and the assembly's own nodes, elements and sets."""
+    """One mesh of all instances and of the assembly's own nodes, elements and sets."""
     lower = {name.lower(): cards for name, cards in parts.items()}
     for instance in instances:
         wanted = instance.card.parameters.get("PART", "").strip('"')
@@ -102,7 +101,7 @@ def _assembly(parts: dict[str, list[Card]], instances: list[_Instance], outside:
 def _found(
     text: str, card: Card, instances: dict[str, _Instance], kind: str, sets: dict[str, list[int]]
 ) -> list[int] | None:
-    """Numbers in the assembly that a text of its keywords stands for: ``5``, ``name``, ``instance.5``."""
+    """Numbers in the assembly for a text in its keywords, such as ``5``, ``name`` or ``instance.5``."""
     of, dot, what = text.strip('"').rpartition(".")
     of = of.strip('"')
     if dot and of.lower() not in instances and (found := named(sets, text)) is not None:
@@ -119,7 +118,7 @@ def _found(
 
 
 def _add(total: MeshParts, instance: _Instance) -> None:
-    """Add an instance's mesh in its place, its numbers made those of the assembly."""
+    """Add the mesh of an instance at its position, with its numbers converted to those of the assembly."""
     mesh, by = instance.mesh, instance.offset
     places = np.array(list(mesh.nodes.values()), dtype=np.float64).reshape(-1, 3)
     moved = _placed(places, instance.card)
@@ -136,7 +135,7 @@ def _add(total: MeshParts, instance: _Instance) -> None:
 
 
 def _placed(points: Array, card: Card) -> Array:
-    """Points (n, 3) of a part where its instance has them: moved, then turned about the line through two points."""
+    """Points (n, 3) of a part in its instance: translated, then rotated about a line through two points."""
     values = []
     for place, texts in card.lines[:2]:
         try:
@@ -161,7 +160,7 @@ def _placed(points: Array, card: Card) -> Array:
 
 
 def _join(total: MeshParts) -> None:
-    """Make nodes of different instances at one place one."""
+    """Merge coincident nodes of different instances."""
     from scipy.spatial import cKDTree
 
     numbers = np.array(list(total.nodes))

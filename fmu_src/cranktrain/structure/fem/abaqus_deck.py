@@ -1,7 +1,7 @@
-"""Input decks of Abaqus and CalculiX: nodes, tetrahedra, triangles, sets and surfaces, with the line of each error.
+"""Reader of Abaqus and CalculiX decks (nodes, tetrahedra, triangles, sets, surfaces) with line numbers in errors.
 
-meshio reads a part of this: it keeps the last *NODE block only, knows no *SURFACE and few triangles of second order,
-and tells no line. Read are
+meshio reads only a part of this: it keeps only the last *NODE block, knows no *SURFACE and few triangles of second
+order, and its errors give no line. This module reads
 
 * ``*NODE``, in any number of blocks, ``*ELEMENT``, ``*NSET`` and ``*ELSET`` (GENERATE, sets of sets),
 * ``*SURFACE`` of element faces (S1 to S4), of the free faces of elements, or of nodes; of element sets too,
@@ -9,7 +9,7 @@ and tells no line. Read are
   (:mod:`cranktrain.structure.fem.included_file`),
 * ``*PART`` and ``*INSTANCE`` (:mod:`cranktrain.structure.fem.abaqus_assembly`).
 
-Keywords that make or move nodes otherwise are refused, others are passed over.
+Keywords that create or move nodes in other ways are refused, all others are skipped.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ TRIANGLE = re.compile(
     r"|(STRI65|S6|DS6|M3D6|SFM3D6|CPS6|CPE6|CPEG6|CAX6|SURFACE6)[A-Z]*"
 )
 SOLID = re.compile(r"(C3D|CSS|SC|DC3D|AC3D|COH3D)(5|6|8|13|15|15V|20|27)([A-Z]*)")
-"""Solids that are no tetrahedra."""
+"""Element types of solids that are not tetrahedra."""
 NODES_OF = {"4": 4, "10": 10}
 MAKERS = {
     "NGEN": "nodes", "NFILL": "nodes", "NCOPY": "nodes", "NMAP": "places of nodes", "ELGEN": "elements",
     "ELCOPY": "elements", "SYMMETRIC MODEL GENERATION": "a model", "IMPORT": "a model",
 }  # fmt: skip
-"""Keywords that make parts of a mesh that the deck does not list, and what."""
+"""Keywords that generate parts of a mesh, with the name of these parts for the error."""
 DATA = re.compile(r'\*|\s*(?:"[^"]*"|[\w.+\-]*)\s*(?:,\s*(?:"[^"]*"|[\w.+\-]*)\s*)*$')
-"""Lines of keywords and of data: numbers and names between commas."""
+"""Pattern of keyword lines and of data lines (numbers and names between commas)."""
 LISTS = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
-"""Keywords whose data may stand in another file, INPUT=."""
+"""Keywords whose data may be in another file, INPUT=."""
 Numbers = Callable[[str], "list[int] | None"]
-"""Numbers that a text stands for, a number or the name of a set; None for a set that does not exist."""
+"""Function of a text (a number or the name of a set) that returns its numbers; None for a set that does not exist."""
 
 
 class Card(NamedTuple):
-    """A keyword with its parameters (in capitals) and its lines of data, each with its place."""
+    """A keyword of a deck: parameters (in capitals), data lines, and the place (file and line) of each."""
 
     keyword: str
     parameters: dict[str, str]
@@ -61,7 +61,7 @@ def deck_cards(path: Path) -> Iterator[Card]:
 
 
 def parts_of(cards: Iterable[Card]) -> MeshParts:
-    """Mesh of some keywords, by their own numbers; ``InputError`` with file and line."""
+    """Mesh defined by a sequence of keywords, with the deck's numbers; ``InputError`` with file and line."""
     parts, later = MeshParts(), list[Card]()
     for card in cards:
         if card.keyword == "NODE":
@@ -82,9 +82,9 @@ def parts_of(cards: Iterable[Card]) -> MeshParts:
 
 
 def add_sets(parts: MeshParts, cards: list[Card], numbers: Callable[[dict[str, list[int]], Card], Numbers]) -> None:
-    """Add sets, and surfaces, which may name them wherever they stand.
+    """Add all sets, then all surfaces, which may name sets that are defined later in the deck.
 
-    ``numbers`` makes of the sets of one kind and a keyword what turns its texts into numbers.
+    ``numbers`` maps the sets of one kind and a keyword to the function that turns texts of this keyword into numbers.
     """
     for kind, own in (("ELSET", parts.element_sets), ("NSET", parts.node_sets)):
         for card in cards:
@@ -98,7 +98,7 @@ def add_sets(parts: MeshParts, cards: list[Card], numbers: Callable[[dict[str, l
 
 
 def named(sets: dict[str, list[int]], text: str) -> list[int] | None:
-    """Numbers that a text stands for: a number, or the name of a set in capitals or not; None if it does not exist."""
+    """Numbers for a text, which is a number or the name of a set in any case; None if the set does not exist."""
     plain = text.strip('"')
     if (number := whole_number(plain)) is not None:
         return [number]
@@ -106,13 +106,13 @@ def named(sets: dict[str, list[int]], text: str) -> list[int] | None:
 
 
 def included_files(path: Path) -> list[Path]:
-    """Files that a deck includes, in their order; ``InputError`` where one is missing or includes itself."""
+    """Files that a deck includes, in order; ``InputError`` if a file is missing or includes itself."""
     places = (place for card in deck_cards(path) for place in (card.place, *(place for place, _ in card.lines[:1])))
     return list(dict.fromkeys(place.path for place in places if place.path != path))
 
 
 def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
-    """Keywords of a file with their data, those of included files in their place."""
+    """Keywords of a file with their data; keywords of included files replace their *INCLUDE."""
     card: Card | None = None
     for place, line in _lines(path):
         if not line.startswith("*"):
@@ -130,7 +130,7 @@ def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
 
 
 def _with_input(card: Card, deck: Path) -> Card:
-    """A keyword with the lines of the file that it names; of a file of another kind no message quotes a line."""
+    """Keyword with the data lines of its INPUT= file; errors about files of another kind do not quote their lines."""
     if card.keyword not in LISTS or "INPUT" not in card.parameters:
         return card
     target = _named_file(card, deck)
@@ -149,7 +149,7 @@ def _texts(line: str) -> list[str]:
 
 
 def _named_file(card: Card, deck: Path) -> Path:
-    """File that INPUT= of a keyword names, beside the one that holds the keyword; ``InputError``."""
+    """Path named by INPUT= of a keyword, relative to the file that holds the keyword; ``InputError``."""
     name = card.parameters.get("INPUT", "").strip("\"'")
     if not name:
         raise InputError(f"{card.place}: *{card.keyword} without INPUT=; name the file")
@@ -163,7 +163,7 @@ def _included(card: Card, inside: tuple[Path, ...]) -> Iterator[Card]:
 
 
 def _lines(path: Path) -> Iterator[tuple[Place, str]]:
-    """Lines of a file without comments; a keyword line that ends with a comma goes on in the next one."""
+    """Lines of a file without comments; a keyword line that ends with a comma continues in the next line."""
     begun, start = "", 0
     for number, raw in text_lines(path, "input deck", "export the deck again"):
         line = raw.strip()
@@ -190,7 +190,7 @@ def _card(place: Place, line: str) -> Card:
 
 
 def _numbers(place: Place, texts: list[str]) -> list[int]:
-    """Whole numbers of a line; ``InputError``."""
+    """Integers of a line; ``InputError`` for anything else."""
     found = []
     for text in filter(None, texts):
         if (number := whole_number(text)) is None:
@@ -277,7 +277,7 @@ def _add_set(parts: MeshParts, card: Card, kind: str, numbers: Numbers) -> None:
 
 
 def _add_surface(parts: MeshParts, card: Card, by_nodes: bool, numbers: Numbers) -> None:
-    """Faces of a surface: of a solid's side S1 to S4 or its free ones, of shells whole; or its nodes."""
+    """Add a surface: sides S1 to S4 or all free faces of solids, shell elements, or nodes."""
     name = card.parameters.get("NAME")
     if not name:
         raise InputError(f"{card.place}: *SURFACE without NAME=; name it")

@@ -1,4 +1,4 @@
-"""A process of its own for netgen's CAD kernel, which can end its process on degenerate input."""
+"""Child process for netgen's CAD kernel, which can crash its process on degenerate input."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ PR_SET_PDEATHSIG = 1
 
 
 def run_in_child(code: str, values: Any, target: Path, seconds: float) -> str | None:
-    """Run a line of Python in a process that dies with this one; how it failed, or None where it made its file.
+    """Run a line of Python in a child process that ends with this one; return how it failed, None if it wrote its file.
 
     Parameters
     ----------
-    code : its ``sys.argv[1]`` is the file to make, its stdin ``values`` as JSON
-    seconds : after which it is ended
+    code : the line; its ``sys.argv[1]`` is the file to write, its stdin ``values`` as JSON
+    seconds : time limit
     """
     package_root = str(Path(__file__).resolve().parents[3])
     paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
@@ -48,7 +48,7 @@ def run_in_child(code: str, values: Any, target: Path, seconds: float) -> str | 
 
 
 def die_with(parent: int) -> None:
-    """End this process when its parent does, however that ends: by the system on Linux, else by looking each second."""
+    """End this process when its parent ends for any reason: by the system on Linux, else by a check every second."""
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     elif hasattr(os, "getppid"):
@@ -59,5 +59,5 @@ def die_with(parent: int) -> None:
             os._exit(1)
 
         threading.Thread(target=watch, daemon=True).start()
-    if os.getppid() != parent:  # it ended before this was asked for
+    if os.getppid() != parent:  # the parent ended before this function was called
         os._exit(1)

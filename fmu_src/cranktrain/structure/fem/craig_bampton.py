@@ -1,16 +1,16 @@
-"""Craig–Bampton reduction of a free body with averaged interfaces, and the invariants that rotation needs.
+"""Craig–Bampton reduction of a free body with averaged interfaces, and its rotation invariants.
 
 Interface motions are q_B = W u. The reduced space holds
 
-    constraint modes      K Ψ + Wᵀ Λ = 0,         W Ψ = I     (the static answer to unit interface motions)
+    constraint modes      K Ψ + Wᵀ Λ = 0,         W Ψ = I     (static response to unit interface motions)
     fixed-interface modes K φ + Wᵀ μ = ω² M φ,    W φ = 0
 
 The stiffness of a free body is singular, so everything is built on its inertia-relief flexibility
 
     G = Pᵀ K_c⁻¹ P,   P = I − M R Rᵀ     (R: rigid-body modes, RᵀMR = I; K_c: K clamped at six well-chosen dofs)
 
-which needs one factorisation, whatever the mass matrix: loads P f are in balance, so the six supports carry nothing.
-Ritz vectors of the space are the modes of the reduced body; the six rigid ones are the analytic fields.
+which needs one factorisation for any mass matrix. The loads P f are in balance, so the six supports carry no force. The
+modes of the reduced body are Ritz vectors of this space; its six rigid modes are the analytic fields.
 
 References: Craig and Bampton, AIAA J. 6 (1968) 1313; Craig and Kurdila, *Fundamentals of Structural Dynamics*, 2006,
 chapter 17; inertia relief: MacNeal, *Finite Elements: Their Design and Performance*, 1994; block Lanczos with full
@@ -40,12 +40,12 @@ from cranktrain.structure.fem.memory import give_back
 
 @dataclass(frozen=True, eq=False)
 class Flexibility:
-    """Static answer of a free body to loads in balance, G = Pᵀ K_c⁻¹ P.
+    """Inertia-relief flexibility of a free body, its static response to balanced loads, G = Pᵀ K_c⁻¹ P.
 
     Attributes
     ----------
     mass : (ndof, ndof) csc
-    rigid : (ndof, 6) rigid-body modes, orthonormal in the mass
+    rigid : (ndof, 6) rigid-body modes, M-orthonormal
     """
 
     mass: sparse.csc_matrix
@@ -58,7 +58,7 @@ class Flexibility:
     def of(
         cls, stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, motions: Array, places: Array | None = None
     ) -> Flexibility:
-        """Factorise once; ``motions`` (ndof, 6) spans the rigid-body motions, ``places`` as of :func:`factorise`."""
+        """Factorise the stiffness; ``motions`` (ndof, 6) span the rigid motions, ``places`` as in :func:`factorise`."""
         scaled = motions / np.linalg.norm(motions, axis=0)
         _, _, order = qr(scaled.T, mode="economic", pivoting=True)
         free = np.sort(order[6:])
@@ -66,12 +66,12 @@ class Flexibility:
         return cls._with(factorise(stiffness[free][:, free].tocsc(), placed), free, mass, motions)
 
     def with_mass(self, mass: sparse.csc_matrix) -> Flexibility:
-        """Balance the same factors with another mass matrix."""
+        """Flexibility with the same factors and another mass matrix."""
         return self._with(self._factor, self._free, mass, self.rigid)
 
     @classmethod
     def _with(cls, factor: Factor, free: NDArray[np.intp], mass: sparse.csc_matrix, motions: Array) -> Flexibility:
-        """Flexibility of these factors, balanced by a mass matrix; ``motions`` span the rigid ones."""
+        """Flexibility from factors and a mass matrix; ``motions`` span the rigid motions."""
         rigid = motions @ rigid_modes(motions.T @ (mass @ motions))
         return cls(mass, rigid, mass @ rigid, free, factor)
 
@@ -85,7 +85,7 @@ class Flexibility:
 
 @dataclass(frozen=True, eq=False)
 class ClampedFlexibility:
-    """Static answer of the body with its averaged interfaces clamped, W u = 0; constraint modes come with it."""
+    """Flexibility of the body with its averaged interfaces clamped, W u = 0, and its constraint modes."""
 
     free: Flexibility
     constraint_modes: Array
@@ -96,12 +96,12 @@ class ClampedFlexibility:
 
     @classmethod
     def of(cls, free: Flexibility, averaging: sparse.csr_matrix) -> ClampedFlexibility:
-        """Hold the interfaces of ``averaging`` (nb, ndof)."""
+        """Clamp the interfaces of ``averaging`` (nb, ndof)."""
         answers = free.solve(averaging.T.toarray())
         compliance = averaging @ answers
         motions = averaging @ free.rigid
         nb = compliance.shape[0]
-        # Rows in N and N m, m and rad differ by orders of magnitude: each is scaled by its own compliance.
+        # Rows in N and N m, m and rad differ by orders of magnitude, so each is scaled by its own compliance.
         scale = np.concatenate((1.0 / np.sqrt(np.diag(compliance)), np.ones(6)))
         scale[nb:] /= np.abs(scale[:nb, None] * motions).max(axis=0)
         saddle = np.block([[0.5 * (compliance + compliance.T), motions], [motions.T, np.zeros((6, 6))]])
@@ -127,14 +127,14 @@ def eigenmodes(
 ) -> tuple[Array, Array]:
     """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full.
 
-    A body so small that the basis finds no more directions in its space has them from its whole matrix. Raises
-    ``SolverError``: where the basis grows past what a well-posed body needs, or the body has fewer modes.
+    If the basis fills the space of a small body, the modes are computed from the full matrix. Raises ``SolverError`` if
+    the basis becomes larger than a well-posed body needs, or if the body has fewer modes.
 
     Parameters
     ----------
     flexibility : f (ndof, k) ↦ u (ndof, k), symmetric; solves K u = f in the space of the modes
     count : modes wanted
-    tolerance : bound of the relative error of ω², from the square of the residual
+    tolerance : bound of the relative error of ω², estimated from the square of the residual
 
     Returns
     -------
@@ -172,9 +172,9 @@ def eigenmodes(
 
 
 def _all_modes(flexibility: Callable[[Array], Array], mass: sparse.csc_matrix, count: int) -> tuple[Array, Array]:
-    """The ``count`` lowest modes of a body so small that a Lanczos basis would fill its space: from the whole matrix.
+    """The ``count`` lowest modes of a small body from its full matrix, if a Lanczos basis would fill its space.
 
-    With M = L Lᵀ the eigenvalues of Lᵀ G L are 1/ω²; those of rigid and of held motions vanish.
+    With M = L Lᵀ the eigenvalues of Lᵀ G L are 1/ω²; those of rigid and of clamped motions are zero.
     """
     weights, turn = eigh(mass.toarray())
     held = weights > 1e-14 * weights[-1]
@@ -209,8 +209,8 @@ class Reduced:
     Attributes
     ----------
     body : the reduced body
-    modes : (ndof, n) its modes in finite elements
-    flexibility : of the full model
+    modes : (ndof, n) modes in the finite-element degrees of freedom
+    flexibility : flexibility of the full model
     compliance : (6 m, 6 m) full-model interface motion per interface load, balanced by inertia; m/N, rad/(N m)
     """
 
@@ -228,14 +228,14 @@ def craig_bampton(
     digest: str = "",
     progress: Callable[[str], None] | None = None,
 ) -> Reduced:
-    """Reduce a free body to constraint modes and fixed-interface modes, orthogonalised.
+    """Reduce a free body to orthogonalised constraint modes and fixed-interface modes.
 
-    Raises ``SolverError``: where the eigenmodes are not found.
+    Raises ``SolverError`` if the eigenmodes are not found.
 
     Parameters
     ----------
-    fixed_modes : number of fixed-interface modes; the body has 6 per interface more
-    progress : told each stage before it starts
+    fixed_modes : number of fixed-interface modes; the body has 6 further modes per interface
+    progress : called with the name of each stage before it starts
     """
     say = progress or (lambda stage: None)
     basis = reduced_basis(model.stiffness, model.mass, rigid_motions(model), interfaces.averaging, fixed_modes, say)
@@ -245,14 +245,14 @@ def craig_bampton(
 
 
 def condensed(model: FEModel, interfaces: InterfaceSet) -> tuple[Array, Array]:
-    """Stiffness and mass (6 m, 6 m) of a free body in the motions of its interfaces: Guyan, AIAA J. 3 (1965) 380."""
+    """Guyan's condensed stiffness and mass (6 m, 6 m) of a free body at its interfaces, AIAA J. 3 (1965) 380."""
     free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
     modes = ClampedFlexibility.of(free, interfaces.averaging).constraint_modes
     return modes.T @ (model.stiffness @ modes), modes.T @ (model.mass @ modes)
 
 
 class ReducedBasis(NamedTuple):
-    """Modes of a reduction before rotation is thought of.
+    """Modes of a reduction without rotation invariants.
 
     ``omega`` (n,) rad/s, ``modes`` (ndof, n), ``shapes`` (m, 6, n) at the interfaces; ``free`` and ``compliance`` as in
     :class:`Reduced`.
@@ -273,21 +273,21 @@ def reduced_basis(
     fixed_modes: int,
     say: Callable[[str], None],
 ) -> ReducedBasis:
-    """Orthogonal modes of constraint and fixed-interface modes, rigid ones first, of any free structure.
+    """Orthogonal modes of any free structure in the space of constraint and fixed-interface modes, rigid modes first.
 
     Parameters
     ----------
     stiffness, mass : (ndof, ndof)
     motions : (ndof, 6) rigid motions, translations along and rotations about x, y, z
     averaging : (6 m, ndof) interface motions W
-    say : told each stage before it starts
+    say : called with the name of each stage before it starts
     """
     say("factorising the stiffness")
     free = Flexibility.of(stiffness, mass, motions)
     say("constraint modes")
     clamped = ClampedFlexibility.of(free, averaging)
     say(f"{fixed_modes} fixed-interface modes")
-    # They only span a space: their own frequencies need no more digits than this.
+    # These modes only span a space, so their frequencies need no higher accuracy.
     _, fixed = eigenmodes(clamped.solve, mass, fixed_modes, tolerance=1e-5)
     say("orthogonal modes and rotation invariants")
     parts, compliance = [clamped.constraint_modes, fixed], clamped.compliance
@@ -315,16 +315,16 @@ def rigid_motions(model: FEModel) -> Array:
 def _ritz_modes(
     stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, rigid: Array, parts: list[Array]
 ) -> tuple[Array, Array]:
-    """Modes of the space, rigid ones first, and their ω: Ritz vectors of the part M-orthogonal to rigid motion.
+    """Ritz modes of the space of ``parts`` and their ω; rigid modes first, the others M-orthogonal to them.
 
-    ``parts`` (ndof, …) of the space are taken out of their list: a block's are a gigabyte.
+    The arrays ``parts`` (ndof, …) are removed from their list to free memory, a gigabyte for a block.
     """
     space = np.hstack(parts)
     parts.clear()
     give_back()
     space -= rigid @ (rigid.T @ (mass @ space))
     space /= np.sqrt(np.einsum("ij,ij->j", space, mass @ space))
-    # Six of the directions were rigid motion and have been removed; their remainders are rounding.
+    # The six directions of rigid motion have been removed, so their eigenvalues are only rounding.
     squares, turn = eigh(space.T @ (mass @ space))
     space = space @ (turn[:, 6:] / np.sqrt(squares[6:]))
     lower = cholesky(space.T @ (mass @ space), lower=True)
@@ -345,7 +345,7 @@ def _rotating(
     name: str,
     digest: str,
 ) -> ReducedBody:
-    """Body with its rotation invariants, all exact in the finite-element space."""
+    """Reduced body with its rotation invariants, which are exact in the finite-element space."""
     mass = model.mass
     turned = _turned(model, modes)
     momenta = mass @ modes
@@ -388,7 +388,7 @@ def _skew_part(matrix: Array) -> Array:
 
 
 def _cross(model: FEModel, axis: Array, values: Array) -> Array:
-    """Nodal values of axis × v, for one field (ndof,)."""
+    """Nodal values of axis × v for one field v (ndof,)."""
     result = np.empty_like(values)
     nodes = _nodes(model)
     result[nodes] = np.cross(axis, values[nodes], axisb=0).T

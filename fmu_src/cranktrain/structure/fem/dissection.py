@@ -1,10 +1,11 @@
-"""Nested dissection: the order in which a sparse matrix is eliminated with little fill.
+"""Nested dissection: an elimination order of a sparse matrix with little fill.
 
-A graph is cut in two halves by a small set of nodes, each half again, and so on; the cut comes after both halves. The
-halves come from a breadth-first sweep that starts at the end of the longest way through the graph, the cut between them
-is the smallest set of nodes that covers all edges across (König: from a maximum matching). On a crankshaft the first
-cuts are cross-sections. Where the nodes' places are known, sweeps along their principal axes are tried too: a fine ring
-in a coarse body is near to everything by edges, so that a breadth-first sweep would cut it along its whole length.
+A small set of nodes (the cut) divides a graph into two halves, and each half is divided again; the cut is eliminated
+after both halves. The halves come from a breadth-first sweep that starts at one end of a longest path through the
+graph. The cut is the smallest set of nodes that covers all edges between the halves (König, from a maximum matching).
+On a crankshaft the first cuts are cross-sections. If positions of nodes are known, sweeps along their principal axes
+are tried too, because in a coarse body with a fine ring all nodes are few edges away from the ring, and a breadth-first
+sweep would cut the ring along its whole length.
 
 Reference: A. George, *Nested dissection of a regular finite element mesh*, SIAM J. Numer. Anal. 10 (1973) 345;
 C. Ashcraft and J. Liu, *Applications of the Dulmage–Mendelsohn decomposition and network flow to graph bisection
@@ -22,27 +23,27 @@ from cranktrain.core.types import Array
 
 Integers = NDArray[np.intp]
 
-# Fractions of the nodes on one side tried for each cut, in addition to the levels of the sweep in between.
+# Fractions of the nodes on one side that are tried for each cut, in addition to the levels of the sweep.
 SHARES = (0.4, 0.45, 0.5, 0.55, 0.6)
-# How much an uneven cut costs: half as much again where one side is empty.
+# Penalty of an uneven cut: the cost rises by this fraction if one side is empty.
 UNEVENNESS = 0.5
 
 
 def nested_dissection(
     graph: sparse.csr_matrix, leaf: int, places: Array | None = None
 ) -> tuple[list[Integers], list[int]]:
-    """Groups of nodes in the order of their elimination, and the tree they form.
+    """Groups of nodes in the order of elimination, and the tree that they form.
 
     Parameters
     ----------
     graph : (n, n) csr with symmetric pattern
     leaf : groups up to this size are not cut further
-    places : (n, 3) of the nodes in space, where they are known
+    places : (n, 3) positions of the nodes, if known
 
     Returns
     -------
-    groups : disjoint sets of nodes, together 0 … n − 1; a group comes after all it separates
-    parents : for each group the one that waits for it, −1 for a root
+    groups : disjoint sets of nodes, together 0 … n − 1; a group comes after all groups that it separates
+    parents : parent of each group in the elimination tree, −1 for a root
     """
     groups: list[Integers] = []
     parents: list[int] = []
@@ -73,9 +74,9 @@ def nested_dissection(
 
 
 def bisection(graph: sparse.csr_matrix, places: Array | None = None) -> Integers:
-    """Side of each node of a connected graph, (n,): 0 or 1, which no edge joins, or 2 for the cut between them.
+    """Side (n,) of each node of a connected graph: 0 or 1, which no edge joins, or 2 for the cut between them.
 
-    ``places`` (n, 3) in space, where they are known.
+    ``places`` (n, 3) are positions of the nodes, if known.
     """
     n = graph.shape[0]
     order = np.zeros(1, dtype=np.intp)
@@ -106,7 +107,7 @@ def bisection(graph: sparse.csr_matrix, places: Array | None = None) -> Integers
 
 
 def _levels(order: Integers, predecessor: Integers, n: int) -> list[int]:
-    """Where the levels of a breadth-first sweep begin in its order."""
+    """Index in the order of a breadth-first sweep at which each level begins."""
     place = np.empty(n, dtype=np.intp)
     place[order] = np.arange(n)
     before = place[predecessor[order[1:]]]
@@ -117,7 +118,7 @@ def _levels(order: Integers, predecessor: Integers, n: int) -> list[int]:
 
 
 def vertex_cover(edges: sparse.csr_matrix) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Fewest rows and columns that together hold every entry of a sparse matrix (König's theorem)."""
+    """Smallest set of rows and columns that together contain every entry of a sparse matrix (König's theorem)."""
     column_of = maximum_bipartite_matching(edges, perm_type="column")
     row_of = np.full(edges.shape[1], -1)
     matched = np.flatnonzero(column_of >= 0)

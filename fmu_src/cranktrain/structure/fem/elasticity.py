@@ -4,9 +4,9 @@ Stiffness and mass are the matrices of
 
     a(u, v) = ∫ C(ε(u)) : ε(v),  C(ε) = λ tr(ε) I + 2 μ ε,      m(u, v) = ∫ ρ u · v
 
-on :class:`skfem.MeshTet2` with the isoparametric mapping; nothing is constrained. Written out by components the
-stiffness is K_ab = ∫ λ ∂_a v ∂_b u + μ ∂_b v ∂_a u + δ_ab μ ∇v · ∇u, so it and the mass are put together from forms of
-the scalar element (fifteen times faster than the vector form, same matrix).
+on :class:`skfem.MeshTet2` with the isoparametric mapping, without constraints. By components the stiffness is K_ab = ∫
+λ ∂_a v ∂_b u + μ ∂_b v ∂_a u + δ_ab μ ∇v · ∇u. Stiffness and mass are assembled from forms of the scalar element, which
+gives the same matrix as the vector form and is fifteen times faster.
 
 Reference: Bathe, *Finite Element Procedures*, 2nd ed., sections 4.2 and 6.8; lumping by Hinton, Rock and Zienkiewicz,
 Earthquake Eng. Struct. Dyn. 4 (1976) 245.
@@ -25,7 +25,7 @@ from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshTet2
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Material
 
-# Exact for the mass of straight elements and the volume of curved ones; all 14 weights are positive.
+# This order is exact for the mass of straight elements and the volume of curved ones; all 14 weights are positive.
 QUADRATURE_ORDER = 5
 _MIDDLE = np.full((3, 1), 0.25), np.full(1, 1.0 / 6.0)
 
@@ -37,10 +37,10 @@ class FEModel:
     Attributes
     ----------
     mesh : quadratic tetrahedra; ``mesh.boundaries`` holds the facets of each interface surface by name
-    basis : vector-valued quadratic basis, ``basis.N`` = ndof, for numbers and places of unknowns alone: it is evaluated
-        in the middle of each element, because at all points of :func:`scalar_basis` it takes a gigabyte
+    basis : vector-valued quadratic basis, ``basis.N`` = ndof, only for numbers and positions of unknowns. It is
+        evaluated in the middle of each element, because at all points of :func:`scalar_basis` it takes a gigabyte
     stiffness, mass : (ndof, ndof) csc, N/m and kg
-    material : density and elastic constants the matrices were made with
+    material : density and elastic constants of the matrices
     """
 
     mesh: MeshTet2
@@ -77,7 +77,7 @@ def finite_elements(
     mesh : quadratic tetrahedra, m
     material : Pa, 1, kg/m³
     consistent_mass : ∫ρ u·v if true; else lumped by Hinton, Rock and Zienkiewicz (row sums would be negative)
-    elements : numbers of those that are of this material, all without; matrices of several materials add up
+    elements : numbers of the elements of this material, by default all; matrices of several materials are added
     """
     basis = Basis(mesh, ElementVector(ElementTetP2()), quadrature=_MIDDLE, elements=elements)
     scalar = scalar_basis(mesh, elements)
@@ -106,7 +106,7 @@ def finite_elements(
 
 
 def scalar_basis(mesh: MeshTet2, elements: NDArray[np.integer] | None = None) -> Basis:
-    """Quadratic basis of one component, evaluated at the points of the matrices."""
+    """Quadratic basis of one component, evaluated at the quadrature points of the matrices."""
     return Basis(mesh, ElementTetP2(), intorder=QUADRATURE_ORDER, elements=elements)
 
 
@@ -137,11 +137,11 @@ def geometric_stiffness(model: FEModel, displacement: Array) -> sparse.csc_matri
 
     Parameters
     ----------
-    displacement : (ndof,) m, the static solution whose stress acts
+    displacement : (ndof,) m, static solution that causes the stress
 
     Returns
     -------
-    (ndof, ndof) csc, N/m; integrated at the same points as the stiffness, so that the rigid rotations see exactly the
+    (ndof, ndof) csc, N/m; integrated at the same points as the stiffness, so its work in rigid rotations is exactly the
     virtual work of the load.
     """
     basis, scalar = model.basis, scalar_basis(model.mesh)
@@ -156,7 +156,7 @@ def geometric_stiffness(model: FEModel, displacement: Array) -> sparse.csc_matri
 
 
 def _scalar_to_vector(basis: Basis, scalar: Basis) -> NDArray[np.intp]:
-    """Vector degree of freedom of component a at each scalar one, (3, nodes)."""
+    """Vector degree of freedom (3, nodes) of each component at each scalar degree of freedom."""
     nodes = np.empty((3, scalar.N), dtype=np.intp)
     nodes[:, np.hstack((scalar.nodal_dofs[0], scalar.edge_dofs[0]))] = component_dofs(basis)
     return nodes

@@ -1,10 +1,10 @@
 """Sparse Cholesky factors of stiffness matrices, for many solutions at once.
 
-A = L Lᵀ by the multifrontal method on a nested dissection: each group of the dissection gathers the rows it shares with
-its own unknowns and with later ones in a small dense matrix (its front), eliminates its unknowns there, and hands the
-rest to its parent. All arithmetic is dense and blocked, so that a hundred solutions cost little more than ten single
-ones: on a crankshaft of 125 000 unknowns 6 s for the factors and 1 to 2 s for a hundred solutions, where SuperLU takes
-10 s and 20 s.
+A = L Lᵀ is computed by the multifrontal method on a nested dissection. Each group of the dissection assembles the rows
+that couple its own unknowns with each other and with later unknowns in a small dense matrix (its front), eliminates its
+unknowns, and passes the Schur complement to its parent. All arithmetic is dense and blocked, so a hundred solutions
+cost little more than ten single ones. On a crankshaft of 125 000 unknowns the factors take 6 s and a hundred solutions
+1 to 2 s; SuperLU takes 10 s and 20 s.
 
 Reference: I. Duff and J. Reid, *The multifrontal solution of indefinite sparse symmetric linear equations*, ACM Trans.
 Math. Softw. 9 (1983) 302; J. Liu, SIAM Review 34 (1992) 82.
@@ -27,7 +27,7 @@ from cranktrain.structure.fem.dissection import nested_dissection
 
 Integers = NDArray[np.intp]
 
-# Nodes (of three unknowns, mostly) of the smallest fronts: fewer cost calls, more cost fill.
+# Largest number of nodes (mostly of three unknowns) in the smallest fronts: fewer mean more calls, more mean more fill.
 LEAF_NODES = 60
 
 
@@ -39,10 +39,10 @@ class Factor(Protocol):
 
 
 def factorise(matrix: sparse.spmatrix, places: Array | None = None) -> Factor:
-    """Factors of a symmetric matrix (n, n), for many solutions; quickest for many right-hand sides in one call.
+    """Factors of a symmetric matrix (n, n) for many solutions; fastest with many right-hand sides in one call.
 
-    ``places`` (3, n) of the unknowns in space make the factors smaller where elements are of very different size. A
-    matrix that is not positive definite goes to SciPy's SuperLU instead. Raises ``RuntimeError``: if the matrix is
+    Positions ``places`` (3, n) of the unknowns make the factors smaller if sizes of elements differ much. A matrix that
+    is not positive definite is factorised by SciPy's SuperLU instead. Raises ``RuntimeError`` if the matrix is
     singular.
     """
     try:
@@ -83,7 +83,7 @@ class Cholesky:
         return sum(diagonal.shape[0] * (diagonal.shape[0] + 1) // 2 + below.size for diagonal, below in self._fronts)
 
     def _eliminate(self, rows: sparse.csr_matrix) -> None:
-        """Assemble and eliminate the fronts in order; ``rows`` is the matrix in that order."""
+        """Assemble and eliminate the fronts in order; ``rows`` is the matrix in elimination order."""
         rows.sort_indices()
         place = np.empty(rows.shape[0], dtype=np.intp)
         children: list[list[int]] = [[] for _ in self._parents]
@@ -105,7 +105,7 @@ class Cholesky:
             front[place[columns[here]], row[here]] = values[here]
             for child in children[k]:
                 there = place[self._later[child]]
-                front[np.ix_(there, there)] += complements.pop(child)  # of which the lower triangle counts
+                front[np.ix_(there, there)] += complements.pop(child)  # only the lower triangle is used
             diagonal, failed = dpotrf(front[:n, :n], lower=1, clean=1)
             if failed:
                 raise np.linalg.LinAlgError("matrix is not positive definite")
@@ -135,13 +135,13 @@ class Cholesky:
 
 
 def one_thread() -> threadpool_limits:
-    """Linear algebra on one thread: small blocks are faster so than on two, and give the same bytes always."""
+    """Context with one thread for linear algebra, which is faster for small blocks and gives reproducible bytes."""
     return threadpool_limits(limits=1, user_api="blas")
 
 
 def _nodes_of_equal_pattern(rows: sparse.csr_matrix) -> tuple[sparse.csr_matrix, Integers]:
-    """Graph of the unknowns with those of equal pattern (a node's components) taken together; node of each unknown."""
-    # Unknowns with the same neighbours have the same sum of random numbers over them, others practically never.
+    """Graph in which unknowns of equal pattern (components of a node) are merged, and the node of each unknown."""
+    # Unknowns with the same neighbours have the same sum of random numbers over these neighbours, others almost never.
     tag = np.random.default_rng(0).integers(0, 2**63, rows.shape[0], dtype=np.uint64)
     pattern = np.add.reduceat(tag[rows.indices], rows.indptr[:-1])
     _, representative, node_of = np.unique(pattern, return_index=True, return_inverse=True)

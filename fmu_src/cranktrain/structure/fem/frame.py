@@ -1,13 +1,13 @@
 """Timoshenko frames in three dimensions: members between nodes of six degrees of freedom, and their masses.
 
-A beam of length L, local axes e_1 along it and e_2, e_3 across, bends with the interpolation that solves the static
-Timoshenko equations exactly (Φ = 12EI/(κGAL²)), so that its stiffness is exact and its mass consistent: the mass is
-gathered at four Gauss points, each a rigid slice of the section (:mod:`cranktrain.core.rigid_slices`), which
-integrates the cubic interpolation exactly. Shear factors of Cowper: circle κ = 6(1+ν)/(7+6ν).
+A beam of length L has local axes e_1 along it and e_2, e_3 across. Its interpolation solves the static Timoshenko
+equations exactly (Φ = 12EI/(κGAL²)), so its stiffness is exact and its mass consistent. The mass is lumped into rigid
+slices of the section at four Gauss points (:mod:`cranktrain.core.rigid_slices`), which integrates the cubic
+interpolation exactly. The shear factor is Cowper's, for a circle κ = 6(1+ν)/(7+6ν).
 
-A member may also be given by its flexibility between two nodes, with slices of its own. Loads of rotation and the
-stiffness K_σ that they cause (axial forces of members, and the swing of slices) follow in the same terms as for any
-body: e_z×u is taken of the slices' motion, not of nodal values.
+A member may also be given by its flexibility between two nodes and its own slices. Loads of rotation and the stiffness
+K_σ that they cause (axial forces of members, and rotation of slices about their nodes) have the same form as for any
+body; e_z×u is evaluated for the motion of slices, not for nodal values.
 
 References: J. Przemieniecki, *Theory of Matrix Structural Analysis* (1968), section 5.6; M. Friswell et al., *Dynamics
 of Rotating Machines* (2010), section 5.4; G. Cowper, J. Appl. Mech. 33 (1966) 335.
@@ -34,10 +34,10 @@ _POINTS, _WEIGHTS = 0.5 * (1.0 + _POINTS), 0.5 * _WEIGHTS
 
 @dataclass(frozen=True)
 class Section:
-    """Section of a beam; stiffness and mass may belong to different cross-sections (m², m⁴, kg/m, kg m).
+    """Section of a beam in m², m⁴, kg/m, kg m; stiffness and mass may belong to different cross-sections.
 
-    ``area``, ``bending`` I and ``torsion`` J of a section alike in both directions across; ``shear`` κA; ``mass`` per
-    length and ``rotary`` ρI per length about an axis across.
+    ``area``, ``bending`` I and ``torsion`` J are those of a section with equal properties in both transverse
+    directions; ``shear`` is κA, ``mass`` mass per length, ``rotary`` ρI per length about a transverse axis.
     """
 
     area: float
@@ -50,17 +50,17 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """Two nodes, their stiffness, slices and geometric stiffness of a unit axial force.
+    """A member between two nodes: stiffness, slices, and geometric stiffness of a unit axial force.
 
     Attributes
     ----------
     nodes : (2,) indices
     stiffness : (12, 12) in global axes, displacement and rotation of the first node, then of the second
-    slices : of its mass, or None
-    motion : (s, 6, 12) their motion per nodal motion
+    slices : rigid slices of its mass, or None
+    motion : (s, 6, 12) motion of the slices per nodal motion
     along : (12,) row that gives the member's axial force from the nodal motion, N/m
     tension : (12, 12) geometric stiffness of a unit axial force, 1/m
-    levers : (2, s, 3) from each node to the slices that its rotation carries along, each times the slice's share in it
+    levers : (2, s, 3) vectors from each node to the slices, each times the fraction by which the slice follows the node
     """
 
     nodes: tuple[int, int]
@@ -74,12 +74,12 @@ class Member:
 
 @dataclass
 class Frame:
-    """Nodes and members of a frame, as it is built.
+    """A frame of nodes and members, to which both can be added.
 
     Attributes
     ----------
     youngs_modulus, shear_modulus : Pa
-    positions : of the nodes, (3,) m each
+    positions : position (3,) of each node, m
     """
 
     youngs_modulus: float
@@ -88,7 +88,7 @@ class Frame:
     members: list[Member] = field(default_factory=list)
 
     def node(self, position: Sequence[float]) -> int:
-        """Add a node; its index."""
+        """Add a node and return its index."""
         self.positions.append(np.asarray(position, dtype=float))
         return len(self.positions) - 1
 
@@ -124,7 +124,8 @@ class Frame:
     def flexible_link(self, first: int, second: int, flexibility: Array, slices: Slices, share: Array) -> None:
         """Add a member whose second node moves by ``flexibility`` (6, 6) under its loads with the first node clamped.
 
-        Each of its ``slices`` moves as if rigidly fixed to both nodes, by its ``share`` (s,) with the second.
+        Each of its ``slices`` moves with both nodes as if rigidly fixed to them, with weight ``share`` (s,) for the
+        second.
         """
         span = self.positions[second] - self.positions[first]
         length = float(np.linalg.norm(span))
@@ -155,7 +156,7 @@ class Frame:
     ) -> ReducedBody:
         """Reduced body of the frame: constraint modes of the ``interfaces`` (nodes by name) and fixed-interface modes.
 
-        Raises ``SolverError``: where the eigenmodes are not found.
+        Raises ``SolverError`` if the eigenmodes are not found.
         """
         ndof = 6 * len(self.positions)
         places = np.array(self.positions)
@@ -182,7 +183,7 @@ class Frame:
         return self._assembled([member.stiffness for member in self.members]).toarray(), mass
 
     def _slices(self, ndof: int) -> tuple[Slices, Array]:
-        """All slices, and their motion (s, 6, ndof) per nodal motion."""
+        """All slices and their motion (s, 6, ndof) per nodal motion."""
         places, moments, motions = [], [], []
         for member in self.members:
             if member.slices is None:
@@ -210,9 +211,9 @@ class Frame:
 
 
 def _lever_turning(member: Member) -> Array:
-    """Work (12, 12) of the centrifugal load of Ω = 1 on slices beside a node as the node's rotation swings them round.
+    """Stiffness (12, 12) by the centrifugal load of Ω = 1 on slices that the rotation of a node moves about this node.
 
-    The force f of a slice at the lever r works on the second-order motion ½ θ×(θ×r).
+    The force f of a slice at the lever r does work in the second-order motion ½ θ×(θ×r).
     """
     result = np.zeros((12, 12))
     if member.levers is None or member.slices is None:
@@ -226,7 +227,7 @@ def _lever_turning(member: Member) -> Array:
 
 
 def circular(diameter: float, density: float, poisson_ratio: float, heavy_diameter: float | None = None) -> Section:
-    """Solid circular section; ``heavy_diameter`` where its mass is that of another circle (0: none)."""
+    """Solid circular section; ``heavy_diameter`` is the diameter for its mass if different (0: no mass)."""
     heavy = diameter if heavy_diameter is None else heavy_diameter
     area, bending = 0.25 * np.pi * diameter**2, np.pi * diameter**4 / 64.0
     shear = 6.0 * (1.0 + poisson_ratio) / (7.0 + 6.0 * poisson_ratio) * area
@@ -240,7 +241,7 @@ def _dofs(member: Member) -> NDArray[np.intp]:
 
 
 def _axes(along: Array) -> Array:
-    """Rows e_1 along the member, e_2 and e_3 across; for a member along z they are z, x, y."""
+    """Local axes of a member as rows: e_1 along it, e_2 and e_3 across (z, x, y for a member along z)."""
     helper = np.eye(3)[(int(np.argmax(np.abs(along))) + 1) % 3]
     second = helper - along * (helper @ along)
     second /= np.linalg.norm(second)
@@ -248,7 +249,7 @@ def _axes(along: Array) -> Array:
 
 
 def _beam_stiffness(e: float, g: float, section: Section, length: float, phi: float) -> Array:
-    """Stiffness (12, 12) of a Timoshenko beam in its own axes."""
+    """Stiffness (12, 12) of a Timoshenko beam in its local axes."""
     k = np.zeros((12, 12))
     for i, value in ((0, e * section.area / length), (3, g * section.torsion / length)):
         k[np.ix_((i, i + 6), (i, i + 6))] = value * np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -268,7 +269,7 @@ def _beam_stiffness(e: float, g: float, section: Section, length: float, phi: fl
 
 
 def _interpolation(x: float, length: float, phi: float) -> Array:
-    """Displacement and rotation (6, 12) of the section at x (share of the length) per nodal motion, own axes."""
+    """Displacement and rotation (6, 12) of the section at x (fraction of the length) per nodal motion, local axes."""
     n = np.zeros((6, 12))
     for i in (0, 3):
         n[i, i], n[i, i + 6] = 1.0 - x, x
@@ -296,7 +297,7 @@ def _interpolation(x: float, length: float, phi: float) -> Array:
 
 
 def _slopes(x: float, length: float, phi: float) -> Array:
-    """Slopes of the axis in both directions across and the rate of twist (3, 12) per nodal motion, own axes, 1/m."""
+    """Slopes of the axis in both transverse directions and rate of twist (3, 12) per nodal motion, local axes, 1/m."""
     n = np.zeros((3, 12))
     w = (1.0 + phi) * length
     v = np.array(

@@ -1,7 +1,7 @@
-"""Files that the input files of other programs include: which of them may be read, and how deep they may lie.
+"""Included files of other programs' input: permitted folders and depth of inclusion.
 
-A deck may come from anybody. So what it includes lies below its own folder, or below a folder that the user names in
-the environment variable ``CRANKTRAIN_INCLUDES`` (several with the system's separator of paths).
+A deck may come from an untrusted source. Its included files must therefore lie below its own folder, or below a folder
+that the user names in the environment variable ``CRANKTRAIN_INCLUDES`` (several with the system's separator of paths).
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from cranktrain.structure.fem.mesh_parts import Place
 
 VARIABLE = "CRANKTRAIN_INCLUDES"
 DEEPEST = 100
-"""Files that include each other."""
+"""Largest number of nested inclusions."""
 
 
 def included_file(place: Place, keyword: str, name: str, deck: Path) -> Path:
-    """File that a keyword names, beside the file that holds it; ``InputError`` where it must not or cannot be read.
+    """Path named by a keyword, relative to the keyword's file; ``InputError`` if it must not or cannot be read.
 
-    ``deck`` is the file that the user named.
+    ``deck`` is the main file that the user gave.
     """
     target = place.path.parent / name
     found = target.resolve()
@@ -38,7 +38,7 @@ def included_file(place: Place, keyword: str, name: str, deck: Path) -> Path:
 
 
 def check_depth(place: Place, target: Path, inside: tuple[Path, ...]) -> None:
-    """Refuse a file that includes itself, by the files ``inside`` each other, and more than ``DEEPEST`` of these."""
+    """Refuse a file that includes itself, and more than ``DEEPEST`` nested files; ``inside`` are the outer files."""
     if target.resolve() in [one.resolve() for one in inside]:
         raise InputError(f"{place}: {target.name} includes itself, by {' -> '.join(one.name for one in inside)}")
     if len(inside) > DEEPEST:

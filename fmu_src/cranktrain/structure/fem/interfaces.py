@@ -1,13 +1,13 @@
-"""Interfaces: one node with six degrees of freedom that represents a named surface.
+"""Interfaces: nodes with six degrees of freedom, each representing a named surface.
 
 *Averaged* (RBE3): the node moves as the rigid motion that fits the surface best,
 
     min over (t, θ) of ∫ |u − t − θ×(X − X₀)|² dA   ⇒   u_I = W u,   S W = ∫ Bᵀ N dA,   S = ∫ Bᵀ B dA,
 
-with B = [I, −(X − X₀)×] and the finite-element interpolation N. A force at the node acts on the surface as Wᵀ f, spread
-as evenly as balance allows; the surface stays free to deform.
+with B = [I, −(X − X₀)×] and the finite-element interpolation N. A force at the node acts on the surface as Wᵀ f, which
+is as uniform as balance allows; the surface remains free to deform.
 
-*Tied* (RBE2): the surface itself is made rigid, u = B u_I on it. It stiffens the body and is kept for comparison.
+*Tied* (RBE2): the surface itself is rigid, u = B u_I on it. This stiffens the body and is used only for comparison.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ def averaged_interfaces(
 ) -> InterfaceSet:
     """Interfaces averaged over named surfaces, weighted by area.
 
-    Raises ``InputError``: for a surface the mesh does not have, or one too small to show a rotation.
+    Raises ``InputError`` for a missing surface, or a surface that does not determine a rotation.
 
     Parameters
     ----------
-    names : surfaces to use, all named boundaries of the mesh where not given
-    positions : reference point (3,) by name; the surface's centroid where not given
+    names : surfaces to use; by default all named boundaries of the mesh
+    positions : reference point (3,) by name; by default the surface's centroid
     """
     boundaries = model.mesh.boundaries or {}
     chosen = tuple(boundaries if names is None else names)
@@ -69,7 +69,7 @@ def averaged_interfaces(
 
 
 def placed_interfaces(model: FEModel, names: Iterable[str], place: Callable[[str, Array], Array]) -> InterfaceSet:
-    """Interfaces averaged over named surfaces, each referred to its ``place``, a function of name and centroid (3,)."""
+    """Interfaces averaged over named surfaces; ``place`` maps name and centroid (3,) to the reference point."""
     centroids = averaged_interfaces(model, names)
     places = {name: place(name, at) for name, at in zip(centroids.names, centroids.positions, strict=True)}
     return averaged_interfaces(model, centroids.names, places)
@@ -95,13 +95,13 @@ def _averaging(model: FEModel, name: str, place: Array | None) -> tuple[Array, s
 
 
 def _weighted(facets: FacetBasis, motion: Array) -> Array:
-    """∫ b·v dA for every nodal displacement v."""
+    """Integrals ∫ b·v dA for every nodal displacement v, with b = ``motion``."""
     form = LinearForm(lambda v, w: w["b"][0] * v[0] + w["b"][1] * v[1] + w["b"][2] * v[2])
     return np.asarray(form.assemble(facets, b=motion))
 
 
 def unit_motions(arm: Array) -> Array:
-    """Unit translations and rotations as fields, (6, 3, ...), of positions (3, ...) from the reference point."""
+    """Unit translations and rotations as fields (6, 3, ...) at positions ``arm`` (3, ...) from the reference point."""
     motions = np.zeros((6, *arm.shape))
     for k in range(3):
         motions[k, k] = 1.0
@@ -114,8 +114,8 @@ def unit_motions(arm: Array) -> Array:
 def tied_surfaces(model: FEModel, interfaces: InterfaceSet, motions: Array) -> tuple[sparse.csr_matrix, Array]:
     """Make the interface surfaces rigid (RBE2): u = T [free dofs, nodes of the rigid surfaces].
 
-    Where two surfaces share an edge the first one holds it; one that holds nothing has no node. Warns, since a tie
-    raises the first frequencies of a crankshaft.
+    An edge shared by two surfaces belongs to the first; a surface without own degrees of freedom has no node. Warns,
+    because tied surfaces raise the first frequencies of a crankshaft.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Memory of large arrays, which goes back to the system when they are gone."""
+"""Return of the memory of freed large arrays to the operating system."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from contextlib import suppress
 
 
 def give_back() -> None:
-    """Give freed memory back to the system, where the C library can (glibc); elsewhere nothing.
+    """Give freed memory back to the operating system if the C library can do so (glibc); otherwise do nothing.
 
-    glibc keeps freed arrays of up to 32 MB for later ones. Between the stages of a reduction these are most of its
-    memory: 0.3 of 0.5 GB after the finite elements of a crankshaft of 74,000 unknowns.
+    glibc keeps freed arrays of up to 32 MB for later use. Between the stages of a reduction they are most of its
+    memory, for example 0.3 of 0.5 GB after the finite elements of a crankshaft with 74,000 unknowns.
     """
     with suppress(OSError, AttributeError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)

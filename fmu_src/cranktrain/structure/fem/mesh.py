@@ -1,8 +1,8 @@
-"""Quadratic tetrahedra of a crankshaft, from its dimensions or a file, with the interface surfaces named.
+"""Meshes of quadratic tetrahedra with named interface surfaces, of a crankshaft's dimensions or a user's file.
 
-The CAD kernel can end its process on degenerate input, so it meshes in a child. Mid-side nodes stay on the curved
-surface (straight sides cost about 1 % in frequency); where they would turn an element inside out they are drawn back
-towards the middle of their edge. A Jacobian gate refuses what remains.
+The CAD kernel can crash its process on degenerate input, so it meshes in a child process. Mid-side nodes lie on the
+curved surface (straight sides change frequencies by about 1 %). If they would invert an element, they are moved towards
+the middle of their edge. Meshes whose elements still have a too small Jacobian are refused.
 """
 
 from __future__ import annotations
@@ -37,10 +37,11 @@ Integers = NDArray[np.integer[Any]]
 NETGEN_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 VTK_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
-# Smallest Jacobian relative to the straight element's: relaxed below the first, refused below the second.
+# Limits of the smallest Jacobian relative to that of the straight element: relaxed below the first, refused below the #
+# second.
 RELAXED_BELOW = 0.1
 REFUSED_BELOW = 0.02
-# Smallest straight Jacobian (six volumes) relative to the cube of the longest edge; a regular tetrahedron has 0.71.
+# Limit of the straight Jacobian (six volumes) over the cube of the longest edge; a regular tetrahedron has 0.71.
 FLAT_BELOW = 1e-4
 CHILD_SECONDS = 300.0
 GRADING = 0.5
@@ -52,16 +53,16 @@ def crankshaft_mesh(
     fillet_fineness: float = 0.0,
     fillets: Sequence[str] | None = None,
 ) -> MeshTet2:
-    """Mesh the crankshaft from its dimensions.
+    """Mesh of a crankshaft from its dimensions.
 
     Raises ``InputError``: for impossible dimensions, a crash of the CAD kernel, or elements that stay inverted.
 
     Parameters
     ----------
     crankshaft : dimensions, m; ``mesh_size`` is the largest edge, fillets get about half of it
-    thrust_main : main journal (from 1) beside which the thrust faces lie; the middle one by default
-    fillet_fineness : radius of fillets over the edges on them; 0 as ``mesh_size`` makes them
-    fillets : those that it is for, named as by :func:`cranktrain.structure.crank.shape.fillet_ends`; all without
+    thrust_main : main journal (from 1) with the thrust faces; by default the middle one
+    fillet_fineness : radius of fillets over the edge length on them; with 0 this follows from ``mesh_size``
+    fillets : names of the fine fillets as by :func:`cranktrain.structure.crank.shape.fillet_ends`; by default all
 
     Returns
     -------
@@ -95,7 +96,7 @@ def crankshaft_mesh(
 
 
 def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
-    """Read a user's own mesh (Gmsh, Abaqus, Nastran or a universal file) in place of the parametric one.
+    """Read a user's own mesh of a crankshaft (Gmsh, Abaqus, Nastran or a universal file).
 
     The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
     or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
@@ -105,7 +106,7 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
 
     Parameters
     ----------
-    unit : of the coordinates in the file, ``m``, ``mm`` or ``in``
+    unit : unit of the coordinates in the file, ``m``, ``mm`` or ``in``
     """
 
     def wanted(found: Iterable[str]) -> tuple[str, ...]:
@@ -126,10 +127,10 @@ def named_mesh(
     what: str,
     surfaces_of: str,
 ) -> MeshTet2:
-    """Read a user's own mesh of any body that has the surfaces ``wanted``, a function of the names found.
+    """Read a user's own mesh of any body with the required surfaces ``wanted``, a function of the names found.
 
-    ``axial`` begins the names of surfaces that must follow each other along the z axis; ``what`` the body is and
-    ``surfaces_of`` which parts are for the errors' text. Raises ``InputError`` as :func:`read_mesh`.
+    ``axial`` is the prefix of the names of surfaces that must follow each other along z. ``what`` (the body) and
+    ``surfaces_of`` (its parts) are used in error texts. Raises ``InputError`` as :func:`read_mesh` does.
     """
     from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
 
@@ -169,7 +170,7 @@ def quadratic_mesh(
 ) -> MeshTet2:
     """Mesh of ten-node tetrahedra with named boundaries; mid-side nodes relaxed where needed.
 
-    Raises ``InputError``: if an element is flat or stays inverted with its neighbours' curved sides.
+    Raises ``InputError`` if an element is flat or stays inverted by the curved sides of its neighbours.
 
     Parameters
     ----------
@@ -198,15 +199,15 @@ def quadratic_mesh(
 
 
 class _SurfaceMapping(MappingIsoparametric):
-    """Mapping with known element coordinates of a facet's points; its own Newton iteration may not converge."""
+    """Mapping that knows the element coordinates of a facet's points, because Newton's method may not converge here."""
 
     def G(self, X: Array, find: Any = None) -> Array:
-        """Points ``X`` (2, q) of the reference triangle on the facets ``find``."""
+        """Positions of points ``X`` (2, q) of the reference triangle on the facets ``find``."""
         self._asked = X, find
         return np.asarray(super().G(X, find))
 
     def invF(self, x: Array, tind: Any = None, **options: Any) -> Array:
-        """Reference coordinates (3, facets, q) in their elements ``tind`` of the points last asked of :meth:`G`."""
+        """Reference coordinates (3, facets, q), in elements ``tind``, of the points of the last call of :meth:`G`."""
         points, facets = self._asked
         corners = self.mesh.facets[:, facets]
         local = np.argmax(self.mesh.t[:, None, tind] == corners, axis=0)
@@ -221,7 +222,7 @@ def surface_basis(mesh: MeshTet2, element: Any, name: str, order: int) -> FacetB
 
 
 def surface_area(mesh: MeshTet2, name: str) -> tuple[float, Array]:
-    """Area (m²) and centroid (3,) m of a named boundary, on the curved elements."""
+    """Area (m²) and centroid (3,), m, of a named boundary, on the curved elements."""
     basis = surface_basis(mesh, ElementTetP2(), name, 6)
     area = float(basis.dx.sum())
     where = np.asarray(basis.global_coordinates())
@@ -229,7 +230,7 @@ def surface_area(mesh: MeshTet2, name: str) -> tuple[float, Array]:
 
 
 def relative_jacobian(mesh: MeshTet2) -> Array:
-    """Least Jacobian of each element over its ten nodes and quadrature points, relative to the straight one's, (m,)."""
+    """Smallest Jacobian (m,) of each element at its nodes and quadrature points, over that of the straight element."""
     points = np.hstack((np.asarray(ElementTetP2.doflocs).T, get_quadrature(RefTet, 5)[0]))
     slopes = np.array([[g + 0 * points[0] for g in ElementTetP2().lbasis(points, i)[1]] for i in range(10)])
     x = mesh.doflocs[:, mesh.dofs.element_dofs]
@@ -244,7 +245,7 @@ def _straight_jacobian(mesh: MeshTet2) -> Array:
 
 
 def _relaxed(mesh: MeshTet2) -> MeshTet2:
-    """Draw mid-side nodes of inverted elements towards their edges' middles, until every element passes the gate."""
+    """Move mid-side nodes of inverted elements towards the middle of their edges until all Jacobians suffice."""
     ends = mesh.p[:, mesh.edges]
     flat = np.abs(_straight_jacobian(mesh)) < FLAT_BELOW * _longest_edge(mesh) ** 3
     if flat.any():
@@ -305,16 +306,16 @@ def _find_columns(table: Integers, columns: Integers, n: int) -> Integers:
 def cad_mesh(
     entry: str, values: Mapping[str, Any], what: str, remedy: str
 ) -> tuple[Array, Integers, Integers, Integers, list[str]]:
-    """Mesh in a process of its own; its errors become one line here.
+    """Mesh made in a child process; errors of the child become one line.
 
-    Raises ``InputError``: for a crash of the CAD kernel or a mesh that does not end.
+    Raises ``InputError`` for a crash of the CAD kernel or a mesher that exceeds its time.
 
     Parameters
     ----------
-    entry : ``module:function`` of ``values`` (as JSON gives them back) that returns a shape of netgen's CAD kernel,
-        the largest edge (m), the number of sides to a radius of curvature and to an edge, and where it is not
-        ``GRADING``, how fast edges grow away from short ones, 0 to 1
-    what, remedy : the body in an error's text, and what to change
+    entry : ``module:function`` of ``values`` (converted by JSON) that returns a shape of netgen's CAD kernel, the
+        largest edge (m), the number of element sides per radius of curvature and per edge, and optionally, in place of
+        ``GRADING``, the growth of edges away from short ones, 0 to 1
+    what, remedy : name of the body and advice in an error's text
 
     Returns
     -------
@@ -329,13 +330,13 @@ def cad_mesh(
 
 
 def cad_solid(entry: str, values: Mapping[str, Any], what: str, remedy: str) -> MeshTet2:
-    """Quadratic mesh of a solid as :func:`cad_mesh` makes it, without boundaries."""
+    """Quadratic mesh of a solid made by :func:`cad_mesh`, without named boundaries."""
     nodes, tets, *_ = cad_mesh(entry, values, what, remedy)
     return quadratic_mesh(nodes, tets, {}, NETGEN_EDGES)
 
 
 def child(entry: str) -> None:
-    """Work of the child: values on stdin, mesh of quadratic tetrahedra to the file that the first argument names."""
+    """Main function of the child: read values from stdin, write the mesh to the file of the first argument."""
     from netgen.occ import OCCGeometry
 
     module, function = entry.split(":")
@@ -361,7 +362,7 @@ def child(entry: str) -> None:
 
 
 def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
-    """Run the child that meshes; ``InputError`` where it fails."""
+    """Run the child process that meshes; ``InputError`` if it fails."""
     ended = run_in_child(f"import {__name__} as mesh; mesh.child({entry!r})", values, target, CHILD_SECONDS)
     if ended is not None and ended.startswith("took"):
         raise InputError(f"{what}: meshing {ended}: change {remedy}")
@@ -370,13 +371,13 @@ def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, r
 
 
 def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
-    """Solid, largest edge and fineness, in the child that meshes."""
+    """Solid, largest edge and fineness for the mesher; runs in its child process."""
     from cranktrain.structure.crank.shape import crankshaft_shape
 
     fineness, fillets = values.pop("fillet_fineness"), values.pop("fillets")
     sizes: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
     crankshaft = Crankshaft(**sizes)
-    # Half the largest edge on fillets at the default sizes: one curved side per quarter circle of 4.5 mm.
+    # With the default sizes fillets get half the largest edge, one curved side per quarter circle of 4.5 mm.
     return (
         crankshaft_shape(crankshaft, fineness, fillets),
         crankshaft.mesh_size,

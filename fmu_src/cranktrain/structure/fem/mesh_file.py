@@ -1,8 +1,8 @@
-"""Tetrahedra and named surfaces as meshing programs write them.
+"""Reader of mesh files of other programs: tetrahedra and named surfaces.
 
-Gmsh files are read by meshio; decks of Abaqus, bulk data of Nastran and universal files by readers of our own, which
-tell the line of an error (:mod:`cranktrain.structure.fem.abaqus_assembly`,
-:mod:`cranktrain.structure.fem.nastran_deck`, :mod:`cranktrain.structure.fem.universal_file`).
+Gmsh files are read by meshio. Decks of Abaqus, bulk data of Nastran and universal files have their own readers, whose
+errors give the line (:mod:`cranktrain.structure.fem.abaqus_assembly`, :mod:`cranktrain.structure.fem.nastran_deck`,
+:mod:`cranktrain.structure.fem.universal_file`).
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ OWN: dict[str, Callable[[Path], MeshParts]] = {
     "abaqus": read_deck, "nastran": read_bulk, "universal": read_universal,
 }  # fmt: skip
 MESHIO = "meshio.gmsh.main"
-"""Module of meshio with ``read_buffer``."""
+"""Module of meshio that has ``read_buffer``."""
 MATRICES = {
     ".pch": "a Nastran punch", ".op4": "a Nastran OUTPUT4", ".mtx": "a matrix", ".sub": "an Ansys superelement",
     ".full": "an Ansys matrix",
 }  # fmt: skip
-"""Files of matrices, which a superelement's .toml names."""
+"""Endings of files of matrices, which belong to a superelement and not to a mesh."""
 TETRAHEDRA = ("tetra10", "tetra")
 TRIANGLES = ("triangle6", "triangle")
 FLAT = {"vertex", "line", "line3", *TRIANGLES}
@@ -48,9 +48,9 @@ NUMBERED = re.compile(r"(main|pin|bore|liner|head|mount)[\s_.-]*\[?(\d+)\]?(?:[\
 
 
 def interface_name(name: str) -> str:
-    """Spell a surface's name as the interfaces are: ``MAIN_1`` is ``main[1]``, ``LINER_1_UPPER`` ``liner[1].upper``.
+    """Name of a surface spelt like interfaces: ``MAIN_1`` → ``main[1]``, ``LINER_1_UPPER`` → ``liner[1].upper``.
 
-    Others come in small letters.
+    Other names are converted to lower case.
     """
     plain = name.strip().strip("\"'").lower()
     numbered = NUMBERED.fullmatch(plain)
@@ -60,7 +60,7 @@ def interface_name(name: str) -> str:
 
 
 def check_format(path: Path) -> str:
-    """Format of a mesh file by its ending, in capitals or not; ``InputError`` for what is no mesh."""
+    """Format of a mesh file by its ending in any case; ``InputError`` for other files."""
     ending = path.suffix.lower()
     if ending in MATRICES:
         raise InputError(
@@ -77,8 +77,8 @@ def check_format(path: Path) -> str:
 def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str, Integers]]:
     """Nodes (n, 3), tetrahedra (m, 10) or (m, 4) in VTK's order, and triangles (k, 3) of each named surface.
 
-    Raises ``InputError``: if the file is missing or broken, its format unknown, or its solids are not tetrahedra of one
-    kind; with the reason, and the line where there is one.
+    Raises ``InputError`` with the reason, and the line if known: the file is missing or broken, its format is unknown,
+    or its solids are not tetrahedra of one kind.
     """
     form = check_format(path)
     check_file(path, f"{path}", "give a mesh file")
@@ -97,11 +97,11 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
 
 
 def _by_meshio(path: Path) -> Assembled:
-    """Mesh of a file that meshio reads; ``InputError`` with its reason, and the place in the file."""
+    """Mesh of a file read by meshio; ``InputError`` with meshio's reason and the position in the file."""
     with _opened(path) as file:
         try:
             found = import_module(MESHIO).read_buffer(file)
-        # A broken file ends meshio's readers in any way, an exit of the process included.
+        # A broken file can end meshio's readers with any exception, or with an exit of the process.
         except (Exception, SystemExit) as reason:
             said = " ".join(str(reason).split())
             text = f"{type(reason).__name__}: {said}" if said else type(reason).__name__
@@ -129,7 +129,7 @@ def _by_meshio(path: Path) -> Assembled:
 
 
 def _opened(path: Path) -> IO[Any]:
-    """File as meshio wants it; ``InputError`` for what begins otherwise, over which meshio says nothing."""
+    """Open file for meshio; ``InputError`` for a wrong first line, which meshio does not report."""
     file = path.open("rb")
     begin = file.readline(1000).strip()
     file.seek(0)
@@ -140,7 +140,7 @@ def _opened(path: Path) -> IO[Any]:
 
 
 def _where(file: IO[Any]) -> str:
-    """Line, or byte, up to which a file was read."""
+    """Text with the line, or byte, up to which a file was read."""
     try:
         offset = file.tell()
         file.seek(0)
@@ -155,7 +155,7 @@ def _where(file: IO[Any]) -> str:
 
 
 def _surfaces(found: Any, tets: Integers) -> dict[str, Integers]:
-    """Triangles (k, 3) of each named surface, whatever way it was named."""
+    """Triangles (k, 3) of each named surface, for all ways to name surfaces."""
     pieces: dict[str, list[Integers]] = {}
 
     def add(name: str, triangles: Integers) -> None:

@@ -1,7 +1,7 @@
-"""What readers of mesh files have in common: nodes by number, tetrahedra, and named surfaces of triangles.
+"""Mesh data common to all readers: numbered nodes, tetrahedra, and named surfaces of triangles.
 
-A surface is named by triangles, by nodes or by faces of tetrahedra. Readers collect numbers as the file has them;
-:func:`assembled` turns them into indices and refuses, with the line, what does not exist.
+A surface is defined by triangles, by nodes or by faces of tetrahedra. Readers collect the numbers of the file.
+:func:`assembled` converts them to indices and refuses numbers that do not exist, with the line.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from cranktrain.core.types import Array
 Integers = NDArray[np.integer[Any]]
 
 MOST_MEMBERS = 4_000_000
-"""Members of all sets and surfaces of a mesh: 160 MB."""
+"""Largest number of members of all sets and surfaces of a mesh, which take 160 MB."""
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 """Corners of the faces 1 to 4 of a tetrahedron, as Abaqus numbers them."""
 
 
 class Place(NamedTuple):
-    """A file and a line of it, from 1, as a message shows them."""
+    """File and line number (from 1) for messages."""
 
     path: Path
     line: int
@@ -42,14 +42,14 @@ class MeshParts:
     Attributes
     ----------
     nodes : number → (x, y, z)
-    elements : number → its nodes, of tetrahedra and triangles
-    places : line at which each element stands
-    others : number of solids of each kind that is no tetrahedron
+    elements : number → nodes, for tetrahedra and triangles
+    places : number → file and line of each element
+    others : kind → count of solids that are not tetrahedra
     surfaces : name → triangles given by their nodes
     node_sets, element_sets : name → numbers
     faces : name → (element, face 1 to 4; 0 for a triangle, or for all free faces of a tetrahedron)
-    members : of all sets and surfaces, as far as they were read
-    base, instances : numbers from k ``base`` on are those of instance k of an assembly; 0 where there is none
+    members : number of members of all sets and surfaces read so far
+    base, instances : numbers from k ``base`` on belong to instance k of an assembly; ``base`` is 0 without an assembly
     """
 
     nodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
@@ -64,13 +64,13 @@ class MeshParts:
     instances: tuple[str, ...] = ()
 
     def shown(self, number: int) -> str:
-        """A number as the file has it, behind the name of its instance."""
+        """Text of a number as in the file, with the name of its instance in front."""
         if not self.base or number < self.base:
             return f"{number}"
         return f"{self.instances[number // self.base]}.{number % self.base}"
 
     def reserve(self, count: int, place: Place, name: str) -> None:
-        """Count members that a set or surface is to get; ``InputError`` where all have more than ``MOST_MEMBERS``."""
+        """Count members before they are added to a set or surface; ``InputError`` above ``MOST_MEMBERS`` in all."""
         self.members += count
         if self.members > MOST_MEMBERS:
             raise InputError(
@@ -79,7 +79,7 @@ class MeshParts:
             )
 
     def add_element(self, number: int, nodes: tuple[int, ...], place: Place) -> None:
-        """Add a tetrahedron or triangle; ``InputError`` for a number that is taken by another one."""
+        """Add a tetrahedron or triangle; ``InputError`` if the number belongs to another element."""
         if self.elements.get(number, nodes) != nodes:
             raise InputError(
                 f"{place}: element {number} stands at {self.places[number]} already, with other nodes; give each its "
@@ -88,7 +88,7 @@ class MeshParts:
         self.elements[number], self.places[number] = nodes, place
 
     def add_node(self, number: int, place: tuple[float, ...], where: Place) -> None:
-        """Add a node; ``InputError`` for a number that is taken by another one."""
+        """Add a node; ``InputError`` if the number belongs to another node."""
         if self.nodes.get(number, place) != place:
             raise InputError(f"{where}: node {number} is there already, at another place; give each its own number")
         self.nodes[number] = place
@@ -103,7 +103,7 @@ class Assembled(NamedTuple):
 
 
 def assembled(path: Path, parts: MeshParts) -> Assembled:
-    """Arrays of the parts; ``InputError``: other solids, nodes that do not exist."""
+    """Arrays of a mesh from its numbered parts; ``InputError``: other solids, nodes that do not exist."""
     by_count: dict[int, list[int]] = {}
     for number, nodes in parts.elements.items():
         by_count.setdefault(len(nodes), []).append(number)
@@ -128,7 +128,7 @@ def assembled(path: Path, parts: MeshParts) -> Assembled:
 
 
 def _surfaces(parts: MeshParts, index: dict[int, int], tets: Integers, solid: set[int]) -> dict[str, Integers]:
-    """Triangles of each named surface; a set of tetrahedra names none."""
+    """Triangles of each named surface; a set of tetrahedra defines no surface."""
     found: dict[str, list[Integers]] = {}
 
     def add(name: str, triangles: Iterable[tuple[int, ...]]) -> None:

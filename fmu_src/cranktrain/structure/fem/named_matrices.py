@@ -1,7 +1,7 @@
-"""Matrices by name in files of Nastran (DMIG of a punch file, OUTPUT4), read by pyyeti; files of Ansys are refused.
+"""Reader of named matrices of Nastran (DMIG of a punch file, OUTPUT4) with pyyeti; files of Ansys are refused.
 
-pyNastran reads both too, but its present release wants NumPy 1, and its last one without that bound writes binary
-OUTPUT4 that no other program reads.
+pyNastran also reads both, but its present release requires NumPy 1, and the last release without this bound writes
+binary OUTPUT4 files that no other program can read.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ PUNCH, OUTPUT4 = ".pch", ".op4"
 NASTRAN = (PUNCH, OUTPUT4)
 ANSYS = (".sub", ".full")
 ANSYS_LINES = "*DMAT,K,D,IMPORT,SUB,{},STIFF and *EXPORT,K,DMIG,k.pch write a DMIG that is read, likewise M from MASS"
-"""What in Ansys writes a superelement's matrices so that they are read, with the nodes of their rows."""
+"""Ansys commands that write the matrices of a superelement in a readable form, with the nodes of their rows."""
 HEADER = re.compile(r"^DMIG\*?[ ,]+([A-Za-z]\w*)[ ,]+0[ ,]", re.MULTILINE)
 CARD = re.compile(r"[A-Z][A-Z0-9]{1,7}")
-"""Words of Nastran's cards; what a file of another kind begins its lines with is not shown."""
+"""Pattern of the names of Nastran's cards; a message quotes only words that match."""
 FIRST_LETTER = {"stiffness": "K", "mass": "M"}
 REAL = ("1", "2")
-"""Types of a real DMIG, of single and double precision."""
+"""Type codes of a real DMIG in single and double precision."""
 
 
 class NamedMatrix(NamedTuple):
-    """A square matrix (n, n) with node and component (from 0) of each row; None where the file does not tell."""
+    """A square matrix (n, n) with node and component (from 0) of each row; rows are None if the file lacks them."""
 
     values: Array
     rows: list[tuple[int, int]] | None
 
 
 def is_named(path: Path) -> bool:
-    """Whether a file holds matrices by name, or is one of Ansys, which is refused by name."""
+    """True if the ending of a file is that of named matrices or of Ansys (for a refusal)."""
     return path.suffix.lower() in (*NASTRAN, *ANSYS)
 
 
 def held_in(path: Path) -> str:
-    """What a file of matrices holds, in words, as far as its text tells."""
+    """Short text on the content of a file of matrices, as far as it is readable."""
     if path.suffix.lower() != PUNCH or not file_exists(path):
         return "matrices"
     names = HEADER.findall(path.read_text(encoding="latin-1"))
@@ -52,9 +52,9 @@ def held_in(path: Path) -> str:
 
 
 def named_matrix(path: Path, kind: str, name: str | None) -> NamedMatrix:
-    """The stiffness or mass of a file: of a name, or the only one whose name begins with K or M.
+    """Stiffness or mass matrix of a file: the one with this name, or the only one whose name begins with K or M.
 
-    Raises ``InputError``: for a file that is broken, lacks the matrix, or leaves open which one it is.
+    Raises ``InputError`` for a file that is broken, lacks the matrix, or has several candidates.
     """
     found = _read(path)
     key = f"{kind}_matrix"
@@ -97,7 +97,7 @@ def _read(path: Path) -> dict[str, NamedMatrix]:
             found = _dmig(path) if ending == PUNCH else _output4(path)
         except InputError:
             raise
-        # What a broken file does to the reader is open.
+        # A broken file can cause any exception in the reader.
         except Exception as reason:
             said = " ".join(str(reason).split()) or type(reason).__name__
             what = "Nastran punch file" if ending == PUNCH else "Nastran OUTPUT4 file, text or binary"
@@ -135,7 +135,7 @@ def _dmig(path: Path) -> dict[str, NamedMatrix]:
 
 
 def _check_punch(path: Path) -> None:
-    """Refuse a punch file without DMIG, or with a number that is none; ``InputError`` with the line."""
+    """Refuse a punch file without DMIG or with an invalid number; ``InputError`` with the line."""
     text = path.read_text(encoding="latin-1")
     if "\0" in text[:LONGEST_LINE]:
         raise InputError(f"{path}: holds bytes that are no text; export the punch file again")
@@ -143,7 +143,7 @@ def _check_punch(path: Path) -> None:
         words = (re.split(r"[*,\s]", line, maxsplit=1)[0] for line in text.splitlines() if line[:1].isalpha())
         cards = sorted({word for word in words if CARD.fullmatch(word)})[:5]
         raise InputError(f"{path}: no DMIG; it holds {', '.join(cards) or 'no cards'}: write it by EXTSEOUT(DMIGPCH)")
-    card = ""  # a line with * continues the card above it
+    card = ""  # a line that begins with * continues the card above it
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}, line {number}"
         if line[:1].isalpha():

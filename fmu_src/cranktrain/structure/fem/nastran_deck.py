@@ -1,7 +1,7 @@
-"""Bulk data of Nastran and OptiStruct: nodes, tetrahedra, triangles and their properties, with the line of each error.
+"""Reader of bulk data of Nastran and OptiStruct (nodes, tetrahedra, triangles, properties) with lines in errors.
 
-meshio reads a part of this: it follows no INCLUDE, takes nodes of any coordinate system for global ones, leaves out
-elements in wide fields and tells no line. Read are
+meshio reads only a part of this: it follows no INCLUDE, takes nodes of any coordinate system as global, leaves out
+elements in wide fields, and its errors give no line. This module reads
 
 * ``GRID`` in basic coordinates, ``CTETRA`` of 4 or 10 nodes, ``CTRIA3``, ``CTRIAR`` and ``CTRIA6``, in narrow, wide and
   free fields with any continuation,
@@ -9,7 +9,7 @@ elements in wide fields and tells no line. Read are
   (:mod:`cranktrain.structure.fem.included_file`),
 * names of properties as HyperMesh writes them into comments, ``$HMNAME PROP 3 "MAIN_1"``; else the property's number.
 
-Other cards are passed over.
+Other cards are skipped.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NAMED_PROPERTY = re.compile(r'\$HMNAME\s+(?:PROP|COMP)\S*\s+([0-9]{1,18})\s*"([^
 TRIANGLES = {"CTRIA3": 3, "CTRIAR": 3, "CTRIA6": 6}
 OTHERS = ("CHEXA", "CPENTA", "CPYRA", "CPYRAM")
 NARROW, WIDE = 8, 16
-"""Characters of a field."""
+"""Width of a field in characters."""
 _PART = re.compile(r"\s*BEGIN\s+(BULK|SUPER)", re.IGNORECASE)
 _INCLUDE = re.compile(r"\s*INCLUDE\b", re.IGNORECASE)
 _EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
@@ -38,7 +38,7 @@ Lines = Iterator[tuple[Place, str]]
 
 
 class _Card(NamedTuple):
-    """A card: its word in capitals, its fields behind it, and the place of its first line."""
+    """A card: its name in capitals, the fields after the name, and the place of its first line."""
 
     word: str
     fields: list[str]
@@ -46,7 +46,7 @@ class _Card(NamedTuple):
 
 
 def read_bulk(path: Path) -> MeshParts:
-    """Parts of the mesh of a Nastran file; ``InputError`` with file and line."""
+    """Mesh of a Nastran file by the numbers of the file; ``InputError`` with file and line."""
     parts, names = MeshParts(), dict[int, str]()
     surfaces: dict[int, list[int]] = {}
     for card in _cards(_bulk(path, names)):
@@ -66,17 +66,17 @@ def read_bulk(path: Path) -> MeshParts:
 
 
 def included_files(path: Path) -> list[Path]:
-    """Files that a Nastran file includes, in their order; ``InputError`` where one is missing or includes itself."""
+    """Files that a Nastran file includes, in order; ``InputError`` if a file is missing or includes itself."""
     return list(dict.fromkeys(place.path for place, _ in _lines(path, (path,)) if place.path != path))
 
 
 def _bulk(path: Path, names: dict[int, str]) -> Lines:
-    """Lines of the bulk data without comments; ``names`` of properties are taken from these."""
+    """Lines of the bulk data without comments; names of properties in the comments are added to ``names``."""
     lines = list(_lines(path, (path,)))
     begins = [k for k, (_, line) in enumerate(lines) if _PART.match(line)]
     if len(begins) > 1:
         raise InputError(f"{lines[begins[1]][0]}: a second section of bulk data; give one part")
-    # Comments with names may stand anywhere.
+    # Comments with names may be anywhere in the file.
     names.update({int(match[1]): match[2] for _, line in lines if (match := NAMED_PROPERTY.match(line.lstrip()))})
     ended = False
     for place, line in lines[begins[0] + 1 if begins else 0 :]:
@@ -91,7 +91,7 @@ def _bulk(path: Path, names: dict[int, str]) -> Lines:
 
 
 def _lines(path: Path, inside: tuple[Path, ...]) -> Lines:
-    """Lines of a file, those of files that it includes in the place of INCLUDE, whose name may go on in later lines."""
+    """Lines of a file; the lines of an included file replace its INCLUDE, whose name may continue in further lines."""
     begun, at = "", Place(path, 0)
     for number, line in text_lines(path, "Nastran file", "export the mesh again"):
         if begun:
@@ -119,7 +119,7 @@ def _included(place: Place, line: str, inside: tuple[Path, ...]) -> Lines:
 
 
 def _cards(lines: Lines) -> Iterator[_Card]:
-    """Cards with their continuations."""
+    """Cards of some lines, each with its continuation lines."""
     card: _Card | None = None
     for place, line in lines:
         first, fields, width = _fields(line)
@@ -129,7 +129,7 @@ def _cards(lines: Lines) -> Iterator[_Card]:
                 raise InputError(
                     f"{place}: a continuation of a card that stands in {card.place}; give each file whole cards"
                 )
-            # A line before that ends early has blank fields.
+            # The missing fields of a short line before a continuation are blank.
             card.fields.extend([""] * (-len(card.fields) % width))
             card.fields.extend(fields)
             continue
@@ -142,7 +142,7 @@ def _cards(lines: Lines) -> Iterator[_Card]:
 
 
 def _fields(line: str) -> tuple[str, list[str], int]:
-    """First field, the fields of data of a line, and how many its form has."""
+    """First field of a line, its data fields, and the number of data fields in its format."""
     if "," in line:
         first, *fields = (text.strip() for text in line.split(","))
         count = 4 if first.endswith("*") or first.startswith("*") else 8
@@ -180,12 +180,12 @@ def _add_node(parts: MeshParts, card: _Card) -> None:
 
 
 def _real(text: str) -> float:
-    """A number as Nastran writes it: ``1.5-3`` and ``1.5D-3`` are 0.0015."""
+    """Value of a number in Nastran's notation, in which ``1.5-3`` and ``1.5D-3`` are 0.0015."""
     return float(_EXPONENT.sub(r"E\1", text.upper().replace("D", "E"))) if text else 0.0
 
 
 def _add_element(parts: MeshParts, card: _Card) -> tuple[int, int]:
-    """Number and property of a tetrahedron or triangle that is added."""
+    """Add a tetrahedron or triangle and return its number and its property."""
     number, prop, *nodes = [*card.fields, "", ""]
     element = _number(card, number)
     own = _number(card, prop) if prop else element

@@ -1,4 +1,4 @@
-"""A user's own reduced body: stored by this program, or a superelement of another."""
+"""A user's own reduced body: a body stored by this program, or a superelement of another program."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from cranktrain.structure.fem.superelement_file import is_superelement, read_sup
 
 
 def is_body(path: str | Path) -> bool:
-    """Whether a path is that of a reduced body (.h5, .npz, folder) or describes a superelement (.toml)."""
+    """True if a path is a stored reduced body (.h5, .npz, folder) or describes a superelement (.toml)."""
     return is_stored_body(path) or is_superelement(path)
 
 
 def read_body(path: str | Path) -> ReducedBody:
-    """The body; ``InputError`` or ``StoreError`` where it cannot be read or used."""
+    """Read a reduced body or a superelement; ``InputError`` or ``StoreError`` if it cannot be read or used."""
     if is_stored_body(path):
         return import_body(path)
     return superelement_body(read_superelement(path), Path(path).stem)
 
 
 def with_interface(body: ReducedBody, name: str, at: str) -> ReducedBody:
-    """Body with another interface at the place of one that it has, which moves with it."""
+    """Body with an additional interface ``name`` that coincides and moves with the existing interface ``at``."""
     row = body.index(at)
     return replace(
         body,

@@ -1,4 +1,4 @@
-"""A user's own mesh: its file and unit, whether it is one piece, and whether it lies where the engine file wants it."""
+"""Checks of a user's own mesh: unit, connectivity, and positions of its surfaces compared with the engine file."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from cranktrain.core.types import Array
 Integers = NDArray[np.integer[Any]]
 
 UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
-"""Metres in each unit of coordinates."""
+"""Length in m of each unit of coordinates."""
 SHOWN_PLACES = 3
-"""Places that a message lists."""
+"""Largest number of positions that a message lists."""
 
 
 class MeshFile(str):
-    """Path of a user's own mesh with the unit of its coordinates; any other path is in metres."""
+    """Path of a user's own mesh with the unit of its coordinates; plain paths mean metres."""
 
     unit: str
 
     def __new__(cls, path: str | Path, unit: str = "m") -> MeshFile:
-        """Path with a unit; ``InputError`` for one that is not known."""
+        """Make a path with a unit; ``InputError`` for an unknown unit."""
         if unit not in UNITS:
             raise InputError(f"mesh unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
         found = super().__new__(cls, path)
@@ -41,12 +41,12 @@ def mesh_unit(path: str | Path) -> str:
 
 
 def check_one_piece(nodes: Array, tets: Integers, path: str | Path) -> None:
-    """Refuse solids that do not hang together, or that overlap; ``InputError`` says where.
+    """Refuse solids of several pieces, or with overlapping elements; ``InputError`` gives a position.
 
     Parameters
     ----------
     nodes : (n, 3) m
-    tets : (m, 4 or more) corners first
+    tets : (m, 4 or more) nodes of the elements, corners first
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -79,8 +79,8 @@ def check_places(path: str | Path, found: Mapping[str, Array], expected: Mapping
 
     Parameters
     ----------
-    found, expected : place (3,) m of each surface; those of ``expected`` are looked at
-    tolerance : m
+    found, expected : position (3,) of each surface, m; only the surfaces of ``expected`` are compared
+    tolerance : largest distance, m
     """
     names = list(expected)
     have, want = np.array([found[name] for name in names]), np.array([expected[name] for name in names])
@@ -95,7 +95,7 @@ def check_places(path: str | Path, found: Mapping[str, Array], expected: Mapping
 
 
 def _remedy(names: list[str], have: Array, want: Array, tolerance: float) -> str:
-    """Remedy that would bring the surfaces to their positions."""
+    """Text of a remedy that would bring the surfaces to their positions."""
 
     def fits(moved: Array) -> bool:
         return bool(np.linalg.norm(moved - want, axis=1).max() <= tolerance)

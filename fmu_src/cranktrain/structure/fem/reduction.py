@@ -1,6 +1,6 @@
-"""Any body from its mesh to its reduced form: finite elements → interfaces → Craig–Bampton → stored file.
+"""Reduction of any body: mesh → finite elements → interfaces → Craig–Bampton modes → stored file.
 
-Where it is asked for, the reduction is checked against the full model, and with the other mass matrix.
+On request the reduction is compared with the full model, and with the other type of mass matrix.
 """
 
 from __future__ import annotations
@@ -38,30 +38,30 @@ from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.memory import give_back
 from cranktrain.structure.fem.own_mesh import mesh_unit
 
-# The reduction is checked against the full model up to here.
+# Frequency up to which the reduction is compared with the full model.
 CHECKED_HZ = 1000.0
-# Modes whose surface motion is stored for pictures: the rigid ones and the first elastic ones.
+# Number of modes (rigid and first elastic) whose surface motion is stored for pictures.
 PICTURED_MODES = 36
 
 _ERROR = "max_relative_error"
-"""Figure of quality that a body has if it was checked."""
+"""Key of the body's quality that exists only after a check against the full model."""
 
 Comparison = tuple[dict[str, float], dict[str, Array]]
 
 
 @dataclass(frozen=True)
 class ReductionTask:
-    """A body to be reduced, and its stored file.
+    """A body to be reduced, and the path of its stored file.
 
     Attributes
     ----------
-    path, digest : stored file, and digest of all that the body depends on
-    mesh : makes or reads the mesh with its named surfaces
-    mesh_file : the user's own one, where it is read
-    interfaces : averaged interfaces of the model
-    records : further records of the reduced body, or None
-    compared : further figures and records of its checks, or None
-    beside : takes further results from the finite elements and their factors while they are there, or None
+    path, digest : stored file, and digest of all inputs of the body
+    mesh : function that makes or reads the mesh with its named surfaces
+    mesh_file : path of the user's own mesh, or None
+    interfaces : function that makes the averaged interfaces of a model
+    records : function that makes further records of the reduced body, or None
+    compared : function that makes further figures and records of the checks, or None
+    beside : function that takes further results from the finite elements and their factors, or None
     """
 
     name: str
@@ -90,7 +90,7 @@ class ReductionTask:
 def reduced_structure(
     task: ReductionTask, progress: Progress | None = None, rebuild: bool = False, checked: bool = False
 ) -> ReducedBody:
-    """Body in all its Craig–Bampton modes; from the store where it is kept there, ``checked`` if that is wanted."""
+    """Body in all its Craig–Bampton modes, read from the store or computed; ``checked`` includes the checks."""
     if task.path.exists() and not rebuild:
         kept = load_body(task.path, task.digest)
         if not checked or _ERROR in kept.quality:
@@ -115,7 +115,7 @@ def reduced_structure(
 
 
 def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, InterfaceSet, Reduced]:
-    """Finite elements of a body, its interfaces, and its reduction with the modes' shapes, which no store keeps."""
+    """Finite elements of a body, its interfaces, and its reduction with the shapes of modes, which are not stored."""
     model = task.model(say)
     interfaces = task.interfaces(model)
     with one_thread():
@@ -123,7 +123,7 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
 
 
 def _included(path: Path) -> list[Path]:
-    """Files that a deck of Abaqus or bulk data of Nastran include."""
+    """Files that an Abaqus deck or Nastran bulk data include."""
     from cranktrain.structure.fem import abaqus_deck, nastran_deck
     from cranktrain.structure.fem.mesh_file import FORMATS
 
@@ -133,9 +133,9 @@ def _included(path: Path) -> list[Path]:
 
 
 def kept_path(kind: str, digest: str) -> Path:
-    """Where a body with this digest of its inputs is kept in the user's cache: named by what shapes it alone.
+    """Path in the user's cache of a body with this digest of its inputs.
 
-    Files of earlier versions began with the engine's name. One with this digest is read where it is.
+    Names of files of earlier versions began with the engine's name; such a file with this digest is used if it exists.
     """
     folder, ending = cache_folder(), f"-{digest[:16]}.h5"
     place = folder / f"{kind}{ending}"
@@ -155,7 +155,7 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
 
 
 def _judged(model: FEModel, reduced: Reduced) -> ReducedBody:
-    """Body with the figures of its reduction that cost nothing."""
+    """Body with the figures of quality that need no further computation."""
     rigid = reduced.flexibility.rigid
     quality = {
         "dofs_full": float(model.basis.N),
@@ -170,7 +170,7 @@ def _with(body: ReducedBody, found: Comparison) -> ReducedBody:
 
 
 def _checks(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> Comparison:
-    """Errors of a reduction against the full model, and what the other mass matrix would change."""
+    """Errors of a reduction against the full model, and differences with the other type of mass matrix."""
     body = reduced.body
     count = int(np.count_nonzero(body.frequencies_hz[6:] < CHECKED_HZ)) + 1
 
@@ -204,7 +204,7 @@ def static_error(reduced: Reduced) -> float:
     body = reduced.body
     elastic = body.shapes[:, :, 6:].reshape(-1, body.n_modes - 6)
     motions = body.shapes[:, :, :6].reshape(-1, 6)
-    # Forces and moments are compared by the motion they cause at their own point.
+    # Forces and moments are scaled by the motion that they cause at their own point.
     size = np.sqrt(np.diag(reduced.compliance))
     balanced = null_space((motions / size[:, None]).T)
     full = reduced.compliance / np.outer(size, size)
@@ -216,7 +216,7 @@ def static_error(reduced: Reduced) -> float:
 def surface_triangles(mesh: MeshTet2) -> NDArray[np.intp]:
     """Boundary of the mesh, each six-node facet as four triangles: (t, 3) columns of ``mesh.doflocs``.
 
-    Seen from outside the corners go round counter-clockwise.
+    Seen from outside the corners are in counter-clockwise order.
     """
     facets = mesh.boundary_facets()
     a, b, c = mesh.facets[:, facets]
@@ -233,7 +233,7 @@ def surface_triangles(mesh: MeshTet2) -> NDArray[np.intp]:
 
 
 def _surface(model: FEModel, modes: Array) -> dict[str, tuple[NDArray[Any], str]]:
-    """Boundary of the mesh with the modes on it."""
+    """Records of the mesh boundary and the modes on it, for pictures."""
     triangles = surface_triangles(model.mesh)
     used, renumbered = np.unique(triangles, return_inverse=True)
     dofs = component_dofs(model.basis)[:, used]

@@ -1,4 +1,4 @@
-"""A superelement, condensed by another program, as a reduced body.
+"""Reduced body of a superelement that another program condensed.
 
 Its stiffness K and mass M belong to displacements and rotations of retained nodes, and to modal coordinates that move
 no retained node (fixed-interface modes of Craig and Bampton). Modes, frequencies and interface shapes follow from K and
@@ -33,24 +33,24 @@ from cranktrain.core.rigid_slices import Slices, fields, rigid_modes, rigid_moti
 from cranktrain.core.types import Array
 
 RIGID_SHARE = 0.01
-"""Most that the frequency of a rigid motion may be of the first elastic one; text of seven digits stays far below."""
+"""Limit of a rigid motion's frequency over the first elastic one; matrices written with seven digits stay far below."""
 MASS_SHARE = 1e-3
 """Largest relative deviation of the mass in rigid motions from that of a rigid body."""
 CHECKED_HZ = 1000.0
-"""Up to here the slices' modal mass is looked at."""
+"""Frequency, Hz, up to which the modal mass of slices is checked."""
 
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
-    """Condensed matrices, SI.
+    """Condensed matrices of a superelement, SI.
 
     Attributes
     ----------
     source : name used in messages
     stiffness, mass : (n, n)
     nodes, components : (n,) node of each row, and 0–5: displacement along x, y, z, rotation about x, y, z
-    places : node → (3,) m; nodes that have none are modal coordinates
-    interfaces : name → its node, or nodes of which it is the mean motion
+    places : node → position (3,), m; nodes without a position are modal coordinates
+    interfaces : name → one node, or several nodes whose mean motion it follows
     """
 
     source: str
@@ -63,11 +63,11 @@ class Superelement:
     digest: str = ""
 
     def rows(self, node: int) -> dict[int, int]:
-        """Component → row of a node."""
+        """Row of each component of a node."""
         return {int(self.components[row]): int(row) for row in np.flatnonzero(self.nodes == node)}
 
     def rigid_motions(self) -> Array:
-        """Translations along and rotations about x, y, z through the origin, (n, 6); modal coordinates stay."""
+        """Translations along and rotations about x, y, z through the origin, (n, 6); zero in modal coordinates."""
         result = np.zeros((self.nodes.size, 6))
         for node, place in self.places.items():
             motion = rigid_motion(place[None])[0]
@@ -79,8 +79,8 @@ class Superelement:
 def superelement_body(element: Superelement, name: str) -> ReducedBody:
     """Reduced body of a superelement in all its modes.
 
-    Raises ``InputError``: a stiffness that resists rigid motion, a mass that is none, an interface that does not follow
-    from its nodes.
+    Raises ``InputError``: a stiffness that resists rigid motion, a mass that is not that of a body, an interface that
+    is not determined by its nodes.
     """
     motions = element.rigid_motions()
     try:
@@ -107,7 +107,7 @@ def superelement_body(element: Superelement, name: str) -> ReducedBody:
 
 
 def _rigid_inertia(element: Superelement, motions: Array) -> Array:
-    """Mass in the rigid motions (6, 6); ``InputError`` where it is not that of a rigid body."""
+    """Mass matrix (6, 6) in the rigid motions; ``InputError`` if it is not that of a rigid body."""
     raw = np.asarray_chkfinite(motions.T @ element.mass @ motions)
     mass, first = float(np.trace(raw[:3, :3]) / 3.0), _axial(raw[3:, :3])
     rigid = np.zeros((6, 6))
@@ -124,7 +124,7 @@ def _rigid_inertia(element: Superelement, motions: Array) -> Array:
 
 
 def _modes(element: Superelement, rigid: Array) -> tuple[Array, Array]:
-    """ω (n,) and modes (n, n) of unit modal mass, rigid ones first; ``InputError`` where K resists them."""
+    """ω (n,) and modes (n, n) of unit modal mass, rigid modes first; ``InputError`` if K resists the rigid modes."""
     try:
         factor = cholesky(element.mass, lower=True)
     except LinAlgError:
@@ -150,13 +150,13 @@ def _modes(element: Superelement, rigid: Array) -> tuple[Array, Array]:
 
 
 def _rigid_hz(element: Superelement, rigid: Array) -> float:
-    """Largest frequency that the stiffness gives a rigid motion, Hz."""
+    """Largest frequency of a rigid motion that results from the stiffness, Hz."""
     squares = np.linalg.eigvalsh(rigid.T @ element.stiffness @ rigid)
     return float(np.sqrt(np.abs(squares).max()) / (2.0 * np.pi))
 
 
 def _interfaces(element: Superelement) -> tuple[dict[str, tuple[float, float, float]], Array]:
-    """Places of the interfaces and the rows (6 m, n) that give their motion."""
+    """Positions of the interfaces, and the rows (6 m, n) that give their motion."""
     positions, averaging = {}, np.zeros((6 * len(element.interfaces), element.nodes.size))
     for k, (name, nodes) in enumerate(element.interfaces.items()):
         place = np.mean([element.places[node] for node in nodes], axis=0)
@@ -167,7 +167,7 @@ def _interfaces(element: Superelement) -> tuple[dict[str, tuple[float, float, fl
             for component, row in rows[0].items():
                 block[component, row] = 1.0
             continue
-        # The rigid motion that fits the nodes' displacements best.
+        # The interface follows the rigid motion that fits the displacements of its nodes best.
         arms = np.array([element.places[node] for node in nodes]) - place
         followed = rigid_motion(arms)[:, :3].reshape(-1, 6)
         moved = [at.get(c, -1) for at in rows for c in range(3)]
@@ -199,7 +199,7 @@ def _sliced(
     slices = _with_total(places, moments, _total_moments(inertia))
     rigid = rigid_motion(places) @ coefficients
     motion[:, :, :6] = rigid
-    # M's elastic modes carry no momentum; the slices' shall not either.
+    # Elastic modes have no momentum with M, so that of the slices is removed too.
     elastic = motion[:, :, 6:]
     motion[:, :, 6:] = elastic - rigid @ slices.paired(fields(rigid), fields(elastic))
     elastic = motion[:, :, 6:][:, :, omega[6:] < 2.0 * np.pi * CHECKED_HZ]
@@ -208,7 +208,7 @@ def _sliced(
 
 
 def _slice_moments(felt: Array) -> Array:
-    """Moments (4, 4) of the rigid slice that comes closest to a node's part (6, 6) of M in rigid acceleration."""
+    """Moments (4, 4) of the rigid slice closest to a node's part (6, 6) of M in rigid acceleration."""
     moments = np.zeros((4, 4))
     moments[0, 0] = np.trace(felt[:3, :3]) / 3.0
     moments[0, 1:] = moments[1:, 0] = 0.5 * (_axial(felt[3:, :3]) - _axial(felt[:3, 3:]))
@@ -217,7 +217,7 @@ def _slice_moments(felt: Array) -> Array:
 
 
 def _with_total(places: Array, moments: Array, total: Array) -> Slices:
-    """Slices with the sum of moments ``total`` about the origin; the difference is distributed by their masses."""
+    """Slices corrected to the sum of moments ``total`` about the origin; the difference is distributed by mass."""
     missing = total - Slices(places, moments).total()
     back = np.tile(np.eye(4), (len(places), 1, 1))
     back[:, 1:, 0] = -places
@@ -226,7 +226,7 @@ def _with_total(places: Array, moments: Array, total: Array) -> Slices:
 
 
 def _total_moments(inertia: Array) -> Array:
-    """Moments (4, 4) about the origin of a rigid body's mass matrix (6, 6)."""
+    """Moments (4, 4) about the origin, from the mass matrix (6, 6) of a rigid body."""
     total = np.zeros((4, 4))
     total[0, 0] = inertia[0, 0]
     total[0, 1:] = total[1:, 0] = _axial(inertia[3:, :3])
@@ -235,13 +235,13 @@ def _total_moments(inertia: Array) -> Array:
 
 
 def _axial(matrix: Array) -> Array:
-    """Vector v of the skew part of a matrix, r ↦ v×r."""
+    """Axial vector v of the skew part of a matrix, r ↦ v×r."""
     odd = 0.5 * (matrix - matrix.T)
     return np.array([odd[2, 1], odd[0, 2], odd[1, 0]])
 
 
 def _sections(body: ReducedBody, slices: Slices) -> dict[str, Array]:
-    """Mass of the slices around each interface on the axis, as ``structure.crank.reduction.sections`` gives it."""
+    """Mass and inertia of slices around each interface on the axis, as ``structure.crank.reduction.sections``."""
     across = np.hypot(*body.positions[:, :2].T)
     on_axis = np.flatnonzero(across < 1e-3 * np.abs(body.positions).max())
     rows = np.array([row for row in on_axis if body.interfaces[row] != "thrust"], dtype=int)

@@ -1,4 +1,4 @@
-"""Superelements as finite-element programs write them, described by a TOML file.
+"""Reader of superelements of other programs, described by a TOML file.
 
     stiffness = "crank_STIF1.mtx"          # Abaqus *MATRIX OUTPUT, CalculiX .sti, or Matrix Market
     mass = "crank_MASS1.mtx"               # or, for both: matrices = "crank.mtx" of *SUBSTRUCTURE MATRIX OUTPUT
@@ -41,9 +41,9 @@ Rows = list[tuple[int, int]]
 UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e-3)}
 """Length in m and energy in J of a unit."""
 LARGEST_FILE, MOST_ROWS, SAMPLE = 1_000_000_000, 6000, 1 << 16
-"""Bytes and rows that are read, and the bytes at the beginning that tell text from other content."""
+"""Limits of file size (bytes) and of rows, and number of first bytes that decide whether a file is text."""
 GRIDS = (".bdf", ".dat", ".nas", ".pch")
-"""Endings of files with GRID cards."""
+"""Endings of files that may hold GRID cards."""
 REMEDY = "see docs/how-to/own_elements.md"
 
 
@@ -56,7 +56,7 @@ _Nodes = Annotated[Any, Meta(extra_json_schema={"anyOf": [{"type": "integer"}, _
 
 
 class SuperelementTable(Table, kw_only=True):
-    """A superelement: its matrices, or stiffness and mass, the places of its nodes, and the nodes of its interfaces."""
+    """Table of a superelement: files of matrices, positions of nodes, and nodes of interfaces."""
 
     name: str = ""
     matrices: str | None = None
@@ -71,7 +71,7 @@ class SuperelementTable(Table, kw_only=True):
 
 
 def is_superelement(path: str | Path) -> bool:
-    """Whether a file describes a superelement."""
+    """True if a file describes a superelement."""
     if ending(path) != ".toml":
         return False
     try:
@@ -81,7 +81,7 @@ def is_superelement(path: str | Path) -> bool:
 
 
 def read_superelement(path: str | Path) -> Superelement:
-    """The superelement of a TOML file; ``InputError`` where it or a file that it names cannot be used."""
+    """Read a superelement from its TOML file; ``InputError`` if this file or a file named there cannot be used."""
     source = user_path(path)
     read = record(SuperelementTable, read_toml(source, "superelement", REMEDY), str(source))
     if read.units not in UNITS:
@@ -117,7 +117,7 @@ def read_superelement(path: str | Path) -> Superelement:
 
 
 def _both(source: Path, files: dict[str, Path], names: dict[str, str | None]) -> tuple[Rows, Array, Array]:
-    """Rows, stiffness and mass in them, in the unit of the files; ``names`` of matrices in files that have several."""
+    """Rows, stiffness and mass in the unit of the files; ``names`` select matrices in files with several."""
     if "matrices" in files and is_named(files["matrices"]):
         return _both(source, {**_without(files, "matrices"), **dict.fromkeys(names, files["matrices"])}, names)
     if "matrices" in files:
@@ -146,7 +146,7 @@ def _without(files: dict[str, Path], key: str) -> dict[str, Path]:
 def _named_entries(
     path: Path, kind: str, name: str | None, dofs: Path | None
 ) -> dict[tuple[tuple[int, int], tuple[int, int]], float]:
-    """Entries of a matrix by name; rows of OUTPUT4 are those of the file of degrees of freedom."""
+    """Entries of a named matrix; the file ``dofs`` gives the rows of an OUTPUT4 matrix."""
     matrix = named_matrix(path, kind, name)
     rows = matrix.rows
     if rows is None:
@@ -154,7 +154,7 @@ def _named_entries(
             raise InputError(f"{path}: gives rows by number; add dofs = with a line NODE.COMPONENT each row; {REMEDY}")
         rows = _row_names(dofs, path, len(matrix.values))
     i, j = np.nonzero(matrix.values)
-    # The diagonal keeps rows without entries.
+    # Zeros on the diagonal keep rows without entries.
     entries = {(row, row): 0.0 for row in rows}
     return entries | {
         (rows[a], rows[b]): value
@@ -163,7 +163,7 @@ def _named_entries(
 
 
 def _row_names(dofs: Path, path: Path, count: int) -> Rows:
-    """Node and component (from 0) of each row that a file of degrees of freedom names."""
+    """Node and component (from 0) of each row, from the file of degrees of freedom."""
     named = [line.strip().partition(".") for line in _text(dofs).split()]
     rows = [(whole_number(node), whole_number(component)) for node, _, component in named]
     whole = [(node, component - 1) for node, component in rows if node is not None and component is not None]
@@ -173,7 +173,7 @@ def _row_names(dofs: Path, path: Path, count: int) -> Rows:
 
 
 def _text(path: Path) -> str:
-    """Text of a file of numbers; ``InputError``."""
+    """Text of a file of numbers; ``InputError`` if it is too large or not text."""
     check_file(path, f"{path}", f"condense the body further; {REMEDY}", LARGEST_FILE)
     try:
         with path.open("rb") as file:
@@ -185,7 +185,7 @@ def _text(path: Path) -> str:
 
 
 def _numbers(path: Path, lines: list[str]) -> Array:
-    """All numbers of some lines, separated by commas or blanks; FORTRAN's D is an exponent."""
+    """All numbers of some lines, separated by commas or blanks; FORTRAN's exponent D is accepted."""
     text = " ".join(lines[:1] if lines and not _is_numeric(lines[0]) else lines).replace(",", " ")
     try:
         found = np.array(text.upper().replace("D", "E").split(), dtype=np.float64)
@@ -200,7 +200,7 @@ def _numbers(path: Path, lines: list[str]) -> Array:
 
 
 def _is_numeric(line: str) -> bool:
-    """Whether a line holds nothing but numbers."""
+    """True if a line contains only numbers."""
     try:
         np.array(line.replace(",", " ").upper().replace("D", "E").split(), dtype=np.float64)
     except ValueError:
@@ -209,12 +209,12 @@ def _is_numeric(line: str) -> bool:
 
 
 def _user_element(path: Path) -> tuple[Rows, dict[str, Array]]:
-    """Rows and matrices of a ``*USER ELEMENT, LINEAR``, as ``*SUBSTRUCTURE MATRIX OUTPUT`` writes it."""
+    """Rows and matrices of a ``*USER ELEMENT, LINEAR``, written by ``*SUBSTRUCTURE MATRIX OUTPUT``."""
     blocks: dict[str, list[str]] = {"nodes": [], "components": []}
     section = ""
     for line in _text(path).splitlines():
         plain = line.upper().replace(" ", "")
-        if plain.startswith("**"):  # the nodes stand in comments
+        if plain.startswith("**"):  # comments list the nodes
             if plain.startswith("**ELEMENTNODES"):
                 section = "nodes"
             elif section == "nodes" and plain.strip("*,").replace(",", "").isdigit():
@@ -234,7 +234,7 @@ def _user_element(path: Path) -> tuple[Rows, dict[str, Array]]:
 
 
 def _components(path: Path, nodes: list[int], lines: list[str]) -> Rows:
-    """Rows of the nodes: components of the first, then from which position on they change to which."""
+    """Rows of the nodes; the first line has the components of the first node, later ones changes from a position on."""
     each: dict[int, list[int]] = {}
     for k, line in enumerate(lines):
         first, *rest = _numbers(path, [line]).astype(int).tolist()
@@ -248,7 +248,7 @@ def _components(path: Path, nodes: list[int], lines: list[str]) -> Rows:
 
 
 def _triangle(path: Path, kind: str, values: Array, n: int) -> Array:
-    """Symmetric matrix (n, n) of its columns down to the diagonal, or of all its columns."""
+    """Symmetric matrix (n, n) from the values of its upper triangle by columns, or from all its values."""
     if values.size == n * n:
         return _symmetric(path, values.reshape(n, n).T)
     if values.size != n * (n + 1) // 2:
@@ -261,19 +261,19 @@ def _triangle(path: Path, kind: str, values: Array, n: int) -> Array:
 
 
 def _symmetric(path: Path, matrix: Array) -> Array:
-    """The symmetric part, where the matrix is symmetric; ``InputError``."""
+    """Symmetric part of a matrix; ``InputError`` if the matrix is not symmetric."""
     if np.abs(matrix - matrix.T).max() > 1e-6 * np.abs(matrix).max():
         raise InputError(f"{path}: the matrix is not symmetric; condense without friction and gyroscopic terms")
     return np.asarray(0.5 * (matrix + matrix.T))
 
 
 def _entries(path: Path, dofs: Path | None) -> dict[tuple[tuple[int, int], tuple[int, int]], float]:
-    """Entries of a matrix by row and column, each a node and a component."""
+    """Entries of a matrix by row and column, each given as node and component."""
     text = _text(path)
     if re.match(r"%%MatrixMarket\s+matrix\s+array", text, re.IGNORECASE):
         text = _coordinates(path)
     lines = [line for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "*%"]
-    lines = lines[1:] if text.startswith("%%MatrixMarket") else lines  # the first holds sizes
+    lines = lines[1:] if text.startswith("%%MatrixMarket") else lines  # the first line holds sizes
     table = _numbers(path, lines)
     width = len(_numbers(path, lines[-1:])) if lines else 0
     if width not in (3, 5) or table.size % width:
@@ -293,7 +293,7 @@ def _entries(path: Path, dofs: Path | None) -> dict[tuple[tuple[int, int], tuple
 
 
 def _coordinates(path: Path) -> str:
-    """Dense Matrix Market, as Ansys exports it, as text of rows, columns and values."""
+    """Text of rows, columns and values from a dense Matrix Market file, which Ansys exports."""
     from scipy.io import mminfo, mmread
 
     try:
@@ -309,7 +309,7 @@ def _coordinates(path: Path) -> str:
 
 
 def _assembled(path: Path, entries: dict[tuple[Any, Any], float], rows: Rows) -> Array:
-    """Symmetric matrix of entries of one triangle, or of both."""
+    """Symmetric matrix from entries of one triangle, or of both."""
     if not 6 < len(rows) <= MOST_ROWS:
         raise InputError(f"{path}: {len(rows)} components; a superelement has 7 to {MOST_ROWS}: condense the body")
     index = {row: k for k, row in enumerate(rows)}
@@ -322,7 +322,7 @@ def _assembled(path: Path, entries: dict[tuple[Any, Any], float], rows: Rows) ->
 
 
 def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[int, Array]:
-    """Place (3,) m of each node of a table, or of the ``*NODE`` lines of a file."""
+    """Position (3,), m, of each node from a table, or from the ``*NODE`` lines of a file."""
     places: dict[int, Array] = {}
     if file is not None and file.suffix.lower() in GRIDS:
         places = {node: length * place for node, place in _grids(file).items()}
@@ -349,7 +349,7 @@ def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[
 
 
 def _grids(file: Path) -> dict[int, Array]:
-    """Place of each GRID of a Nastran file, in its unit; ``InputError`` for one in other than basic coordinates."""
+    """Position of each GRID of a Nastran file, in its unit; ``InputError`` for a GRID not in basic coordinates."""
     found = {}
     lines = _text(file).splitlines()
     for number, line in enumerate(lines, 1):
@@ -376,7 +376,7 @@ def _grids(file: Path) -> dict[int, Array]:
 
 
 def _interfaces(source: Path, table: dict[str, Any], places: dict[int, Array]) -> dict[str, tuple[int, ...]]:
-    """Nodes of each interface, which the matrices and the coordinates have."""
+    """Nodes of each interface; ``InputError`` for nodes without rows or coordinates."""
     if not table:
         raise InputError(f'{source}: no [interfaces]; name the node, or nodes, of each: "main[1]" = 1001')
     found = {}

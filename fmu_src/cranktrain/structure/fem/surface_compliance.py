@@ -1,6 +1,6 @@
-"""Compliance of a round surface on patterns of pressure, from finite elements, kept between runs.
+"""Compliance of a round surface on patterns of pressure, from finite elements, stored in the user's cache.
 
-C_ij = f_iᵀ K⁻¹ f_j with the vectors of the loads themselves, f_i · v = ∫ p_i e_r · v dA: symmetric by construction.
+C_ij = f_iᵀ K⁻¹ f_j with the load vectors f_i · v = ∫ p_i e_r · v dA is symmetric by construction.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def radial_loads(model: FEModel, facets: FacetBasis, pressure: Array) -> Array:
 
     Parameters
     ----------
-    pressure : (patterns, facets, points) value times area at each point of ``facets``
+    pressure : (patterns, facets, points) pressure times area at each quadrature point of ``facets``
     """
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)
@@ -41,9 +41,9 @@ def radial_loads(model: FEModel, facets: FacetBasis, pressure: Array) -> Array:
 
 
 def compliance_of(model: FEModel, clamped: NDArray[np.integer], loads: Array) -> Array:
-    """Compliance (n, n) on n load vectors (ndof, n), the degrees of freedom ``clamped`` at rest.
+    """Compliance (n, n) on n load vectors (ndof, n), with the degrees of freedom ``clamped`` fixed.
 
-    Raises ``RuntimeError``: if they let the body move.
+    Raises ``RuntimeError`` if these permit rigid motion.
     """
     free = np.setdiff1d(np.arange(model.basis.N), clamped)
     with one_thread():
@@ -52,9 +52,9 @@ def compliance_of(model: FEModel, clamped: NDArray[np.integer], loads: Array) ->
 
 
 def kept_compliance(name: str, inputs: Any, computed: Callable[[], Array], rebuild: bool = False) -> Array:
-    """Compliance of these very ``inputs`` from the user's cache; where there is none it is ``computed`` and kept.
+    """Compliance for these ``inputs`` from the user's cache; if it is not there, it is ``computed`` and stored.
 
-    A cache that cannot be written costs the next run its seconds only.
+    If the cache cannot be written, the next run computes the compliance again.
     """
     digest = sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
     path = cache_folder() / f"{name}-{digest[:16]}.npz"
@@ -63,7 +63,7 @@ def kept_compliance(name: str, inputs: Any, computed: Callable[[], Array], rebui
             if str(data["digest"]) == digest and not rebuild:
                 return np.asarray(data["compliance"])
     except (OSError, ValueError, KeyError, BadZipFile):
-        pass  # none there, or none that can be read
+        pass  # no file, or an unreadable one
     compliance = computed()
     try:
         with whole_file(path) as temporary:

@@ -1,7 +1,7 @@
-"""Universal files (.unv): nodes (dataset 2411), elements (2412) and permanent groups (2467 and its forerunners).
+"""Reader of universal files (.unv): nodes (dataset 2411), elements (2412), permanent groups (2467 and predecessors).
 
-Elements of second order list corners and mid-side nodes in turn. pyuff, which reads measured data of such files, takes
-eight nodes of an element at most, so that tetrahedra of ten nodes are lost.
+Elements of second order list corners and mid-side nodes alternately. pyuff, which reads measured data of such files,
+reads at most eight nodes of an element, so ten-node tetrahedra would be lost.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 NODES, ELEMENTS = (2411, 781, 15), (2412, 780)
 GROUPS = (2467, 2477, 2452, 2435, 2432, 2430, 2429)
 TETRAHEDRA = {111: (0, 1, 2, 3), 118: (0, 2, 4, 9, 1, 3, 5, 6, 7, 8)}
-"""Order of the nodes of four- and ten-node tetrahedra: corners, then mid-side nodes as VTK has them."""
+"""Order of the nodes of four- and ten-node tetrahedra: corners, then mid-side nodes in VTK's order."""
 TRIANGLES: dict[int, tuple[int, ...]] = {41: (0, 1, 2), 51: (0, 1, 2), 61: (0, 1, 2), 74: (0, 1, 2), 91: (0, 1, 2)}
 TRIANGLES |= dict.fromkeys((42, 52, 62, 72, 92), (0, 2, 4, 1, 3, 5))
 OTHER_SOLIDS = {112: "wedges", 113: "wedges", 115: "bricks", 116: "bricks", 101: "wedges", 104: "bricks", 105: "bricks"}
 BEAMS = (11, 21, 22, 23, 24, 31, 32)
-"""Elements with a line of their own between head and nodes."""
+"""Kinds of elements with an additional line between head and nodes."""
 NODE, ELEMENT = 7, 8
-"""Codes of members of a group."""
+"""Type codes of members of a group."""
 
 
 class _Lines:
-    """Lines of a file with their numbers; ``InputError`` at its end."""
+    """Lines of a file with their numbers; reading beyond the end raises ``InputError``."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.at = path, 0
@@ -65,7 +65,7 @@ class _Lines:
             raise InputError(f"{self.place}: {shown(text.strip())}; whole numbers are expected here") from None
 
     def many(self, count: int) -> list[int]:
-        """Numbers of as many lines as it takes."""
+        """The next ``count`` numbers, from as many lines as needed."""
         found: list[int] = []
         while len(found) < count:
             if self.peek() == "-1":
@@ -81,7 +81,7 @@ class _Head(NamedTuple):
 
 
 def read_universal(path: Path) -> MeshParts:
-    """Parts of the mesh of a universal file; ``InputError`` with the line."""
+    """Mesh of a universal file by the numbers of the file; ``InputError`` with the line."""
     parts, lines, seen = MeshParts(), _Lines(path), set[int]()
     while lines.more:
         if lines.line().strip() != "-1":
@@ -152,7 +152,7 @@ def _elements(parts: MeshParts, lines: _Lines, dataset: int) -> None:
 
 
 def _groups(parts: MeshParts, lines: _Lines, dataset: int) -> None:
-    """Groups of nodes and elements; the later datasets have four numbers a member, the earlier ones two."""
+    """Read groups of nodes and elements; later datasets have four numbers per member, earlier ones two."""
     width = 4 if dataset in (2467, 2477, 2452, 2435) else 2
     while lines.peek() != "-1":
         values = lines.integers()

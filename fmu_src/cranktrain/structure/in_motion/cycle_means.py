@@ -1,4 +1,4 @@
-"""Cycle means of all force laws of a run, linearised at its states: effective stiffness and damping for the crank.
+"""Mean stiffness and damping of all force laws over a cycle of a run, for small motions of the crank.
 
 Along the settled cycle the stiffness K = −∂f/∂d and damping C = −∂f/∂ḋ of a film change by orders of magnitude. Let d₀
 be the relative motion of crank and block without the film, and H their compliance under the film's force. The film's
@@ -6,11 +6,11 @@ force is then f = −(Z⁻¹ + H)⁻¹ d₀ with Z = K + iωC. The mean law Z̄ 
 
     (Z̄⁻¹ + H)⁻¹ = mean over the cycle of (Z⁻¹ + H)⁻¹,
 
-in the axes of the turning frame. For a law far softer than the crank this is the mean of Z; for a law far stiffer it is
+in the axes of the rotating frame. For a law far softer than the crank Z̄ is the mean of Z; for a law far stiffer it is
 the inverse of the mean compliance. The variation about the mean moves crank and block at ω ± kΩ/2, so H is the mean
-over these frequencies, with all other films at their mean laws. The drive line's axial joint has its deflection as a
-state and therefore a mean law of its own (:mod:`cranktrain.structure.in_motion.joint`). All other laws, in particular
-the floating collar, have the means of K and C. For a law with constant K and C all these means are K and C themselves.
+over these frequencies, with all other films at their mean laws. The axial joint of the drive line has a state (its
+deflection) and therefore a separate mean law (:mod:`cranktrain.structure.in_motion.joint`). All other laws, in
+particular the floating collar, use the means of K and C. For a law with constant K and C all these means equal K and C.
 """
 
 from __future__ import annotations
@@ -34,19 +34,19 @@ from cranktrain.structure.in_motion.joint import joint_at_state, joint_stiffness
 ComplexArray = NDArray[np.complex128]
 
 ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""e_z × in the plane."""
+"""Matrix of the cross product e_z × in the plane."""
 
 
 class CycleTangents(NamedTuple):
-    """Tangents at equal times of a settled cycle, see :class:`cranktrain.dynamics.tangents.Tangents`.
+    """Tangents at N equally spaced times of a settled cycle, see :class:`cranktrain.dynamics.tangents.Tangents`.
 
     Attributes
     ----------
-    speed : rad/s
-    place, velocity, acceleration : (N, k, 4, 4) of the connections, along axes of the frame
-    forces, displaced : (N, m) at the ports
-    frame : (N, 3) cosine and sine of the frame's angle, and its speed, rad/s
-    joint : (N, 2) of the axial joint, see :mod:`cranktrain.structure.in_motion.joint`
+    speed : mean speed, rad/s
+    place, velocity, acceleration : (N, k, 4, 4) tangents of the connections, along axes of the frame
+    forces, displaced : (N, m) forces and displacements at the ports
+    frame : (N, 3) cosine and sine of the frame's angle, and speed of the frame, rad/s
+    joint : (N, 2) coefficients of the axial joint, see :mod:`cranktrain.structure.in_motion.joint`
     """
 
     speed: float
@@ -64,9 +64,9 @@ class CycleMeans(NamedTuple):
 
     Attributes
     ----------
-    speed, hz : rad/s; frequency (Hz) of the vibration that films have their means for
+    speed, hz : speed, rad/s, and frequency, Hz, of the vibration for which the means of films are made
     place, velocity, acceleration : (k, 4, 4) tangents of the connections, N/m, N s/m, kg
-    forces, displaced : (m,) mean forces at the ports and mean displacements of these
+    forces, displaced : (m,) mean forces at the ports and mean displacements of the ports
     """
 
     speed: float
@@ -117,7 +117,7 @@ def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: Cycl
 def with_film_means(
     model: ModelArrays, tangents: CycleTangents, means: CycleMeans, compliances: Sequence[ComplexArray], hz: float
 ) -> CycleMeans:
-    """Means for vibration at ``hz`` with films that feel ``compliances`` (p, p), m/N, in the order of :func:`films`."""
+    """Means at ``hz`` with films in series with their ``compliances`` (p, p), m/N, in the order of :func:`films`."""
     omega = 2.0 * math.pi * hz
     place, velocity = means.place.copy(), means.velocity.copy()
     for (k, parts), compliance in zip(films(model), compliances, strict=True):
@@ -134,14 +134,14 @@ def with_film_means(
 
 
 def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
-    """Dynamic stiffness (p, p) whose mean force is that of ``laws`` (N, p, p), N/m, in series with a compliance."""
+    """Dynamic stiffness (p, p), N/m, with the mean force of ``laws`` (N, p, p), each in series with a compliance."""
     unit = np.eye(compliance.shape[0])
     forces = np.linalg.solve(unit + laws @ compliance, laws).mean(axis=0)
     return np.asarray(np.linalg.solve(unit - forces @ compliance, forces))
 
 
 def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
-    """Films of mains and floating big ends, with the ports of their relative motion."""
+    """Row of each film's connection (mains and floating big ends) and components of its relative motion."""
     found: list[tuple[int, Sequence[int]]] = [
         (k, range(int(model.connections[k, slots.COUPLED]))) for k in range(model.bearings.shape[0])
     ]
@@ -151,8 +151,8 @@ def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
 def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, Array]:
     """Stiffness (N, b, 2, 2) N/m and damping, N s/m, of the main bearings over a cycle in axes at rest.
 
-    x is across the engine and y upwards; both are of the force on a journal by its place in the bore and by its
-    velocity there, as seen from the ground.
+    x is across the engine and y upwards. Stiffness and damping are minus the derivatives of the force on a journal by
+    its position and by its velocity in the bore, as seen from the ground.
     """
     mains = model.bearings.shape[0]
     place, velocity = (-part[:, :mains, :2, :2] for part in (tangents.place, tangents.velocity))

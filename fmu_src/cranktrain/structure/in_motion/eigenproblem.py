@@ -1,28 +1,29 @@
-"""Modes in motion: the damped eigenproblem of a crank in the cycle means of its force laws.
+"""Modes in motion: the damped eigenproblem of a crank with the cycle means of its force laws.
 
 In the frame that turns with the crank at Ω, with the rotating bodies in modes q and the ports' relative motion d,
 
     M q̈ + (D + 2ΩG + Σ c_s t tᵀ) q̇ + [ω² + Ω² (K_σ − C) + Σ k_s t tᵀ] q = Σ Dᵀ (K̄ d + C̄ ḋ) + rods
 
-with K̄ and C̄ the cycle means of the derivatives of all films, of the thrust bearing as it runs, of floating big ends,
-of the drive line's axial joint and of the damper (:mod:`cranktrain.structure.in_motion.cycle_means`), t the twists of
-the drive line's shafts with their k_s and c_s, and the mean tangents of the rods about the rigid rotation, pistons on
-the axes of their cylinders (:func:`cranktrain.structure.in_motion.periodic_forces.rod_forces`). Solutions are
-q = Re x exp(λt).
+where K̄ and C̄ are the cycle means of the derivatives of all films, of the running thrust bearing, of floating big
+ends, of the axial joint of the drive line and of the damper (:mod:`cranktrain.structure.in_motion.cycle_means`), and t
+the twists of the drive line's shafts with their stiffness k_s and damping c_s. The rods enter by their mean tangents
+about the rigid rotation, with pistons on the axes of their cylinders
+(:func:`cranktrain.structure.in_motion.periodic_forces.rod_forces`). Solutions are q = Re x exp(λt).
 
-A flexible block is stationary. In a mode of the crank it moves with λ, λ + iΩ and λ − iΩ, as the turning frame has it:
+A flexible block is stationary. In a mode of the crank it moves with the exponents λ, λ + iΩ and λ − iΩ,
 
     w = Re [(w₀ + w₊ exp(iΩt) + w₋ exp(−iΩt)) exp(λt)],
     d = u − ½ (I − iJ) w₊ − ½ (I + iJ) w₋ across the axis,  u − w₀ along it,  J = e_z ×,
 
-and its own equation, mounts included, holds for each of the three parts with its exponent. Two effects are left out:
-further harmonics, which a block with different stiffness in different directions would have, and the variation of the
-laws about their means over the cycle.
+and the equation of the block on its mounts holds for each of the three parts with its exponent. Two effects are left
+out: further harmonics, which a block with direction-dependent stiffness would have, and the variation of the force laws
+about their means over the cycle.
 
-The first torsional mode is named by what the pulley answers (:mod:`cranktrain.structure.in_motion.residues`). Films
-lock the journals of a short crank, and torsion and bending then share two or three modes. The one with most torsion in
-its energy may be damped so much that no order of a run peaks there. So of the modes that energy counts to the first
-torsional one, the mode has the name whose residue over its damping, by unit torques of the cylinders, is the largest.
+The first torsional mode is found by the response of the pulley (:mod:`cranktrain.structure.in_motion.residues`). Films
+lock the journals of a short crank, and torsion then couples with bending in two or three modes. The mode with the
+largest energy fraction of torsion may be so strongly damped that no order of a run peaks at its frequency. Energy
+fractions therefore only select candidates, and the first torsional mode is the candidate with the largest ratio of
+residue to damping under unit torques of the cylinders.
 
 If all laws are linear and isotropic the method is exact. On films and rollers the large peaks of a run lie within 0.7 %
 of the modes that contribute most to them, those of the shipped six within 0.5 %
@@ -79,25 +80,26 @@ from cranktrain.structure.in_motion.residues import order_forces, participations
 ComplexArray = NDArray[np.complex128]
 
 SLOWEST_HZ, SLOWEST_SHARE = 60.0, 0.25
-"""Lowest frequency of a mode in motion, Hz, and the most that it is over the first torsional frequency at rest. Below
-are rotation on the connecting shaft, and the crank and its block as a whole."""
+"""Modes in motion are searched above the smaller of this frequency, Hz, and this fraction of the first torsional
+frequency at rest. Below are the rotation on the connecting shaft and rigid motions of crank and block."""
 OVERDAMPED = 0.5
-"""Damping ratio from which a motion does not vibrate."""
+"""Modes with at least this damping ratio do not count as vibrations."""
 FIRST_HZ, SETTLED, ROUNDS = 250.0, 1.0e-4, 10
-"""Frequency (Hz) at which films have their first means, change of it at which iteration ends, and rounds at most."""
+"""Iteration for the means of films: first frequency, Hz, relative tolerance of the frequency, largest number of
+rounds."""
 SIDES = 4
-"""Largest k of the side frequencies ω ± kΩ/2 at which crank and block respond to the variation over a cycle."""
+"""Largest k of the side frequencies ω ± kΩ/2 that are included in the compliance of crank and block."""
 MOSTLY_SHAFT = 0.5
-"""Fraction of its elastic energy in the drive line's shafts from which a mode is one of the drive line."""
+"""A mode belongs to the drive line if its shafts hold at least this fraction of the mode's elastic energy."""
 SAMPLES = 360
-"""Angles of a cycle at which rods are linearised."""
+"""Number of crank angles of a cycle at which rods are linearised."""
 PARTS = (*KINDS, "block")
 PULLEY = 1
-"""Row of ``ModelArrays.ends``: the pulley's rotation."""
+"""Row of ``ModelArrays.ends`` for the pulley's rotation."""
 
 
 class Equations(NamedTuple):
-    """M ẍ + C ẋ + K x = 0 (n, n), real on ground and complex with a block.
+    """Equations of small motions M ẍ + C ẋ + K x = 0 (n, n), real on ground and complex with a block.
 
     The first ``crank`` coordinates are the crank's modes, the first ``turning`` the modes of all rotating bodies.
     """
@@ -110,10 +112,10 @@ class Equations(NamedTuple):
 
 
 class Rods(NamedTuple):
-    """Rods about the rigid rotation: rows (3 c, n_t) of their motion, mean tangents, and loads on the crank.
+    """Rods linearised about the rigid rotation: rows (3 c, n_t) of their motion, mean tangents, and loads on the crank.
 
-    ``tangents`` are by place, velocity and acceleration. ``loads`` (n_t, c + o) are the gas torques of 1 N m, then the
-    forces of each order, see :mod:`cranktrain.structure.in_motion.residues`.
+    ``tangents`` are derivatives by displacement, velocity and acceleration. The columns of ``loads`` (n_t, c + o) are
+    the gas torques of 1 N m, then the forces of each order, see :mod:`cranktrain.structure.in_motion.residues`.
     """
 
     rows: Array
@@ -122,18 +124,18 @@ class Rods(NamedTuple):
 
 
 class ModesInMotion(NamedTuple):
-    """Modes by rising frequency.
+    """Modes in motion in order of rising frequency.
 
     Attributes
     ----------
     speed : rad/s
     values : (k,) eigenvalues λ, 1/s
-    shapes : (n, k) of the coordinates of :class:`Equations`
+    shapes : (n, k) in the coordinates of :class:`Equations`
     shares : (k, 4) fractions of bending, torsion, axial motion and block in the kinetic energy
     in_shafts : (k,) elastic energy of the drive line's shafts over the largest kinetic energy
-    by_torque : (k, c) residues of the pulley's rotation by a gas torque of each cylinder, rad/(N m s)
-    by_order : (k, o) residues by the rods' forces of orders 0.5, 1, …, rad/s, with the phase of the crank angle
-    highest_hz : frequency up to which modes are named, Hz
+    by_torque : (k, c) residues of the pulley's rotation for a unit gas torque of each cylinder, rad/(N m s)
+    by_order : (k, o) residues for the rods' forces of orders 0.5, 1, …, rad/s, with phases relative to the crank angle
+    highest_hz : highest frequency of a mode with a name, Hz
     """
 
     speed: float
@@ -157,9 +159,9 @@ class ModesInMotion(NamedTuple):
 
     @property
     def answers(self) -> Array:
-        """Rotation of the pulley at each mode's own frequency by one gas torque of each cylinder, (k,) rad/(N m).
+        """Rotation (k,) of the pulley at each mode's own frequency under a unit gas torque of each cylinder, rad/(N m).
 
-        Root of the sum of squares over the cylinders.
+        The result is the root of the sum of squares over the cylinders.
         """
         return np.asarray(np.linalg.norm(self.by_torque, axis=1) / -self.values.real)
 
@@ -170,20 +172,20 @@ class ModesInMotion(NamedTuple):
 
     @property
     def of_crank(self) -> NDArray[np.bool_]:
-        """Modes (k,) whose elastic energy is not mostly that of the drive line's shafts."""
+        """True for modes (k,) of the crank, whose elastic energy is not mostly in the shafts of the drive line."""
         return np.asarray(self.in_shafts < MOSTLY_SHAFT)
 
     def at_resonance(self, lowest: float, highest: float) -> Array:
-        """Torsion of the pulley (k, o), zero to peak in rad, that each order gives where it meets each mode.
+        """Torsion of the pulley (k, o), zero to peak in rad, by each order at its resonance with each mode.
 
-        Zero where they meet at no speed between ``lowest`` and ``highest``, rad/s.
+        Zero if the resonance speed is not between ``lowest`` and ``highest``, rad/s.
         """
         speeds = self.values.imag[:, None] / self.orders
         sizes = np.abs(self.by_order) / -self.values.real[:, None]
         return np.asarray(np.where((speeds >= lowest) & (speeds <= highest), sizes, 0.0))
 
     def strongest(self, order: float, hz: float) -> int:
-        """Index of the mode that contributes most to an order of the pulley's torsion at a frequency (Hz); −1: none."""
+        """Index of the mode that contributes most to an order of the pulley's torsion at a frequency, Hz; else −1."""
         k = round(2.0 * order) - 1
         if not (self.values.size and 0 <= k < self.by_order.shape[1]):
             return -1
@@ -192,15 +194,15 @@ class ModesInMotion(NamedTuple):
     def named(self, number: int) -> int:
         """Index of the first (``number`` 1), second, … torsional mode, −1 if there is none.
 
-        Fractions of energy say which modes belong to the first one, as in :mod:`cranktrain.structure.crank.modal`. Of
-        these the one with the largest of ``answers`` has the name. Modes of the drive line do not count.
+        Energy fractions select the candidates, as in :mod:`cranktrain.structure.crank.modal`. The candidate with the
+        largest of ``answers`` gets the name. Modes of the drive line do not count.
         """
         return self._chosen(number, self.answers)
 
     def twisting(self, number: int) -> int:
-        """Index of the mode with most torsion in its energy of those that count to the first, second, …; −1: none.
+        """Index of the candidate for the first, second, … torsional mode with the largest energy fraction; −1 if none.
 
-        It stands for the one torsional mode of a crank that only twists.
+        It corresponds to the mode of a crank of level ``torsional``.
         """
         return self._chosen(number, None)
 
@@ -222,21 +224,22 @@ class ModesInMotion(NamedTuple):
 
 
 _RODS: WeakKeyDictionary[Simulation, tuple[float, Rods]] = WeakKeyDictionary()
-"""Result of :func:`_rods` for a simulation at its last speed; it does not depend on the iterated means."""
+"""Cache of :func:`_rods` for the last speed of each simulation; the result does not depend on the iterated means."""
 
 
 def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = None) -> ModesInMotion:
     """Modes about the settled cycle that begins at a simulation's state; the state is not changed.
 
-    ``tangents`` of a cycle of the same model replace the tangents of this cycle. Films have the means at the first
-    torsional frequency, found by iteration. Raises ``SolverError`` for a step that fails, or a law without tangents.
+    Given ``tangents`` of a cycle of the same model replace the tangents of this cycle. Films have the means at the
+    first torsional frequency, found by iteration. Raises ``SolverError`` for a step that fails, or a law without
+    tangents.
     """
     means, _ = settled_means(simulation, tangents)
     return modes_in_means(simulation, means)
 
 
 def settled_means(simulation: Simulation, tangents: CycleTangents | None = None) -> tuple[CycleMeans, float]:
-    """Means of the force laws at the first torsional frequency, Hz, and that; arguments and errors as for the modes."""
+    """Means of the force laws at the first torsional frequency, and this frequency, Hz; see :func:`modes_in_motion`."""
     found = tangents_over_cycle(simulation) if tangents is None else tangents
     means = with_joint_mean(simulation, found, plain_means(found, FIRST_HZ), FIRST_HZ)
     hz = modes_in_means(simulation, means).torsional_hz
@@ -250,7 +253,7 @@ def settled_means(simulation: Simulation, tangents: CycleTangents | None = None)
 
 
 def consistent_means(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
-    """Means for vibration at ``hz`` with films in series with crank and block, all other films as in ``means``."""
+    """Means at ``hz`` with each film in series with crank and block, in which all other films are as in ``means``."""
     model, equations = simulation.model, equations_in_motion(simulation, means)
     motion, omega = _relative_motion(model), 2.0 * math.pi * hz
     found = films(model)
@@ -264,17 +267,17 @@ def consistent_means(simulation: Simulation, tangents: CycleTangents, means: Cyc
         for (k, parts), sum_of_sides in zip(found, felt, strict=True):
             size, ports = len(parts), ports_of(model, k)
             apart = np.eye(ports.size)[:size]
-            if size < ports.size:  # a pin against its big end
+            if size < ports.size:  # relative motion of a pin and its floating big end
                 apart = np.hstack((np.eye(size), -np.eye(size)))
             own = apart @ compliance[np.ix_(ports, ports)] @ apart.T
             law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
-            # Without the film itself: (G⁻¹ − Z̄)⁻¹.
+            # Compliance without the film itself, (G⁻¹ − Z̄)⁻¹.
             sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
     return with_joint_mean(simulation, tangents, with_film_means(model, tangents, means, felt, hz), hz)
 
 
 def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
-    """Modes of a running model in given means of its force laws."""
+    """Modes of a running model with given means of its force laws."""
     equations = equations_in_motion(simulation, means)
     engine = fitted_engine(simulation.engine, simulation.settings)
     highest = engine.reduction.running_cutoff_hz
@@ -292,12 +295,12 @@ def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
 
 
 def slowest_hz(torsional_hz: float | None) -> float:
-    """Lowest frequency of a mode in motion, Hz, of a crank with this first torsional frequency at rest."""
+    """Lowest frequency of a mode in motion, Hz, for a crank with this first torsional frequency at rest."""
     return SLOWEST_HZ if torsional_hz is None else min(SLOWEST_HZ, SLOWEST_SHARE * torsional_hz)
 
 
 def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
-    """Equations of small motions of a running model in the ``means`` of its force laws."""
+    """Equations of small motions of a running model with the ``means`` of its force laws."""
     model, speed = simulation.model, means.speed
     t, n_b = model.ports.shape[1], model.block_ports.shape[1]
     turning = [np.eye(t), np.diag(model.damping[:t]) + 2.0 * speed * model.gyroscopic.T,
@@ -323,7 +326,7 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
 def vibrations(
     equations: Equations, slowest: float, loads: NDArray[Any]
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Eigenvalues (k,) above ``slowest`` Hz that vibrate, by rising frequency, and their shapes (n, k).
+    """Oscillatory eigenvalues (k,) above ``slowest`` Hz in order of rising frequency, and their shapes (n, k).
 
     The third array (k, l) has the modes' participations in ``loads`` (n, l), see
     :func:`cranktrain.structure.in_motion.residues.participations`.
@@ -340,7 +343,7 @@ def vibrations(
 
 
 def rods_in_motion(simulation: Simulation, speed: float) -> Rods:
-    """Rods of a running model at a speed, rad/s."""
+    """Linearised rods of a running model at a speed, rad/s, cached for the last speed."""
     known = _RODS.get(simulation)
     if known is None or known[0] != speed:
         known = _RODS[simulation] = speed, _rods(simulation, speed)
@@ -348,12 +351,12 @@ def rods_in_motion(simulation: Simulation, speed: float) -> Rods:
 
 
 def _rods(simulation: Simulation, speed: float) -> Rods:
-    """Evaluate the rods' laws over a cycle."""
+    """Linearise the rods' force laws over a cycle."""
     engine, body, model = simulation.engine, simulation.body, simulation.model
     t, ends = model.ports.shape[1], [int(rod[slots.END_PORT]) for rod in model.cylinders]
     if not bearing_law(simulation.settings.bearings).carries:
         body = locked_on_axis(body)
-    if ends[0] >= 0:  # a floating big end is a body of its own
+    if ends[0] >= 0:  # a floating big end is a separate body
         engine = replace(engine, rod=replace(engine.rod, big_end_mass=0.0))
     angle: Array = np.arange(SAMPLES, dtype=np.float64) * (4.0 * math.pi / SAMPLES)
     forces = rod_forces(engine, body, speed, angle, simulation.gas, simulation.settings.gas_load)
@@ -370,7 +373,7 @@ def _rods(simulation: Simulation, speed: float) -> Rods:
 
 
 def _relative_motion(model: ModelArrays) -> NDArray[Any]:
-    """Relative motion (n_newton, n) of the ports by all coordinates: turning modes, and the block's w₀, w₊, w₋."""
+    """Rows (n_newton, n): relative motion of the ports from rotating modes and the block's w₀, w₊, w₋."""
     t, n_b, m = model.ports.shape[1], model.block_ports.shape[1], model.scales.size
     turning = model.ports[:m]
     if not n_b:
@@ -389,7 +392,7 @@ def _relative_motion(model: ModelArrays) -> NDArray[Any]:
 
 
 def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> None:
-    """Add the block on its mounts, moving with λ, λ + iΩ and λ − iΩ."""
+    """Add the block on its mounts to the matrices ``parts``, for its motion with λ, λ + iΩ and λ − iΩ."""
     t, n_b = model.ports.shape[1], model.block_ports.shape[1]
     own = slice(t, t + n_b)
     damping = np.diag(model.damping[own]) + model.block.damping
@@ -402,7 +405,7 @@ def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> N
 
 
 def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts: list[NDArray[Any]]) -> None:
-    """Add the mean tangents of all connections but rods, and the moments of the journals' displaced forces."""
+    """Add the mean tangents of all connections except rods, and the moments of forces that move with the journals."""
     of_rods = set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
     t, n_b = model.ports.shape[1], model.block_ports.shape[1]
     tangents = means.acceleration, means.velocity, means.place
@@ -421,7 +424,7 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
         if n_b:
             turned[t : t + n_b] = -model.block_ports[row[slots.REACTS] - len(model.ports)]
         across = np.kron(np.eye(count // 2), ACROSS)
-        # u × f = −uᵀ (e_z×) f, differentiated by the arguments of f and by u.
+        # The moment u × f = −uᵀ (e_z×) f, differentiated by the arguments of f and by u.
         arm = -means.displaced[ports] @ across
         for part, tangent in zip(parts[1:], tangents[1:], strict=True):
             part -= np.outer(turned, arm @ tangent[k, :count, :count] @ rows)
@@ -429,7 +432,7 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
 
 
 def _in_shafts(model: ModelArrays, equations: Equations, values: ComplexArray, shapes: ComplexArray) -> Array:
-    """Elastic energy (k,) of the drive line's shafts in modes over their largest kinetic energy."""
+    """Ratio (k,) of the elastic energy of the drive line's shafts in each mode to the mode's largest kinetic energy."""
     kinetic = np.abs(values) ** 2 * np.einsum("ik,ij,jk->k", shapes.conj(), equations.mass, shapes).real
     elastic = np.zeros(values.size)
     for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
@@ -438,7 +441,7 @@ def _in_shafts(model: ModelArrays, equations: Equations, values: ComplexArray, s
 
 
 def _shares(engine: Engine, body: ReducedBody, equations: Equations, shapes: ComplexArray) -> Array:
-    """Fractions (k, 4) of the crank's kinds of motion and of the block in the kinetic energy of both."""
+    """Fractions (k, 4) of bending, torsion, axial motion and block in the kinetic energy of crank and block."""
     crank = at_largest(shapes[: equations.crank])
     kinds = energy_shares(engine, body, crank, rods=True)
     mass = np.eye(equations.crank) + rod_masses(engine, body)

@@ -1,18 +1,18 @@
-"""Damping of torsion that a torsional crank takes from the next higher level.
+"""Torsional damping that a crank of level ``torsional`` takes from the next higher level.
 
-A crank in held journals has no films and only structural damping, so its resonance is several times too high. A running
+A crank with held journals has no films and only structural damping, so its resonance is several times too high. A real
 crank is damped because it bends as it twists, and the bending squeezes the films of its main bearings. The next higher
-level models both. It runs at full load at the speed where a firing order meets the first torsional mode. From instants
-spread over a cycle the run is continued twice, once with a small kick in the shape of a torsional mode in motion with
-its films and floating collar (:mod:`cranktrain.studies.in_motion`). The kick's energy is E = η̇² + ω²η², with the
-mode's coordinate η in the difference of both runs. It falls as exp(−2ζωt). This is a free decay about the periodic
-motion; its rate is the mean over the cycle. The first and the second torsional mode of the cranktrain are measured, as
-far as modes up to the cut-off have these names (:mod:`cranktrain.structure.crank.modal`).
+level models both. It runs at full load at the speed where a firing order excites the first torsional mode. From several
+instants of a cycle the run is continued twice, once with a small impulse in the shape of a torsional mode in motion
+with its films and floating collar (:mod:`cranktrain.studies.in_motion`). With the mode's coordinate η in the difference
+of both runs, the energy of the impulse is E = η̇² + ω²η², and it falls as exp(−2ζωt). This is a free decay about the
+periodic motion; its rate is the mean over the cycle. The first and second torsional mode of the cranktrain are
+measured, if modes up to the cut-off have these names (:mod:`cranktrain.structure.crank.modal`).
 
 The modal damping c_i (1/s) of the first two elastic modes of the lower level is set so that the modes φ_k of its
 cranktrain have the same decay, Σ_i c_i φ_ki² = 2 ζ_k ω_k. All other modes keep the engine's structural damping, which
-is also the least damping of any mode. The body's records keep the result: ``inherited_damping`` (modes, 2) frequency in
-Hz and ζ of the level above, ``inherited_at`` speed in rad/s and load.
+is also the lower limit of each mode's damping. The records of the body store the result: ``inherited_damping`` (modes,
+2) frequency in Hz and ζ of the level above, ``inherited_at`` speed in rad/s and load.
 
 Sources: D. J. Ewins, *Modal Testing* (2000), free decay; W. Ker Wilson, *Practical Solution of Torsional Vibration
 Problems*, vol. 2 (1963), equivalent damping per cylinder.
@@ -46,18 +46,19 @@ from cranktrain.structure.crank.modal import (
 from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 
 MODES = 2
-"""Torsional modes whose damping is taken over."""
+"""Number of torsional modes whose damping is inherited."""
 SETTLING = 6
-"""Cycles that the level above runs before it is kicked."""
+"""Number of cycles that the level above runs before the impulse."""
 STEP = math.radians(1.0)
 KICK = 1.0e-4
-"""Largest rotation of an interface by the kick, rad: films feel it as linear."""
+"""Largest rotation of an interface by the impulse, rad, small enough for a linear response of the films."""
 STARTS, PERIODS = 8, 5
-"""Number of kicks in a cycle, and periods of the mode over which the decay is followed."""
+"""Number of instants of a cycle at which impulses are given, and periods of the mode over which the decay is
+observed."""
 
 
 class Decay(NamedTuple):
-    """Torsional modes of a level in motion: (MODES,) or fewer, Hz and damping ratios, at ``speed`` (rad/s)."""
+    """Frequencies (Hz) and damping ratios of up to MODES torsional modes of a level in motion at ``speed`` (rad/s)."""
 
     hz: Array
     ratio: Array
@@ -65,7 +66,7 @@ class Decay(NamedTuple):
 
 
 def with_damping(engine: Engine, body: ReducedBody, above: str, found: Decay) -> ReducedBody:
-    """The running ``body`` with the damping measured at crank level ``above``, which is added to its records."""
+    """Running ``body`` with the damping measured at crank level ``above``, which is also added to its records."""
     damping = equivalent_damping(engine, body, found.ratio)
     return replace(
         body,
@@ -80,7 +81,7 @@ def with_damping(engine: Engine, body: ReducedBody, above: str, found: Decay) ->
 
 
 def with_stated_damping(engine: Engine, body: ReducedBody) -> ReducedBody:
-    """The running ``body`` with the ratios ``damping.torsional_ratios`` of the engine file."""
+    """Running ``body`` with the damping ratios ``damping.torsional_ratios`` of the engine file."""
     damping = equivalent_damping(engine, body, np.array(engine.damping.torsional_ratios), structural=False)
     return replace(
         body, damping=damping, digest=sha256(repr((body.digest, "stated", damping.tolist())).encode()).hexdigest()
@@ -88,12 +89,12 @@ def with_stated_damping(engine: Engine, body: ReducedBody) -> ReducedBody:
 
 
 def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array, structural: bool = True) -> Array:
-    """Modal damping (n,) 1/s of a torsional body whose cranktrain's first modes shall have ``ratios`` (k,).
+    """Modal damping (n,), 1/s, of a torsional body that gives the first modes of its cranktrain the ``ratios`` (k,).
 
-    ``structural``: whether no mode is damped less than by the structure.
+    With ``structural`` the structural damping is the lower limit of each mode's damping.
     """
     own = structural_damping(engine, body)
-    # Coordinates of twist: rotation about the axis, and the elastic modes.
+    # Coordinates of torsion: rotation about the axis, and the elastic modes.
     twists = slice(5, body.n_modes)
     stiffness, mass = (matrix[twists, twists] for matrix in cranktrain_matrices(engine, body))
     squares, shapes = eigh(stiffness, mass)
@@ -109,9 +110,9 @@ def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array, structu
 
 
 def resonance_speed(engine: Engine, torsional_hz: float | None) -> float:
-    """Highest speed (rad/s), within that of the oil's table, at which a firing order meets the first torsional mode.
+    """Highest speed (rad/s) in the oil's table at which a multiple of the firing order excites first torsion.
 
-    Without such a mode it is the highest speed of the table.
+    Without such a mode the result is the last speed of the table.
     """
     firing = engine.firings
     highest = 1.05 * engine.oil.temperature_speeds[-1]
@@ -122,12 +123,13 @@ def resonance_speed(engine: Engine, torsional_hz: float | None) -> float:
 
 
 def felt(engine: Engine) -> Engine:
-    """The engine without what the damping of the level above does not depend on: that is measured on this engine.
+    """Engine on which the damping of the level above is measured, without all data that do not influence this damping.
 
-    Names, published values, limits and strength shape no motion. The level above runs on ground at the speed and load
-    of :func:`measured_decay`, without damper (whose housing is part of the pulley), and with rigid pistons on their
-    axes. Any drive line does: the mode is the crank's, and one that ends freely has no given speed. Bodies that the
-    engine file adds may lie on the block or its mounts, which they keep.
+    Names, published values, limits and strength do not influence motion. The level above runs on ground at the speed
+    and load of :func:`measured_decay`, without damper (the housing is part of the pulley), and with rigid pistons on
+    their axes. A chain of the drive line is left out, because the mode is that of the crank and a chain with a free end
+    has no given speed. Block and mounts are kept if the engine file adds bodies, because these may be connected to
+    them.
     """
     apart = replace(
         engine,
@@ -149,12 +151,12 @@ def felt(engine: Engine) -> Engine:
 
 
 def settings_above(crank: str) -> Settings:
-    """Settings of the level above: on its usual bearings, at full load, and on ground as the crank that takes over."""
+    """Settings of a run at the level above: its default bearings, full load, and on ground."""
     return Settings(crank=crank, block="ground", integrator="esdirk4", step=STEP)
 
 
 def measured_decay(simulation: Simulation) -> Decay:
-    """Free decay of the first torsional modes in a simulation of the level above, not yet initialised."""
+    """Measure the free decay of the first torsional modes in a simulation of the level above, not yet initialised."""
     engine, body = simulation.engine, simulation.body
     _, mass = cranktrain_matrices(engine, body)
     highest = engine.reduction.running_cutoff_hz
@@ -185,10 +187,10 @@ def measured_decay(simulation: Simulation) -> Decay:
 def _rate(
     simulation: Simulation, state: Array, mass: Array, shape: Array, hz: float, steps: tuple[float, int, int]
 ) -> float:
-    """Rate (1/s) at which the energy of a kick in a mode's shape (n,) falls from ``state`` on.
+    """Decay rate (1/s) of the energy of an impulse in a mode's shape (n,) given at ``state``.
 
-    ``steps`` are the step (s), the number of steps before, and the number to follow. Rotating bodies other than the
-    crank are not kicked.
+    ``steps`` are the step (s), the number of steps before observation, and the number of observed steps. Rotating
+    bodies other than the crank get no impulse.
     """
     omega, (h, done, count) = 2.0 * math.pi * hz, steps
     first = [offset(part, simulation.model.omega2.size) for part in (POSITION, VELOCITY)]

@@ -1,6 +1,6 @@
 """Mean law of the drive line's axial joint for small motions about a cycle.
 
-With slip velocity v and deflection z of the teeth (:mod:`cranktrain.film.laws.axial_joint`) small changes follow
+For slip velocity v and deflection z of the teeth (:mod:`cranktrain.film.laws.axial_joint`) small changes satisfy
 
     δż = b δv − a δz,     a = k |v| / F_max,     b = 1 − k z sgn v / F_max.
 
@@ -9,8 +9,8 @@ period,
 
     ẏ = iω b − (a + iω) y,
 
-and the force at ω is that of the dynamic stiffness (k + iωc) ȳ, ȳ being the mean of y. Sticking teeth have ȳ = 1, teeth
-that slide in one direction under a steady force ȳ = 0. The friction limit is taken from the cycle.
+and the force at ω is that of the dynamic stiffness (k + iωc) ȳ, where ȳ is the mean of y. Sticking teeth have ȳ = 1,
+teeth that slide in one direction under a steady force have ȳ = 0. The friction limit is taken from the cycle.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from cranktrain.engine.parts import AxialPath
 from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, REMEMBERED, SLIP, WINDUP_TORQUE
 
 STEADY = 1.0e-9
-"""Least difference of a response's decay factor over a cycle from one; below it the frozen response is used."""
+"""If the decay factor of the response over a cycle differs from 1 by less than this, the frozen response is used."""
 
 
 def joint_at_state(simulation: Simulation) -> tuple[float, float]:
-    """a (1/s) and b of the joint at a state whose tangents were taken last; nothing of a run without a joint."""
+    """Coefficients a (1/s) and b of the joint at the state of the last tangents; (0, 1) for a run without a joint."""
     model, path = simulation.model, simulation.engine.axial_path
     if path is None or dimensions(model).joint < 0:
         return 0.0, 1.0
@@ -44,7 +44,7 @@ def joint_at_state(simulation: Simulation) -> tuple[float, float]:
 
 
 def fading(path: AxialPath, deflection: float, slip_velocity: float, torque: float) -> tuple[float, float]:
-    """a (1/s) and b at a deflection (m) of the teeth, a slip velocity (m/s) and a torque (N m)."""
+    """Coefficients a (1/s) and b at a deflection (m) of the teeth, a slip velocity (m/s) and a torque (N m)."""
     if path.joint != "spline":
         return 0.0, 1.0
     limit = path.friction / path.spline_radius * abs(torque) + LEAST_LIMIT
@@ -53,13 +53,13 @@ def fading(path: AxialPath, deflection: float, slip_velocity: float, torque: flo
 
 
 def joint_stiffness(path: AxialPath, joint: Array, period: float, hz: float) -> complex:
-    """Dynamic stiffness (N/m) of the joint at ``hz``, of a and b (N, 2) at equal times of a ``period`` (s)."""
+    """Dynamic stiffness (N/m) of the joint at ``hz``, from a and b (N, 2) at equal steps of a ``period`` (s)."""
     omega = 2.0 * math.pi * hz
     return (path.joint_stiffness + 1j * omega * path.joint_damping) * mean_answer(joint, period, omega)
 
 
 def mean_answer(joint: Array, period: float, omega: float) -> complex:
-    """ȳ at ω (rad/s) of a (1/s) and b (N, 2), each constant over its part of the period (s)."""
+    """Mean response ȳ at ω (rad/s), from a (1/s) and b (N, 2), each constant over its step of the period (s)."""
     rates = joint[:, 0] + 1j * omega
     frozen, step = 1j * omega * joint[:, 1] / rates, period / len(joint)
     left = np.exp(-rates * step)

@@ -1,6 +1,6 @@
-"""Force laws of rods and bearings on a crank that turns evenly, over a cycle, with their exact tangents.
+"""Forces of rods and bearings on a uniformly rotating crank over a cycle, with their exact tangents.
 
-In the turning frame, about the rigid crank at Ω: f = f₀(t) + A(t) ü + B(t) u̇ + C(t) u, of the cycle's period.
+In the rotating frame, about the rigid crank at Ω, f = f₀(t) + A(t) ü + B(t) u̇ + C(t) u with the period of the cycle.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 from cranktrain.structure.crank.modal import main_springs
 
 _ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""e_z × in the plane."""
+"""Matrix of the cross product e_z × in the plane."""
 _APART = 1e-5
-"""Angle (rad) at which the gas's rise is taken by differences."""
+"""Half step (rad) of the difference quotient for the gas force's derivative by the crank angle."""
 
 
 class PeriodicForces(NamedTuple):
-    """Force laws at m components of motion, at N samples of a cycle.
+    """Linearised force laws at m components of motion, at N samples of a cycle.
 
-    ``rows`` (m, n) of the motion u = rows · q; ``forces`` (N, m) at u = 0; ``by_place``, ``by_velocity`` and
-    ``by_acceleration`` (N, m, m) their tangents.
+    ``rows`` (m, n) give the motion u = rows · q; ``forces`` (N, m) are those at u = 0; ``by_place``, ``by_velocity``
+    and ``by_acceleration`` (N, m, m) are the tangents.
     """
 
     rows: Array
@@ -42,9 +42,9 @@ class PeriodicForces(NamedTuple):
 def rod_forces(
     engine: Engine, body: ReducedBody, speed: float, angle: Array, gas: GasTrace, load: float
 ) -> PeriodicForces:
-    """Forces of the rods at x, y and z-rotation of their places on the pins, three per cylinder; at angles (N,).
+    """Forces of the rods at crank angles (N,), in x, y and z-rotation of their points on the pins, three per cylinder.
 
-    Each cylinder's gas goes by the angle of its own pin about the axis.
+    The gas force of each cylinder depends on the angle of its own pin about the axis.
     """
     cylinders = engine.cylinders
     pushes = gas_forces(engine, speed, angle, gas, load)
@@ -56,7 +56,7 @@ def rod_forces(
     for c in range(engine.n_cylinders):
         pin = body.index(f"pin[{cylinders.pins[c]}]")
         shape, offset = body.shapes[pin], engine.rod_offsets[c]
-        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
+        # The rod acts on the pin at (0, 0, offset) from its middle.
         rows.append(np.stack((shape[0] + offset * shape[4], shape[1] - offset * shape[3], shape[5])))
         x0, y0 = body.positions[pin, :2]
         at, joint = slice(3 * c, 3 * c + 2), engine.articulations[c]
@@ -79,10 +79,10 @@ def rod_forces(
 
 
 def _rod_laws(engine: Engine, c: int, motion: Array, gas: Array) -> tuple[Array, Array, Array]:
-    """A rod on a pin that moves as ``motion`` (N, 6), under a force of the gas (N,), in axes of the cylinder.
+    """Forces of a rod on a pin that moves as ``motion`` (N, 6) under a gas force (N,), in axes of the cylinder.
 
-    Returns the forces (N, 2), their change (N, 2) with the gas's, and their changes (N, 2, 3, 2) with the pin's place,
-    velocity and acceleration. A rod that hangs on another's has the axes of that one's cylinder.
+    Returns the forces (N, 2), their derivative (N, 2) by the gas force, and their derivatives (N, 2, 3, 2) by the pin's
+    position, velocity and acceleration. An articulated rod uses the axes of its master rod's cylinder.
     """
     rod, offset, joint = engine.rods[c], engine.offsets[c], engine.articulations[c]
     remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + engine.cylinders.piston_mass
@@ -113,9 +113,9 @@ def _turned(turns: Array, vectors: Array) -> Array:
 
 
 def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace, load: float) -> Array:
-    """Gauge pressure times piston area (N, c) of each cylinder, N, at crank angles, as a run has it.
+    """Gas force (N, c) of each cylinder at crank angles, gauge pressure times piston area as in a run, N.
 
-    ``angle`` (N,) of all cylinders or (N, c) of each; ``speed`` (rad/s) scales the burn, one for all or (N,).
+    ``angle`` is (N,) for all cylinders or (N, c) for each; ``speed`` (rad/s), one value or (N,), scales the burn.
     """
     area = 0.25 * math.pi * engine.cylinders.bore**2
     share = np.maximum(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
@@ -133,7 +133,7 @@ def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace
 
 
 def main_forces(engine: Engine, body: ReducedBody, speed: float, angle: Array) -> PeriodicForces:
-    """Linear springs and dampers of the main bearings at x, y and, where they resist it, tilt; at crank angles (N,)."""
+    """Forces of linear main bearings at crank angles (N,), in x, y and, for bearings that resist it, tilt."""
     turn = _rotations(angle)
     back = turn.transpose(0, 2, 1)
     rows, pairs = [], []
@@ -153,7 +153,7 @@ def main_forces(engine: Engine, body: ReducedBody, speed: float, angle: Array) -
 
 
 def main_dampers(engine: Engine) -> list[dict[int, float]]:
-    """Linear damping in parallel with :func:`cranktrain.structure.crank.modal.main_springs` (N s/m, N m s/rad)."""
+    """Linear dampers of each main bearing, by component as ``crank.modal.main_springs`` (N s/m, N m s/rad)."""
     roller = engine.main_roller
     dampers: list[dict[int, float]] = [{} for _ in engine.crankshaft.main_widths]
     if roller is not None:
@@ -165,7 +165,7 @@ def main_dampers(engine: Engine) -> list[dict[int, float]]:
 
 
 def joined(*parts: PeriodicForces) -> PeriodicForces:
-    """Force laws side by side."""
+    """Force laws joined into one, with all components and tangents as diagonal blocks."""
     sizes = [part.rows.shape[0] for part in parts]
     samples, n = parts[0].forces.shape[0], sum(sizes)
     tangents = np.zeros((3, samples, n, n))

@@ -1,14 +1,14 @@
-"""Residues of modes in motion: how much each mode turns the pulley under the torques of the cylinders.
+"""Residues of modes in motion: contribution of each mode to the pulley's rotation under torques of the cylinders.
 
-Of M q̈ + C q̇ + K q = b exp(st) with eigenvalues λ_k, right vectors x_k and left vectors y_k, (λ²M + λC + K) x = 0 and
-yᴴ (λ²M + λC + K) = 0, the rotation of a place with the row c is
+For M q̈ + C q̇ + K q = b exp(st) with eigenvalues λ_k, right vectors x_k and left vectors y_k, (λ²M + λC + K) x = 0 and
+yᴴ (λ²M + λC + K) = 0, the rotation at an interface with the row c is
 
     c q = Σ_k r_k/(s − λ_k),   r_k = (c x_k) (y_kᴴ b)/(y_kᴴ (2λ_k M + C) x_k).
 
-At its own frequency, s = i Im λ_k, a mode contributes |r_k|/|Re λ_k| to the amplitude: its *answer*. Two kinds of load
-are taken. The gas torque is a unit torque of one cylinder, a force on its pin at right angles to the throw; the root of
-the sum of squares over all cylinders depends on no order and no speed. The rods' forces of an order are the
-harmonic of gas and inertia forces on the rigid crank in the turning frame, all cylinders with their phases.
+The *answer* of a mode is its contribution |r_k|/|Re λ_k| to the amplitude at its own frequency, s = i Im λ_k. Two kinds
+of load are used. The gas torque is a unit torque of one cylinder, a force on its pin at right angles to the throw; the
+root of the sum of squares over all cylinders depends on no order and no speed. The rods' forces of an order are the
+harmonic of gas and inertia forces on the rigid crank in the rotating frame, all cylinders with their phases.
 
 Source: D. J. Ewins, *Modal Testing* (2000), chapter 2, residues of damped systems.
 """
@@ -30,7 +30,7 @@ HIGHEST_ORDER = 24.0
 
 
 def participations(mass: NDArray[Any], left: ComplexArray, right: ComplexArray, loads: NDArray[Any]) -> ComplexArray:
-    """Factors y_kᴴ b/(y_kᴴ (2λ_k M + C) x_k) of k modes for ``loads`` b (n, l), as (k, l).
+    """Participation factors (k, l) of k modes for ``loads`` b (n, l), y_kᴴ b/(y_kᴴ (2λ_k M + C) x_k).
 
     ``left`` and ``right`` (2 n, k) are eigenvectors of the first-order form; the right ones are (x, λ x). ``mass`` is
     (n, n).
@@ -47,7 +47,7 @@ def order_forces(forces: Array) -> ComplexArray:
 
 
 def unit_torques(engine: Engine, body: ReducedBody) -> Array:
-    """Loads (n, c) of a torque of 1 N m of each cylinder on a body's modes: a force on its pin across the throw."""
+    """Modal loads (n, c) of a body by a torque of 1 N m of each cylinder, a force on its pin across the throw."""
     loads = []
     for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
         at = body.index(f"pin[{pin}]")

@@ -1,20 +1,20 @@
 """Big-end eye of a connecting rod: the elastic bore of a big end at level ``ehd``.
 
 The eye is one steel solid: a round housing around the shells, shoulders on either side for the bolts of the cap, and a
-part of the shank. The bolted joint is taken as closed, the shell as passing the film's load on to the housing at the
-same angle (p R dφ = p_h R_h dφ). It bends as a massless body under the film alone: the inertia of cap and eye at speed,
-which ovalises the bore as well, is not included.
+part of the shank. The bolted joint is assumed closed. The shell passes the film's load on to the housing at the same
+angle (p R dφ = p_h R_h dφ). The eye deforms as a massless body under the film's load only. The inertia of cap and eye
+at speed, which also ovalises the bore, is not included.
 
-Axes are those of the rod: x across it, y from the big end to the small end, z along the pin. What a film pushes along y
-is carried by an even traction on the cut of the shank. A rod is pinned at both ends, so a load across it meets no
-support nearby: it is balanced by the inertia of the eye, as are loads along the pin and moments (inertia relief). A
-shank clamped at its cut would bend under a lateral load as no rod does.
+Axes are those of the rod: x across it, y from the big end to the small end, z along the pin. A uniform traction on the
+cut of the shank balances the film's force along y. A rod is pinned at both ends, so the eye has no support against a
+lateral load. The inertia of the eye balances lateral loads, loads along the pin and moments (inertia relief). A shank
+clamped at its cut would bend under a lateral load, unlike a real rod.
 
-Compliance on patterns of pressure ψ_i as of a bearing saddle, C_ij = f_iᵀ G f_j with the flexibility G of this body,
-which is symmetric and cannot generate energy. The bore's motion as a whole is part of its shapes: along y against the
-cut of the shank, across against the eye's own mass. The running model's rods are rigid, so nobody else carries it; and
-without it what is left has no sign: under a load towards the shank the bore becomes wider by the pressure and narrower
-by its way to the shank.
+The compliance on patterns of pressure ψ_i is that of a bearing saddle, C_ij = f_iᵀ G f_j with the flexibility G of this
+body, which is symmetric and cannot generate energy. The shapes include the bore's rigid motion, along y relative to the
+cut of the shank and across relative to the eye's mass, because the rods of the running model are rigid and do not
+contain it. Without this motion the remaining compliance would not be positive: under a load towards the shank the
+pressure widens the bore, and the load path to the shank narrows it.
 """
 
 from __future__ import annotations
@@ -40,17 +40,16 @@ from cranktrain.structure.fem.factor import factorise, one_thread
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
 from cranktrain.structure.fem.surface_compliance import kept_compliance
 
-# Raised when the code would give another compliance for the same eye.
+# Version of the stored compliance: raised when the code would give another one for the same eye.
 RECIPE = 1
 ROD_STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 """Forged steel of connecting rods."""
 WALL, EYE_WIDTH, SHANK_WIDTH = 0.2, 1.6, 0.9
 """Usual wall of the housing, width across the bolts and width of the shank where it joins the eye, over the diameter of
-the housing's bore; chosen. Round housings of rods have walls of 0.12 to 0.2, and caps ribs besides. A shank flares
-into its eye: one as narrow as it is halfway to the small end would leave the bore's upper half unsupported beside
-it."""
+the housing's bore; chosen. Round housings of rods have walls of 0.12 to 0.2, and caps also have ribs. A shank widens
+towards its eye; with the width that it has halfway to the small end the bore's upper half would be unsupported."""
 SHOULDER_HEIGHT, CUT = 0.35, 1.3
-"""Half height of the shoulders, and where the shank is cut, over the diameter of the housing's bore; chosen."""
+"""Half height of the shoulders and distance of the shank's cut, over the diameter of the housing's bore; chosen."""
 
 
 @dataclass(frozen=True)
@@ -59,14 +58,14 @@ class Eye:
 
     Attributes
     ----------
-    film_diameter, film_width : of the oil film; eye and shank are as wide along the pin
-    bore_diameter : of the housing, outside the shells
-    wall, cap_wall : of the housing towards the shank, and of the cap
-    width : across the bolts
-    shoulder_height : of the shoulders, half
-    shank_width : of the shank where it joins the eye, across
-    cut : from the pin to the end of the shank's part
-    mesh_size : largest edge; the bore gets ``bore_mesh_share`` of it
+    film_diameter, film_width : diameter and width of the oil film; eye and shank have the same width along the pin
+    bore_diameter : diameter of the housing's bore, outside the shells
+    wall, cap_wall : wall thickness of the housing towards the shank, and of the cap
+    width : width across the bolts
+    shoulder_height : half height of the shoulders
+    shank_width : width of the shank across, where it joins the eye
+    cut : distance from the pin to the cut of the shank
+    mesh_size : largest edge; on the bore it is ``bore_mesh_share`` times this
     """
 
     film_diameter: Length
@@ -84,7 +83,7 @@ class Eye:
 
 
 def eye_of(bearing: PlainBearing, rod: Rod) -> Eye:
-    """Eye of a rod, by its keys or by usual proportions where it gives none; ``InputError``: no eye.
+    """Eye of a rod, from keys of its table or else usual proportions; ``InputError`` if the dimensions make no eye.
 
     The error names the engine file's key.
     """
@@ -112,7 +111,7 @@ def eye_of(bearing: PlainBearing, rod: Rod) -> Eye:
 
 
 def eye_compliance(engine: Engine, count: int = 8, progress: Progress | None = None) -> BoreCompliance:
-    """Elastic shapes of a big end's bore, its motion as a whole included; run once, then kept.
+    """Elastic shapes of a big end's bore, rigid motion included; computed once, then read from the user's cache.
 
     Raises ``InputError``: an engine without big-end bearings, dimensions that make no eye, or a count that the patterns
     cannot give.
@@ -128,7 +127,7 @@ def eye_compliance(engine: Engine, count: int = 8, progress: Progress | None = N
         mesh = eye_mesh(plan)
         say(f"finite elements of the big-end eye ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
         model = finite_elements(mesh, plan.material)
-        with one_thread():  # the same bytes on any number of processors, and beside another process
+        with one_thread():  # the same bytes with any number of processors and other processes
             return eye_flexibility(model, plan)
 
     patternwise = kept_compliance("big-end", [RECIPE, WAVES, DEGREE, asdict(plan)], computed)
@@ -147,7 +146,7 @@ def eye_flexibility(model: FEModel, eye: Eye, waves: int = WAVES, degree: int = 
     balancing = np.asarray(model.mass @ motions)
     balancing[:, 1] = _along_shank(model)
     balanced = loads - balancing @ np.linalg.solve(motions.T @ balancing, motions.T @ loads)
-    # Six supports where the motions differ most; balanced loads leave no reaction in them.
+    # Six supports, chosen so that they determine the rigid motions best; balanced loads cause no reaction in them.
     _, _, order = qr((motions / np.linalg.norm(motions, axis=0)).T, mode="economic", pivoting=True)
     free = np.sort(order[6:])
     with one_thread():
@@ -167,7 +166,7 @@ def _along_shank(model: FEModel) -> Array:
 
 
 def eye_mesh(eye: Eye) -> MeshTet2:
-    """Curved quadratic tetrahedra with the boundaries ``bore`` and ``cut``; ``InputError``."""
+    """Mesh with the boundaries ``bore`` and ``cut``, in curved quadratic tetrahedra; ``InputError``."""
     check_values(eye, "big-end eye")
     need("big-end eye", "mesh_size", eye.mesh_size >= 0.02 * eye.bore_diameter, "would take millions of elements")
     mesh = cad_solid("cranktrain.structure.rod.eye:_solid", asdict(eye), "big-end eye", "a dimension of the rod's eye")
@@ -180,7 +179,7 @@ def eye_mesh(eye: Eye) -> MeshTet2:
 
 
 def _solid(e: dict[str, Any]) -> tuple[Any, float, float]:
-    """Solid, largest edge and fineness, in the child that meshes."""
+    """Solid, largest edge and fineness for the mesher; runs in its child process."""
     from netgen import occ
 
     half, radius = 0.5 * e["film_width"], 0.5 * e["bore_diameter"]

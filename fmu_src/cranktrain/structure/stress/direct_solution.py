@@ -1,12 +1,12 @@
-"""Direct finite-element solution of a crankshaft at an instant of a run, to check the modes' stresses against.
+"""Direct finite-element solution of a crankshaft at an instant of a run, as a check of stresses from modes.
 
 The bare crankshaft carries the loads L at its interfaces, including those of rigid parts fixed to it, and its own
 inertia in the turning frame. Inertia relief removes the imbalance due to rounding and linearisation:
 
     u = G [Wᵀ L − M (Φ a + 2Ω e_z×Φ v + Ω̇ e_z×(X + Φ q) − Ω² (X + Φ q)_⊥ − g)]
 
-with the modal position q, velocity v and acceleration a of the run. A structural damping force D v acts on the mass
-like an acceleration and is added to it. Loads act on the undeformed body, because stress stiffness is left out.
+with the modal position q, velocity v and acceleration a of the run. The structural damping force D v acts on the mass
+like an acceleration, so it is added to a. Loads act on the undeformed body, because stress stiffness is left out.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cranktrain.structure.fem.elasticity import component_dofs, sample
 from cranktrain.structure.stress.stress_modes import ShapedCrank
 
 ARM = 0.1
-"""Distance from the centre of the points that represent a part's inertia, m; any value would do."""
+"""Distance of the points that represent a part's inertia from its centre, m; the result does not depend on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Instants:
 
     Attributes
     ----------
-    position, velocity, acceleration : (k, n) modal coordinates; the acceleration with damping force over modal mass
+    position, velocity, acceleration : (k, n) modal coordinates; the acceleration includes damping force over modal mass
     loads : (k, m, 6) force and moment at each interface, without those of attached parts
     speed, speed_rate : (k,) Ω, Ω̇
     gravity : (k, 3) m/s²
@@ -49,11 +49,11 @@ class Instants:
 
 
 def direct_solution(crank: ShapedCrank, engine: Engine, at: Instants) -> tuple[Array, Array]:
-    """Displacement (ndof, k) of the bare crankshaft, and loads removed by inertia relief over their size, (k,).
+    """Displacement (ndof, k) of the bare crankshaft, and relative size (k,) of the load removed by inertia relief.
 
     Parameters
     ----------
-    engine : with the rigid parts that are fixed to the crankshaft in the run
+    engine : engine with the rigid parts that are fixed to the crankshaft in the run
     """
     model, modes = crank.model, crank.reduced.modes
     loads = at.loads + part_loads(engine, crank.reduced.body, at)
@@ -113,7 +113,7 @@ def rigid_parts(engine: Engine) -> list[tuple[str, float, Array, Array]]:
 
 
 def point_masses(mass: float, inertia: Array, offset: Array) -> tuple[Array, Array]:
-    """Points (7, 3) and masses (7,) with this mass, inertia about its centre and place of the centre."""
+    """Points (7, 3) and masses (7,) that have this mass, inertia about the centre of mass and offset of the centre."""
     moments, axes = np.linalg.eigh(second_moments(inertia))
     shares = np.repeat(moments / (2.0 * ARM**2), 2)
     arms = np.repeat(axes.T, 2, axis=0) * np.tile([ARM, -ARM], 3)[:, None]

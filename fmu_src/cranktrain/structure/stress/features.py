@@ -1,4 +1,4 @@
-"""Which part of a crankshaft a point of its surface belongs to: fillets, oil holes, journals, webs; by dimensions."""
+"""Parts of a crankshaft's surface from its dimensions: fillet, oil hole, journal or web of each surface point."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import oil_main, pin_centre, stations
 
 NEAR = 0.2
-"""Distance from its torus, over the fillet's radius, up to which a point belongs to a fillet."""
+"""A point belongs to a fillet if its distance from the fillet's torus is at most this fraction of the radius."""
 ELSEWHERE = "web"
 
 
 def surface_features(crankshaft: Crankshaft, points: Array) -> tuple[tuple[str, ...], NDArray[np.intp]]:
-    """Names of the features, and for each of the points (s, 3) m the number (s,) of its own.
+    """Names of the features, and index (s,) of the feature of each point (s, 3), m.
 
-    ``pin[1] front fillet``: at the end of pin 1 towards the pulley; ``rear`` towards the flywheel. On a user's own mesh
-    a feature is where the dimensions of the engine file put it.
+    ``pin[1] front fillet`` is at the end of pin 1 towards the pulley, ``rear`` at the end towards the flywheel. On a
+    user's own mesh the positions of features are still those of the engine file's dimensions.
     """
     c = crankshaft
     at = stations(c)
@@ -53,7 +53,7 @@ def surface_features(crankshaft: Crankshaft, points: Array) -> tuple[tuple[str, 
 
 
 def _on_oil_hole(c: Crankshaft, pin: int, points: Array) -> NDArray[np.bool_]:
-    """Points on the bore from the far side of a main journal to the outer side of its pin."""
+    """True for points on the oil bore from the far side of a main journal to the outer side of its pin."""
     x, y, z_pin = pin_centre(c, pin)
     start, end = stations(c).mains[oil_main(c, pin) - 1]
     z_main, throw = 0.5 * (start + end), c.throws[pin - 1]

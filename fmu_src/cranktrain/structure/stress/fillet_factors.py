@@ -1,11 +1,11 @@
 """Stress concentration factors of a throw's fillets from finite elements, by the definitions of IACS UR M53.
 
-A quarter of a throw, its end in the main journal kept plane and rigid as the rule asks, is loaded by unit cases:
+The end of a quarter throw in the main journal is plane and rigid, as the rule requires. It is loaded by unit cases:
 
     bending    a couple about the axis across the throw: symmetric about the throw's plane and about the pin's middle
     torsion    a couple about the crank's axis: antisymmetric about both
-    shear      a force along the throw with the couple that leaves the middle of the web without moment, held at the
-               pin's middle
+    shear      a force along the throw with a couple that makes the moment in the middle of the web zero, held at the
+    pin's middle
 
 Factors are the greatest von Mises stress on a fillet over M/(B W²/6) in bending and over Q/(B W) in shear, and its
 greatest shear stress over 16 T/(π D³) in torsion.
@@ -38,8 +38,8 @@ _ON_PLANE = 1e-7
 class ThrowFactors(NamedTuple):
     """Factors of pin (α) and main journal (β) in bending, torsion and shear without moment in the web.
 
-    ``free_surface``: least over largest principal stress at the peak, the worst of pin and main journal in bending. It
-    is 0 at a free surface, so it measures the convergence of the peak.
+    ``free_surface`` is the ratio of smallest to largest principal stress at the peak in bending, the larger one of pin
+    and main journal. It is 0 at a free surface, so it measures the convergence of the peak.
     """
 
     alpha_b: float
@@ -51,7 +51,7 @@ class ThrowFactors(NamedTuple):
 
 
 def throw_factors(quarter: QuarterThrow, material: Material = STEEL) -> ThrowFactors:
-    """Factors of a quarter throw; takes a minute. ``InputError`` where the CAD kernel fails."""
+    """Factors of a quarter throw; takes about a minute. ``InputError`` if the CAD kernel fails."""
     model = finite_elements(quarter.mesh(), material)
     x, y, z = model.mesh.doflocs
     start, front, rear, middle = quarter.stations
@@ -76,7 +76,7 @@ def throw_factors(quarter: QuarterThrow, material: Material = STEEL) -> ThrowFac
         values = principal(stress)
         return float((values[:, 2] - values[:, 0]).max() / 2.0)
 
-    # A quarter carries half of the throw's load.
+    # The quarter carries half of the throw's load.
     bending = 2.0 / (width * thick**2 / 6.0)
     torsion = [2.0 * 16.0 / (math.pi * d**3) for d in (quarter.pin_diameter, quarter.main_diameter)]
     (pin_bent, _), (main_bent, main_sheared) = at_pin(bent[dofs]), at_main(bent[dofs])
@@ -91,7 +91,7 @@ def throw_factors(quarter: QuarterThrow, material: Material = STEEL) -> ThrowFac
 
 
 def free_surface(stress: Array) -> float:
-    """Least over largest principal stress, by size, where the von Mises stress of tensors (6, s) is greatest."""
+    """Ratio of smallest to largest |principal stress| at the point of greatest von Mises stress, of tensors (6, s)."""
     sizes = np.sort(np.abs(principal(stress[:, [int(von_mises(stress).argmax())]])[0]))
     return float(sizes[0] / sizes[2])
 
@@ -99,10 +99,10 @@ def free_surface(stress: Array) -> float:
 def _loaded(
     model: FEModel, end: Integers, fixed: Integers, motions: tuple[tuple[int, int], ...], loads: Array
 ) -> Array:
-    """Displacements (ndof, cases) under loads (cases, motions) on a rigid end.
+    """Displacements (ndof, cases) under loads (cases, motions) on the rigid end.
 
-    ``motions`` are those that the end may make: (axis, 0) along an axis, (axis, 1) about it, through the crank's axis
-    at z = 0.
+    ``motions`` are the permitted motions of the end: (axis, 0) along an axis, (axis, 1) about it, through the origin on
+    the crank's axis at z = 0.
     """
     dofs = component_dofs(model.basis)
     place = model.mesh.doflocs
@@ -128,7 +128,7 @@ def _fillet(across: Array, along: Array, z: Array, radius: float, face: float, f
 
 
 def _web_width(quarter: QuarterThrow) -> float:
-    """Width B of the web; of a crank's own web halfway between the journals' surfaces."""
+    """Width B of the web; for a web of a crankshaft the width halfway between the journals' surfaces."""
     if quarter.crankshaft is None:
         return quarter.web_width
     between = 0.5 * (0.5 * quarter.main_diameter + quarter.throw - 0.5 * quarter.pin_diameter)

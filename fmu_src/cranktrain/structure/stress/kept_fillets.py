@@ -1,4 +1,4 @@
-"""Sub-models of an engine's throws, solved once and kept beside the reduced crankshaft."""
+"""Sub-models of an engine's throws, solved once and stored next to the reduced crankshaft."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from cranktrain.structure.stress.sub_model import FilletModes, fillet_modes
 from cranktrain.structure.stress.throw_mesh import place_fineness, throw_places
 
 RECIPE = 2
-"""Raised when the same shapes would give other stresses."""
+"""Version of the stored stresses: raised when the code would give other stresses for the same shapes."""
 
 
 def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank], say: Progress) -> list[FilletModes]:
-    """Fillets and oil bore of a throw (numbered from 1); from the user's cache where they are kept there.
+    """Sub-models of the fillets and the oil bore of a throw (numbered from 1), read from the user's cache or computed.
 
-    Each is kept as it is done. Raises ``InputError``: no such throw, or what
-    :func:`cranktrain.structure.stress.sub_model.fillet_modes` refuses.
+    Each one is stored as soon as it is solved. Raises ``InputError`` for a throw that does not exist, and as
+    :func:`cranktrain.structure.stress.sub_model.fillet_modes` does.
 
     Parameters
     ----------
-    shaped : makes the crankshaft with its shapes where it is needed
+    shaped : function that makes the crankshaft with its shapes, called only if needed
     """
     count = len(engine.crankshaft.throw_angles)
     if not 1 <= throw <= count:
@@ -58,7 +58,7 @@ def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank],
 
 
 def _read(path: Path, task: ReductionTask) -> FilletModes | None:
-    """Sub-models kept for the body in the cache, or None."""
+    """Stored sub-model of the body in the cache, or None."""
     try:
         shapes = load_body(task.path, task.digest).shapes
         with np.load(path) as file:

@@ -1,8 +1,8 @@
 """Stress at nodes of a mesh of quadratic tetrahedra, from displacements.
 
-Displacement gradients are taken at the four points of the second-order quadrature, where those of quadratic elements
-are most accurate, carried on linearly to the corners of each element, to mid-side nodes as the mean of their two
-corners, and averaged over the elements that share a node, as in CalculiX for ten-node tetrahedra. Stress follows from
+Displacement gradients are evaluated at the four points of the second-order quadrature, where quadratic elements are
+most accurate. They are extrapolated linearly to the corners of each element; a mid-side node gets the mean of its two
+corners. The values of all elements at a node are averaged, as in CalculiX for ten-node tetrahedra. Stress follows from
 the averaged gradient by Hooke's law, σ = λ tr(ε) I + 2 μ ε.
 
 References: Barlow, Int. J. Num. Meth. Eng. 10 (1976) 243; Zienkiewicz, Taylor and Zhu, *The Finite Element Method*,
@@ -49,7 +49,7 @@ class NodalStress:
 
     @classmethod
     def of(cls, mesh: MeshTet2, material: Material, nodes: Integers) -> NodalStress:
-        """Operators of a mesh at ``nodes`` (columns of ``mesh.doflocs``)."""
+        """Make the gradient operators of a mesh at ``nodes`` (columns of ``mesh.doflocs``)."""
         chosen = np.full(mesh.doflocs.shape[1], -1)
         chosen[nodes] = np.arange(len(nodes))
         numbers = mesh.dofs.element_dofs
@@ -94,7 +94,7 @@ def principal(stress: Array) -> Array:
 
 
 def _gradients_at_nodes(places: Array) -> Array:
-    """∇N of each element's ten functions at its ten nodes, (elements, node, function, 3), of ``places`` (3, 10, e)."""
+    """∇N of the ten functions of e elements at their nodes ``places`` (3, 10, e), as (e, node, function, 3)."""
     points = np.full((3, 4), _NEAR)
     points[[0, 1, 2], [1, 2, 3]] = _FAR
     local = np.stack([np.asarray(ElementTetP2().lbasis(points, i)[1]) for i in range(10)])

@@ -1,8 +1,8 @@
 """Stress modes of a crankshaft: the stress at its surface in each mode of the reduction.
 
-They are computed from the shapes of the reduction. No file keeps these shapes, so the first request for stress modes
-repeats the reduction. Stress modes have a file of their own beside the body's file, so runs without stresses do not
-load them.
+They are computed from the finite-element shapes of the reduction. These shapes are not stored, so the first request for
+stress modes repeats the reduction. Stress modes are stored in a separate file next to the body's file, so runs without
+stresses do not load them.
 """
 
 from __future__ import annotations
@@ -37,22 +37,22 @@ from cranktrain.structure.fem.reduction import (
 from cranktrain.structure.stress.nodal_stress import NodalStress
 
 RECIPE = 1
-"""Raised when the same shapes would give other stresses."""
+"""Version of the stored stresses: raised when the code would give other stresses for the same shapes."""
 SAME = 1e-9
-"""Relative difference to which frequencies and shapes of a repeated reduction agree with the kept body's."""
+"""Relative tolerance within which frequencies and shapes of a repeated reduction equal those of the stored body."""
 
 
 @dataclass(frozen=True, eq=False)
 class StressModes:
-    """Stress at the s surface nodes of a crankshaft, components xx, yy, zz, xy, yz, zx in axes of the frame.
+    """Stress modes at the s surface nodes of a crankshaft; components xx, yy, zz, xy, yz, zx in axes of the frame.
 
     Attributes
     ----------
     modes : (n, 6, s) float32, Pa per unit coordinate of each bare mode
     centrifugal : (6, s) float32, Pa s², part of the bare crankshaft's static stress under the centrifugal load of 1
         rad/s that the modes do not contain
-    points : (s, 3) undeformed places, m
-    triangles : (t, 3) of the surface, into ``points``
+    points : (s, 3) undeformed positions, m
+    triangles : (t, 3) triangles of the surface, as rows of ``points``
     """
 
     modes: NDArray[np.float32]
@@ -61,14 +61,14 @@ class StressModes:
     triangles: NDArray[np.int32]
 
     def of_running(self, complete: ReducedBody, running: ReducedBody) -> NDArray[np.float32]:
-        """Stress (r + 1, 6, s) in the r modes of a running model's crankshaft and, last, for Ω² = 1 (rad/s)².
+        """Stress (r + 1, 6, s) in the r modes of a running model's crankshaft, and in the last row for Ω² = 1 (rad/s)².
 
-        The response of modes beyond the cut-off to the centrifugal load is static and is part of the last.
+        The last row includes the static response of modes beyond the cut-off to the centrifugal load.
 
         Parameters
         ----------
         complete : crankshaft with all rigid parts, in all its modes
-        running : the same, truncated
+        running : truncated crankshaft of the running model
         """
         basis = np.eye(self.modes.shape[0]) if running.basis is None else running.basis
         dropped = _centrifugal_answer(complete) - _centrifugal_answer(running)
@@ -88,13 +88,13 @@ class ShapedCrank:
 
     @property
     def surface_stress(self) -> tuple[NodalStress, NDArray[np.intp]]:
-        """Stress at the surface nodes, in the order of :class:`StressModes`, and the dofs (3, nodes) it takes."""
+        """Stress operator at the surface nodes, in the order of :class:`StressModes`, and its input dofs (3, nodes)."""
         nodes = np.unique(surface_triangles(self.model.mesh))
         return NodalStress.of(self.model.mesh, self.model.material, nodes), component_dofs(self.model.basis)
 
     @classmethod
     def of(cls, engine: Engine, mesh_file: str | Path | None, say: Progress) -> ShapedCrank:
-        """Repeat the reduction; if the kept body differs (made on another machine), it is replaced."""
+        """Repeat the reduction; a stored body that differs (made on another machine) is replaced."""
         task = reduction_task(engine, mesh_file)
         check_kept(task.path)
         found = cls(*reduced_with_shapes(task, say))
@@ -116,7 +116,7 @@ def stress_modes(
     Parameters
     ----------
     mesh_file : user's own mesh in place of the parametric crankshaft
-    shaped : makes the crankshaft with its shapes where it is needed, if not by repeating the reduction
+    shaped : function that makes the crankshaft with its shapes if needed; by default the reduction is repeated
     """
     check_has_elements(mesh_file)
     say = progress or (lambda stage: None)
@@ -145,7 +145,7 @@ def check_has_elements(mesh_file: str | Path | None) -> None:
 
 
 def surface_stress_modes(model: FEModel, reduced: Reduced) -> StressModes:
-    """Stress modes of a reduction while it has its shapes."""
+    """Compute stress modes from a reduction with its finite-element shapes."""
     triangles = surface_triangles(model.mesh)
     used, renumbered = np.unique(triangles, return_inverse=True)
     stress = NodalStress.of(model.mesh, model.material, used)
@@ -161,19 +161,19 @@ def surface_stress_modes(model: FEModel, reduced: Reduced) -> StressModes:
 
 
 def _centrifugal_answer(body: ReducedBody) -> Array:
-    """Static answer of the elastic modes to the centrifugal load of 1 rad/s, in the bare body's coordinates."""
+    """Static response of the elastic modes to the centrifugal load of 1 rad/s, in coordinates of the bare body."""
     answer = np.zeros(body.n_modes)
     answer[6:] = body.centrifugal_load[6:] / body.omega[6:] ** 2
     return answer if body.basis is None else body.basis @ answer
 
 
 def stress_path(task: ReductionTask) -> Path:
-    """Where the stress modes of a reduced body are kept."""
+    """Path of the stored stress modes of a reduced body."""
     return task.path.with_name(f"{task.path.stem}-stress.npz")
 
 
 def same_modes(one: ReducedBody, other: ReducedBody) -> bool:
-    """Whether two bodies have the same modes, signs included."""
+    """True if two bodies have the same modes, signs included."""
     return one.n_modes == other.n_modes and all(
         np.allclose(a, b, rtol=SAME, atol=SAME * np.abs(b).max())
         for a, b in ((one.omega, other.omega), (one.shapes, other.shapes))
@@ -181,7 +181,7 @@ def same_modes(one: ReducedBody, other: ReducedBody) -> bool:
 
 
 def _read(path: Path, task: ReductionTask) -> StressModes | None:
-    """Stress modes kept for the body in the cache, or None."""
+    """Stored stress modes of the body in the cache, or None."""
     try:
         body = load_body(task.path, task.digest)
         with np.load(path) as file:

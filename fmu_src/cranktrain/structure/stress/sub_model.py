@@ -1,15 +1,15 @@
-"""Sub-models of one throw, fine at one fillet or oil bore each, driven by the reduced crank's motion and loads.
+"""Sub-models of one throw with a fine mesh at one fillet or oil bore, driven by motion and loads of the reduced crank.
 
-The crank's own mesh has one element over a fillet and gives too low peak stresses. A sub-model reaches from the middle
+The mesh of the crank has one element over a fillet and gives too low peak stresses. A sub-model reaches from the middle
 of one main journal to the middle of the next, with short edges at one place and the crank's edge length elsewhere. Its
 cut faces move with the crank. Its pin and half journals carry the loads of their interfaces. Its mass has the
 acceleration of the pin, as if the throw were rigid:
 
     K u = Wᵀ L − M R a + Ω² M X_⊥  inside,      u = P Φ q + C s  on the cuts
 
-P fits a cubic polynomial in x, y, z to the crank's nodes near a cut. It needs no search for elements and smooths the
-coarse field. The solution is linear in the *drive* [q, L_pin, L_front, L_rear, a, Ω²] and in s, so the sub-model is
-solved once for each entry, and stresses in a run are a matrix product.
+P fits a cubic polynomial in x, y, z to the displacements of the crank's nodes near a cut. This needs no search for
+elements and smooths the coarse field. The solution is linear in the *drive* [q, L_pin, L_front, L_rear, a, Ω²] and in
+s, so the sub-model is solved once for each entry, and stresses in a run are a matrix product.
 
 C are rigid motions of the two cuts. With s = 0 the cuts follow the *motion* of the crank, whose coarse mesh is too
 stiff. Alternatively s is chosen so that the rest of the crank acts on the cuts with its *resultants* in the run. Then
@@ -46,11 +46,11 @@ from cranktrain.structure.stress.throw_mesh import place_fineness, throw_mesh
 Integers = NDArray[np.integer]
 
 SLAB = 0.4
-"""Half thickness of the slab of nodes that define the motion of a cut, over the main journal's width."""
+"""Half thickness of the slab whose nodes define the motion of a cut, over the main journal's width."""
 LOADS = 6 * 4 + 1
-"""Entries of a drive behind the modal coordinates: loads of pin, front and rear main, acceleration, Ω²."""
+"""Number of entries of a drive after the modal coordinates: loads of pin, front and rear main, acceleration, Ω²."""
 CUTS = 6 * 2
-"""Rigid motions of the front and rear cut, s."""
+"""Number of rigid motions s of the front and rear cut."""
 _ON_PLANE = 1e-7
 _BATCH = 32
 _FREE = 1e-6
@@ -62,11 +62,11 @@ class FilletModes:
 
     Attributes
     ----------
-    name : of the place, one of :func:`cranktrain.structure.stress.throw_mesh.throw_places`
+    name : name of the place, one of :func:`cranktrain.structure.stress.throw_mesh.throw_places`
     throw : number from 1
     modes : (n + LOADS + CUTS, 6, s) float32, Pa per unit of each entry (SI)
-    beyond : (n + LOADS + CUTS, CUTS) force and moment about the cut's middle that all beyond either cut has, loads on
-        the main journals as a whole included, per unit of each entry
+    beyond : (n + LOADS + CUTS, CUTS) force and moment, about the middle of each cut, of the crank beyond the cut per
+        unit of each entry; loads on the whole main journals are included
     points : (s, 3) m
     """
 
@@ -77,7 +77,7 @@ class FilletModes:
     points: Array
 
     def by_resultants(self, drive: Array, wrenches: Array) -> Array:
-        """Motions s (k, CUTS) with which the rest of the crank acts on the cuts with ``wrenches``.
+        """Motions s (k, CUTS) of the cuts for which the rest of the crank acts on them with ``wrenches``.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class FilletModes:
         """
         stiffness = 0.5 * (self.beyond[-CUTS:] + self.beyond[-CUTS:].T)
         size = np.sqrt(np.diag(stiffness))
-        # Six of the twelve move the throw as a whole and meet no force.
+        # Six of the twelve motions move the throw as a rigid body and cause no force.
         compliance = np.linalg.pinv(stiffness / np.outer(size, size), rcond=_FREE, hermitian=True)
         return np.asarray((wrenches - drive @ self.beyond[:-CUTS]) / size @ compliance / size)
 
@@ -100,9 +100,9 @@ def fillet_modes(
     say: Progress = lambda stage: None,
     fineness: float | None = None,
 ) -> FilletModes:
-    """Solve the sub-model of a throw (numbered from 1) that is fine at ``place``, for each entry of its drive.
+    """Solve the sub-model of a throw (numbered from 1) with a fine mesh at ``place``, for each entry of its drive.
 
-    Raises ``InputError``: where the CAD kernel fails or the crank's mesh has too few nodes near a cut.
+    Raises ``InputError`` if the CAD kernel fails or the crank's mesh has too few nodes near a cut.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def fillet_modes(
 
 
 def cut_rigid_motions(mesh: MeshTet2, c: Crankshaft, throw: int, nodes: Integers) -> Array:
-    """Displacements (3 nodes, CUTS) of nodes on the cuts, rigid motions of each about its middle."""
+    """Displacements (3 nodes, CUTS) of nodes on the cuts in rigid motions of each cut about its middle."""
     motions = np.zeros((3, len(nodes), CUTS))
     for first, middle in zip((0, 6), cut_places(c, throw), strict=True):
         arm = mesh.doflocs[:, nodes] - np.array([[0.0], [0.0], [middle]])
@@ -153,15 +153,16 @@ def cut_rigid_motions(mesh: MeshTet2, c: Crankshaft, throw: int, nodes: Integers
 
 
 def cut_places(c: Crankshaft, throw: int) -> tuple[float, float]:
-    """Front and rear cut of a throw (numbered from 1), z in m: the middles of the main journals beside it."""
+    """Position z (m) of front and rear cut of a throw (numbered from 1), the middles of its main journals."""
     front, rear = (0.5 * sum(span) for span in stations(c).mains[throw - 1 : throw + 1])
     return front, rear
 
 
 def throw_loads(model: FEModel, crankshaft: Crankshaft, throw: int) -> tuple[Array, Array]:
-    """Forces (ndof, LOADS) of a drive's entries behind the modal coordinates.
+    """Forces (ndof, LOADS) of the entries of a drive after the modal coordinates.
 
-    Also force and moment about the cuts (12, CUTS) that the halves of the main journals inside have under their loads.
+    The second array (12, CUTS) has force and moment about the cuts of those halves of the main journals that lie
+    inside, per unit load on the whole journals.
     """
     pin = np.array(pin_centre(crankshaft, throw))
     columns = [averaged_interfaces(model, [f"pin[{throw}]"], {f"pin[{throw}]": pin}).averaging.T.toarray()]
@@ -178,7 +179,7 @@ def throw_loads(model: FEModel, crankshaft: Crankshaft, throw: int) -> tuple[Arr
 
 
 def _about(motions: Array, place: Array) -> Array:
-    """Rigid motions (ndof, 6) with rotations about a place (3,)."""
+    """Rigid motions (ndof, 6) with rotations about a point (3,)."""
     turned = motions.copy()
     turned[:, 3:] -= motions[:, :3] @ np.cross(np.eye(3), place).T
     return turned
@@ -189,16 +190,16 @@ def _half_journal(model: FEModel, name: str, middle: Array) -> Array:
     facets = surface_basis(model.mesh, model.basis.elem, name, 4)
     fields = unit_motions(np.asarray(facets.global_coordinates()) - middle[:, None, None])
     here = np.einsum("kafq,lafq,fq->kl", fields, fields, facets.dx)
-    signs = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # the other half is the mirror image across the cut
+    signs = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # the outer half is the mirror image across the cut
     whole = here + signs[:, None] * here * signs
     averaging = averaged_interfaces(model, [name], {name: middle}).averaging
     return np.asarray(averaging.T @ np.linalg.solve(whole, here).T)
 
 
 def cut_motion(mesh: MeshTet2, c: Crankshaft, throw: int, coarse: tuple[Array, Array]) -> tuple[Integers, Array]:
-    """Nodes on both cuts, and their displacement (3, nodes, n) in the crank's modes, ``coarse`` as above.
+    """Nodes on both cuts and their displacement (3, nodes, n) in the crank's modes; ``coarse`` as :func:`fillet_modes`.
 
-    ``InputError`` where the crank's mesh has too few nodes near a cut.
+    Raises ``InputError`` if the crank's mesh has too few nodes near a cut.
     """
     places, modes = coarse
     nodes, moved = [], []
@@ -220,14 +221,14 @@ def cut_motion(mesh: MeshTet2, c: Crankshaft, throw: int, coarse: tuple[Array, A
 
 
 def _cubic(places: Array) -> Array:
-    """Monomials (p, 20) up to the third degree of places (3, p)."""
+    """Monomials (p, 20) up to the third degree of positions (3, p)."""
     x, y, z = places
     powers = [(i, j, k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]
     return np.stack([x**i * y**j * z**k for i, j, k in powers], axis=1)
 
 
 def _watched(mesh: MeshTet2, c: Crankshaft, throw: int, place: str) -> Integers:
-    """Corner nodes on a fillet, or at the mouth of an oil bore on its pin."""
+    """Corner nodes at which stress is evaluated: on a fillet, or at the mouth of an oil bore on its pin."""
     nodes = np.unique(mesh.facets[:, mesh.boundary_facets()])
     names, number = surface_features(replace(c, oil_holes="hole" in place), mesh.p[:, nodes].T)
     wanted = number == names.index(place)

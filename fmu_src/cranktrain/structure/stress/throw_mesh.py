@@ -1,7 +1,7 @@
 """Fine mesh of one throw, or of a quarter of it, with short edges at its fillets, by netgen's CAD kernel.
 
 A throw reaches from the middle of one main journal to the middle of the next. Its pieces are those of
-:mod:`cranktrain.structure.crank.shape`, so that its surface is the crank's.
+:mod:`cranktrain.structure.crank.shape`, so its surface is that of the crank.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from cranktrain.structure.crank.shape import (
 from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh
 
 FINENESS = 4.0
-"""Radius of a fillet over the edges on it: at 4 the stress is converged to 0.5 %, see the tests."""
+"""Radius of a fillet over the edge length on it. With 4 the stress is converged to 0.5 %, see the tests."""
 
 BORE_FINENESS = 16.0
-"""Radius of an oil bore over the edges round its mouth: with 12 the stress is 1 % another, with 4 up to 8 %."""
+"""Radius of an oil bore over the edge length at its mouth. With 12 the stress differs by 1 %, with 4 by up to 8 %."""
 GRADING = 0.8
-"""How fast edges grow away from a fillet that is fine alone: with 0.5 a throw has twice the unknowns."""
+"""Growth of edge lengths away from a single fine fillet. With 0.5 a throw has twice as many unknowns."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class QuarterThrow:
     """A quarter of a throw: x ≥ 0, from the middle of a main journal to the middle of the pin, which lies at +y (m).
 
-    ``web_width`` gives the web as a rectangle, as the classification societies' rule has it, that reaches half its
-    width beyond both axes; ``crankshaft`` as the engine's, with the counterweight of its first web where it has one.
+    With ``web_width`` the web is a rectangle as in the rule of the classification societies, which reaches half its
+    width beyond both axes. With ``crankshaft`` it is the front web of the engine's throw, counterweight included.
     """
 
     pin_diameter: float
@@ -58,7 +58,7 @@ class QuarterThrow:
 
     @classmethod
     def of(cls, crankshaft: Crankshaft, throw: int = 1, fineness: float = FINENESS) -> QuarterThrow:
-        """Quarter with the front web of a throw (numbered from 1) of a parametric crankshaft."""
+        """Make the quarter with the front web of a throw (numbered from 1) of a parametric crankshaft."""
         c = crankshaft
         return cls(
             pin_diameter=c.pin_diameter, main_diameter=c.main_diameter, throw=c.throws[throw - 1],
@@ -69,18 +69,18 @@ class QuarterThrow:
 
     @property
     def stations(self) -> tuple[float, float, float, float]:
-        """End of the model in the main journal, both faces of the web, middle of the pin, z in m."""
+        """Positions z, m: end of the model in the main journal, both faces of the web, middle of the pin."""
         web_end = self.half_main + self.web_thickness
         return 0.0, self.half_main, web_end, web_end + self.half_pin
 
     def mesh(self) -> MeshTet2:
-        """Quadratic tetrahedra; ``InputError`` where the CAD kernel fails."""
+        """Mesh of quadratic tetrahedra; ``InputError`` if the CAD kernel fails."""
         values = asdict(self)
         return _mesh("cranktrain.structure.stress.throw_mesh:quarter_solid", values)
 
 
 def throw_places(crankshaft: Crankshaft, throw: int) -> tuple[str, ...]:
-    """Fillets of a throw (numbered from 1), named as by :func:`fillet_ends`, and the oil bore of its pin."""
+    """Names of the fillets of a throw (numbered from 1), as by :func:`fillet_ends`, and of the oil bore of its pin."""
     fillets = (
         f"main[{throw}] rear fillet", f"pin[{throw}] front fillet", f"pin[{throw}] rear fillet",
         f"main[{throw + 1}] front fillet",
@@ -89,14 +89,14 @@ def throw_places(crankshaft: Crankshaft, throw: int) -> tuple[str, ...]:
 
 
 def place_fineness(place: str) -> float:
-    """Radius over edges that resolves one of a throw's places."""
+    """Ratio of radius to edge length that resolves a fillet or oil bore."""
     return FINENESS if place.endswith("fillet") else BORE_FINENESS
 
 
 def throw_mesh(crankshaft: Crankshaft, throw: int, place: str, fineness: float) -> MeshTet2:
-    """Mesh of one throw (numbered from 1) in the crank's own place, with short edges at one of its ``throw_places``.
+    """Mesh of one throw (numbered from 1) in the crank's coordinates, with short edges at one of its ``throw_places``.
 
-    Its pin and main surfaces are named as the crank's. ``InputError`` where the CAD kernel fails.
+    Pin and main surfaces have the names of the crank's surfaces. ``InputError`` if the CAD kernel fails.
     """
     values = {"crankshaft": asdict(crankshaft), "throw": throw, "place": place, "fineness": fineness}
     return _mesh("cranktrain.structure.stress.throw_mesh:throw_solid", values)
@@ -109,7 +109,7 @@ def _mesh(entry: str, values: dict[str, Any]) -> MeshTet2:
 
 
 def quarter_solid(values: dict[str, Any]) -> tuple[Any, float, float]:
-    """Shape, largest edge and fineness of a quarter throw, in the child that meshes."""
+    """Solid, largest edge and fineness of a quarter throw for the mesher; runs in its child process."""
     from netgen import occ
 
     crankshaft = _crankshaft(values.pop("crankshaft"))
@@ -135,7 +135,7 @@ def quarter_solid(values: dict[str, Any]) -> tuple[Any, float, float]:
 
 
 def throw_solid(values: dict[str, Any]) -> tuple[Any, float, float, float]:
-    """Shape, largest edge, fineness and grading of a whole throw, in the child that meshes."""
+    """Solid, largest edge, fineness and grading of a throw for the mesher; runs in its child process."""
     from netgen import occ
 
     c, number, place = _crankshaft(values["crankshaft"]), values["throw"], values["place"]
@@ -165,7 +165,7 @@ def throw_solid(values: dict[str, Any]) -> tuple[Any, float, float, float]:
 
 
 def _crankshaft(values: dict[str, Any] | None) -> Crankshaft | None:
-    """Dimensions as JSON gave them back."""
+    """Dimensions of a crankshaft from their JSON form, in which tuples are lists."""
     if values is None:
         return None
     sizes: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}

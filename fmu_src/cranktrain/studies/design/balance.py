@@ -25,7 +25,7 @@ from cranktrain.results.free_forces import largest
 from cranktrain.studies.design.layouts import Layout
 
 ROUNDING = 9
-"""Digits to which resultants are rounded, so that those that cancel are 0."""
+"""Number of digits to which resultants are rounded, so that cancelling ones become 0."""
 
 
 class FreeForces(NamedTuple):
@@ -50,7 +50,7 @@ class FreeForces(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Places of an engine's cylinders along the crank.
+    """Positions of an engine's cylinders along the crank.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Places(NamedTuple):
 
 
 def cylinder_places(engine: Engine) -> Places:
-    """Where an engine's cylinders are, rods that stand beside each other on a pin at their own places."""
+    """Make the positions of an engine's cylinders; rods on the same pin have separate positions."""
     pins, bays = np.array(engine.crankshaft.pin_positions), engine.crankshaft.bays
     along = np.array(engine.cylinder_positions) - 0.5 * (pins[0] + pins[-1])
     ends = np.cumsum((0, *bays))

@@ -1,4 +1,4 @@
-"""The table ``[crankshaft]`` of an engine file for a crank that was found in CAD."""
+"""Table ``[crankshaft]`` of an engine file for a crank measured from CAD."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from cranktrain.studies.design.document import Block, Entry
 
 NOTE = "measured in the STEP file"
 LENGTH_DECIMALS, ANGLE_DECIMALS = 4, 6
-"""Of values in mm and deg."""
+"""Number of digits of values in mm and deg."""
 
 
 def found_crankshaft(c: Crankshaft) -> Block:
-    """Table of a crankshaft's dimensions, m and rad, each as measured."""
+    """Table of a crankshaft's dimensions, m and rad, with origin measured."""
 
     def mm(key: str, value: float | tuple[float, ...], note: str = NOTE) -> Entry:
         return Entry(key, _scaled(value, 1e3, LENGTH_DECIMALS), "mm", "derived", note)

@@ -9,12 +9,13 @@ from cranktrain.engine.model import Engine, engine_from_dict
 from cranktrain.engine.quantities import OFFSETS, UNITS
 
 DIGITS, DIGITS_OF_ANGLES, DIGITS_GIVEN = 4, 9, 12
-"""Significant digits of a value; angles have more, so that firing is even; a stated value has all that it needs."""
+"""Significant digits of a value. Angles have more, so that firing is even; values stated by the user are not
+rounded."""
 FACTORS = {unit: factor for units in UNITS.values() for unit, factor in units.items()}
 
 
 class Entry(NamedTuple):
-    """A value of an engine file, in the unit that is written; no unit of a name, a flag or a count."""
+    """A value of an engine file in its written unit; names, flags and counts have no unit."""
 
     key: str
     value: Any
@@ -24,7 +25,7 @@ class Entry(NamedTuple):
 
     @property
     def si(self) -> Any:
-        """The value in SI."""
+        """Value in SI."""
 
         def one(value: Any) -> Any:
             numeric = isinstance(value, int | float) and self.unit not in ("", "1")
@@ -34,7 +35,7 @@ class Entry(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Its line."""
+        """Line of the value in the file."""
         unit = f', unit = "{self.unit}"' if self.unit else ""
         return f'{self.key} = {{ value = {_text(self.value)}{unit}, origin = "{self.origin}", note = "{self.note}" }}'
 
@@ -56,20 +57,20 @@ class Document(NamedTuple):
     blocks: tuple[Block, ...]
 
     def with_blocks(self, *blocks: Block) -> Document:
-        """The file with further tables, or others in place of its own of the same name."""
+        """File with further tables, which replace tables of the same name."""
         new = {block.name: block for block in blocks}
         kept = [new.pop(block.name, block) for block in self.blocks]
         return self._replace(blocks=(*kept, *new.values()))
 
     @property
     def engine(self) -> Engine:
-        """The engine, not yet checked."""
+        """Engine of the file, not yet checked."""
         tables = {block.name: {entry.key: entry.si for entry in block.entries} for block in self.blocks}
         return engine_from_dict({"name": self.name, "title": self.title, **tables})
 
     @property
     def text(self) -> str:
-        """Its text, TOML."""
+        """TOML text of the file."""
         lines = [*(f"# {line}".rstrip() for line in self.head), "", f'name = "{self.name}"', f'title = "{self.title}"']
         for block in self.blocks:
             lines += ["", f"# {block.comment}", f"[{block.name}]", *(entry.text for entry in block.entries)]
@@ -77,22 +78,22 @@ class Document(NamedTuple):
 
 
 def rounded(value: float, unit: str = "") -> float:
-    """A number with the significant digits of its unit; whole where it is."""
+    """Number rounded to the significant digits of its unit; integers without decimal point."""
     return _short(float(f"{value:.{DIGITS_OF_ANGLES if unit == 'deg' else DIGITS}g}"))
 
 
 def derived(key: str, value: float | Sequence[float], unit: str, note: str) -> Entry:
-    """A value that follows from others."""
+    """Entry of a value that follows from others."""
     return _entry(key, value, unit, "derived", note)
 
 
 def chosen(key: str, value: Any, unit: str, note: str) -> Entry:
-    """A value that a rule of practice or the user gives."""
+    """Entry of a value given by a rule of practice or by the user."""
     return _entry(key, value, unit, "chosen", note)
 
 
 def given(key: str, value: float, unit: str, note: str, origin: str = "chosen") -> Entry:
-    """A value that the user stated, or half or twice of one: as it is, without rounding to the digits of a rule."""
+    """Entry of a value stated by the user, or half or twice of it, without rounding."""
     return Entry(key, _short(float(f"{value:.{DIGITS_GIVEN}g}")), unit, origin, note)
 
 

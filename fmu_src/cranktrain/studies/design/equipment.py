@@ -1,4 +1,4 @@
-"""What a user asks for beside the engine itself: a torsional damper, a dual-mass flywheel, mounts with a block.
+"""Optional equipment of a new engine: torsional damper, dual-mass flywheel, mounts with a block.
 
 Damper. The first torsional mode of the cranktrain (beams, at rest, with the housing on the pulley) has the frequency f
 and at the pulley the effective inertia I. The ring has μ I. Rubber is tuned by Den Hartog's rule for equal peaks,
@@ -42,7 +42,7 @@ SHARES = {"rubber": 0.25, "viscous": 0.7}
 HOUSING = 0.3
 """Inertia of a viscous damper's housing over its ring's; chosen."""
 LOSS_FACTOR = 0.25
-"""Of the rubber; chosen, natural rubber and EPDM of dampers have 0.1 to 0.35."""
+"""Loss factor of the rubber; chosen, natural rubber and EPDM of dampers have 0.1 to 0.35."""
 RING_RADIUS = {"rubber": (0.62, 0.85), "viscous": (0.68, 1.08)}
 """Inner and outer radius of the ring over the bore; chosen."""
 GAP = 4e-3
@@ -58,7 +58,7 @@ ROUNDS = 6
 NEAR = 0.12
 """Modes within this fraction of the first torsional one count with it."""
 COOLING = 80.0
-"""Heat transfer of a damper that turns in air, W/(m² K)."""
+"""Heat transfer coefficient of a damper rotating in air, W/(m² K)."""
 SECONDARY = 0.5
 """Secondary mass of a dual-mass flywheel over the whole flywheel; chosen."""
 BELOW_FIRING = 0.5
@@ -66,11 +66,11 @@ BELOW_FIRING = 0.5
 HELD = 0.5
 """Stiffness of the shaft behind a dual-mass flywheel over its springs'; chosen."""
 WIDEST_TWIST = math.radians(70.0)
-"""Twist of bow springs under the full-load torque, rad: what their channels have room for."""
+"""Twist of bow springs under the full-load torque, rad, limited by the room in their channels."""
 
 
 def damper(s: Sizes, engine: Engine, kind: str) -> Block:
-    """Table of a damper fitted to the first torsional mode; ``InputError`` where a ring hardly acts on it."""
+    """Table of a damper fitted to the first torsional mode; ``InputError`` if a ring hardly affects this mode."""
     share, (inner, outer) = SHARES[kind], RING_RADIUS[kind]
     housing = HOUSING if kind == "viscous" else 0.0
     body = bare_crank(engine, "beam")
@@ -129,7 +129,7 @@ def _rubber(ring: float, hz: float, share: float) -> tuple[Entry, ...]:
 
 
 def _viscous(s: Sizes, ring: float, hz: float, share: float) -> tuple[Entry, ...]:
-    """Ring, gaps and silicone oil of a viscous damper that has Houdaille's damping at its working amplitude."""
+    """Ring, gaps and silicone oil of a viscous damper with Houdaille's optimum damping at its working amplitude."""
     damping = 4.0 * math.pi * hz * ring / share * houdaille_optimum(share).damping_ratio
     inner, outer = (radius * s.bore for radius in RING_RADIUS["viscous"])
     width = ring / (0.5 * math.pi * STEEL * (outer**4 - inner**4))
@@ -170,7 +170,7 @@ def _viscous(s: Sizes, ring: float, hz: float, share: float) -> tuple[Entry, ...
 
 
 def with_dual_mass(made: Document, s: Sizes) -> Document:
-    """The file with its flywheel as primary mass of a dual-mass flywheel; ``InputError`` where no springs fit."""
+    """File with a dual-mass flywheel, of which its flywheel is the primary mass; ``InputError`` if no springs fit."""
     engine = made.engine
     whole, secondary = engine.flywheel, SECONDARY * engine.flywheel.polar_inertia
     front = crank_inertia(s, engine) + engine.pulley.polar_inertia + whole.polar_inertia - secondary

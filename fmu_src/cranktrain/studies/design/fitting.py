@@ -1,4 +1,4 @@
-"""What the rules of an engine file find from the engine itself: heat, counterweights and flywheel."""
+"""Values of a new engine file that are fitted on the engine itself: heat, counterweights and flywheel."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from cranktrain.studies.design.sizes import SKIRT, Sizes
 STEEL = 7850.0
 """Density of the crankshaft and of discs, kg/m³."""
 FALLOFF = 0.25
-"""Part of the heat that is lost at twice the speed of the largest torque."""
+"""Fraction of the heat that is lost at twice the speed of the largest torque."""
 IRREGULARITY = 0.15
-"""Degree of irregularity at the lowest speed and full load: largest less least speed over the mean."""
+"""Degree of irregularity at the lowest speed and full load, (largest − least speed)/mean speed."""
 GYRATION = 1.35
 """Radius of gyration of the flywheel over the larger of bore and throw."""
 LEAST_FLYWHEEL = 1.5
@@ -32,7 +32,7 @@ BISECTIONS = 40
 
 
 class Fitted(NamedTuple):
-    """What is found from the engine with its other values.
+    """Values fitted on the engine with its other values.
 
     Attributes
     ----------
@@ -48,23 +48,23 @@ class Fitted(NamedTuple):
 
 
 def full_load(s: Sizes) -> float:
-    """Mean effective pressure at the speed of the largest torque, Pa, of which the rated speed keeps its own."""
+    """Mean effective pressure at the speed of the largest torque, Pa, which leaves the required one at rated speed."""
     return s.imep / (1.0 - FALLOFF * (s.rated / s.best - 1.0) ** 2)
 
 
 def balanced_mass(s: Sizes) -> str:
-    """Masses that the counterweights are to balance, in words."""
+    """Text on the masses that the counterweights balance."""
     return "the rotating masses of the throw" + (" and half the oscillating ones" if oscillating(s) else "")
 
 
 def oscillating(s: Sizes) -> float:
-    """Part of the oscillating masses that counterweights balance: half where the layout leaves a first order free."""
+    """Fraction of the oscillating masses that counterweights balance; half if the layout has a free first order."""
     free = free_forces(s.layout)
     return 0.5 if s.layout.form != BOXER and max(free.first, free.first_moment) > 1e-6 else 0.0
 
 
 def counterweight(s: Sizes, engine: Engine) -> tuple[float, float]:
-    """Radius, m, of half discs that balance a throw, and the part of the masses that they balance."""
+    """Radius, m, of half discs that balance a throw, and the fraction of the masses that they balance."""
     # Both webs of a throw, or of a pair of split pins, taken as one throw.
     crank, pins = engine.crankshaft, 2 if s.layout.split else 1
     rods = pins * s.rods_on_pin
@@ -72,7 +72,7 @@ def counterweight(s: Sizes, engine: Engine) -> tuple[float, float]:
     moving = rods * (s.big_end_mass + oscillating(s) * (s.small_end_mass + s.piston_mass))
 
     def moment(radius: float) -> float:
-        """Of both webs, along the throw, kg m."""
+        """Static moment of both webs along the throw, kg m."""
         own = bare_outline(crank, crank.throw)._replace(weight_radius=radius, weight_half_width=radius)
         return 2.0 * STEEL * s.web * float(web_moments(own)[0, 2])
 

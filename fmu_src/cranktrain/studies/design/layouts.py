@@ -22,12 +22,12 @@ from cranktrain.core.errors import InputError, nearest
 CYCLE_DEG = 720.0
 IN_LINE, VEE, BOXER = "in line", "V", "boxer"
 EVEN_DEG = 1.0
-"""Intervals that differ by less are even, deg."""
+"""Tolerance of even firing intervals, deg."""
 LEAST_BANK_DEG, LARGEST_BANK_DEG = 10.0, 180.0
 
 
 class Layout(NamedTuple):
-    """A layout.
+    """A layout of cylinders.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Layout(NamedTuple):
         return len(self.firing_deg)
 
     def with_bank(self, bank_deg: float) -> Layout:
-        """The layout with another angle between its banks, on the same crank; ``InputError`` where it has no banks.
+        """Layout with another angle between its banks on the same crank; ``InputError`` for a layout without banks.
 
         The second bank fires later by the difference.
         """
@@ -71,7 +71,7 @@ class Layout(NamedTuple):
 
     @property
     def pins(self) -> tuple[int, ...]:
-        """Pin of each cylinder, counted from 1."""
+        """Number of the pin (from 1) of each cylinder."""
         half = self.cylinders // 2
         if self.split:
             return tuple(2 * (k % half) + 1 + k // half for k in range(self.cylinders))
@@ -97,19 +97,19 @@ class Layout(NamedTuple):
 
     @property
     def order(self) -> tuple[int, ...]:
-        """Firing order from cylinder 1 on; of cylinders that fire together the lower number comes first."""
+        """Firing order, starting with cylinder 1; of cylinders that fire together the lower number comes first."""
         after = [(round(angle - self.firing_deg[0], 6) % CYCLE_DEG, k + 1) for k, angle in enumerate(self.firing_deg)]
         return tuple(cylinder for _, cylinder in sorted(after))
 
     @property
     def intervals_deg(self) -> tuple[float, ...]:
-        """Interval from each cylinder of the order to the next, the last one back to the first."""
+        """Interval from each cylinder of the firing order to the next, including the last to the first."""
         angles = sorted(round(angle - self.firing_deg[0], 6) % CYCLE_DEG for angle in self.firing_deg)
         return tuple(b - a for a, b in zip(angles, [*angles[1:], CYCLE_DEG], strict=True))
 
     @property
     def even(self) -> bool:
-        """Whether it fires at even intervals, one cylinder at a time."""
+        """True if the layout fires at even intervals, one cylinder at a time."""
         return max(self.intervals_deg) - min(self.intervals_deg) < EVEN_DEG
 
 
@@ -120,7 +120,7 @@ def evenly(order: Sequence[int]) -> tuple[float, ...]:
 
 
 def mirrored(half: Sequence[int]) -> tuple[int, ...]:
-    """Order of an in-line engine whose crank is its own mirror image, front and rear firing alternately.
+    """Firing order of an in-line engine with a mirror-symmetric crank, with alternate firing of front and rear half.
 
     ``half`` is the order in which the throws of the front half reach dead centre. Each stands beside that of its mirror
     image, which fires a revolution earlier or later.
@@ -131,13 +131,13 @@ def mirrored(half: Sequence[int]) -> tuple[int, ...]:
 
 
 def in_line(order: Sequence[int], title: str) -> Layout:
-    """An in-line engine that fires evenly in an order."""
+    """Layout of an in-line engine with even firing in an order."""
     name = "single" if len(order) == 1 else f"i{len(order)}"
     return Layout(name, title, IN_LINE, evenly(order))
 
 
 def vee(order: Sequence[int], bank_deg: float, title: str) -> Layout:
-    """A V engine that fires evenly in an order at a bank angle."""
+    """Layout of a V engine with even firing in an order at a bank angle."""
     return Layout(f"v{len(order)}", title, VEE, evenly(order), bank_deg)
 
 
@@ -187,7 +187,7 @@ LAYOUTS = _table(
 
 
 def layout(name: str, bank_deg: float | None = None) -> Layout:
-    """Layout of a name, with another bank angle where one is given; ``InputError`` for what does not exist."""
+    """Layout with this name, with another bank angle if given; ``InputError`` for an unknown name."""
     if name not in LAYOUTS:
         raise InputError(f"--layout '{name}' is not known; {nearest(name, LAYOUTS)}")
     row = LAYOUTS[name]

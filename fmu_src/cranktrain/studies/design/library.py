@@ -1,4 +1,4 @@
-"""The library of engines: one of each usual layout, of bore, stroke and power of an engine that exists or is usual.
+"""Library of engines: one per usual layout, with bore, stroke and power of an existing or typical engine.
 
     python -m cranktrain.studies.design.library [ENGINE ...]
 
@@ -26,13 +26,13 @@ from cranktrain.studies.design.rules import first_design
 from cranktrain.studies.design.sizes import HANDBOOK, sizes
 
 SHIP = "two_stroke_six"
-"""Low-speed two-stroke of the library, whose file is its own."""
+"""Low-speed two-stroke engine of the library, whose file is not written by this module."""
 STIFF = 2.0e8
 """Stiffness of the balancers' bearings, and of their gear meshes over width, N/m; chosen, usual for steel and films."""
 
 
 class Row(NamedTuple):
-    """An engine of the library: sizes in mm, power in kW, rated speed in rev/min, and whose figures these are."""
+    """An engine of the library: sizes in mm, power in kW, rated speed in rev/min, and their source."""
 
     name: str
     title: str
@@ -47,7 +47,7 @@ class Row(NamedTuple):
 
 
 def balanced_four(engine: Engine) -> str:
-    """Two shafts that turn twice as fast, one each way, against the second order; and a dual-mass flywheel."""
+    """Tables of two counter-rotating balancer shafts at twice the speed, and of a dual-mass flywheel."""
     crank, rod = engine.crankshaft, engine.rod
     a = crank.throw / rod.length
     oscillating = rod.small_end_mass + engine.cylinders.piston_mass
@@ -98,7 +98,7 @@ def balanced_four(engine: Engine) -> str:
 
 
 def dual_mass(engine: Engine) -> list[str]:
-    """Bow springs that rub behind the engine's own flywheel as primary mass, and the gearbox held by a soft shaft."""
+    """Tables of bow springs with friction behind the flywheel as primary mass, and a gearbox on a soft shaft."""
     inertia = 0.8 * engine.flywheel.polar_inertia
     return [
         "", "# Dual-mass flywheel: [flywheel] is its primary mass, bow springs drive the secondary one.",
@@ -114,7 +114,7 @@ def dual_mass(engine: Engine) -> list[str]:
 
 
 def generator_set(engine: Engine) -> str:
-    """An elastic coupling whose stiffness rises with torque, and the rotor of a four-pole generator on a stiff grid."""
+    """Tables of an elastic coupling with progressive stiffness, and of the rotor of a four-pole generator on a grid."""
     torque = GasTrace.from_engine(engine).imep * engine.displacement / (4.0 * math.pi)
     rotor = 4.0 * engine.flywheel.polar_inertia
     soft = 2.5 * torque / math.radians(10.0)
@@ -167,7 +167,7 @@ ROWS = {
 
 
 def designed(row: Row) -> Document:
-    """File of a row, without what it adds."""
+    """Engine file of a row without its additional tables."""
     found = sizes(
         layout(row.layout), 1e-3 * row.bore, 1e-3 * row.stroke, row.fuel, power=1e3 * row.power, rated=row.rated * RPM,
         practice=HANDBOOK,
@@ -178,13 +178,13 @@ def designed(row: Row) -> Document:
 
 
 def text_of(row: Row) -> str:
-    """Text of a row's file."""
+    """Text of a row's engine file."""
     made = designed(row)
     return made.text + ("" if row.more is None else row.more(made.engine))
 
 
 def main(names: Sequence[str] = ()) -> None:
-    """Write the files of the rows named, of all without names."""
+    """Write the engine files of the named rows, by default of all."""
     for name in names or ROWS:
         path = engine_folder() / f"{name}.toml"
         with whole_file(path) as temporary:

@@ -1,4 +1,4 @@
-"""The documentation's page of the engine library, from the files that ship.
+"""Documentation page of the engine library, made from the shipped files.
 
 python -m cranktrain.studies.design.library_page docs/engines.md
 """
@@ -74,7 +74,7 @@ def _row(name: str) -> str:
 
 
 def _free(engine: Engine) -> tuple[str, str]:
-    """Free forces and moments of both orders, moments about the middle of the crank over the distance a."""
+    """Text of free forces and moments of both orders; moments about the middle of the crank, over the distance a."""
     places = cylinder_places(engine).along
     banks, firing = np.array(engine.cylinders.bank_angles), np.array(engine.firing_angles)
     along = np.stack((-np.sin(banks), np.cos(banks)), axis=1)

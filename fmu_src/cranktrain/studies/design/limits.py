@@ -1,4 +1,4 @@
-"""What a new engine is judged by: the tables ``[limits]`` and ``[bearing_limits]``.
+"""Limits of a new engine: the tables ``[limits]`` and ``[bearing_limits]``.
 
 Twist. A crank in its first torsional mode without a node but at the flywheel twists like a quarter of a sine over its
 length L, φ(z) = Φ sin(π z / 2L). As a plain shaft of the pin's diameter d it has its largest shear stress at the node,
@@ -21,9 +21,9 @@ from cranktrain.studies.design.sizes import Sizes
 SHEAR_STRESS = 50e6
 """Alternating nominal shear stress of the pins, Pa; chosen."""
 PISTON_SPEEDS = {"petrol": 25.0, "diesel": 15.0}
-"""Largest mean piston speed by fuel, m/s: of sports engines and of high-speed diesels."""
+"""Largest mean piston speed by fuel, m/s, of sports engines and of high-speed diesels."""
 PEAK_MARGIN = 1.15
-"""Peak pressure that the engine bears over that of its full load; chosen."""
+"""Permissible peak pressure over the peak pressure at full load; chosen."""
 _OCVIRK = (
     "about the sum of its predominant peaks (F. W. Ocvirk, G. B. DuBois, ASME 1957): above it surfaces do not touch"
 )
@@ -31,7 +31,7 @@ _NEALE = "7500 psi: tin-aluminium and lead bronze (M. J. Neale, The Tribology Ha
 
 
 def limits(s: Sizes, engine: Engine) -> Block:
-    """Limits of twist, piston speed and peak pressure."""
+    """Table of limits of twist, piston speed and peak pressure."""
     crank, steel = engine.crankshaft, engine.material
     length = crank.main_positions[-1] - crank.main_positions[0]
     shear = 0.5 * steel.youngs_modulus / (1.0 + steel.poisson_ratio)

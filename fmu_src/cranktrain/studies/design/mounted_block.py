@@ -25,7 +25,7 @@ WALL, LINER, BULKHEAD, BESIDE, DECK, COVER, PAD = 0.133, 0.067, 0.19, 0.11, 0.15
 VEE_WALL, VEE_LINER = 0.10, 0.05
 """Walls and liners of a V, whose banks stand closer, over the bore; chosen."""
 GAP = 1.5e-3
-"""Distance kept between surfaces that must not meet, m."""
+"""Least distance between surfaces that must not touch, m."""
 HEAD = 9000.0
 """Mass of a cylinder's head, valve train and manifolds over the bore cubed, kg/m³: the six has 8600, the V8 9300."""
 IRON, IRON_DENSITY = 110e9, 7200.0
@@ -39,7 +39,7 @@ BEND = 2.9e-4
 
 
 def piston_guidance(s: Sizes) -> Block:
-    """Skirt of the pistons: that of the six, with stiffness and damping over the bore."""
+    """Table of the piston skirt: that of the shipped six, with stiffness and damping scaled by the bore."""
     b = s.bore
     height = 0.75 if s.fuel_name == "diesel" else 0.6
     return Block("piston_guidance", "Skirt in the liner; used with --pistons guided and in a flexible block.", (
@@ -59,14 +59,14 @@ def piston_guidance(s: Sizes) -> Block:
 
 
 def mounted_block(made: Document, s: Sizes) -> tuple[Block, Block]:
-    """Tables ``[block]`` and ``[mounts]``; ``InputError`` where the cylinders leave no room for the block."""
+    """Tables ``[block]`` and ``[mounts]``; ``InputError`` if the cylinders leave no room for the block."""
     block = _block(s, made.engine)
     engine = made.with_blocks(block, _mounts(s, made.engine, block, 1.0)).engine
     return block, _mounts(s, engine, block, mounted_mass(engine))
 
 
 def _block(s: Sizes, engine: Engine) -> Block:
-    """Block around the engine's crank and cylinders."""
+    """Table of a block around the engine's crank and cylinders."""
     b, crank, rod = s.bore, engine.crankshaft, engine.rod.length
     if s.layout.form == BOXER:
         raise InputError("--mounts: there is no parametric block for a boxer; leave the option out, or take your own "
@@ -135,7 +135,7 @@ def _block(s: Sizes, engine: Engine) -> Block:
 
 
 def _mounts(s: Sizes, engine: Engine, block: Block, mass: float) -> Block:
-    """Four mounts beside the crankcase, for a mass on them, kg."""
+    """Table of four mounts next to the crankcase, for a supported mass, kg."""
     size = {entry.key: entry.si for entry in block.entries}
     mains, half, pad = engine.crankshaft.main_positions, size["crankcase_half_width"], size["pad_size"]
     first = mains[0] - 0.5 * size["housing_thickness"] + 0.5 * pad + GAP

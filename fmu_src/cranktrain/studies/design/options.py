@@ -1,4 +1,4 @@
-"""What a user may ask for beside the engine itself."""
+"""Options for equipment of a new engine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FLYWHEELS = ("solid", "dual-mass")
 
 
 class Equipment(NamedTuple):
-    """Choices: kind of ``damper`` or None, a dual-mass flywheel, mounts with a block."""
+    """Optional equipment: kind of ``damper`` or None, dual-mass flywheel, mounts with a block."""
 
     damper: str | None = None
     dual_mass: bool = False
@@ -22,7 +22,7 @@ BARE = Equipment()
 
 
 def equipment(damper: str | None, flywheel: str, mounts: bool) -> Equipment:
-    """Choices of these options; ``InputError`` where a word is not known."""
+    """Make the equipment from these options; ``InputError`` for an unknown word."""
     for option, word, words in (("damper", damper, DAMPERS), ("flywheel", flywheel, FLYWHEELS)):
         if word is not None and word not in words:
             raise InputError(f"--{option} '{word}' is not known; {nearest(word, words)}")

@@ -1,4 +1,4 @@
-"""An engine file from sizes: every value by a stated rule, with the rule as its note.
+"""Engine file from sizes, in which every value follows from a stated rule, given as its note.
 
 What no rule of practice gives follows from physics. The heat per cycle gives the mean effective pressure; the intake
 pressure brings the air for it; counterweights balance their throw as far as the pistons leave room; the flywheel limits
@@ -52,14 +52,14 @@ IRON = 110e9
 CUTOFF_SPEED = 270.0
 """Cut-off frequency of the running model times the bore, m/s: 3000 Hz at a bore of 90 mm."""
 TWIST = math.radians(1.0)
-"""Twist of the connecting shaft by the mean torque, rad."""
+"""Twist of the connecting shaft under the mean torque, rad."""
 CHARGED = 1.1e5
 """Intake pressure above which an engine is called charged, Pa."""
 ROUNDS = 4
 
 
 def document(name: str, sizes: Sizes, equipment: Equipment = BARE) -> Document:
-    """Complete engine file of a name with these sizes and what the user asks for beside them.
+    """Complete engine file with this name, these sizes and the requested equipment.
 
     Raises ``InputError`` where the engine has no room, or no use, for it.
     """
@@ -105,7 +105,7 @@ def _document(name: str, s: Sizes, fitted: Fitted) -> Document:
 
 
 def free_words(layout: Layout, engine: Engine) -> tuple[str, ...]:
-    """What the oscillating masses of an engine leave free, in lines of its file's head."""
+    """Lines of the file's first comment on free forces and moments of the oscillating masses."""
     places = cylinder_places(engine)
     free = free_forces(layout, places.along)
     where = f"the distance a = {1e3 * places.distance:.4g} mm of {places.words} and " if places.words else ""
@@ -126,12 +126,12 @@ def _material() -> Block:
 
 
 def _mm(key: str, metres: float, note: str, of: Callable[..., Entry] = derived) -> Entry:
-    """A length in mm."""
+    """Entry of a length in mm."""
     return of(key, 1e3 * metres, "mm", note)
 
 
 def _of_bore(s: Sizes, key: str, share: float, source: str) -> Entry:
-    """A length that is a share of the bore."""
+    """Entry of a length that is a fraction of the bore."""
     return _mm(key, share * s.bore, f"{share:.3g} B, {source}")
 
 
@@ -174,7 +174,7 @@ def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
 
 
 def _counterweights(s: Sizes, bays: int) -> tuple[Entry, ...]:
-    """Which webs have counterweights, and where pins are split."""
+    """Entries on webs with counterweights, and on split pins."""
     if not s.layout.split:
         return (chosen("counterweights", 2 * bays * [True], "", "at every web"),)
     note = f"{FLYING_WEB:g} B, between the pins of a pair"
@@ -263,7 +263,7 @@ def _intake(s: Sizes) -> float:
 
 
 def _film(s: Sizes, diameter: float, width: float, of: str) -> tuple[Entry, ...]:
-    """Entries that a main and a big end have."""
+    """Common entries of main and big-end bearings."""
     return (
         _mm("diameter", diameter, f"the {of}'s"),
         _mm(

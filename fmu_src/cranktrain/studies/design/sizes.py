@@ -40,7 +40,7 @@ WIDEST_PRESSURE, LEAST_PRESSURE = 40e5, 1e5
 
 
 class Fuel(NamedTuple):
-    """What practice gives by fuel.
+    """Values of practice for one fuel.
 
     Attributes
     ----------
@@ -114,13 +114,13 @@ PUBLISHED = (
     Published("GM Duramax 6.6 LLY", "V", 8, "diesel", 103.0, 80.0, 63.0),
     Published("Ford 7.3 Power Stroke", "V", 8, "diesel", 104.4, 79.2, 63.5),
 )
-"""Journals as the makers' service manuals state them (specifications of crankshaft and cylinder block)."""
+"""Journal dimensions from the makers' service manuals (specifications of crankshaft and cylinder block)."""
 SHORT = 4
 """Cylinders of a short crank: in line and boxers up to this number; the others and all V are long."""
 
 
 def is_short(form: str, cylinders: int) -> bool:
-    """Whether a crank counts as short."""
+    """True if a crank counts as short."""
     return form != VEE and cylinders <= SHORT
 
 
@@ -175,7 +175,7 @@ class Sizes(NamedTuple):
 
     @property
     def fuel(self) -> Fuel:
-        """Practice of the fuel."""
+        """Values of practice for the engine's fuel."""
         return self.practice.fuels[self.fuel_name]
 
     @property
@@ -185,7 +185,7 @@ class Sizes(NamedTuple):
 
     @property
     def throw(self) -> float:
-        """Half the stroke, m."""
+        """Throw, half the stroke, m."""
         return 0.5 * self.stroke
 
     @property
@@ -200,12 +200,12 @@ class Sizes(NamedTuple):
 
     @property
     def indicated_power(self) -> float:
-        """Of the rated speed, W."""
+        """Indicated power at rated speed, W."""
         return self.imep * self.displacement * self.rated / (4.0 * math.pi)
 
     @property
     def brake_power(self) -> float:
-        """Of the rated speed, W."""
+        """Brake power at rated speed, W."""
         return MECHANICAL_EFFICIENCY * self.indicated_power
 
     @property

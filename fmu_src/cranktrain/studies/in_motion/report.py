@@ -27,10 +27,10 @@ SETTLE = 1.0e-4
 """Largest settling error of the run whose cycle is linearised."""
 SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
-"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; of an engine that does not
-run at it, the nearest of its speeds."""
+"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; for an engine whose range
+excludes this speed, the nearest of its speeds."""
 ANSWERS = 0.1
-"""A mode is torsional from this fraction of the largest torsion of the pulley at resonance."""
+"""A mode is torsional if its torsion of the pulley at resonance is at least this fraction of the largest."""
 MOSTLY_BLOCK = 0.5
 """A mode counts as one of the block if the block has this fraction of the kinetic energy."""
 
@@ -50,7 +50,7 @@ def reference_speed(engine: Engine) -> float:
 
 
 def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = None) -> dict[str, Any]:
-    """Modes about the settled cycle at full load and a speed (rad/s); where the run fails the reason, ``failed``.
+    """Modes about the settled cycle at full load and a speed (rad/s); if the run fails, its reason as ``failed``.
 
     ``gas`` are measured pressures in place of the engine's own.
     """
@@ -81,7 +81,7 @@ DEFINITION = (
 
 
 def listed(found: ModesInMotion, speeds: tuple[float, float]) -> list[dict[str, Any]]:
-    """The crank's modes up to 1000 Hz, or to the first torsional one: Hz, damping ratio, shape and shares.
+    """Modes of the crank up to 1000 Hz, or up to the first torsional one: Hz, damping ratio, shape and shares.
 
     ``order`` is the one that gives the largest torsion of the pulley, ``pulley_deg``, where it meets the mode within
     the ``speeds`` (lowest and highest, rad/s); None where no order does.
@@ -110,7 +110,7 @@ def listed(found: ModesInMotion, speeds: tuple[float, float]) -> list[dict[str, 
 
 
 def state_text(state: Mapping[str, Any]) -> str:
-    """The state that modes belong to, in words."""
+    """Text on the state of the modes."""
     block = "on ground" if state["block"] == "ground" else "in the flexible block"
     damper = ", with damper" if state["damper"] != "none" else ""
     levels = f"crank {state['crank']}, bearings {state['bearings']}, {block}{damper}"
@@ -118,7 +118,7 @@ def state_text(state: Mapping[str, Any]) -> str:
 
 
 def motion_table(report: Mapping[str, Any]) -> Table:
-    """Modes in motion as texts, the state in the title; without the block's share where it stands on ground."""
+    """Table of modes in motion with the state in the title; without the block's share on ground."""
     parts = [part for part in PARTS if part != "block" or report["state"]["block"] != "ground"]
     rows = tuple(
         (
@@ -152,7 +152,7 @@ def film_springs(made: Assembly) -> dict[str, float]:
 
 
 def springs_report(made: Assembly) -> dict[str, Any]:
-    """The rule's springs beside those of the engine file, N/m; where the run fails the reason, ``failed``."""
+    """Springs by the rule compared with those of the engine file, N/m; if the run fails, its reason as ``failed``."""
     own, rpm = made.engine.plain_mains, spring_rpm(made.engine)
     said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": rpm, "rule": SPRING_RULE.format(rpm)}
     try:
@@ -174,7 +174,7 @@ SPRING_RULE = "medians of the films' stiffness over a cycle and all mains at {:g
 
 
 def states_text(modes: Mapping[str, Any]) -> str:
-    """Meaning of modes at rest and in motion, with the first torsional frequency of both where they are known."""
+    """Text on the meaning of modes at rest and in motion, with the first torsional frequency of both if known."""
     block = modes.get("block")
     rest = (modes["cranktrain"] if block is None else block)["first_torsional_hz"]
     motion = modes.get("in_motion", {}).get("first_torsional_hz")

@@ -1,1 +1,1 @@
-"""Scenes: the lowest levels that serve one, chosen by figures measured on its own model, and the runs that check it."""
+"""Plans of scenes: choice of the lowest sufficient levels by measurements on the scene's model, and check runs."""

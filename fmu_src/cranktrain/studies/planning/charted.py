@@ -54,17 +54,17 @@ class ChartedChoice:
 
     @property
     def plain(self) -> str:
-        """Its label with the usual integrator of its bearings."""
+        """Label of the choice with the usual integrator of its bearings."""
         return f"{self.crank}/{self.bearings}/{self.block} {self.label.rpartition(' ')[2]}"
 
     def __str__(self) -> str:
-        """The choice with its figures, for people."""
+        """Text of the choice with its figures."""
         return f"{self.label}, {percent(self.total)} at {self.cost:.2g} processor seconds per second"
 
 
 @dataclass(frozen=True)
 class Charted:
-    """Figures for a scene.
+    """Measured figures that apply to a scene.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Charted:
 
     @property
     def against(self) -> str:
-        """Reference model and speeds, in words."""
+        """Text on reference model and speeds."""
         speeds = ", ".join(f"{rpm:g}" for rpm in self.speeds_rpm)
         old = "" if self.current else ", by earlier sources"
         return f"against {self.best}, measured at {speeds} rev/min{old}"
@@ -99,7 +99,7 @@ class Charted:
 
 
 def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | None = None) -> Charted | None:
-    """Shipped figures for a scene, None if they do not cover it; ``allowed``: pairs of levels that it may use."""
+    """Shipped figures for a scene, None if they do not cover it; ``allowed`` are the permitted pairs of levels."""
     known = figures or shipped(scene.engine)
     families = _families(scene)
     if known is None or not families or not _plain(scene):
@@ -120,7 +120,7 @@ def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | No
 
 
 def around(wanted: Sequence[float], measured: Sequence[float]) -> tuple[float, ...] | None:
-    """Measured speeds that lie at, or next to, the wanted ones; None where one is beyond them."""
+    """Measured speeds at or next to the wanted speeds; None if a wanted speed is outside the measured range."""
     found = set[float]()
     for speed in wanted:
         below = [one for one in measured if one <= speed * (1.0 + 1e-6)]
@@ -132,7 +132,7 @@ def around(wanted: Sequence[float], measured: Sequence[float]) -> tuple[float, .
 
 
 def _families(scene: Scene, once: bool = True) -> list[str]:
-    """Families of the scene's outputs, each ``once`` or one an output; none where an output has no chart."""
+    """Families of the scene's outputs, each ``once`` or one per output; empty if an output has no chart."""
     found = []
     for output in map(plain_name, scene.outputs):
         family = next((name for name, row in FAMILIES.items() if output in row.outputs), None)
@@ -143,7 +143,7 @@ def _families(scene: Scene, once: bool = True) -> list[str]:
 
 
 def _plain(scene: Scene) -> bool:
-    """Whether a scene has the conditions of the measurement."""
+    """True if a scene has the conditions of the measurement."""
     usual = (scene.damper, scene.big_ends, scene.load, scene.film_temperature) == ("none", "rigid", 1.0, "engine")
     free = scene.integrator is None and scene.step is None and scene.cutoff is None
     return usual and free and scene.pressure is None and not scene.stress

@@ -20,12 +20,12 @@ from cranktrain.dynamics.outputs.register import output_family
 
 CYCLE = 4.0 * math.pi
 STEPS_PER_PERIOD = 4
-"""Steps that a period of the highest frequency wants: half of them would be Nyquist's limit."""
+"""Number of steps per period of the highest frequency, twice Nyquist's limit."""
 
 
 @dataclass(frozen=True)
 class LastCycle:
-    """Wanted outputs over the last 720°, (outputs, samples), end point left out; and what the run took.
+    """Wanted outputs over the last 720°, (outputs, samples) without end point, and cost of the run.
 
     ``seconds`` is wall time, ``real_time_factor`` wall seconds per simulated second; ``settling`` (outputs,) is the
     settling error of each output's family, NaN if there is only one cycle.

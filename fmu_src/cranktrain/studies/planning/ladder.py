@@ -1,4 +1,4 @@
-"""The ladder of a scene: which pairs of crank and bearing level may serve it, from the lowest to the highest.
+"""Ladder of a scene: permitted pairs of crank and bearing level, from the lowest to the highest.
 
 Without wishes a scene climbs rigid crank on films, torsional crank with its journals locked on their axis, beam, then
 the solid crank under ever finer bearings. Next above a pair is the one with the next finer crank and the next finer
@@ -24,7 +24,7 @@ def bearing_levels(scene: Scene) -> tuple[str, ...]:
 
 
 def film(scene: Scene) -> str:
-    """Lowest level of the mains that moves as the engine's own bearings do: roller, or oil film."""
+    """Lowest level of the mains with the physics of the engine's bearings: roller contacts or oil films."""
     return usual_level(mains_kind(scene.engine))
 
 
@@ -47,7 +47,7 @@ def candidates(scene: Scene) -> list[Pair]:
 
 
 def admits(scene: Scene, pair: Pair) -> bool:
-    """Whether a plan may choose a pair of levels, on the ladder or not: the conditions of :func:`candidates`."""
+    """True if a plan may choose a pair of levels, on the ladder or not, by the conditions of :func:`candidates`."""
     fixed = scene.crank in (None, pair[0]) and scene.bearings in (None, pair[1])
     cheap = not dearest(pair[1]) or scene.budget is not None or scene.bearings is not None
     return fixed and cheap and answers(scene, pair)
@@ -61,22 +61,22 @@ def every_pair(scene: Scene, with_ehd: bool) -> list[Pair]:
 
 
 def dearest(level: str) -> bool:
-    """Whether films of a level take a hundred times as long as others."""
+    """True if films of a level take a hundred times as long as others."""
     return bearing_law(level).cost == DEAREST
 
 
 def locked(level: str) -> bool:
-    """Whether a level has no bearings: journals are locked on their axis."""
+    """True if a level has no bearings, with journals locked on their axis."""
     return not bearing_law(level).carries
 
 
 def _lower_cranks(scene: Scene) -> list[Pair]:
-    """Every crank but the highest on the bearings that are usual for it."""
+    """Every crank level except the highest, with its usual bearing level."""
     return [(crank, usual_level(crank, mains_kind(scene.engine))) for crank in CRANKS if crank != SOLID]
 
 
 def answers(scene: Scene, pair: Pair, by_frequency: bool = True) -> bool:
-    """Whether a pair of levels answers all outputs of a scene, up to its frequency."""
+    """True if a pair of levels provides all outputs of a scene up to its highest frequency."""
     crank, bearings = pair
     rollers = scene.engine.rollers_only
     lowest = lowest_levels((*scene.outputs, STRESS) if scene.stress else scene.outputs, rollers)
@@ -92,7 +92,7 @@ def answers(scene: Scene, pair: Pair, by_frequency: bool = True) -> bool:
 
 
 def next_pair(scene: Scene, pair: Pair, crank: bool = True, bearings: bool = True) -> Pair | None:
-    """Pair with the next finer crank and the next finer bearings; None where neither is left.
+    """Pair with the next finer crank and the next finer bearings; None if both are the finest.
 
     ``crank`` and ``bearings`` say which of the two may change. Held mains belong to a crank that turns only: a finer
     one runs on the engine's own.

@@ -16,14 +16,14 @@ from cranktrain.studies.total_error.shipped import shipped
 
 TORSION = "torsion"
 SMALL = 0.01
-"""Total error up to which no better levels are named."""
+"""Better levels are suggested only above this total error."""
 HALF = 0.5
-"""Fraction of a run's total error that better levels must reach."""
+"""Largest error of suggested levels, as a fraction of the run's total error."""
 WORTH = 1.25
 """Cost over that of the cheapest better levels up to which levels with a smaller error are named in their place."""
 CONDITIONS = {"damper": "none", "big_ends": "rigid", "gas_load": 1.0, "film_temperature": "engine",
               "boundary": "speed", "control": "fixed", "axial_force": None}  # fmt: skip
-"""Settings of the runs that the figures were measured with."""
+"""Settings of the runs with which the figures were measured."""
 
 NOT_MEASURED = "Error of these levels: not measured"
 OWN_DATA = f"{NOT_MEASURED} with pressures or meshes of one's own (docs/tradeoff.md)."
@@ -94,7 +94,7 @@ def halving(own: ChartedChoice, found: list[ChartedChoice]) -> ChartedChoice | N
 
 
 def _label(settings: Settings) -> str:
-    """Label of the measured choice that a run makes."""
+    """Label of the measured choice that corresponds to a run."""
     method = "" if settings.integrator == bearing_law(settings.bearings).integrator else f" {settings.integrator}"
     step = math.degrees(settings.step)
     return f"{settings.crank}/{settings.bearings}/{settings.block}{method} {step:.6g}°"

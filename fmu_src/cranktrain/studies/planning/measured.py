@@ -24,11 +24,11 @@ SLOW = {DEAR: 3, DEAREST: 2}
 """Largest number of cycles of a measurement, by the cost class of its bearing level: for films solved online and the
 cases that they are compared with. All other cases take as many cycles as a run of the scene."""
 REPEATED_BELOW = 0.5
-"""Runs shorter than so many seconds are timed twice; the faster counts."""
+"""Runs shorter than this, s, are timed twice, and the faster time counts."""
 
 
 class Measured:
-    """Figures of one scene's model, from the cache or from short runs.
+    """Measured figures of a scene's model, from the cache or from short runs.
 
     Parameters
     ----------

@@ -119,10 +119,10 @@ def largest(errors: Array) -> float:
 
 
 def percent(value: float) -> str:
-    """Relative error for people."""
+    """Text of a relative error."""
     return f"{100.0 * value:.2g} %"
 
 
 def pair_name(pair: Pair) -> str:
-    """Pair of levels for people: ``solid/table``."""
+    """Text of a pair of levels, such as ``solid/table``."""
     return f"{pair[0]}/{pair[1]}"

@@ -37,8 +37,8 @@ from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import Scene, load_scene
 
 ELASTIC_METHODS = {"esdirk3": (2.0, 1.0, 0.5)}
-"""Methods and steps (deg) that are tried on elastic films, each half of the one before. The closing of the films limits
-the step."""
+"""Methods and steps (deg) that are tried on elastic films, each half of the previous one. Closing films limit the
+step."""
 LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)
 """Steps (deg) for an integrator that the scene fixes."""
 METHODS = {
@@ -55,15 +55,15 @@ HOPEFUL = 3.0
 """Factor on the allowed numerical error. On films solved online only those steps are tried whose error on the engine's
 lowest film level, which is cheap, is within this factor of what is allowed."""
 USUAL_STEP = math.radians(2.5)
-"""Longest step at which levels are judged, whatever step they usually take."""
+"""Longest step at which levels are judged, independent of their usual step."""
 NUMERICAL_SHARE = 0.5
-"""Most of the accuracy that the numerical error may take."""
+"""Largest numerical error as a fraction of the accuracy."""
 MODEL_SHARE = 0.9
-"""Most of the accuracy that the model error may take where levels are chosen."""
+"""Largest model error as a fraction of the accuracy, if levels are chosen."""
 CUTOFFS = (1.0, 1.5, 2.0, 3.0)
 """Cut-offs of the crank's modes that a plan tries, in units of the highest frequency."""
 MODE_SHARE = 0.25
-"""Most of the accuracy that dropped modes may take."""
+"""Largest error by dropped modes as a fraction of the accuracy."""
 STRETCHED = 4.0
 """A pair is judged at the usual step if its time there is within this multiple of the budget; longer steps do not save
 more than that."""
@@ -114,7 +114,7 @@ class _Judged:
 
 
 class _Chooser:
-    """One choice: the scene, its measurements, and the lines that say why."""
+    """Choice for one scene: the scene, its measurements, and lines with reasons."""
 
     def __init__(self, scene: Scene, measured: Measured, compare: bool = False) -> None:
         self.scene, self.measured, self.model, self.compare = scene, measured, measured.model, compare
@@ -152,7 +152,7 @@ class _Chooser:
         return self.model.case(*pair, integrator, min(USUAL_STEP, self.longest))
 
     def above(self, case: Case) -> Case | None:
-        """The next pair at a case's method and step, with all modes; at the top what dropped modes leave, or None."""
+        """Case of the next pair, same method and step, all modes; at the top the same case with all modes, or None."""
         pair = next_pair(self.scene, case.levels)
         if pair is None:
             full = replace(case, cutoff=self.model.all_modes)
@@ -160,7 +160,7 @@ class _Chooser:
         return self.at(case, pair)
 
     def at(self, case: Case, pair: Pair) -> Case:
-        """Another pair at a case's method and step, with all modes; elastic films at their own."""
+        """Case of another pair with the same method and step and all modes; elastic films use their own method."""
         own = bearing_law(pair[1]).integrator
         if dearest(pair[1]) and not dearest(case.bearings):
             return Case(*pair, self.model.all_modes, own, min(case.step, USUAL_STEP))
@@ -172,7 +172,7 @@ class _Chooser:
         return longest_step(min(self.scene.speeds), self.scene.frequency)
 
     def _climb(self) -> list[_Judged]:
-        """Judge pairs from the lowest up, as far as one that serves, or as the budget lets."""
+        """Judge pairs from the lowest up to the first sufficient one, or until the budget is used."""
         scene, found = self.scene, list[_Judged]()
         for pair in candidates(scene):
             case = self.usual(pair)
@@ -189,7 +189,7 @@ class _Chooser:
         return found
 
     def _judge(self, pair: Pair, case: Case) -> _Judged:
-        """How far a pair is from the next one up, and whether that is little enough."""
+        """Difference of a pair from the next higher pair, and true if it is small enough."""
         scene, name = self.scene, pair_name(pair)
         if next_pair(scene, pair) is None:
             return _Judged(pair, None, True, f"{name} is the top of the ladder, which others are compared with")
@@ -231,7 +231,7 @@ class _Chooser:
         return min(found, key=lambda entry: entry[0])[1]
 
     def _room(self, chosen: _Judged) -> float:
-        """Largest numerical error (relative) that is possible besides the model error."""
+        """Largest relative numerical error that the accuracy permits in addition to the model error."""
         accuracy = self.scene.accuracy
         model = min(chosen.model or 0.0, accuracy)
         return min(NUMERICAL_SHARE * accuracy, math.sqrt(max(accuracy**2 - model**2, (0.1 * accuracy) ** 2)))
@@ -286,7 +286,7 @@ class _Chooser:
         return error
 
     def _modes(self, case: Case) -> tuple[Case, str]:
-        """Case with as few modes of the solid crank as serve, and why."""
+        """Case with the smallest sufficient number of modes of the solid crank, and the reason."""
         scene, full = self.scene, self.model.own_cutoff
         if case.crank != SOLID:
             return case, f"modes: all that crank level '{case.crank}' has"
@@ -309,7 +309,7 @@ class _Chooser:
     # ------------------------------------------------------------------ budget and figures
 
     def _within_budget(self, judged: list[_Judged], wanted: tuple[_Judged, Case, float]) -> tuple[_Judged, Case]:
-        """The nearest pair to the top that the budget allows; else the cheapest."""
+        """Highest pair within the budget, or else the cheapest pair."""
         budget = self.scene.budget or math.inf
         self.too_dear = self.too_dear or f"{pair_name(wanted[0].pair)} takes a real-time factor of {wanted[2]:.2g}"
         options = [wanted]
@@ -325,7 +325,7 @@ class _Chooser:
         return chosen, case
 
     def _figures(self, chosen: _Judged, case: Case, judged: list[_Judged], modes_text: str) -> Plan:
-        """The plan with its errors, at every speed where that does not take long."""
+        """Plan with its errors, measured at every speed if that does not take long."""
         scene, above = self.scene, self.above(case)
         cost = self.measured.cost(case, self.speeds)
         compared = above if chosen.charted is None or self.compare else None

@@ -88,7 +88,7 @@ class SceneRun:
         return level
 
     def _keep(self, case: Case, speed: float, run: Result) -> None:
-        """Write what has run so far, with this run."""
+        """Write all runs so far to the file, including this one."""
         rpm = f"{speed / RPM:.6g}rpm"
         if case == self.plan.case:
             prefix = f"{rpm}/" if len(self.scene.speeds) > 1 else ""
@@ -149,7 +149,7 @@ class SceneRun:
         return next(level for level in self.levels if level.case == self.plan.case)
 
     def rows(self) -> list[dict[str, Any]]:
-        """Every level that ran, with its difference to the last complete one."""
+        """Rows of all levels that ran, each with its difference from the last complete one."""
         complete = [level for level in self.levels if len(level.cycles) == len(self.scene.speeds)]
         top = complete[-1] if len(complete) > 1 else None
         return [

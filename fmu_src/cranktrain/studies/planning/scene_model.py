@@ -1,4 +1,4 @@
-"""The models of a scene: its engine at any pair of levels, with any cut-off, integrator and step, ready to run.
+"""Models of a scene: its engine at any pair of levels, cut-off, integrator and step, ready to run.
 
 Bodies, film tables and elastic bores come from the cache or are made at their first use.
 """
@@ -41,12 +41,12 @@ class Case:
         return self.crank, self.bearings
 
     def __str__(self) -> str:
-        """Levels, method and step for people."""
+        """Text of levels, method and step."""
         return f"{self.crank}/{self.bearings}, {self.integrator} {math.degrees(self.step):g} deg"
 
 
 class SceneModel:
-    """Everything that runs of one scene share.
+    """Common data of all runs of one scene.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class SceneModel:
 
     @property
     def all_modes(self) -> float:
-        """Cut-off of the crank's modes where nothing is left out, Hz."""
+        """Cut-off of the crank's modes at which no mode is left out, Hz."""
         return self.scene.engine.reduction.running_cutoff_hz
 
     @property
@@ -69,7 +69,7 @@ class SceneModel:
         return self.scene.cutoff or self.all_modes
 
     def settings(self, case: Case) -> Settings:
-        """Settings of a case, with nothing left open."""
+        """Complete settings of a case."""
         s = self.scene
         return resolved(
             Settings(
@@ -134,5 +134,5 @@ class SceneModel:
         return Case(crank, bearings, self.own_cutoff, integrator, step)
 
     def refined(self, case: Case) -> Case:
-        """The same model with half the step."""
+        """Case with half the step."""
         return replace(case, step=0.5 * case.step)

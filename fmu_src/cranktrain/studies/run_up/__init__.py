@@ -1,1 +1,1 @@
-"""Run-ups: steady cycles at many speeds, each started from those at its neighbours, side by side."""
+"""Run-ups: steady cycles at many speeds, computed in parallel and each started from a neighbouring speed."""

@@ -32,7 +32,7 @@ from cranktrain.structure.in_motion.eigenproblem import SLOWEST_HZ, slowest_hz
 
 NONE = complex(math.nan, math.nan)
 PULLEY = 1
-"""Row of ``ModelArrays.ends``: the pulley's rotation."""
+"""Row of ``ModelArrays.ends`` for the pulley's rotation."""
 PUSH = 1.0e-2
 """Change of the pulley's rate, rad/s: 7e-6 rad at 240 Hz, a thousandth of torsion at a resonance."""
 HIGHEST_SHARE = 1.5
@@ -83,7 +83,7 @@ def largest_decay(signal: Array, step: float, lowest_hz: float = SLOWEST_HZ, hig
 
 
 def _sought(simulation: Simulation) -> tuple[float, float]:
-    """Frequencies, Hz, between which the torsional mode in motion is sought, from the first torsional one at rest."""
+    """Frequency range, Hz, in which the torsional mode in motion is searched, from the first torsional one at rest."""
     engine = fitted_engine(simulation.engine, simulation.settings)
     highest = engine.reduction.running_cutoff_hz
     at_rest = torsional_frequencies(*cranktrain_modes(engine, simulation.body), highest)[0]

@@ -25,7 +25,7 @@ SAME = 0.02
 
 
 def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleStart]) -> list[Peak]:
-    """The peaks, the highest of which have their mode in motion, where they are near it.
+    """Peaks of a run-up, of which the highest get the nearby mode in motion.
 
     It is that at the nearest of the speeds whose steady motion is given; peaks of other speeds have none, and neither
     have peaks of the drive line.
@@ -45,7 +45,7 @@ def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleSta
 
 
 def _belonging(peak: Peak, modes: ModesInMotion | None) -> Peak:
-    """The peak with the mode that contributes most to it, where it is near."""
+    """Peak with the mode that contributes most to it, if that is near."""
     k = -1 if modes is None else modes.strongest(peak.order, peak.hz)
     if modes is None or k < 0 or not modes.of_crank[k] or abs(peak.hz - modes.hz[k]) > SAME * modes.hz[k]:
         return peak
@@ -54,7 +54,7 @@ def _belonging(peak: Peak, modes: ModesInMotion | None) -> Peak:
 
 
 def _modes(runs: SteadyRuns) -> ModesInMotion | None:
-    """Modes about the steady cycle of a simulation; None where nothing shows them."""
+    """Modes about the steady cycle of a simulation; None if they cannot be found."""
     try:
         return modes_in_motion(runs.simulation)
     except SolverError:  # of the cycle that is linearised, after all speeds have run

@@ -1,4 +1,4 @@
-"""A true run-up: the speed rises evenly while the model runs, and orders are tracked through it.
+"""Speed ramp: the speed rises at a constant rate during the run, and orders are tracked.
 
 It starts from the steady cycle at a speed below the first, so that fits have room on both sides. Oil and damper keep
 the temperature of this start. Measured pressures over speed follow the speed in steps of 1 %.
@@ -111,7 +111,7 @@ def _run_through(
 
 
 def _mean_rotation(time: Array, angle: Array) -> Array:
-    """The crank's angle (k,) without the oscillation within a cycle."""
+    """Crank angle (k,) without the oscillation within a cycle."""
     even = np.polynomial.Polynomial.fit(time, angle, 2)(time)
     cycle = max(1, int(CYCLE / float(np.mean(np.diff(angle)))))
     return np.asarray(even + uniform_filter1d(angle - even, cycle, mode="nearest"))

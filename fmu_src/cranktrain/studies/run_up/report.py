@@ -37,7 +37,7 @@ from cranktrain.studies.torsion.line_modes import LINE, line_modes
 from cranktrain.studies.torsion.peak_modes import modes_at_peak
 
 SHOWN = 12
-"""Peaks that a table shows."""
+"""Number of peaks in a table."""
 
 
 def report(run_up: RunUp, found: Sequence[Peak], published: Published | None = None) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def measured_speeds(found: Sequence[Peak], published: Published | None) -> list[
 
 
 def without_period(run_up: RunUp) -> NDArray[np.bool_]:
-    """Speeds (s,) at which cycles were run and no number of them repeats."""
+    """True for speeds (s,) at which cycles were run and the motion is not periodic."""
     return np.asarray((run_up.repeats == 0) & (run_up.cycles > 0))
 
 
@@ -138,7 +138,7 @@ def critical_speeds_at_rest(run_up: RunUp, made: Assembly, gas: Gas | None) -> l
 
 
 def critical_speeds_text(found: Sequence[Mapping[str, Any]]) -> str:
-    """The same in a sentence, the strongest excitation first."""
+    """Sentence on critical speeds, strongest excitation first."""
     ranked = sorted(found, key=lambda entry: -entry["excitation"])
     said = ", ".join(f"{entry['order']:g} at {entry['rpm']:.0f}" for entry in ranked)
     return f"Orders that excite torsion and their critical speeds at rest on ground, strongest first: {said} rev/min"
@@ -161,7 +161,7 @@ def torsional_at_rest(engine: Engine, body: ReducedBody, block: ReducedBody | No
 
 
 def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
-    """Peaks beside critical speeds, and what the speeds took."""
+    """Table of peaks with modes, critical speeds and measured speeds."""
     rows = [
         (
             f"{peak['order']:g}", f"{peak['rpm']:.0f}", f"{peak['amplitude']:.3g}", f"{peak['hz']:.1f}",
@@ -189,7 +189,7 @@ def _measured_texts(peak: Mapping[str, Any]) -> tuple[str, str]:
 
 
 def closing_text(run_up: RunUp) -> str:
-    """Cycles that the speeds took, and where no cycle repeats."""
+    """Text on the number of cycles per speed, and on speeds without a period."""
     periodic = run_up.repeats == 1
     if not run_up.cycles.any():
         return f"{run_up.speeds.size} speeds"

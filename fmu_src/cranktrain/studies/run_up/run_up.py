@@ -1,6 +1,6 @@
-"""A run-up: orders of pulley and other outputs over the speed, stored as they come.
+"""Execution of a run-up: orders of pulley and other outputs over speed, stored as speeds are finished.
 
-A file of the same run, finished or not, is gone on from: speeds that it holds are not run again.
+If a file of the same run exists, the run-up continues from it, and the speeds in the file are not run again.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from cranktrain.studies.run_up.workers import Workers, cluster_workers, local_wo
 SAME = 1.0e-9
 """Relative difference below which two speeds are equal."""
 WRITE_EVERY = 5.0
-"""Seconds from one writing of the file to the next; speeds that are finished meanwhile are in its journal."""
+"""Interval, s, between writings of the file; speeds finished in between are stored in its journal."""
 ASKED, CODE = "digest_asked", "digest_code"
-"""Attributes of a file that tell whether it is of the same run, by the same code."""
+"""Attributes of a file that identify its request and the code that ran it."""
 
 
 @dataclass
@@ -44,11 +44,11 @@ class Outcome:
 
     Attributes
     ----------
-    run_up : all speeds that the file holds
-    resumed : speeds that it held before
-    failed : speeds without a result, and why
+    run_up : all speeds in the file
+    resumed : speeds that were in the file before
+    failed : speeds without a result, with reasons
     seconds : wall time
-    workers : how many ran speeds
+    workers : number of workers
     starts : steady motions at the speeds that were run, now or before an interruption
     """
 
@@ -62,14 +62,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Means:
-    """Execution of a run-up.
+    """Options for the execution of a run-up.
 
     Attributes
     ----------
-    workers : processes; as many as processors where not given
+    workers : number of processes; by default that of processors
     scheduler : address of a Dask cluster's scheduler, in place of processes
     refine : largest error of a straight line between two speeds over an order's largest amplitude; 0: no refinement
-    anew : replace a file of another run, and run again what a file holds
+    anew : replace a file of another run, and run all speeds again
     """
 
     workers: int | None = None
@@ -132,7 +132,7 @@ def run_up(
 
 
 def digests(job: Job) -> dict[str, str]:
-    """Digests of all input of the result at a speed: of the request, and of the code."""
+    """Digests of all inputs of the result at a speed, one of the request and one of the code."""
     made, trace = job.made, (job.gas or GasTrace.from_engine(job.made.engine)).values
     bodies = [made.body.digest, made.parts.block.digest if made.parts.block is not None else ""]
     # The two that have always been there keep their files.
@@ -143,13 +143,13 @@ def digests(job: Job) -> dict[str, str]:
 
 
 def check_replaced(path: Path) -> None:
-    """Refuse to replace a file that steady cycles went into; ``InputError``."""
+    """Refuse to replace a file with results of steady cycles; ``InputError``."""
     if path.is_file() and path.stat().st_size and (held := RunUp.load(path)).cycles.any():
         raise InputError(f"{path}: holds steady cycles ({_what(held)}); name another --output, or replace it by --anew")
 
 
 class Store:
-    """The file of a run-up: written anew, whole or not at all, or its journal, whenever a speed is finished."""
+    """File of a run-up; after each finished speed either the complete file or its journal is written."""
 
     def __init__(self, path: Path, attributes: dict[str, str | int | float], anew: bool) -> None:
         self._path, self._attributes = path, {**attributes, "version": __version__}
@@ -169,19 +169,19 @@ class Store:
 
     @property
     def run_up(self) -> RunUp | None:
-        """All that is finished; None where nothing is."""
+        """Run-up of all finished speeds; None without any."""
         if self._waiting:
             self._held = merged([*([self._held] if self._held is not None else []), *self._waiting])
             self._waiting = []
         return self._held
 
     def holds(self, speed: float) -> bool:
-        """Whether a speed (rad/s) is finished."""
+        """True if a speed (rad/s) is finished."""
         run_up = self.run_up
         return run_up is not None and bool(np.any(np.abs(run_up.speeds - speed) <= SAME * speed))
 
     def keep(self, found: SteadySpeed) -> None:
-        """Write one more speed: into the journal, where the file has just been written."""
+        """Store one more speed: in the journal if the file was written recently, else in the file."""
         one = _as_run_up(found, self._attributes)
         self._waiting.append(one)
         self._unwritten = True
@@ -191,7 +191,7 @@ class Store:
             self.write()
 
     def write(self) -> None:
-        """Write the file with all that it does not hold yet."""
+        """Write the file with all finished speeds."""
         if self._unwritten and (run_up := self.run_up) is not None:
             run_up.save(self._path)
             self._unwritten, self._written = False, time.monotonic()
@@ -224,7 +224,7 @@ def _workers(job: Job, means: Means, speeds: int) -> AbstractContextManager[Work
 
 
 def _missing(store: Store, speeds: Sequence[float], means: Means, outcome: Outcome) -> list[float]:
-    """Speeds to run: those that are asked for, then those between; none that failed in this run."""
+    """Speeds to run: the requested speeds, then refinements between them, without those that failed in this run."""
     lost = [failed.speed for failed in outcome.failed]
     asked = [speed for speed in speeds if not store.holds(speed) and speed not in lost]
     return asked or [
@@ -233,7 +233,7 @@ def _missing(store: Store, speeds: Sequence[float], means: Means, outcome: Outco
 
 
 def _between(run_up: RunUp | None, means: Means, speeds: Sequence[float]) -> list[float]:
-    """Speeds to add round peaks."""
+    """Speeds to be added near peaks."""
     if run_up is None or not means.refine or len(speeds) < 2:
         return []
     return speeds_between(run_up, means.refine, float(np.min(np.diff(speeds))))
@@ -242,7 +242,7 @@ def _between(run_up: RunUp | None, means: Means, speeds: Sequence[float]) -> lis
 def _told(
     found: Iterator[SteadySpeed | Failed], count: int, tell: Callable[[str, float], None]
 ) -> Iterator[SteadySpeed | Failed]:
-    """Pass on speeds, saying how many are done and how long the others will take."""
+    """Pass on finished speeds and report their number and the estimated remaining time."""
     began = time.perf_counter()
     for done, one in enumerate(found, 1):
         yield one

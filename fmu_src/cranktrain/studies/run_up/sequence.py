@@ -1,4 +1,4 @@
-"""Sequence of the speeds of a run-up: each next to a finished speed, whose motion is the start."""
+"""Sequence of the speeds of a run-up; each is next to a finished speed, whose motion is its initial guess."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from cranktrain.studies.run_up.steady import CycleStart, SteadySpeed
 from cranktrain.studies.run_up.workers import Workers
 
 NEIGHBOURS = 2
-"""Number of starts that a speed gets."""
+"""Number of neighbours whose motions start a speed."""
 
 
 class Failed(NamedTuple):
-    """A speed (rad/s) that has no result, and why."""
+    """A speed (rad/s) without result, and the reason."""
 
     speed: float
     reason: str
@@ -26,9 +26,9 @@ class Failed(NamedTuple):
 def steady_speeds(
     workers: Workers, speeds: Sequence[float], starts: list[CycleStart]
 ) -> Iterator[SteadySpeed | Failed]:
-    """Each speed (rad/s) as soon as it is finished; ``starts`` grows by theirs.
+    """Iterate over speeds (rad/s) as soon as they are finished; their motions are added to ``starts``.
 
-    Raises ``SolverError`` where workers are lost.
+    Raises ``SolverError`` if workers are lost.
     """
     missing = sorted(speeds)
     running: dict[Future[SteadySpeed], float] = {}
@@ -56,15 +56,15 @@ def steady_speeds(
             starts.append(result.start)
             found.append(result)
         if workers.apart:
-            refill()  # before the caller writes what is found
+            refill()  # before the caller writes the result
         yield from found
         refill()
 
 
 def next_speed(missing: Sequence[float], finished: Sequence[float], running: Sequence[float]) -> float:
-    """Which of the missing speeds (rising) to run: one beside a finished one, or the farthest from all others.
+    """Next of the missing speeds (rising) to run: one next to a finished speed, or the farthest from all others.
 
-    A speed whose neighbour is under way waits for it while another has a finished one.
+    A speed whose neighbour is still running waits for it as long as another speed has a finished neighbour.
     """
     known, busy = sorted(finished), sorted(running)
     taken = sorted([*known, *busy])
@@ -79,6 +79,6 @@ def next_speed(missing: Sequence[float], finished: Sequence[float], running: Seq
 
     ready = [speed for speed in missing if beside(speed)]
     if ready:
-        # The farther from speeds that are being run, the later two workers need neighbouring speeds.
+        # The farther a speed is from running speeds, the later two workers need neighbouring speeds.
         return max(ready, key=lambda speed: min((abs(speed - other) for other in busy), default=0.0))
     return max(missing, key=lambda speed: min(abs(speed - other) for other in taken))

@@ -1,4 +1,4 @@
-"""Steady motions of finished speeds beside the file of a run-up that is not finished.
+"""Storage of the steady motions of finished speeds next to the file of an unfinished run-up.
 
 The next speed starts from the motions of its neighbours. A run-up that goes on has them from here, so that it takes the
 path of one that was not interrupted. They are rows of a journal, :mod:`cranktrain.store.journal`; a run-up that has all
@@ -21,7 +21,7 @@ from cranktrain.studies.run_up.steady import CycleStart
 HEAD = 12
 """Numbers before the arrays of a row: scalars, and the lengths of modes, films, temperatures and shape of a mode."""
 MISSING = -1.0
-"""Length of an array that there is none of."""
+"""Length that marks a missing array."""
 
 
 def keep_start(path: Path, tie: str, start: CycleStart) -> None:
@@ -30,12 +30,12 @@ def keep_start(path: Path, tie: str, start: CycleStart) -> None:
 
 
 def kept_starts(path: Path, tie: str) -> list[CycleStart]:
-    """Motions of finished speeds, in the order in which they were finished; none of another run-up."""
+    """Motions of finished speeds, in the order in which they were finished; empty if they belong to another run-up."""
     return [start for row in journal_rows(_place(path), tie) if (start := _start(row)) is not None]
 
 
 def drop_starts(path: Path) -> None:
-    """Remove the motions of a run-up that has all its speeds."""
+    """Remove the stored motions of a complete run-up."""
     drop_journal(_place(path))
 
 
@@ -61,7 +61,7 @@ def _row(start: CycleStart) -> Array:
 
 
 def _start(row: Array) -> CycleStart | None:
-    """The motion of a row; None where its lengths do not make one."""
+    """Motion from a row of numbers; None if its lengths are inconsistent."""
     head, rest = row[:HEAD], row[HEAD:]
     if head.size < HEAD:
         return None

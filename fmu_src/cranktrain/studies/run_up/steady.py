@@ -1,4 +1,4 @@
-"""Steady cycles at one speed after the other.
+"""Steady cycles at successive speeds.
 
 Along the speed the periodic motion x(Ω) changes little: a speed starts from the line through its two neighbours,
 
@@ -38,27 +38,27 @@ from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.run_up.free_decay import torsional_mode
 
 FIRST = 200.0
-"""Speed at which a model is made, rad/s: it then goes to those that are asked for."""
+"""Speed at which a model is initialised, rad/s, before it goes to the requested speeds."""
 REACH = 0.05
-"""Distance, over the speed, up to which a neighbour's motion is a better start than the static equilibrium."""
+"""Largest relative distance in speed at which a neighbour's motion is used as start, not the static equilibrium."""
 TWIST = "damper.twist"
-"""Output that has no mean of its own where the damper's ring is free."""
+"""Output without a defined mean if the damper's ring is free."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """Request for each speed.
+    """Common request for all speeds.
 
     Attributes
     ----------
-    made : engine, body, settings and parts
+    made : assembly of engine, body, settings and parts
     gas : pressure trace, or traces over speed; None for the engine's
     settle : largest settling error
-    highest_order : of the amplitudes
-    outputs : whose orders are wanted
-    film_temperature : where films have theirs from, one of ``FILM_TEMPERATURES``
-    damper_balance : whether the damper's temperature follows from its losses
-    balanced : whether the burn balances the engine's ``[load]`` at each speed
+    highest_order : highest order of the amplitudes
+    outputs : outputs whose orders are wanted
+    film_temperature : source of the films' temperatures, one of ``FILM_TEMPERATURES``
+    damper_balance : true if the damper's temperature follows from its losses
+    balanced : true if the burn balances the engine's ``[load]`` at each speed
     """
 
     made: Assembly
@@ -97,11 +97,11 @@ class SteadySpeed(NamedTuple):
 
 
 class SteadyRuns:
-    """One model, run at one speed after the other.
+    """One model that is run at successive speeds.
 
     Attributes
     ----------
-    simulation : at the start of a cycle of the last speed
+    simulation : simulation at the start of a cycle of the last speed
     """
 
     def __init__(self, job: Job) -> None:
@@ -137,7 +137,7 @@ class SteadyRuns:
         )  # fmt: skip
 
     def settled(self, speed: float, near: Sequence[CycleStart]) -> Result:
-        """The cycle that repeats at a speed, or those that do; arguments and errors are those of :meth:`at`.
+        """Settled cycle or cycles at a speed; arguments and errors are those of :meth:`at`.
 
         If a start from neighbours leads to no period, or to a step that fails, the speed starts once more by itself.
         """
@@ -163,7 +163,7 @@ class SteadyRuns:
         return whole(result)
 
     def _learned(self, result: Result) -> Learned | None:
-        """The mode that settles last: as found by the run, otherwise measured by a push."""
+        """Mode that settles last, as found by the run or else measured with an impulse."""
         if result.learned is not None or result.settling.repeats != 1:
             return result.learned
         mode = torsional_mode(self.simulation)
@@ -184,12 +184,12 @@ class SteadyRuns:
 
     @property
     def _films_begin(self) -> int:
-        """First index of the films' memory in a state."""
+        """Index in a state at which the memory of the films begins."""
         size = dimensions(self.simulation.model)
         return int(film_offset(size.modes, size.ports))
 
     def enter(self, speed: float, near: Sequence[CycleStart]) -> Expected:
-        """Bring the simulation to the start of a cycle at a speed; what is expected of it."""
+        """Bring the simulation to the start of a cycle at a speed; returns the expected motion."""
         simulation = self.simulation
         if self._job.balanced:
             load = balancing_load(simulation.engine, self._job.gas or simulation.gas, speed)
@@ -218,12 +218,12 @@ class SteadyRuns:
 
 
 def useful(near: Sequence[CycleStart], speed: float) -> list[CycleStart]:
-    """Neighbours near enough to start from, the nearest first."""
+    """Neighbours close enough for a start, nearest first."""
     return [start for start in near if abs(start.speed - speed) <= REACH * speed]
 
 
 def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArray]:
-    """Orders of the wanted outputs; their phases count from the crank's mean rotation, not from the shaft's."""
+    """Orders of the wanted outputs, with phases relative to the crank's mean rotation, not to the shaft's."""
     cycles = (result.time.size - 1) // result.per_cycle
     ahead = float(np.mean((result.outputs["crank.angle"] - speed * result.time)[1:]))
     found = {}

@@ -15,7 +15,7 @@ from cranktrain.store.side_by_side import cluster, worker_pool
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns, SteadySpeed
 
 PATIENCE = 5.0
-"""Seconds for which a cluster may be without workers, one being replaced, before the run-up ends."""
+"""Time, s, for which a cluster may have no workers (while one is replaced) before the run-up ends."""
 _here = threading.local()
 """Data of a worker's thread: the model of its last job."""
 
@@ -34,7 +34,7 @@ class Workers(Protocol):
 
 
 class _Here(Executor):
-    """Runs what it is given at once."""
+    """Runs each speed immediately in this process."""
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
         future: Future[Any] = Future()
@@ -59,7 +59,7 @@ class _Pool:
 
 @contextmanager
 def local_workers(job: Job, count: int) -> Iterator[Workers]:
-    """So many processes; this one alone for 1. Raises ``SolverError`` where one of them dies."""
+    """Workers in ``count`` processes, or in this process for 1. Raises ``SolverError`` if a process dies."""
     _begin(job)  # a fork takes the model, and the machine code that it loaded, along
     if count == 1:
         yield _Pool(_Here(), 1, None)
@@ -75,8 +75,8 @@ def local_workers(job: Job, count: int) -> Iterator[Workers]:
 def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
     """Workers of the Dask cluster whose scheduler is at ``address``.
 
-    A task of a worker that is lost runs on another. Raises ``InputError`` where there is no cluster or no Dask,
-    ``SolverError`` where it has lost its workers.
+    A task of a worker that is lost runs on another. Raises ``InputError`` if the cluster or Dask is missing,
+    ``SolverError`` if the cluster has lost its workers.
     """
     alone_since: float | None = None
 
@@ -101,20 +101,20 @@ def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
 
 
 def runs_here(job: Job) -> SteadyRuns:
-    """The model of a job in this process, made where it is not at hand."""
+    """Model of a job in this process, made if it does not exist yet."""
     _begin(job)
     runs: SteadyRuns = _here.runs
     return runs
 
 
 def _begin(job: Job) -> None:
-    """Get ready for a job, unless it is at hand."""
+    """Make the model of a job, unless it exists."""
     if getattr(_here, "job", None) is not job:
         _here.job, _here.runs = job, SteadyRuns(job)
 
 
 def _run_speed(job: Job | None, speed: float, near: Sequence[CycleStart]) -> SteadySpeed:
-    """One speed, by the model that this thread of a worker holds."""
+    """Run one speed with the model of this worker's thread."""
     if job is not None:
         _begin(job)
     runs: SteadyRuns = _here.runs

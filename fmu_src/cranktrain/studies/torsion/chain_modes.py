@@ -15,7 +15,7 @@ from cranktrain.structure.crank.chain import chain_modes
 
 
 def chain_report(chain: Chain) -> dict[str, Any]:
-    """Modes by rising frequency: Hz, damping ratio (None where rigid), rotations over the largest; JSON-able."""
+    """Modes in order of frequency: Hz, damping ratio (None for rigid modes), rotations over the largest; JSON-able."""
     found = chain_modes(chain)
     modes = []
     for omega, shape, damping in zip(found.omega, found.shapes.T, found.damping, strict=True):
@@ -31,7 +31,7 @@ def chain_report(chain: Chain) -> dict[str, Any]:
 
 
 def chain_table(report: Mapping[str, Any]) -> Table:
-    """One row a disc, one column a mode."""
+    """Table of modes with one row per disc and one column per mode."""
     modes = report["modes"]
     ratios = [mode["damping_ratio"] for mode in modes]
     rows = [("damping / %", *(NOTHING if ratio is None else f"{100.0 * ratio:.3g}" for ratio in ratios))]

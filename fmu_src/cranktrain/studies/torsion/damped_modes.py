@@ -84,7 +84,7 @@ def with_ring(
 
 
 def damper_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
-    """The cranktrain's modes with its damper; JSON-able. ``body`` is the bare reduced crankshaft.
+    """Modes of the cranktrain with its damper; JSON-able. ``body`` is the bare reduced crankshaft.
 
     The damper is as warm as at the highest speed of its table.
 
@@ -145,7 +145,7 @@ def damper_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
 
 
 def damper_table(report: Mapping[str, Any]) -> Table:
-    """Modes of a damper's report as texts."""
+    """Table of the modes in a damper's report."""
     rows = [
         (f"{mode['hz']:.1f}", mode["shape"], f"{100.0 * mode['damping_ratio']:.2f}", NOTHING, NOTHING)
         for mode in report["modes"]

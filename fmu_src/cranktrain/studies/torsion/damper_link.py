@@ -88,13 +88,13 @@ class DamperLink:
             ])  # fmt: skip
 
     def at(self, which: NDArray[np.bool_]) -> DamperLink:
-        """The damper at some of the speeds."""
+        """Damper at a subset of the speeds."""
         some = copy(self)
         some.omega, some.parameters, some.stiffness = self.omega[which], self.parameters[which], self.stiffness[which]
         return some
 
     def torque(self, rate: Array) -> Array:
-        """Torque of a fluid that thins at rates (s, N) rad/s of hub against ring, N m."""
+        """Torque of a shear-thinning fluid at rates (s, N) rad/s of hub relative to ring, N m."""
         torque = np.zeros_like(rate)
         time, exponent = self.parameters[:, TIME, None], self.parameters[:, EXPONENT, None]
         for weight, shear in zip(self.parameters[:, WEIGHTS:SHEARS].T, self.parameters[:, SHEARS:].T, strict=True):
@@ -102,7 +102,7 @@ class DamperLink:
         return torque
 
     def dissipating(self, twist: ComplexArray, samples: OrderSamples) -> ComplexArray:
-        """Complex stiffness (s, k) of the linear dampers that dissipate as much as the law at ``twist`` (s, k)."""
+        """Complex stiffness (s, k) of linear dampers with the same dissipation as the law at ``twist`` (s, k)."""
         rate = samples.signal(1j * self.omega * twist, 1)
         damping = np.mean(self.torque(rate) * rate, axis=1) / np.mean(rate**2, axis=1)
         return np.asarray(1j * self.omega * damping[:, None])
@@ -126,9 +126,9 @@ class DamperLink:
 
 
 def equivalent(link: DamperLink, free: ComplexArray, compliance: ComplexArray, samples: OrderSamples) -> ComplexArray:
-    """Complex stiffness (s, k) of a damper where all else twists it by ``free`` and it feels ``compliance`` (s, k).
+    """Complex stiffness (s, k) of a damper in series with ``compliance`` (s, k); ``free`` is its twist without torque.
 
-    A law that is not linear is replaced by equivalent ones; ``samples`` makes those of complex amplitudes.
+    A nonlinear law is replaced by equivalent linear dampers; ``samples`` converts complex amplitudes to samples.
 
     Raises
     ------

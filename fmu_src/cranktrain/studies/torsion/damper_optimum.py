@@ -79,7 +79,7 @@ def houdaille_optimum(inertia_ratio: float) -> Optimum:
 
 
 def two_mass_modes() -> HubModes:
-    """A hub of unit inertia on a unit spring: what :func:`optimal_damping` takes for Houdaille's two masses."""
+    """Hub of unit inertia on a unit spring, as input of :func:`optimal_damping` for Houdaille's two masses."""
     return HubModes(np.ones(1), np.ones(1), np.zeros(1))
 
 

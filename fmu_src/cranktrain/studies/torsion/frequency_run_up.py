@@ -54,7 +54,7 @@ HIGHEST_ORDER = 24.0
 BALANCED_ORDER = 60.0
 """Highest order of the balance at one speed."""
 _AT_ONCE = 20
-"""Speeds whose factors are kept at once."""
+"""Number of speeds whose factors are kept at once."""
 _SETTLED, _ROUNDS = 1e-8, 40
 
 
@@ -137,7 +137,7 @@ def frequency_run_up(
 
 
 def _halves(orders: Sequence[float]) -> NDArray[np.int_]:
-    """Orders as numbers of half an order; ``InputError`` where one is none."""
+    """Orders as multiples of half an order; ``InputError`` for an order that is not such a multiple."""
     places = np.round(2.0 * np.asarray(orders, dtype=float)).astype(int)
     if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
         raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
@@ -145,12 +145,12 @@ def _halves(orders: Sequence[float]) -> NDArray[np.int_]:
 
 
 def shaft_output(name: str) -> str:
-    """Output of a shaft's torque."""
+    """Name of the output of a shaft's torque."""
     return f"shaft[{name}].torque"
 
 
 def _each(solve: Callable[[Array], ComplexArray], speeds: Array, failed: list[Failed]) -> ComplexArray:
-    """Solutions at ``speeds`` together; where these fail each by itself, so that a speed that fails is lost alone."""
+    """Solutions at all ``speeds`` together; if this fails, each speed alone, so that only failing speeds are lost."""
     try:
         return solve(speeds)
     except (SolverError, np.linalg.LinAlgError) as error:
@@ -165,7 +165,7 @@ def _each(solve: Callable[[Array], ComplexArray], speeds: Array, failed: list[Fa
 def steady_orders(
     engine: Engine, body: ReducedBody, settings: Settings, speed: float, gas: GasTrace
 ) -> list[list[float]]:
-    """Orders of the pulley's torsion at one speed (rad/s), zero to peak in degrees, as a run's summary has them.
+    """Orders of the pulley's torsion at one speed (rad/s), zero to peak in degrees, for the summary of a run.
 
     Arguments and errors as of :func:`frequency_run_up`.
     """
@@ -176,7 +176,7 @@ def steady_orders(
 
 
 class _Transfer(NamedTuple):
-    """Motions of a structure with its damper by torques on the pins and by what the damper's law has besides.
+    """Response of a structure with its damper to torques on the pins and to the residual torque of the damper's law.
 
     ``motion`` (s, k, rows, p) and ``by_rest`` (s, k, rows): rows as of :meth:`ShaftOrders.transfer`. ``link`` is a
     damper whose law is not linear, ``stiffness`` (s, k) its complex stiffness; ``friction`` (s, shafts) the damping
@@ -207,17 +207,17 @@ class _Transfer(NamedTuple):
         return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None, friction)
 
     def at(self, which: NDArray[np.bool_]) -> _Transfer:
-        """The transfer at some of the speeds."""
+        """Transfer at a subset of the speeds."""
         link = self.link.at(which) if self.link is not None else None
         return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link, self.friction[which])
 
     def respond(self, torques: ComplexArray, rest: ComplexArray) -> ComplexArray:
-        """Motions (s, k, rows) by torques on the pins (s, k, p) and the rest of the damper's torque (s, k)."""
+        """Motions (s, k, rows) by torques on the pins (s, k, p) and the residual torque of the damper (s, k)."""
         return np.asarray((self.motion @ torques[..., None])[..., 0] - self.by_rest * rest[:, :, None])
 
 
 def frame_wobble(speed: float | Array, omega: Array) -> ComplexArray:
-    """Wobble of the frame over the crank's mean rotation in space, as ``omega`` (…, k + 1); no mean."""
+    """Oscillation of the frame about the crank's mean rotation, in the form of ``omega`` (…, k + 1); without mean."""
     inverse = speed / (2.0 * np.pi * RECENTRING_REVOLUTIONS)
     kappa = 4.0 * inverse
     result = kappa * inverse / (kappa * inverse - omega**2 + 1j * omega * kappa)
@@ -225,7 +225,7 @@ def frame_wobble(speed: float | Array, omega: Array) -> ComplexArray:
 
 
 def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray, friction: Array) -> ComplexArray:
-    """Rotation of pulley and flywheel against the frame, then torques of the shafts, (s, k, 2 + shafts)."""
+    """Rotation of pulley and flywheel relative to the frame, then torques of the shafts, (s, k, 2 + shafts)."""
     wobble = frame_wobble(speeds[:, None], speeds[:, None] * structure.orders)
     at = structure.at
     ends = motion[:, :, [at.pulley, at.flywheel]] - (wobble * motion[:, :, at.swing])[:, :, None]
@@ -260,7 +260,7 @@ class _Coupling:
             self._halves.append((own, direct + mirrored, direct - mirrored))
 
     def torque(self, speeds: Array, turn: ComplexArray) -> ComplexArray:
-        """Torques (s, k + 1, p) by the turns of the pins, of the same shape; what order 0 does is left out."""
+        """Torques (s, k + 1, p) by the rotations of the pins, of the same shape; the effect of order 0 is left out."""
         result = np.zeros_like(turn)
         own = turn[:, 1:].transpose(2, 1, 0)
         direct, mirrored = self.direct.transpose(2, 0, 1), self.mirrored.transpose(2, 0, 1)
@@ -268,7 +268,7 @@ class _Coupling:
         return speeds[:, None, None] ** 2 * result
 
     def factors(self, speed: float, compliance: ComplexArray) -> list[tuple[NDArray[np.intp], Any, Any]]:
-        """LU of 1 − R A, real and imaginary parts apart, for whole and half orders; ``compliance`` R (k, p, p)."""
+        """LU factors of 1 − R A with separate real and imaginary parts, by whole and half orders; ``compliance`` R."""
         found = []
         pins = compliance.shape[1]
         for own, both, apart in self._halves:
@@ -287,7 +287,7 @@ class _Coupling:
 
 
 def _coupled(factors: list[tuple[NDArray[np.intp], Any, Any]], free: ComplexArray) -> ComplexArray:
-    """Turns (k + 1, p) of the pins at one speed where they would turn by ``free`` without the orders' coupling."""
+    """Rotations (k + 1, p) of the pins at one speed, from their rotations ``free`` without coupling of orders."""
     result = free.copy()
     for own, factor, pivots in factors:
         right = free[own].ravel()

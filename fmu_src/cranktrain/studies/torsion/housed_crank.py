@@ -63,7 +63,7 @@ class HousedCrank(NamedTuple):
     def most_torsional(
         self, hz: Array, shapes: NDArray[Any], low: float, high: float, ring_energy: Array | float = 0.0
     ) -> int:
-        """Index of the mode (k,) between two frequencies, Hz, that holds the largest share of torsion.
+        """Index of the mode with the largest fraction of torsion between two frequencies, Hz.
 
         ``hz`` is (k,), ``shapes`` (n, k) real or complex; ``ring_energy`` (k,) is what a mode's xᴴ M x holds besides.
         """

@@ -65,7 +65,7 @@ def level_frequencies(
 
 
 def _compared(found: list[_Modes], rows: NDArray[np.intp], radius: float, twists: bool) -> list[dict[str, Any]]:
-    """These modes of the solid, each with the one of the level that has its shape; ``found`` is of both."""
+    """Modes of the solid, each paired with the level's mode of the same shape; ``found`` has the modes of both."""
     (solid_hz, shares, _, shapes), (hz, _, _, moved) = found
     alike = _alike(shapes, moved, radius, twists)
     listed = []
@@ -81,7 +81,7 @@ def _compared(found: list[_Modes], rows: NDArray[np.intp], radius: float, twists
 
 
 def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
-    """Report of :func:`level_frequencies` as texts."""
+    """Tables of the report of :func:`level_frequencies`."""
     level = report["level"]
     titles = {
         "crankshaft_free": f"{engine.name}, free crankshaft, no rods",
@@ -139,7 +139,7 @@ def _beside(solid: float, own: float) -> dict[str, float]:
 
 
 def _torsional(engine: Engine, found: list[_Modes]) -> dict[str, dict[str, float] | None]:
-    """First and second torsional frequency of the solid and of the level where it has one; None where none has.
+    """First and second torsional frequency of the solid and of the level; None if a body has no such mode.
 
     ``found`` is of the solid and the level, or of the level alone.
     """

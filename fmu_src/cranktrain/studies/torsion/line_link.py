@@ -37,7 +37,7 @@ _SETTLED, _ROUNDS = 1e-7, 200
 
 
 def linear_engine(engine: Engine) -> Engine:
-    """The engine with a drive line that is linear in twist and rate."""
+    """Engine with a drive line that is linear in twist and rate."""
     line = engine.drive_line_chain
     if line is None:
         return engine
@@ -60,7 +60,7 @@ def mean_shares(line: TorsionalLine) -> Array:
 
 
 class LineLink:
-    """The shafts of a drive line at many speeds and orders.
+    """Shafts of a drive line at many speeds and orders.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class LineLink:
         return np.stack(columns, axis=-1)
 
     def excess(self, omega: Array, torque: Array, friction: Array) -> ComplexArray:
-        """What :meth:`stiffness` of the special shafts (s, k, n) has beyond the running model's laws."""
+        """Part of the :meth:`stiffness` of special shafts (s, k, n) that exceeds the laws of the running model."""
         whole = self.stiffness(omega, torque, friction)[..., self.special]
         laws = self._laws[self.special]
         return np.asarray(whole - laws[:, STIFFNESS] - 1j * omega[..., None] * laws[:, DAMPING])
@@ -99,7 +99,7 @@ class LineLink:
     def settled_friction(
         self, twists: Callable[[Array], ComplexArray], omega: Array, signal: Callable[[ComplexArray], Array], count: int
     ) -> Array:
-        """Damping (s, shafts) that stands for friction where ``twists(damping)`` are (s, k, shafts).
+        """Equivalent damping (s, shafts) of friction, for a function ``twists(damping)`` that returns (s, k, shafts).
 
         ``signal`` turns spectra (s, k) into samples (s, N).
 

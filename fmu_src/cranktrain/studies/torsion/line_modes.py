@@ -1,4 +1,4 @@
-"""Modes of the cranktrain together with its drive line, each named by where its energy is.
+"""Modes of the cranktrain with its drive line, named by the distribution of their energy.
 
 Rotors of the drive line are further coordinates of the cranktrain at rest
 (:func:`cranktrain.structure.crank.modal.cranktrain_matrices`). Each shaft between flywheel, rotors and dynamometer adds
@@ -36,17 +36,17 @@ from cranktrain.studies.torsion.damped_modes import DampedModes
 
 LINE = "drive line"
 THRESHOLD = 0.5
-"""Fraction of a mode's strain or kinetic energy from which the mode is the drive line's."""
+"""A mode belongs to the drive line if this has at least this fraction of its strain or kinetic energy."""
 MAIN_ORDERS = 4
-"""Critical speeds are given for so many multiples of the firings per revolution."""
+"""Number of multiples of the firings per revolution for which critical speeds are given."""
 FREE_HZ = 1.0e-3
-"""Modes below this frequency turn crank and drive line as a whole."""
+"""Modes below this frequency, Hz, are rotations of crank and drive line as a whole."""
 STILL = 1.0e-6
-"""Rotation over the largest one below which a place does not turn."""
+"""A position does not rotate if its rotation is below this fraction of the largest."""
 
 
 class LineModes(NamedTuple):
-    """Undamped modes of crank and drive line by rising frequency.
+    """Undamped modes of crank and drive line in order of frequency.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class LineModes(NamedTuple):
 
     @property
     def of_line(self) -> NDArray[np.bool_]:
-        """Modes (k,) that are the drive line's."""
+        """True for modes (k,) of the drive line."""
         return np.array([name.startswith(LINE) for name in self.names], dtype=bool)
 
 
@@ -184,7 +184,7 @@ def line_report(engine: Engine, crankshaft: ReducedBody) -> dict[str, Any]:
 
 
 def line_table(report: Mapping[str, Any]) -> Table:
-    """The modes as texts."""
+    """Tables of the modes."""
     rows = tuple(
         (
             f"{mode['hz']:.2f}", mode["shape"], f"{100.0 * mode['shares'][LINE]:.0f}",

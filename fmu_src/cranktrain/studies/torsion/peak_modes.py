@@ -1,4 +1,4 @@
-"""Torsional modes of the cranktrain with its damper's ring, as a peak of a run-up has them.
+"""Torsional modes of the cranktrain with its damper's ring at a peak of a run-up.
 
 The ring is one more coordinate, coupled to the pulley by the damper's stiffness and damping at the peak's frequency and
 at the temperature that the damper has at the peak's speed. A fluid that thins as it shears has the damping that
@@ -27,11 +27,11 @@ from cranktrain.studies.torsion.damped_modes import damped_modes, with_ring
 
 _SETTLED, _ROUNDS = 1e-4, 50
 OVERDAMPED = 0.5
-"""Damping ratio from which a mode makes no peak."""
+"""Modes with at least this damping ratio cause no peak."""
 
 
 def modes_at_peak(engine: Engine, body: ReducedBody, peak: Peak) -> Array:
-    """Frequencies (k,) Hz of the torsional modes at a peak of the pulley's torsion; none where all are overdamped.
+    """Frequencies (k,) Hz of the torsional modes at a peak of the pulley's torsion; empty if all are overdamped.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The cranktrain about its rigid rotation as a linear system, with the cycle means of what varies.
+"""Cranktrain linearised about its rigid rotation, with cycle means of all periodic coefficients.
 
 About the rigid crank that turns at Ω the motion is small. In the turning frame
 

@@ -1,4 +1,4 @@
-"""Torque of rigid rods on pins that run on their circles, in closed form, for many angles at once.
+"""Torque of rigid rods on pins that move along their circles, in closed form, for many angles at once.
 
 What a rod turns about is at K(a) in axes of its cylinder when its crank pin is at the angle a: the pin itself, on its
 circle of radius r, or a knuckle pin. With K = (x + e, y), v = dK/da and s = √(L² − x²) the piston moves by
@@ -41,7 +41,7 @@ class RodTorque(NamedTuple):
 
 
 class Rods(NamedTuple):
-    """The rods of an engine (SI).
+    """Rods of an engine (SI).
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Rods(NamedTuple):
 
     @classmethod
     def of_engine(cls, engine: Engine, body: ReducedBody, gravity: float) -> Rods:
-        """Rods of an engine on the pins of its ``body``."""
+        """Make the rods of an engine on the pins of its ``body``."""
         pins = np.array([body.positions[body.index(f"pin[{pin}]"), :2] for pin in engine.cylinders.pins])
         bank = np.array(engine.cylinders.bank_angles, dtype=float)
         return cls(
@@ -83,7 +83,7 @@ class Rods(NamedTuple):
         )
 
     def torque(self, angle: Array) -> RodTorque:
-        """Inertia and torques where each pin has turned by ``angle`` (…, c), rad."""
+        """Inertia and torques at pin angles ``angle`` (…, c), rad."""
         a = angle + self.start
         across, along = self.radius * np.cos(a), self.radius * np.sin(a)
         end = RodEnd(across, along, -along, across, -across, -along)

@@ -44,7 +44,7 @@ ComplexArray = NDArray[np.complex128]
 
 
 class Observed(NamedTuple):
-    """Rows of a transfer behind those of the pins."""
+    """Number of rows of a transfer after those of the pins."""
 
     twist: int
     pulley: int
@@ -53,7 +53,7 @@ class Observed(NamedTuple):
 
     @property
     def shafts(self) -> int:
-        """First row of the shafts' twists, which are the last rows: those of the drive line, then the crank's own."""
+        """First row of the shafts' twists, which come last: shafts of the drive line, then those of the crank."""
         return self.flywheel + 1
 
 
@@ -155,13 +155,13 @@ class ShaftOrders:
         self.shafts = (*self.link.names, *(body.shafts[k] for k in found))
 
     def at_load(self, load: float) -> ShaftOrders:
-        """The same structure at another fraction of the full-load burn."""
+        """Structure at another fraction of the full-load burn."""
         other = copy(self)
         other._burn = np.array([load, *self._burn[1:]])
         return other
 
     def with_crank(self, squares: Array, damping: Array) -> ShaftOrders:
-        """The same structure with other stiffness (m,) 1/s² and damping (m,) 1/s of the crank's own modes.
+        """Structure with other stiffness (m,) 1/s² and damping (m,) 1/s of the crank's own modes.
 
         The m modes are those of its body from the rotation about the axis on.
         """
@@ -180,7 +180,7 @@ class ShaftOrders:
         return np.stack([values[..., self.throw == k].sum(axis=-1) for k in range(self.pins)], axis=-1)
 
     def burn(self, speeds: Array) -> Array:
-        """Share of the full-load burn at speeds (s,) rad/s."""
+        """Fraction of the full-load burn at speeds (s,) rad/s."""
         load, falloff, best = self._burn
         if self.balanced:
             load = np.array([balancing_load(self._engine, self._gas, speed) for speed in speeds.tolist()])
@@ -205,7 +205,7 @@ class ShaftOrders:
         return np.moveaxis(np.fft.irfft(moved, self.samples, axis=-1), -1, axis)
 
     def known(self, speeds: Array) -> ComplexArray:
-        """Torques (s, k + 1, p) on the pins of a crank that turns rigidly at ``speeds`` (s,) rad/s."""
+        """Torques (s, k + 1, p) on the pins of a rigidly rotating crank at ``speeds`` (s,) rad/s."""
         inertia, weight, motored, rise = self.still
         share = self.burn(speeds)[:, None, None]
         return np.asarray(speeds[:, None, None] ** 2 * inertia + weight + motored + share * rise)
@@ -215,7 +215,7 @@ class ShaftOrders:
         return np.asarray(self.known(speeds)[:, 0].real.sum(axis=1))
 
     def friction(self, speeds: Array) -> Array:
-        """Damping (s, shafts) that stands for the friction of the drive line, see :mod:`line_link`; ``SolverError``."""
+        """Equivalent damping (s, shafts) of the friction of the drive line, see :mod:`line_link`; ``SolverError``."""
         rubbing, omega = self.link.rubbing, speeds[:, None] * self.orders
         free, by = self._shafts_alone(speeds) if rubbing else (np.zeros(0), np.zeros(0))
 
@@ -293,7 +293,7 @@ class ShaftOrders:
     def answers(self, speeds: Array, torques: ComplexArray, friction: Array | None = None) -> ComplexArray:
         """Coordinates (s, k + 1, n, 2) by all ``torques`` (s, k + 1, p) on the pins, and by one between hub and ring.
 
-        Fewer right-hand sides than :meth:`transfer` where orders are not coupled; arguments are those of it.
+        It needs fewer right-hand sides than :meth:`transfer` if orders are not coupled; the arguments are the same.
         """
         right = np.empty((*torques.shape[:2], self._stiffness.shape[0], 2), dtype=complex)
         right[..., 0] = torques @ self._rows[: self.pins]

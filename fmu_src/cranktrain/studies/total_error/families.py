@@ -1,4 +1,4 @@
-"""Output families that the chart of total error has a picture for: which outputs of a run are judged together."""
+"""Output families with a picture in the chart of total error, whose outputs are judged together."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from cranktrain.engine.model import Engine
 from cranktrain.studies.answers import plain_name, refuse_beyond
 
 Cycle = Mapping[str, Array]
-"""Last cycle of a run: outputs by name, each (samples,) at the ends of even intervals."""
+"""Last cycle of a run: outputs by name, each (samples,) at the ends of equal intervals."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """Outputs that are judged together.
+    """Family of outputs that are judged together.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Family:
     alternating: bool = False
 
     def members(self, engine: Engine) -> list[tuple[str, ...]]:
-        """Outputs of an engine's runs that belong to it, those of one member together."""
+        """Outputs of an engine's runs that belong to the family, grouped by member."""
         found: dict[str, list[str]] = {}
         for name in output_names(output_counts(engine)):
             if plain_name(name) in self.outputs:
@@ -42,7 +42,7 @@ class Family:
         return [tuple(names) for names in found.values()]
 
     def answered(self, settings: Settings, engine: Engine) -> bool:
-        """Whether a model at these levels, nothing left open, has these outputs."""
+        """True if a model at these complete levels has the outputs of the family."""
         s = settings
         levels = Levels(s.crank, s.bearings, s.block, s.big_ends, s.pistons, s.damper)
         try:
@@ -64,9 +64,9 @@ FAMILIES: dict[str, Family] = {
         Family("cover", "acceleration of the cover", ("cover.acceleration",)),
     )
 }
-"""One row a picture."""
+"""All families, one per picture."""
 
 
 def wanted(engine: Engine) -> list[str]:
-    """Outputs of an engine's runs that any family judges."""
+    """Outputs of an engine's runs that belong to at least one family."""
     return [name for family in FAMILIES.values() for member in family.members(engine) for name in member]

@@ -65,12 +65,12 @@ class TotalPoint:
 
     @property
     def levels(self) -> str:
-        """Crank, bearings and block."""
+        """Levels of crank, bearings and block."""
         return f"{self.crank}/{self.bearings}/{self.block}"
 
     @property
     def label(self) -> str:
-        """The choice for people; the integrator where it is not the usual one of the bearings."""
+        """Text of the choice, with the integrator if it is not the usual one of the bearings."""
         method = "" if self.integrator == bearing_law(self.bearings).integrator else f" {self.integrator}"
         return f"{self.levels}{method} {self.step_deg:g}°"
 
@@ -80,13 +80,13 @@ class TotalPoint:
         return None if found is None or self.status != "ok" or self.cost is None else found.total
 
     def as_dict(self) -> dict[str, Any]:
-        """The point as JSON holds it."""
+        """Dictionary of the point for JSON."""
         return {"label": self.label, **asdict(self)}
 
 
 @dataclass(frozen=True)
 class Best:
-    """The best model of a scene: its name, method and step, and what a settled cycle of it costs."""
+    """Best model of a scene: name, method, step, and cost of a settled cycle."""
 
     name: str
     integrator: str
@@ -96,7 +96,7 @@ class Best:
 
 
 def point_of(entry: Mapping[str, Any]) -> TotalPoint:
-    """A point from what :meth:`TotalPoint.as_dict` made of it."""
+    """Point from the dictionary of :meth:`TotalPoint.as_dict`."""
     errors = {name: None if parts is None else Split(**parts) for name, parts in entry["errors"].items()}
     known = {name: value for name, value in entry.items() if name not in ("label", "errors", "front")}
     return TotalPoint(**known, errors=errors, front=tuple(entry["front"]))
@@ -108,5 +108,5 @@ def at_scene(points: Iterable[TotalPoint], scene: str) -> list[TotalPoint]:
 
 
 def shown(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
-    """Points that have a family's outputs, the cheapest first."""
+    """Points with the outputs of a family, cheapest first."""
     return sorted((p for p in points if p.total(family) is not None), key=lambda p: p.cost or 0.0)

@@ -20,7 +20,7 @@ from cranktrain.studies.total_error.point import Best, TotalPoint, point_of
 
 FOLDER = "data"
 MODEL = ROOT / "structure" / "assembly.py"
-"""Source that makes what runs, and rests on what runs it."""
+"""Source file that makes all bodies and parts of a run; with its imports it covers the sources of the whole model."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("compressor", "", None), ("limits", "", None),
@@ -36,7 +36,7 @@ LATER = (
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 CHANGED = (("big_end_bearing", "supply_angle", -0.5 * math.pi, 0.5 * math.pi),)
-"""Defaults that have changed since, and what they were: no level read them when the figures were measured."""
+"""Former values of defaults that changed since the measurement, at which no level used them."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Shipped:
 
     @property
     def current(self) -> bool:
-        """Whether the sources are still those of the model that was measured."""
+        """True if the sources are unchanged since the measurement."""
         return self.sources == model_sources()
 
     @property
@@ -65,7 +65,7 @@ class Shipped:
 
 
 def model_sources() -> str:
-    """Digest of the sources of bodies and running model, as they are now."""
+    """Digest of the present sources of bodies and running model."""
     return source_digest(MODEL, deferred=True)
 
 
@@ -94,7 +94,7 @@ def read(text: str) -> tuple[str, Shipped]:
 
 
 def shipped(engine: Engine) -> Shipped | None:
-    """Figures of an engine, None where none ship or where they were measured on another."""
+    """Shipped figures of an engine; None if there are none or they were measured on a different engine file."""
     return _all().get(engine_digest(engine))
 
 
