@@ -1,4 +1,4 @@
-"""Description of a combustion run for callers without Python: names, choices, texts of its statuses."""
+"""Description of a combustion run for callers without Python: names, choices and status texts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEND_DEVIATION = "the clearance volume; give the deviation (m3) from the volume 
 
 
 def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """Contents of a run of these settings; ``names`` are the user's names of fields of the settings."""
+    """Interface of a run with these settings; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}]." for i in range(count)]
     inputs = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))

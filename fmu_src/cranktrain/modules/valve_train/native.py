@@ -1,4 +1,4 @@
-"""Description of a valve train's run for callers without Python: names, choices, texts of its statuses."""
+"""Description of a valve train's run for callers without Python: names, choices and status texts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NO_SOLUTION = (
 
 
 def native_interface(settings: TrainSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """Contents of a run of these settings; ``names`` are the user's names of fields of the settings."""
+    """Interface of a run with these settings; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}].{kind}_" for i in range(count) for kind in at.KINDS]
     outputs = (*at.OUTPUTS, *(head + name for head in of_each for name in at.LINE_OUTPUTS))
