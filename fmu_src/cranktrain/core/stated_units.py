@@ -62,7 +62,7 @@ def in_unit(value: Stated, unit: str, dimension: str | None = None, difference: 
 def _like(text: str, own: UnitFactor, unit: str, wanted: UnitFactor) -> UnitFactor:
     """Factor of a unit whose SI unit is spelled differently; ``InputError`` if its dimension differs."""
     if base_powers(own.si) != base_powers(wanted.si):
-        raise InputError(f"unit {shown(text)} does not measure what {shown(unit)} does; give one of its dimension")
+        raise InputError(f"unit {shown(text)} has another dimension than {shown(unit)}; give one of the same dimension")
     return own
 
 
@@ -109,5 +109,5 @@ def in_own_unit(
         entry = table[key]
         found[key] = [number(key, one) for one in entry] if isinstance(entry, list) else number(key, entry)
     if bare and not table.get("unit"):
-        raise InputError(f"{bare[0]} has no unit, and others beside it have; give each its unit, or the key unit once")
+        raise InputError(f"{bare[0]} has no unit, but other numbers have; give each its unit, or the key unit once")
     return {**found, "unit": unit}

@@ -153,7 +153,7 @@ def uneven(engine: Engine) -> Iterator[str]:
         remedy = f"{'-'.join(map(str, order))} fires evenly; " if order else ""
     yield (
         f"cylinders.firing_order: fires at uneven intervals, {degrees(gaps)} deg; {remedy}"
-        "state cylinders.firing_intervals where it is meant so"
+        "state cylinders.firing_intervals if that is intended"
     )
 
 
@@ -210,7 +210,7 @@ def _refused(reason: str, dead: Sequence[float], cylinders: Cylinders) -> InputE
     text = f"{'-'.join(map(str, hint))} would do; " if hint else ""
     return InputError(
         f"cylinders.firing_order: {reason}; {text}change firing_order or crankshaft.throw_angles, or state "
-        "cylinders.firing_intervals where it is meant so"
+        "cylinders.firing_intervals if that is intended"
     )
 
 

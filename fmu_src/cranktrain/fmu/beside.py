@@ -38,7 +38,7 @@ def made_beside(
 
         def wait() -> None:
             if not work.done():
-                say(f"{engine.name}: {what}, in a process beside")
+                say(f"{engine.name}: {what}, in a second process")
             with suppress(Exception):
                 work.result()
 

@@ -48,7 +48,7 @@ def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Se
         if word not in WORDS:
             raise InputError(f"levels '{word}' do not exist; {nearest(word, WORDS)}")
     if BASIC in words and len(set(words)) > 1:
-        raise InputError(f"levels '{BASIC}' have no other level beside them; leave it or the others out")
+        raise InputError(f"levels '{BASIC}' cannot be combined with other levels; leave it or the others out")
     possible = {"flexible"} if engine.block is not None and engine.mounts is not None else set()
     possible |= {"table"} if engine.main_bearing is not None or engine.big_end_bearing is not None else set()
     needed = needed_parts(engine, resolved(start or Settings(), engine))

@@ -32,7 +32,7 @@ def clock_table(product: Product, variables: Sequence[Variable]) -> str:
     marks = member_names(clock.at, product.counts)
     lacking = [name for name in (clock.angle, *marks) if name not in places]
     if lacking:
-        raise InputError(f"clocks need '{lacking[0]}', which this FMU has not; build it without clocks")
+        raise InputError(f"clocks need '{lacking[0]}', which this FMU does not have; build it without clocks")
     turns = round(product.starts[clock.period] / (2.0 * math.pi))
     return f"{places[clock.angle]} {places[marks[0]]} {turns}"
 

@@ -11,7 +11,7 @@ from cranktrain.modules import crank_angle as crank
 REFUSED, FAILED = "refused", "failed"
 """Kinds of a status: unusable input; a step or a start without a solution."""
 
-MEND_STEP = f"it must lead on, by {crank.LONGEST_STEP:g} s at most"
+MEND_STEP = f"it must go forward, by {crank.LONGEST_STEP:g} s at most"
 MEND_ANGLE = "connect both to one crank, or set angle.source to speed"
 NO_REVERSE = "reverse running is not modelled"
 _JUMP = math.degrees(crank.LARGEST_JUMP)
@@ -50,7 +50,7 @@ def common_statuses(
 ) -> Statuses:
     """Statuses that every module has, with texts that name inputs and numbers."""
     known = {
-        crank.NOT_AHEAD: f"a step that does not lead on, or is too long; {MEND_STEP}",
+        crank.NOT_AHEAD: f"a step that does not go forward, or is too long; {MEND_STEP}",
         crank.JUMPS: f"crank.angle is over {_JUMP:g} deg off from where crank.speed has led; {MEND_ANGLE}",
         crank.BACKWARDS: f"crank.speed is below 0; {NO_REVERSE}",
     }

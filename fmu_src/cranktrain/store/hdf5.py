@@ -42,7 +42,7 @@ SUPERBLOCK = 48
 """Number of bytes at the start of a file that state its length."""
 LARGE_ROW = 65536
 """Size of an array's row, bytes, from which each row is a chunk of its own."""
-CUT_SHORT = "damaged, an HDF5 file cut short of which nothing can be read; copy it again from where it is whole"
+CUT_SHORT = "damaged, an HDF5 file that was cut short and cannot be read; copy it again from a complete one"
 PART_FORMAT = "cranktrain film table, unfinished"
 
 BODY_UNITS = {

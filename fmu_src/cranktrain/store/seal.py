@@ -34,7 +34,7 @@ def check_seal(path: Path) -> None:
         file.seek(size)
         found = file.read()
         if found.startswith(MARK) and found != MARK + b"%08x\n" % _checksum(file, size):
-            raise OSError("checksum of the file is not that of what was written")
+            raise OSError("checksum of the file does not match its content")
 
 
 def _checksum(file: BinaryIO, size: int) -> int:

@@ -114,7 +114,7 @@ def compiling_text(system: str = sys.platform) -> str:
     """Message while kernels compile, for a ``system`` named as in ``sys.platform``."""
     untested = "; there is no machine code for macOS, where this program is untested" if system == "darwin" else ""
     folder = cache_folder() / "kernels"
-    return f"compiling kernels, which the machine code of this package does not hold{untested}; kept in {folder}"
+    return f"compiling kernels that are not in this package's machine code{untested}; kept in {folder}"
 
 
 @contextmanager

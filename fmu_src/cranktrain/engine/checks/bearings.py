@@ -20,8 +20,8 @@ def check_bearings(engine: Engine) -> None:
         )
     if main is not None and not engine.plain_numbers:
         raise InputError(
-            "main_bearing: stands beside [main_roller]; keep one of the two, or name the mains that run on rollers, as "
-            "main_roller.mains = [1]"
+            "main_bearing: is given together with [main_roller]; keep one of the two, or name the mains that run on "
+            "rollers, as main_roller.mains = [1]"
         )
     if main is None and engine.plain_numbers:
         raise InputError(

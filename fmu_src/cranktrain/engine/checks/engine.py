@@ -128,7 +128,7 @@ def _check_axial_path(path: AxialPath) -> None:
 def _check_gas(engine: Engine) -> None:
     """Refuse an engine that has neither or both of combustion and compressor."""
     burn, gas = engine.combustion, engine.compressor
-    both = "stands beside [combustion]; keep one of the two"
+    both = "is given together with [combustion]; keep one of the two"
     need("compressor", "discharge", burn is None or gas is None, both)
     text = "is missing; give [combustion], or [compressor] of cylinders that compress gas"
     need("combustion", "heat", burn is not None or gas is not None, text)

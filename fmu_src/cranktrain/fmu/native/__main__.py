@@ -33,7 +33,7 @@ def main(given: list[str]) -> int:
     try:
         lacking = [platform for platform in platforms if not _made_for(platform, kinds, chosen.package)]
     except KeyboardInterrupt:
-        _say("interrupted; what was finished is kept, and the same command goes on from there")
+        _say("interrupted; finished parts are kept, and the same command continues from there")
         return 130
     return 2 if lacking and chosen.platforms else 0
 

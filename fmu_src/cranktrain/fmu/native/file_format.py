@@ -227,7 +227,7 @@ def to_bytes(file: NativeFile) -> bytes:
     """
     digest, guid = file.digest.encode(), file.guid.encode()
     if len(digest) != 16:
-        raise StoreError(f"native.bin: the digest '{file.digest}' has not 16 digits")
+        raise StoreError(f"native.bin: the digest '{file.digest}' does not have 16 digits")
     if not 0 < len(guid) < 40:
         raise StoreError(f"native.bin: the GUID '{file.guid}' is not one of at most 39 characters")
     directory, sections = [_COUNT.pack(len(SECTIONS), 0)], []

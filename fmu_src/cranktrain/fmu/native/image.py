@@ -79,7 +79,7 @@ class Images:
         ``lasts`` is true if the array is the same object with the same contents in all variants that have it.
         """
         if not array.flags.c_contiguous or array.ndim > MOST_DIMENSIONS:
-            raise ValueError(f"{path} has strides {array.strides} and shape {array.shape}, which no file holds")
+            raise ValueError(f"{path} has strides {array.strides} and shape {array.shape}, which a file cannot hold")
         kind = SHARED if self.constant(path) else COPIED
         if fixups or not (lasts or kind == SHARED):
             return self._kept_row(array, kind, fixups)
@@ -175,7 +175,7 @@ class _Variant:
         taken = sorted(self._taken)
         for (start, size, path), (after, _, other) in pairwise(taken):
             if start + size > after:
-                raise ValueError(f"{path} and {other} share memory, which a file cannot tell")
+                raise ValueError(f"{path} and {other} share memory, which a file cannot represent")
 
 
 def leaf_numbers(run: Any, paths: Mapping[str, str]) -> dict[str, int]:

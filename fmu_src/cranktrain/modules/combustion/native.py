@@ -33,8 +33,8 @@ def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = 
             "rod_length does not exceed crank radius and pin offset; lengthen it or shorten the stroke",
         ),
         NO_COMPRESSION: (REFUSED, "compression_ratio must be above 1; diesels have 14 to 20"),
-        INTAKE_ANGLES: (REFUSED, f"intake_opens does not go with the intake valve's closing; {MEND_INTAKE}"),
-        EXHAUST_ANGLES: (REFUSED, f"exhaust_opens does not go with the exhaust valve's closing; {MEND_EXHAUST}"),
+        INTAKE_ANGLES: (REFUSED, f"intake_opens does not fit the intake valve's closing; {MEND_INTAKE}"),
+        EXHAUST_ANGLES: (REFUSED, f"exhaust_opens does not fit the exhaust valve's closing; {MEND_EXHAUST}"),
     }
     for k in range(at.INTAKE_P, at.EXHAUST_T + 1):
         known[INPUT_NOT_POSITIVE + k] = REFUSED, f"{inputs[k]} must be above 0; it is absolute"

@@ -27,7 +27,7 @@ def native_interface(settings: TrainSettings, names: Mapping[str, str] | None = 
     known: Statuses = {FAILED: (STEP_FAILED, NO_SOLUTION)}
     for k, kind in enumerate(at.KINDS):
         known |= {
-            VALVE_ANGLES + k: (REFUSED, f"{kind}_opens does not go with {kind}_closes; {MEND_ANGLES[k]}"),
+            VALVE_ANGLES + k: (REFUSED, f"{kind}_opens does not fit {kind}_closes; {MEND_ANGLES[k]}"),
             NO_SEAT_TIME + k: (REFUSED, f"ramp of the cam leaves the {kind} valve no time on its seat; {MEND_RAMP}"),
             SMALL_BASE + k: (REFUSED, f"base_radius is too small for the {kind} cam; {MEND_BASE}"),
         }
