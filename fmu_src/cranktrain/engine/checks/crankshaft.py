@@ -187,7 +187,7 @@ def _check_articulated(engine: Engine) -> None:
             of("length", across < joint.length, text)
     for frame in engine.frame:
         shared = 0 < frame.cylinder <= n and pins.count(pins[frame.cylinder - 1]) > 1
-        text = f"has master or articulated rods on its pin, which no frame supports; leave cylinder {frame.cylinder} out"
+        text = f"has master or articulated rods on its pin, which no frame follows; leave cylinder {frame.cylinder} out"
         need(f"frame '{frame.name}'", "cylinder", not shared, text)
 
 
