@@ -224,7 +224,7 @@ def test_clocks_need_the_crank_angle_and_dead_centres():
     engine = load_engine("diesel_i6")
     made = product(engine, engine_interface(engine, clocks=True))
     fewer = [v for v in made.variables if v.name != "cylinder[3].firing_angle"]
-    with pytest.raises(InputError, match=r"clocks need 'cylinder\[3\]\.firing_angle', which this FMU has not"):
+    with pytest.raises(InputError, match=r"clocks need 'cylinder\[3\]\.firing_angle', which this FMU does not have"):
         clock_table(made, fewer)
 
 

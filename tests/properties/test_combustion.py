@@ -451,5 +451,5 @@ def test_inputs_that_no_engine_has_are_refused_and_the_state_stays():
             simulation.step(2e-4)
         simulation.inputs[place] = kept
     assert np.array_equal(simulation.state, before)
-    with pytest.raises(InputError, match="it must lead on"):
+    with pytest.raises(InputError, match="it must go forward"):
         simulation.step(0.0)

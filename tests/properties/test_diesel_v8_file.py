@@ -87,7 +87,7 @@ def test_plain_mains_are_asked_for_in_one_line(engine):
 
 def test_mains_are_plain_or_rollers(engine):
     six = load_engine("diesel_i6")
-    with pytest.raises(InputError, match=r"^main_bearing: stands beside \[main_roller\]; keep one of the two"):
+    with pytest.raises(InputError, match=r"^main_bearing: is given together with \[main_roller\]; keep one of the two"):
         check_engine(replace(six, main_roller=engine.main_roller))
     with pytest.raises(InputError, match=r"^main_bearing: is missing; the mains are plain bearings .* or roller"):
         check_engine(replace(engine, main_roller=None))

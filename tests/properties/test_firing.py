@@ -116,7 +116,7 @@ def test_uneven_orders_are_told_with_what_makes_them_even():
     (line,) = said(engine([0, 216, 72, 288, 144], [1, 2, 4, 5, 3]))
     assert "1-2-3-4-5 fires evenly" in line
     (line,) = said(engine([0, 180], [1, 2]))
-    assert line.endswith("180, 540 deg; state cylinders.firing_intervals where it is meant so")
+    assert line.endswith("180, 540 deg; state cylinders.firing_intervals if that is intended")
     assert not said(engine([0, 120, 240], [1, 2, 3]))
 
 

@@ -220,5 +220,5 @@ def test_a_compressor_that_cannot_be_is_told(changes, says):
 def test_gas_is_combustion_or_compression():
     with pytest.raises(InputError, match=r"combustion\.heat: is missing"):
         check_engine(replace(SIX, combustion=None))
-    with pytest.raises(InputError, match="stands beside"):
+    with pytest.raises(InputError, match="is given together with"):
         check_engine(replace(SIX, compressor=compressor().compressor))

@@ -212,8 +212,8 @@ def test_numbers_that_are_none_and_choices_that_are_not_known(module):
 
 
 REFUSED_STEPS = [
-    (crank.NOT_AHEAD, {}, 0.0, "a step from 0.0001 s to 0 s; it must lead on, by 1 s at most"),
-    (crank.NOT_AHEAD, {}, 2.0, "a step from 0.0001 s to 2 s; it must lead on"),
+    (crank.NOT_AHEAD, {}, 0.0, "a step from 0.0001 s to 0 s; it must go forward, by 1 s at most"),
+    (crank.NOT_AHEAD, {}, 2.0, "a step from 0.0001 s to 2 s; it must go forward"),
     (crank.JUMPS, {1: 3.0}, 2e-4, "crank.angle is 171.9 deg at 0.0001 s, 169 deg off from where crank.speed has led"),
     (crank.BACKWARDS, {0: -1.0}, 2e-4, "crank.speed is -1 rad/s; reverse running is not modelled"),
     (crank.INPUT_NOT_FINITE + 1, {1: math.nan}, 2e-4, "crank.angle is nan; it must be a finite number"),

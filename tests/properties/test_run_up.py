@@ -262,7 +262,7 @@ def test_a_file_cut_short_is_refused_and_stays(one_speed, share, tmp_path, capsy
         assert main([*command, *options, "--output", str(path)]) == 2
         refused = told(capsys)["error"]
         assert "cut short" in refused["what"] and "copy it again" in refused["remedy"]
-    with pytest.raises(StoreError, match=r"cut short.*; copy it again from where it is whole, or delete it and run"):
+    with pytest.raises(StoreError, match=r"cut short.*; copy it again from a complete one, or delete it and run"):
         RunUp.load(path)
     assert path.read_bytes() == content
 

@@ -179,9 +179,9 @@ def test_bounds_of_a_harness_may_have_units_of_their_own(tmp_path):
     ("text", "says"),
     [
         ('assert = [{ output = "combustion.p", what = "mean", least = 1, most = "2 bar" }]',
-         "scenario 'a'.assert[1].least: 1 has no unit, and others beside it have; give each its unit, or the key"),
+         "scenario 'a'.assert[1].least: 1 has no unit, but other numbers have; give each its unit, or the key"),
         ('assert = [{ output = "combustion.p", what = "mean", least = "1 mm", most = "2 bar" }]',
-         "assert[1].most: unit 'bar' does not measure what 'mm' does; give one of its dimension"),
+         "assert[1].most: unit 'bar' has another dimension than 'mm'; give one of the same dimension"),
         ('step = [{ input = "cranktrain.x", at_s = "1 mm", value = 1 }]', "at_s: unit 'mm' measures length, not time"),
         ('step = [{ input = "cranktrain.x", at_s = 0, value = "1" }]', "value: '1' is a text without a unit"),
         ('step = [{ input = "cranktrain.x", at_s = 0, value = "1 furlogn" }]', "value: unit 'furlogn' is not known"),

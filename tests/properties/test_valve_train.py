@@ -259,7 +259,7 @@ def test_refused_inputs():
         with pytest.raises(InputError, match=said):
             simulation.step(1e-4)
         simulation.inputs[:] = before
-    with pytest.raises(InputError, match="must lead on"):
+    with pytest.raises(InputError, match="must go forward"):
         simulation.step(0.0)
     simulation.step(1e-4)
 

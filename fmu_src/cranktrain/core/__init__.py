@@ -1,1 +1,1 @@
-"""What all else stands on: errors, jit decorator, cache folder, digests of sources, the one hand-off type."""
+"""Foundation of all other packages: errors, jit decorator, cache folder, digests of sources, reduced bodies, units."""

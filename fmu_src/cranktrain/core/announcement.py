@@ -1,4 +1,4 @@
-"""What an FMU's user is told while kernels compile at the first start on a machine."""
+"""Announcement on stderr that an FMU compiles its kernels at the first start on a machine."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _said: list[str] = []
 
 
 class _Announcement:
-    """Says on stderr that kernels are being compiled, when the first one is; a listener of numba's events."""
+    """Listener of numba's compile events that prints one line to stderr when the first kernel is compiled."""
 
     def __init__(self, instance: str, time: str) -> None:
         self.instance, self.time = instance, time
 
     def notify(self, event: Any) -> None:
-        """Before a kernel compiles: one line, once in a process."""
+        """Print the announcement at the first start of a compilation, once in a process."""
         if _said or not event.is_start:
             return
         place = event.data["dispatcher"]._cache.cache_path
@@ -34,14 +34,14 @@ class _Announcement:
 
 @contextmanager
 def announced(instance: str, time: str) -> Iterator[None]:
-    """Let the user of an instance know what takes so long, up to ``time`` in words, while kernels compile."""
+    """Context that announces compilations to the user of ``instance``; ``time`` is their longest duration in words."""
     with heard_compiling(_Announcement(instance, time)):
         yield
 
 
 @contextmanager
 def heard_compiling(listener: Any) -> Iterator[None]:
-    """Give numba's events of compiling to a listener; numba is loaded when something compiles, if anything does."""
+    """Context that passes numba's compile events to a listener; numba is loaded only if something is compiled."""
     with ExitStack() as listening:
 
         def listen() -> None:

@@ -1,8 +1,9 @@
-"""A mark by which numba tells the records of two copies of this package in one process apart.
+"""Array type by which numba distinguishes the records of two copies of this package in one process.
 
-A dispatcher finds the type of an argument by a fingerprint, which sees the name and the fields of a named tuple and not
-its class. With two copies of the package loaded, as two FMUs of different code have them, records of the second would
-be taken for those of the first, miss, and be typed in Python at each call. An FMU's copy bears a digest in its name.
+Numba's dispatcher recognises the type of an argument by a fingerprint. For a named tuple it holds the name and the
+fields, but not the class. Two FMUs with different code load two copies of the package. Without the mark, records of the
+second copy would be mistaken for those of the first, and each call would determine their type in Python. An FMU's copy
+has a digest in its package name.
 """
 
 from __future__ import annotations
@@ -14,5 +15,5 @@ _BUILD = np.dtype([(__name__.partition(".")[0], np.uint8)])
 
 
 def build_mark() -> NDArray[np.void]:
-    """Empty array (0,) of a type that is this copy's own: one member of each record that Python hands to a kernel."""
+    """Empty array (0,) of a type that only this copy has; every record that Python passes to a kernel contains one."""
     return np.zeros(0, dtype=_BUILD)

@@ -1,8 +1,9 @@
-"""The folder of everything that is computed once and kept: reduced crankshafts, compiled kernels, code of FMUs.
+"""Cache folder for results that are computed once and kept: reduced crankshafts, compiled kernels, code of FMUs.
 
-Kernels and code are run as they are found there: they are kept in folders that nobody else may write to, or not at all.
+Kernels and code in the cache are executed, so they are kept only in folders that nobody else may write to.
 
-Standard library only, no import of the package: an FMU's slave runs this file before it loads the package.
+This file uses the standard library only and imports nothing of the package, because an FMU's slave runs it before it
+loads the package.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from pathlib import Path
 
 
 class NotPrivateError(PermissionError):
-    """A folder that others may write to."""
+    """Error for a cache folder that other users may write to."""
 
 
 def cache_folder() -> Path:
-    """``$CRANKTRAIN_CACHE``, else ``cranktrain`` in the system's place for caches; need not exist, nor be writable.
+    """Cache folder: ``$CRANKTRAIN_CACHE``, else ``cranktrain`` in the system's folder for caches.
 
-    Where a user has no home it is a new folder, which goes with the process.
+    The folder need not exist nor be writable. A user without a home gets a new folder that is deleted with the process.
     """
     if chosen := os.environ.get("CRANKTRAIN_CACHE"):
         return Path(chosen)
@@ -41,16 +42,16 @@ def cache_folder() -> Path:
 
 @cache
 def _folder_of_this_process() -> Path:
-    """Folder under a name that nobody can know beforehand."""
+    """Temporary folder with an unpredictable name, deleted when the process ends."""
     folder = tempfile.mkdtemp(prefix="cranktrain-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return Path(folder)
 
 
 def private_folder(*names: str) -> Path:
-    """Folder of the cache, made with mode 700 where it is missing; ``OSError`` where it cannot be made.
+    """Subfolder of the cache, created with mode 700 if it is missing; ``OSError`` if it cannot be created.
 
-    ``NotPrivateError`` where it, or one above it in the cache, belongs to somebody else or may be written by others.
+    ``NotPrivateError`` if the folder or a parent inside the cache belongs to another user or is writable by others.
     """
     place = cache_folder()
     place.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,7 @@
-"""Columns of text tables recognised by their names, in English and German.
+"""Recognition of columns of text tables by their names, in English and German.
 
-A kind of column has words of its own. A name is of a kind if it consists of such a word, numbers and signs aside.
+Each kind of column has a list of words. A name belongs to a kind if it is one of these words, apart from numbers and
+signs.
 """
 
 from __future__ import annotations
@@ -64,11 +65,11 @@ NEUTRAL = frozenset(
     ("at", "in", "of", "no", "nr", "mean", "avg", "average", "mittel", "mittelwert", "cyl", "cylinder", "zyl",
      "zylinder", "the", "for")
 )  # fmt: skip
-"""Words beside that of a kind which say no more than which one it is."""
+"""Words in a column name that say nothing about its kind, such as "mean" or "cylinder"."""
 
 
 def kind_of(name: str, kinds: Sequence[str] = tuple(WORDS)) -> str:
-    """Kind of a column by its name, of ``kinds``; empty where it is none of them."""
+    """Kind of a column from its name, one of ``kinds``; empty if the name belongs to none of them."""
     parts = [plain_name(part) for part in re.split(r"[^\w°]+|_", name)]
     telling = [part for part in parts if part and part not in NEUTRAL and not part.isdigit()]
     for own in (plain_name(name), "".join(telling), "".join(telling[:-1]) if _ends_in_unit(telling) else ""):
@@ -84,7 +85,7 @@ def _ends_in_unit(parts: Sequence[str]) -> bool:
 
 
 def columns_of(names: Sequence[str], kinds: Sequence[str]) -> dict[str, list[int]]:
-    """Columns of each of ``kinds``, by name."""
+    """Indices of the columns that belong to each of ``kinds``, by kind."""
     found: dict[str, list[int]] = {kind: [] for kind in kinds}
     for k, name in enumerate(names):
         if kind := kind_of(name, kinds):

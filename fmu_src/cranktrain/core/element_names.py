@@ -1,7 +1,7 @@
-"""Names of elements of arrays.
+"""Names of array elements, with the number in either position.
 
-The number stands in the middle (``cylinder[1].pressure``, FMUs of FMI 2.0) or at the end (``cylinder.pressure[1]``,
-arrays of FMI 3.0).
+The number is in the middle (``cylinder[1].pressure``, FMUs of FMI 2.0) or at the end (``cylinder.pressure[1]``, arrays
+of FMI 3.0).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Value = TypeVar("Value")
 
 
 def array_element(name: str) -> tuple[str, int] | None:
-    """Array and number, from 1 on, of a name with one number in brackets; None for any other name."""
+    """Array name and number (from 1) of a name with one number in brackets; None for any other name."""
     found = _NUMBER.findall(name)
     if len(found) != 1 or name.count("[") != 1:
         return None
@@ -23,7 +23,7 @@ def array_element(name: str) -> tuple[str, int] | None:
 
 
 def name_among(name: str, known: Container[str]) -> str:
-    """The name that ``known`` has for an element, wherever its number stands; ``name`` itself where there is none."""
+    """Spelling of an array element in ``known``, wherever the number stands; ``name`` itself if it is not there."""
     place = None if name in known else array_element(name)
     if place is None:
         return name
@@ -37,10 +37,10 @@ def name_among(name: str, known: Container[str]) -> str:
 
 
 class Elements(dict[str, Value]):
-    """A dictionary by variables, whose elements of arrays are found by either name."""
+    """Dictionary by variable name that finds elements of arrays under both spellings."""
 
     def own(self, name: str) -> str:
-        """The name under which a variable is listed; ``name`` itself where it is not."""
+        """Name under which a variable is listed; ``name`` itself if it is not listed."""
         return name_among(name, self.keys())
 
     def __contains__(self, name: object) -> bool:
@@ -53,7 +53,7 @@ class Elements(dict[str, Value]):
         return self[own]
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Value of a variable; ``default`` where there is none."""
+        """Value of a variable; ``default`` if it is not listed."""
         try:
             return self[name]
         except KeyError:

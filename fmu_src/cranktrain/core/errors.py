@@ -1,4 +1,4 @@
-"""Errors that reach a user: one line that says what, where and what to do.
+"""Errors that reach a user: one line with what is wrong, where, and what to do.
 
 Every error derives from :class:`CranktrainError`; the command line prints its text and exits with code 2, the FMU
 raises it with the same text.
@@ -11,13 +11,13 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 LONGEST_LINE = 1200
-"""Characters of a message; what is longer, a list of all outputs, is cut before its end, which says what to do."""
+"""Largest number of characters of a message. Longer ones are cut in the middle, because the end says what to do."""
 LONGEST_SHOWN = 80
-"""Characters of a value that a message shows."""
+"""Largest number of characters of a value in a message."""
 
 
 class CranktrainError(Exception):
-    """Wrong input or a failed computation, described in one line: what a file may bring in is escaped."""
+    """Wrong input or a failed computation, described in one line; unprintable characters are escaped."""
 
     def __str__(self) -> str:
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in super().__str__())
@@ -37,16 +37,16 @@ class SolverError(CranktrainError):
 
 
 def shown(value: object) -> str:
-    """A value of a file as a message shows it: short, whatever it is."""
+    """Text of a value of a file for a message, cut to ``LONGEST_SHOWN`` characters."""
     try:
         text = repr(value)
-    except (ValueError, RecursionError):  # whole numbers of thousands of digits have no text
+    except (ValueError, RecursionError):  # Python refuses to print integers of thousands of digits
         return "a value too long to show"
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
 
 
 def as_float(value: float) -> float:
-    """The number in double precision; infinite where a whole number is too large, for which ``float`` would fail."""
+    """The number in double precision; ±infinity for an integer too large for ``float``."""
     try:
         return float(value)
     except OverflowError:
@@ -54,19 +54,19 @@ def as_float(value: float) -> float:
 
 
 def within(where: str, value: float, low: float, high: float, what: str) -> None:
-    """Refuse a number outside its bounds with ``InputError``; ``what`` is its unit, and what else serves."""
+    """Raise ``InputError`` if a number is outside its bounds; ``what`` is its unit, and an alternative value if any."""
     if not low <= value <= high:
         said = f"{value:g}" if isinstance(value, float) or abs(value) < 10**15 else shown(value)
         raise InputError(f"{where} {said} is not within {low:g} to {high:g} {what}".rstrip())
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Say which of ``valid`` is closest to ``name``, whatever its case, or list them all where none is close."""
+    """Hint for a message: the name in ``valid`` closest to ``name`` in any case, or all of them if none is close."""
     names = [str(v) for v in valid]
     small = {one.lower(): one for one in reversed(names)}
     close = get_close_matches(name, names, n=1, cutoff=0.5)
     folded = [small[one] for one in get_close_matches(name.lower(), small, n=1, cutoff=0.5)]
-    # Another case is nearer than another letter.
+    # A name that differs only in case is closer than one that differs in a letter.
     if folded and (not close or folded[0].lower() == name.lower()):
         close = folded
     return f"did you mean '{close[0]}'?" if close else "valid: " + ", ".join(names)

@@ -1,8 +1,8 @@
-"""Calls of C functions at their addresses, for kernels: those of an FMU's library.
+"""Calls of C functions by address from kernels, used for the functions of an FMU's library.
 
-Arguments are integers of 64 bits and doubles, the result is a C ``int``. Addresses, sizes and C's shorter integers and
-booleans take a register of 64 bits each in the calling conventions of x86-64 (Linux, Windows, macOS) and of ARM64, so
-an integer serves for all of them.
+Arguments are 64-bit integers and doubles, the result is a C ``int``. Addresses, sizes and C's shorter integers and
+booleans each occupy one 64-bit register in the calling conventions of x86-64 (Linux, Windows, macOS) and of ARM64, so
+a 64-bit integer can stand for all of them.
 """
 
 from __future__ import annotations

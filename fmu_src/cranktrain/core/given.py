@@ -1,4 +1,4 @@
-"""Values that a script gives: refused in one line where they are of another kind than what they are for."""
+"""Checks of values that a script passes to the library; ``InputError`` for a value of a wrong kind."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_ \-]*(\[\d+\])?")
 
 
 def given_number(value: Any, where: str) -> float:
-    """A finite number; ``InputError`` that starts with ``where``."""
+    """Value as a finite number; otherwise ``InputError`` with a message that starts with ``where``."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
         raise InputError(f"{where} is {shown(value)}, no number; give one, in SI units")
     if not math.isfinite(value):
@@ -23,7 +23,7 @@ def given_number(value: Any, where: str) -> float:
 
 
 def given_numbers(value: Any, count: int, where: str) -> tuple[float, ...]:
-    """So many finite numbers, or any for ``count`` −1; ``InputError`` that starts with ``where``."""
+    """Value as ``count`` finite numbers (any number of them for −1); ``InputError`` that starts with ``where``."""
     if isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or np.ndim(value) != 1:
         raise InputError(f"{where} is {shown(value)}; give a list of {count if count >= 0 else 'its'} numbers")
     if count not in (-1, len(value)):
@@ -32,7 +32,7 @@ def given_numbers(value: Any, count: int, where: str) -> tuple[float, ...]:
 
 
 def given_name(value: Any, where: str) -> str:
-    """A name that outputs can bear; ``InputError`` that starts with ``where``."""
+    """Value as a name that outputs can have; ``InputError`` that starts with ``where``."""
     if not isinstance(value, str) or not NAME.fullmatch(value):
         raise InputError(
             f"{where}: {shown(value)} is no name; take letters, digits, spaces, _ and -, a letter first, and a number "
@@ -42,6 +42,6 @@ def given_name(value: Any, where: str) -> str:
 
 
 def given_kind(value: Any, kind: type, where: str, remedy: str) -> None:
-    """Refuse a value that is not of a class; ``InputError``."""
+    """Raise ``InputError`` if a value is not an instance of ``kind``."""
     if not isinstance(value, kind):
         raise InputError(f"{where} is {shown(value)}, a {type(value).__name__}; {remedy}")

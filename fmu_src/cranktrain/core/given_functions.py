@@ -1,4 +1,4 @@
-"""Functions and quantities that a script gives: called and converted, refused in one line where they do not serve."""
+"""Functions and quantities that a script passes: called and converted to numbers, or refused with ``InputError``."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from cranktrain.core.errors import InputError, shown
 
 
 def without_unit(value: Any, unit: str, where: str) -> Any:
-    """A value in ``unit`` without it: quantities of pint and results of runs are converted; ``InputError``."""
+    """Number or array of a quantity in ``unit``; pint quantities and run results are converted. ``InputError``."""
     if not hasattr(value, "to"):
         return value
     if hasattr(value, "magnitude"):
         try:
             return value.to(unit).magnitude
-        except Exception as error:  # pint's own, which the running model does not import
+        except Exception as error:  # pint's errors; the running model does not import pint
             raise InputError(f"{where}: {str(error).splitlines()[0]}; give it in {unit}") from None
     return np.asarray(value.to(unit)) if getattr(value, "unit", "") else np.asarray(value)
 
 
 def called(function: Callable[..., Any], arguments: tuple[float, ...], where: str, unit: str) -> float:
-    """A finite number that a function returns; ``InputError`` that starts with ``where``."""
+    """Result of a call of a user's function as a finite number; ``InputError`` that starts with ``where``."""
     try:
         found = function(*arguments)
-    except Exception as error:  # whatever the user's function raises
+    except Exception as error:  # a user's function may raise anything
         raise InputError(f"{where} the function raises {type(error).__name__}: {shown(str(error))}") from None
     found = without_unit(found, unit, where)
     try:
@@ -41,7 +41,7 @@ def called(function: Callable[..., Any], arguments: tuple[float, ...], where: st
 
 
 def takes_two(function: Callable[..., Any]) -> bool:
-    """Whether a function takes the speed too: it needs two arguments, or calls its second one ``speed...``."""
+    """True if a function also takes the speed: it requires two arguments, or its second is named ``speed...``."""
     try:
         parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):  # built-in functions may have no signature

@@ -1,4 +1,4 @@
-"""JSON schemas, draft 7, of tables that :mod:`cranktrain.core.typed_file` reads: for editors and other checkers."""
+"""JSON schemas (draft 7) of the tables that :mod:`cranktrain.core.typed_file` reads, for editors and checkers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DRAFT = "http://json-schema.org/draft-07/schema#"
 
 
 def json_schema(kind: type[Table], title: str, further: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Schema of a file whose document is a ``kind``; ``further`` are rules of tables by the names of their classes."""
+    """Schema of a file with top-level table ``kind``; ``further`` are additional rules of tables by class name."""
     (_,), tables = msgspec.json.schema_components((kind,), ref_template="#/definitions/{name}")
     tables = {name: {**_without_null(table), **further.get(name, {})} for name, table in tables.items()}
     whole = tables.pop(kind.__name__)
@@ -21,7 +21,7 @@ def json_schema(kind: type[Table], title: str, further: Mapping[str, Mapping[str
 
 
 def _without_null(schema: Any) -> Any:
-    """A schema without null, which TOML does not have, and without OpenAPI's discriminators; texts may have units."""
+    """Schema without null (TOML has none) and without OpenAPI discriminators; numbers with a unit may be texts."""
     if isinstance(schema, list):
         return [_without_null(entry) for entry in schema]
     if not isinstance(schema, dict):
@@ -32,5 +32,5 @@ def _without_null(schema: Any) -> Any:
         if len(kept["anyOf"]) == 1:
             kept |= kept.pop("anyOf")[0]
     if kept.get("type") == "number" and "pattern" in kept:
-        kept["type"] = ["number", "string"]  # a number, or a text with its unit; msgspec says what it converts to
+        kept["type"] = ["number", "string"]  # a number or a text with unit; msgspec's schema lists the number only
     return {key: _without_null(entry) for key, entry in kept.items()}

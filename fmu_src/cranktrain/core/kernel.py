@@ -1,23 +1,23 @@
-"""The one jit decorator of the running model, and the rules its kernels keep.
+"""The jit decorator of the running model, and the rules that kernels obey.
 
 A kernel must also compile ahead of time into a library without Python: the caller owns all memory, no ``np.linalg``,
-no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Compiling without
-numba's run-time (``_nrt=False``) holds kernels to that: one that would allocate does not compile.
+no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Kernels are compiled
+without numba's run-time (``_nrt=False``), so a kernel that allocates memory does not compile.
 
-Compiled kernels are kept in the user's cache under a digest of the sources that can reach them, those that their file
-imports: numba itself looks only at a kernel's own file, and would run a stale copy of what that kernel calls. So an
-edit compiles anew what rests on it and nothing else. They are not kept at all where the cache cannot be written, or can
-be by others; numba would then put them beside the sources.
+Compiled kernels are kept in the user's cache under a digest of all sources that their file imports, directly or
+through others. Numba itself checks only a kernel's own file and would run a stale copy of the functions that it calls.
+With the digest an edit recompiles the kernels that depend on it and no others. Kernels are not kept if the cache cannot
+be written, or can be written by others; numba would then put them next to the sources.
 
-Numba compiles a kernel together with all that it calls, once more at every level above. Large force laws of which a run
-needs one at most are therefore called at their address, by numba's own convention: each is compiled by itself, and
-only where a model uses it.
+Numba compiles a kernel together with everything that it calls, again at every level above. A run needs at most one of
+the large force laws, so these are called by address with numba's calling convention. Each is compiled separately, and
+only if a model uses it.
 
-A record of many arrays is handed on as one address: its class, a named tuple, has the line ``@record``. Nothing
-rewrites such a record while kernels run.
+A record of many arrays is passed as one address: its class, a named tuple, has the decorator ``@record``. No record is
+rewritten while kernels run.
 
-A library of machine code (:mod:`.machine_code`) holds what a run calls. Numba is loaded when something is compiled, not
-before: with a library a run starts without it.
+A library of machine code (:mod:`.machine_code`) holds the kernels that a run calls. Numba is loaded only when something
+is compiled, so a run with a library starts without numba.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from cranktrain.core.records import layout, record_image
 from cranktrain.core.sources import PACKAGE, edited_meanwhile, rests_on, source_digest
 
 BEFORE_COMPILING: list[Callable[[], None]] = []
-"""Called once when numba is loaded."""
+"""Functions to call once, when numba is loaded."""
 
 
 @cache
 def compiler() -> Any:
     """Numba, loaded at the first call."""
     import numba
-    from numba import core, extending  # noqa: F401 - the package does not promise to have loaded them
+    from numba import core, extending  # noqa: F401 - importing numba alone may not load them
 
     for cls in _AT_ADDRESS:
         resolve(_AT_ADDRESS_BY)(cls)
@@ -58,12 +58,12 @@ def compiler() -> Any:
 
 _AT_ADDRESS: list[type] = []
 _RECORD_TYPES = Path(__file__).with_name("record_types.py")
-"""How kernels take records; none of them imports it."""
+"""Source of numba's type of records. No kernel imports it, so it enters the digest separately."""
 _AT_ADDRESS_BY = "cranktrain.core.record_types:at_address"
 
 
 def record(cls: type) -> type:
-    """Let kernels take named tuples of a class as one address, also where Python calls them."""
+    """Class decorator: kernels take named tuples of this class as one address, also in calls from Python."""
     _AT_ADDRESS.append(cls)
     if compiler.cache_info().currsize:
         resolve(_AT_ADDRESS_BY)(cls)
@@ -72,10 +72,10 @@ def record(cls: type) -> type:
 
 @cache
 def _kernel_folder(file: str) -> str:
-    """Folder for the compiled kernels of a source file; empty where it cannot be written, or others may do so."""
+    """Folder for the compiled kernels of a source file; empty if it cannot be written, or can be by others."""
     source = Path(file)
     if edited_meanwhile(rests_on(source)):
-        return ""  # what was imported is no longer what the digest would name
+        return ""  # the digest would name the edited source, not the one imported
     try:
         folder = private_folder("kernels", f"{source.stem}-{source_digest(source)}-{source_digest(_RECORD_TYPES)[:6]}")
         tempfile.TemporaryFile(dir=folder).close()
@@ -101,12 +101,12 @@ OPTIONS: dict[str, Any] = {
 
 
 class Compiling:
-    """How kernels that no library has become code that runs: numba compiles each for itself, for this machine.
+    """Compilation of kernels that are in no library: by numba, for this machine, at their first call.
 
     Attributes
     ----------
-    keeps : whether compiled kernels are kept in the user's cache
-    options : of ``numba.njit``
+    keeps : True if compiled kernels are kept in the user's cache
+    options : options of ``numba.njit``
     """
 
     keeps = True
@@ -117,7 +117,7 @@ class Compiling:
         return function.dispatcher(*arguments, **named)
 
     def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
-        """Address at which :data:`call_kernel` finds a kernel for arguments of these types."""
+        """Address of a kernel for arguments of these types, for use with :data:`call_kernel`."""
         compiled = overload(function, arguments)
         if compiler().types.unliteral(compiled.signature.return_type) != compiler().types.int64:
             raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
@@ -129,7 +129,7 @@ _COMPILING = [Compiling()]
 
 @contextmanager
 def compiled_by(way: Compiling) -> Iterator[None]:
-    """Compile kernels in another way meanwhile."""
+    """Context in which kernels are compiled by another :class:`Compiling`."""
     _COMPILING.append(way)
     try:
         yield
@@ -138,13 +138,14 @@ def compiled_by(way: Compiling) -> Iterator[None]:
 
 
 class Kernel:
-    """A function in the native-safe subset, for other kernels and for Python.
+    """A function in the native-safe subset, callable from other kernels and from Python.
 
-    A call from Python is one of the library's where that has the kernel for such arguments; else numba compiles it.
+    A call from Python runs the library's code if the library has the kernel for these argument types; else numba
+    compiles it.
 
     Attributes
     ----------
-    py_func : the function as it was written
+    py_func : the undecorated Python function
     """
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
@@ -166,7 +167,7 @@ class Kernel:
 
     @property
     def dispatcher(self) -> Any:
-        """What numba compiles, one code for each set of types; cached on disk where possible."""
+        """Numba's dispatcher of the kernel, with compiled code for each set of types; cached on disk if possible."""
         way = _COMPILING[-1]
         if way not in self._dispatchers:
             self._dispatchers[way] = self._dispatcher(way)
@@ -188,7 +189,7 @@ class Kernel:
 
     @property
     def _numba_type_(self) -> Any:
-        """By this numba knows it where another kernel calls it."""
+        """Type by which numba recognises the kernel in a call from another kernel."""
         return self.dispatcher._numba_type_
 
 
@@ -198,14 +199,14 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
-    """Kernel that is compiled into each of its callers: a small piece of one, dearer to call than to run."""
+    """Kernel that is inlined into each caller, for short functions whose call costs more than their body."""
     return Kernel(function, forceinline=True)
 
 
 def _forget_unknown_classes(compiled: Any) -> None:
-    """Let a kernel compile anew where its index in the cache names classes that have moved since.
+    """Make a kernel compile again if its index in the cache names classes that no longer exist at their place.
 
-    A kernel's file need not import the classes of the records that it is given, so its digest does not tell.
+    A kernel's file need not import the classes of its record arguments, so its digest does not change when they move.
     """
     file = compiled._cache._cache_file
     load = file._load_index
@@ -220,13 +221,13 @@ def _forget_unknown_classes(compiled: Any) -> None:
 
 
 law_kernel = kernel
-"""For kernels that are called at their address."""
+"""Decorator for kernels that are called by address."""
 
 
 def kernel_address(function: Any, *arguments: Any) -> int:
-    """Address at which :func:`call_kernel` finds ``function`` for arguments of these types.
+    """Address of ``function`` for arguments of these types, for use with :func:`call_kernel`.
 
-    It is that of the library of machine code where there is one; else the kernel is compiled.
+    The address is in the library of machine code if that has the kernel; otherwise the kernel is compiled.
     """
     return kernel_addresses([function], *arguments)[0]
 
@@ -245,14 +246,14 @@ def kernel_addresses(functions: Iterable[Any], *arguments: Any) -> list[int]:
 
 
 def overload(function: Any, arguments: tuple[Any, ...]) -> Any:
-    """What numba makes of a kernel for arguments of these types."""
+    """Numba's compilation result of a kernel for arguments of these types."""
     signature = tuple(compiler().typeof(argument) for argument in arguments)
     function.dispatcher.compile(signature)
     return function.dispatcher.overloads[signature]
 
 
 def kernel_name(function: Any) -> str:
-    """Name of a kernel in full, ``package.module:function``, the same in an FMU, whose package has another."""
+    """Full name of a kernel, ``package.module:function``; the same in an FMU, whose package has another name."""
     module = function.py_func.__module__
     if module.partition(".")[0] == PACKAGE:
         module = "cranktrain" + module.removeprefix(PACKAGE)
@@ -260,18 +261,18 @@ def kernel_name(function: Any) -> str:
 
 
 def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
-    """The kernel compiled for arguments of these types, to be called with such alone: nothing checks them again.
+    """Kernel compiled for these argument types, as a function that does not check the types of its arguments again.
 
-    Numba looks at the types of all arguments at every call, ten microseconds for a model's arrays.
+    Numba's own check of all argument types takes ten microseconds per call for a model's arrays.
     """
     entry: Callable[..., Any] = overload(function, arguments).entry_point
     return entry
 
 
 def bound_call(function: Any, arguments: tuple[Any, ...]) -> Callable[[], int]:
-    """A kernel that returns an integer, to be called again and again with the same arrays; takes under a microsecond.
+    """Call of a kernel with fixed arguments, for kernels that return an integer; takes less than a microsecond.
 
-    ``arguments`` are arrays, whose memory stays theirs, and numbers, which stay as they are.
+    Arrays in ``arguments`` are used in place, so the kernel sees their present values; numbers keep their values.
     """
     call = calls_of(kernel_name(function)).get(layout(arguments))
     if call is not None:
@@ -280,7 +281,7 @@ def bound_call(function: Any, arguments: tuple[Any, ...]) -> Callable[[], int]:
 
 
 class Intrinsic:
-    """What kernels call and only LLVM can say, made when the first of them is compiled."""
+    """Function for kernels that is written in LLVM code, created when the first kernel that uses it is compiled."""
 
     def __init__(self, make: Callable[[], Any]) -> None:
         self._make = make
@@ -317,27 +318,28 @@ def _calling() -> Any:
 
 
 call_kernel: Any = Intrinsic(_calling)
-"""Call the kernel at an address with a tuple of arguments, of the very types that the address was made for."""
+"""Call the kernel at an address with a tuple of arguments of exactly the types that the address was made for."""
 
 ADDRESSES: dict[int, str] = {}
-"""Names of the kernels that were given out as addresses."""
+"""Kernel names by address, for the addresses that were handed out."""
 RECORDS: dict[int, Any] = {}
-"""Records that were given out as addresses and whose owners live."""
+"""Records by address, for the handed-out addresses whose owners are alive."""
 _LAYOUTS: dict[type, str] = {}
-"""What the records are made of that each class' reader knows."""
+"""Layout of the records that the reader of each class expects."""
 
 
 def keep_record(record: Any, owner: NDArray[Any]) -> int:
-    """Address at which a reader finds ``record``, a named tuple of arrays, for as long as the array ``owner`` lives.
+    """Address under which a reader finds ``record``, a named tuple of arrays, while the array ``owner`` is alive.
 
-    ``TypeError`` where it is not of the kind that its class' reader was made for: a law would read what is not there.
+    ``TypeError`` if its layout differs from the one that the reader of its class was made for, because a force law
+    would then read wrong memory.
     """
     if layout(record) != _LAYOUTS.get(type(record)):
         raise TypeError(f"{type(record).__name__} of other arrays than its reader knows: {layout(record)}")
     image = record_image(record)
     address = int(image.ctypes.data)
     RECORDS[address] = record
-    weakref.finalize(owner, _forget, address, image)  # a finalizer's arguments live until then
+    weakref.finalize(owner, _forget, address, image)  # the finalizer keeps the image alive until the owner is gone
     return address
 
 
@@ -346,7 +348,7 @@ def _forget(address: int, image: Any) -> None:
 
 
 def record_reader(example: Any) -> Any:
-    """Function for kernels that reads a record of ``example``'s type from its address, see :func:`keep_record`."""
+    """Kernel function that returns the record of ``example``'s type at an address, see :func:`keep_record`."""
     _LAYOUTS[type(example)] = layout(example)
 
     def reading() -> Any:

@@ -1,4 +1,4 @@
-"""Four numbers side by side, as tuples that a compiler keeps in vector registers."""
+"""Arithmetic on tuples of four numbers, which a compiler keeps in vector registers."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ ZEROS = (0.0, 0.0, 0.0, 0.0)
 
 @kernel
 def four(row, at):
-    """Four numbers of ``row`` from ``at`` on."""
+    """Four consecutive numbers of ``row``, starting at index ``at``."""
     return row[at], row[at + 1], row[at + 2], row[at + 3]
 
 
 @kernel
 def put_four(row, at, values):
-    """Write four numbers into ``row`` from ``at`` on."""
+    """Write four numbers into ``row``, starting at index ``at``."""
     row[at], row[at + 1], row[at + 2], row[at + 3] = values
 
 

@@ -1,8 +1,8 @@
-"""Libraries of machine code of the kernels, as they come with the package or lie in the user's cache.
+"""Libraries of machine code of the kernels, shipped with the package or made in the user's cache.
 
-A library holds the kernels of a kind, or of two: those of a run with the films that are solved or read from a table.
-For each kind it names the digest of the sources that they were made from, and it ends in a checksum of itself. Where no
-library has a kind of the present sources, its kernels are compiled by numba as they are called.
+A library holds the kernels of one kind or of two, such as those of a run together with those of fluid films. It names
+the digest of the sources of each kind and ends in a checksum of itself. If no library has a kind for the present
+sources, numba compiles its kernels when they are first called.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from cranktrain.core.records import record_image
 from cranktrain.core.sources import ROOT, edited_meanwhile
 
 LIBRARIES = ROOT / "fmu" / "native" / "lib"
-"""Folder of the libraries that come with the package, one folder a platform."""
+"""Folder of the libraries that come with the package, with one subfolder per platform."""
 SEAL = "sealed.txt"
-"""File beside them that gives their digest where the sources cannot: in an FMU, which carries a part of them."""
+"""File next to the libraries with their digests, for FMUs, which contain only a part of the sources."""
 RESTS_ON = {
     "cranktrain": ("core", "engine", "film", "loads", "dynamics"),
     "films": ("core", "engine", "film"),
     "combustion": ("core", "modules"),
     "valvetrain": ("core", "modules"),
 }
-"""Kinds of kernels, and the folders of the package that they rest on."""
+"""Kinds of kernels, and the folders of the package that the kernels of each depend on."""
 FILMS = (
     *(f"film/{folder}" for folder in ("elastic", "journal", "lanes", "reynolds", "steady", "table")),
     *(f"film/laws/{law}.py" for law in ("ehd", "rigid_bore")),
     *(f"film/laws/{of_both}.py" for of_both in ("film_solution", "foresight", "in_space", "pressure_peak")),
     *(f"film/contact/{name}.py" for name in ("asperity", "journal", "wear")),
 )
-"""Folders and files whose kernels solve oil films or read them from tables. A run with other bearings needs none of
-them, and no other kernel rests on them."""
+"""Folders and files whose kernels solve fluid films or read them from tables. A run with other bearings needs none of
+them, and no other kernel depends on them."""
 WHOLE = "cranktrain+films"
-"""Both kinds in one library, as the package has them."""
+"""Library of both kinds, as it is shipped with the package."""
 _STAGES = tuple(f"cranktrain.dynamics.{module}" for module in ("motion.", "time.", "start.settling:", "tangents:"))
 SHARES = {"cranktrain": ("stages", "parts")}
-"""Kinds whose kernels are emitted in two shares of about equal time: what moves a run on, and what a run is made of and
-shows (its model, force laws, outputs). Each is a program of its own; what both call is in both."""
+"""Kinds whose kernels are compiled as two programs that take about equal time. The first advances a run; the second has
+its model, force laws and outputs. A kernel that both call is contained in both."""
 _KIND_OF = {
     "cranktrain.modules.combustion.": "combustion",
     "cranktrain.modules.valve_train.": "valvetrain",
@@ -57,7 +57,7 @@ _KIND_OF = {
         for path in FILMS
     },
 }
-"""Kinds of the kernels of these modules; all others are the cranktrain's."""
+"""Kind of the kernels of these modules; all other kernels are of kind ``cranktrain``."""
 EMITTING = (
     "emit.py",
     "exports.py",
@@ -70,13 +70,13 @@ EMITTING = (
 )
 """Files of cranktrain.fmu.native that machine code depends on."""
 OFF = "CRANKTRAIN_NO_MACHINE_CODE"
-"""Environment variable that lets numba compile all kernels, whatever libraries there are."""
+"""Environment variable that ignores all libraries, so that numba compiles all kernels."""
 CHECKSUM = b"CRNKSUM1"
-"""What a library's checksum begins with; it stands behind all that a system's loader reads."""
+"""First bytes of a library's checksum, which follows after the part that the system's loader reads."""
 
 
 ENTRIES = {"prepare": "prepare", "start": "start", "advance": "advance_run", "observe": "observe_run"}
-"""Entries of a run in the order of ``struct ct_kernels``, and their kernels in the module that defines its record."""
+"""Entries of a run in the order of ``struct ct_kernels``, and the kernel of each in the module of the run's record."""
 
 
 class _Table(ctypes.Structure):
@@ -100,8 +100,8 @@ class Call:
 
     Parameters
     ----------
-    address : of the entry, which reads the image of a record: an array for the results, and the arguments
-    results : kinds of the results, ``i``, ``f`` or ``b`` each; more than one make a tuple, in brackets also one
+    address : address of the entry, which reads the image of a record: an array for the results, then the arguments
+    results : kind of each result, ``i``, ``f`` or ``b``; several results, or one in brackets, are returned as a tuple
     """
 
     def __init__(self, address: int, results: str) -> None:
@@ -111,7 +111,7 @@ class Call:
         self._single = results in kinds
 
     def __call__(self, arguments: tuple[Any, ...]) -> Any:
-        """Results as numba gives them."""
+        """Call the kernel and return its results in the form that numba returns."""
         out = np.zeros(max(1, len(self._results)))
         image = record_image((out, *arguments))
         self._entry(int(image.ctypes.data), 0.0)
@@ -121,7 +121,7 @@ class Call:
         return found or None
 
     def bound(self, arguments: tuple[Any, ...]) -> Callable[[], int]:
-        """The kernel, whose result is one integer, with these arguments; their arrays are used in place."""
+        """Call of the kernel with fixed arguments, whose arrays are used in place; its one result is an integer."""
         out = np.zeros(1)
         image = record_image((out, *arguments))
         entry, address = self._entry, int(image.ctypes.data)
@@ -135,20 +135,20 @@ class Call:
 
 
 class Library:
-    """Machine code of a kind.
+    """A loaded library of machine code.
 
     Parameters
     ----------
-    path : of the library
-    portable : take the code for all processors, though this one runs a faster
+    path : file of the library
+    portable : True to use the code for all processors even if this processor can run faster code
 
     Attributes
     ----------
-    digests : of the sources of each kind
-    layout : of the runs that it knows, see :func:`cranktrain.core.records.layout`
+    digests : digest of the sources of each kind
+    layout : layout of the runs that the library can run, see :func:`cranktrain.core.records.layout`
     functions : addresses by name, ``package.module:function``, and layout of the arguments
-    calls : kernels that Python calls, by name and layout of the arguments
-    entries : of a run at an address, by name
+    calls : kernels callable from Python, by name and layout of the arguments
+    entries : functions of a run at an address, by name
     """
 
     def __init__(self, path: Path, portable: bool = False) -> None:
@@ -166,20 +166,20 @@ class Library:
                 self.calls.setdefault(name, {})[arguments] = Call(address, results[0])
             else:
                 self.functions[name, arguments] = address
-        # Films alone have no entries.
+        # A library of films alone has no entries.
         given = {name: address for name in ENTRIES if (address := getattr(table, name))}
         self.entries: dict[str, Callable[[int, float], int]] = {name: _ENTRY(at) for name, at in given.items()}
 
 
 makers: list[Callable[[str], bool]] = []
-"""What makes the library of a kind where there is none, of which the last is asked; whether it did."""
+"""Functions that make a missing library of a kind and return True on success; only the last one is called."""
 
 
 @cache
 def library(kind: str) -> Library | None:
-    """A library with a kind for this machine and these sources; ``None`` where there is none and nobody makes it.
+    """Library with a kind for this machine and these sources; ``None`` if there is none and no maker makes one.
 
-    Warns of one that is damaged.
+    Warns of a damaged library.
     """
     if os.environ.get(OFF) or edited_meanwhile(_sources(kind)):
         return None
@@ -209,39 +209,39 @@ def _warn_of(path: Path, why: str) -> None:
 
 
 def function_address(name: str, arguments: str) -> int | None:
-    """Address of a kernel for arguments of a layout in the library of its kind; ``None`` where that has none."""
+    """Address of a kernel for an argument layout in the library of its kind; ``None`` if it is not there."""
     made = library(kind_of(name))
     return None if made is None else made.functions.get((name, arguments))
 
 
 def calls_of(name: str) -> dict[str, Call]:
-    """What the library of its kind has of a kernel that Python calls, by the layout of the arguments."""
+    """Entries of a kernel in its kind's library that Python can call, by argument layout."""
     made = library(kind_of(name))
     return {} if made is None else made.calls.get(name, {})
 
 
 def kind_of(name: str) -> str:
-    """Kind of the kernels of a module, by the module's name in full or by theirs, ``package.module:function``."""
+    """Kind of a kernel or a module, from its full name, ``package.module:function`` or ``package.module``."""
     return next((kind for head, kind in _KIND_OF.items() if name.startswith(head)), "cranktrain")
 
 
 def shares_of(kind: str) -> tuple[str, ...]:
-    """Shares of a kind, in the order of their functions in its library."""
+    """Parts in which a kind is compiled, in the order of their functions in its library."""
     return SHARES.get(kind, (kind,))
 
 
 def share_of(name: str) -> str:
-    """Share of a kernel by its name."""
+    """Part of its kind that a kernel is compiled in, by the kernel's name."""
     kind = kind_of(name)
     return kind if kind not in SHARES else SHARES[kind][not name.startswith(_STAGES)]
 
 
 class DamagedError(Exception):
-    """A library that is not what was written."""
+    """Error for a library whose checksum does not fit its content."""
 
 
 def is_whole(path: Path, digest: str) -> bool:
-    """Whether a library is there and belongs to the sources of a digest; :class:`DamagedError` where it is damaged."""
+    """True if a library exists and has the kind with this digest; :class:`DamagedError` if its checksum is wrong."""
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -253,7 +253,7 @@ def is_whole(path: Path, digest: str) -> bool:
 
 
 def checksum(content: bytes) -> bytes:
-    """What stands behind a library."""
+    """Checksum that is appended to a library."""
     return CHECKSUM + hashlib.sha256(content).digest()
 
 
@@ -270,17 +270,17 @@ def _places(kind: str) -> Iterator[Path]:
                 place = private_folder(*parts)
             except OSError:
                 return
-            # Of the same kernels with several states of the C side the newest.
+            # Libraries of the same kernels may differ in their C side; the newest is taken.
             yield place / max(kept, key=lambda path: path.stat().st_mtime_ns).name
 
 
 def folder_of(kind: str) -> str:
-    """Folder of a library's states in the cache: the digests of its kinds."""
+    """Name of the cache folder for a library: the digests of its kinds."""
     return "-".join(map(code_digest, kind.split("+")))
 
 
 def this_platform() -> str:
-    """Folder of this machine's libraries, as an FMU names it."""
+    """Folder name of this machine's platform, as FMUs use it."""
     if sys.platform == "win32":
         return "win64"
     system = "linux" if sys.platform.startswith("linux") else sys.platform
@@ -290,16 +290,16 @@ def this_platform() -> str:
 
 
 def library_name(kind: str, suffix: str, shim: str = "") -> str:
-    """Name of a library's file, that of its first kind, in the cache with the digest of its C side."""
+    """File name of a library, after its first kind; in the cache with ``shim``, the digest of its C side."""
     first = kind.partition("+")[0]
     return f"{first}-{shim}{suffix}" if shim else f"{first}{suffix}"
 
 
 @cache
 def code_digest(kind: str) -> str:
-    """Digest (16 hexadecimal digits) of the sources that the machine code of a kind is made from.
+    """Digest (16 hexadecimal digits) of the sources from which the machine code of a kind is made.
 
-    The C side is not among them but for what both know of each other: it is linked in a second.
+    The C side is not included, except for the header that both share, because linking it anew takes a second.
     """
     seal = LIBRARIES / SEAL
     if seal.is_file():
@@ -313,7 +313,7 @@ def code_digest(kind: str) -> str:
 
 def _sources(kind: str) -> list[Path]:
     native = ROOT / "fmu" / "native"
-    # A Python FMU carries none of these, and no library either.
+    # A Python FMU contains none of these files, and no library.
     files = [path for name in EMITTING if (path := native / name).is_file()]
     for folder in RESTS_ON[kind]:
         files += (ROOT / folder).rglob("*.py")

@@ -1,4 +1,4 @@
-"""Memory for kernels."""
+"""Aligned arrays for kernels."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 
 CACHE_LINE = 64
-"""Bytes that a processor reads at once. numpy begins where it likes, and half of all vectors of four would straddle."""
+"""Bytes of a cache line. Without alignment half of all vectors of four doubles would cross a line's border."""
 
 
 def zeros(shape: int | tuple[int, ...]) -> Array:
-    """Zeros, float64, that begin where a cache line does."""
+    """Array of zeros, float64, that starts at the beginning of a cache line."""
     size = math.prod(shape) if isinstance(shape, tuple) else shape
     row = np.zeros(size + CACHE_LINE // 8)
     first = -row.ctypes.data % CACHE_LINE // 8

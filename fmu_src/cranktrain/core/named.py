@@ -1,6 +1,6 @@
-"""Objects that a register names, loaded when they are used: ``package.module:name``.
+"""Objects that a register refers to by name, ``package.module:name``, loaded at first use.
 
-A register's rows thus rest on none of the modules that they name. In an FMU the package goes by another name.
+So a register does not import the modules that its rows name. In an FMU the package has another name.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import Any
 from cranktrain.core.sources import PACKAGE
 
 Named = str | Callable[..., Any]
-"""A function, or where it is: ``package.module:name``."""
+"""A function, or its location as ``package.module:name``."""
 
 
 def resolve(reference: Named) -> Any:
-    """The object behind ``reference``."""
+    """Object that ``reference`` names."""
     if not isinstance(reference, str):
         return reference
     module, _, name = reference.partition(":")

@@ -1,8 +1,8 @@
-"""Numba's type of a record at an address: what kernels hand on is one pointer, not every array's address and shape.
+"""Numba's type of a record at an address: kernels pass one pointer instead of every array's address and shape.
 
-A run's model has some ninety arrays. Passed by value, as numba passes named tuples, they are six hundred arguments of
-every call, which cost compiling time, and time of the run where a callee is not inlined. A member is read where it is
-used. Nothing rewrites a record while kernels run, so that LLVM may keep what it has read.
+A run's model has some ninety arrays. Numba passes named tuples by value, which makes six hundred arguments in every
+call; they cost compile time, and run time if the called function is not inlined. With the pointer a member is read
+where it is used. Records are not rewritten while kernels run, so LLVM may keep the values that it has read.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, register_model, typeof_impl, unbox
 
-from cranktrain.core import vector_types  # noqa: F401 - kernels compute with vectors as with numbers
+from cranktrain.core import vector_types  # noqa: F401 - the import registers numba's vector types
 from cranktrain.core.records import record_image
 
 _KEPT = 16
@@ -29,7 +29,7 @@ class RecordType(types.Type):
 
     Parameters
     ----------
-    plain : numba's type of the named tuple by value, whose layout the record has in memory
+    plain : numba's type of the same named tuple by value; the record has its memory layout
     """
 
     def __init__(self, plain: Any) -> None:
@@ -43,7 +43,7 @@ class RecordType(types.Type):
 
     @property
     def mangling_args(self) -> tuple[str, tuple[Any, ...]]:
-        """A short name for symbols: LLVM's text repeats it at every call."""
+        """Short name for symbols, because LLVM's text repeats the name at every call."""
         return self._short, ()
 
 
@@ -62,7 +62,7 @@ class _Members(AttributeTemplate):
 
 @lower_getattr_generic(RecordType)
 def _member(context: Any, builder: Any, kind: RecordType, address: Any, name: str) -> Any:
-    """Address of an inner record; any other member is loaded."""
+    """Value of a record's member; for an inner record its address."""
     place = kind.fields.index(name)
     record = builder.bitcast(address, context.get_value_type(kind.plain).as_pointer())
     member = cgutils.gep_inbounds(builder, record, 0, place)
@@ -88,7 +88,7 @@ def _unbox(kind: RecordType, record: Any, c: Any) -> NativeValue:
 
 _alone = Lock()
 _images: dict[int, tuple[Any, Any]] = {}
-"""Records that Python handed to kernels, by identity, with their images; the last of them."""
+"""Last records that Python passed to kernels, by identity, each with its image."""
 
 
 def _address(record: Any) -> int:
@@ -101,17 +101,17 @@ def _address(record: Any) -> int:
 
 
 def at_address(cls: type) -> None:
-    """Let kernels take records of a class at their address where Python calls them."""
+    """Make calls from Python pass records of a class by address."""
     typeof_impl.register(cls)(lambda record, context: record_type(record))
 
 
 def record_type(record: Any) -> RecordType:
-    """Type of a record like this."""
+    """Numba type of ``record``, passed by address."""
     return RecordType(_by_value(record))
 
 
 def _by_value(member: Any) -> Any:
-    """Numba's type of a member as it lies in memory, inner records within outer ones."""
+    """Numba's type of a member as it is laid out in memory, with inner records inside outer ones."""
     if isinstance(member, tuple):
         return types.BaseTuple.from_types([_by_value(inner) for inner in member], type(member))
     return typeof(member)

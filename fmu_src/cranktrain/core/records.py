@@ -1,7 +1,7 @@
-"""Records of arrays as compiled kernels find them in memory: nested named tuples of arrays and numbers, flattened.
+"""Memory image of records for compiled kernels: nested named tuples of arrays and numbers, flattened to words.
 
-An array of d dimensions is numba's structure of 5 + 2d words: owner and parent, which native-safe kernels never look
-at, number of values, bytes of each, address, shape, strides. A number is one word.
+An array of d dimensions is numba's structure of 5 + 2d words: owner and parent (native-safe kernels read neither),
+number of values, bytes of each value, address, shape, strides. A number is one word.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 
 def leaves(record: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Arrays and numbers of a record, those of inner ones as well, in order, with their paths (``model.gas``)."""
+    """Arrays and numbers of a record in order, those of inner records included, with their paths (``model.gas``)."""
     found: list[tuple[str, Any]] = []
     _add_leaves(record, path, found)
     return iter(found)
@@ -32,7 +32,7 @@ def _add_leaves(record: Any, path: str, found: list[tuple[str, Any]]) -> None:
 
 
 def record_image(record: Any) -> NDArray[np.int64]:
-    """The words of a record, from whose address kernels read it as long as its arrays live.
+    """Words of a record as an array, from whose address kernels read the record while its arrays are alive.
 
     ``TypeError`` for members that are neither arrays nor numbers of eight bytes.
     """
@@ -55,14 +55,14 @@ def _add_words(record: Any, words: list[int]) -> None:
 
 
 def address_of(array: NDArray[Any]) -> int:
-    """Address of an array's first value; quicker than by ``ctypes``."""
+    """Address of an array's first value; faster than through ``ctypes``."""
     return int(array.__array_interface__["data"][0])
 
 
 def layout(record: Any) -> str:
-    """What a record is made of, as text: dimensions and kind of value of each array, kind of each number, in order.
+    """Layout of a record as text: dimensions and value type of each array and the type of each number, in order.
 
-    Arrays whose values do not follow each other, or that cannot be written, are of kinds of their own.
+    Arrays that are not contiguous, or cannot be written, have a mark in their text.
     """
     kinds: list[str] = []
     _add_kinds(record, kinds)
@@ -92,6 +92,6 @@ def _kind(leaf: Any) -> str:
 
 
 def number_word(number: int | float | np.integer[Any]) -> int:
-    """The eight bytes of a number, as an integer."""
+    """Bit pattern of a number (eight bytes) as an integer."""
     word = np.float64(number).view(np.int64) if isinstance(number, float) else np.int64(number)
     return int(word)

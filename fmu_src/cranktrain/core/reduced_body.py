@@ -1,4 +1,4 @@
-"""The one form in which every body reaches the dynamics.
+"""Reduced body: the one form in which every body reaches the dynamics.
 
 In a frame that turns at Ω about z a body with modal coordinates q obeys
 
@@ -40,7 +40,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
-    """A body in n modes with its shapes at m interfaces (SI).
+    """A body described by n modes and their shapes at m interfaces (SI).
 
     Attributes
     ----------
@@ -55,15 +55,15 @@ class ReducedBody:
     mass : kg
     centre : (3,) centre of mass, m
     inertia : (3, 3) inertia tensor about the frame's origin, kg m²
-    digest : content digest of the inputs the body was made from
-    quality : figures of the reduction by name
+    digest : content digest of the inputs from which the body was made
+    quality : figures of merit of the reduction, by name
     records : arrays that travel with the body for reports (section masses, frequencies of the full model); no physics
-    damping : (n,) modal damping, 1/s, that the body brings along; empty where the engine's structural damping holds
-    shafts : names of the shafts and damped discs of a table that the body was made from
+    damping : (n,) modal damping of the body itself, 1/s; empty if the engine's structural damping applies
+    shafts : names of the shafts and damped discs of the table from which the body was made
     twists : (s, n) twist of each per unit modal coordinate
-    shaft_laws : (s, 3) stiffness (N m/rad, a part of ``omega``), viscous damping (N m s/rad) and loss factor of each;
-        neither of the last two is a part of ``damping``
-    basis : (n0, n) these modes in the modes of the body they were derived from, or None where they are the original
+    shaft_laws : (s, 3) stiffness (N m/rad, contained in ``omega``), viscous damping (N m s/rad) and loss factor of
+        each; the last two are not contained in ``damping``
+    basis : (n0, n) these modes in terms of the modes of the body they were derived from; None for an original body
     """
 
     name: str
@@ -101,7 +101,7 @@ class ReducedBody:
 
     @property
     def brings_damping(self) -> bool:
-        """Whether the body has damping of its own, so that the engine's structural damping does not hold."""
+        """True if the body has its own damping, so that the engine's structural damping does not apply to it."""
         return self.damping.size > 0 or bool(self.shaft_laws[:, 1:].any())
 
     def index(self, interface: str) -> int:
@@ -113,7 +113,7 @@ class ReducedBody:
 
 
 def check(body: ReducedBody) -> None:
-    """Raise ``StoreError`` where shapes or numbers cannot belong to a reduced body."""
+    """Raise ``StoreError`` if array shapes or values are impossible for a reduced body."""
     n, m = body.omega.size, len(body.interfaces)
     shapes = {
         "positions": (m, 3),
@@ -142,7 +142,7 @@ def check(body: ReducedBody) -> None:
 
 
 def rigid_coordinates(body: ReducedBody) -> Array:
-    """Six rigid-body motions of the frame's origin (t_x … r_z, by row) in each of the six rigid modes, (6, 6)."""
+    """Rigid motion of the frame's origin (rows t_x … r_z) in each of the six rigid modes (columns), (6, 6)."""
     at_interface = np.eye(6)
     at_interface[:3, 3:] = -skew(body.positions[0])
     return np.asarray(np.linalg.solve(at_interface, body.shapes[0, :, :6]), dtype=np.float64)
@@ -151,14 +151,14 @@ def rigid_coordinates(body: ReducedBody) -> Array:
 def with_rigid_rows(stress: Array, centrifugal: Array, rigid: Array, turned_load: Array) -> Array:
     """K_σ with the exact rows and columns of the rigid modes.
 
-    A translation does not turn stress: zero. A rotation Ψ against an elastic mode is the work of the turned load,
-    ∫ρ (Ψ×X_⊥)·φ; against another rotation its symmetric part, ∫ρ [Ψ·Ψ' X·X_⊥ − sym (Ψ·X)(Ψ'·X_⊥)]. Rotation about z is
-    neutral: its row equals that of C.
+    A translation does not turn the stress, so its terms are zero. For a rotation Ψ and an elastic mode the term is the
+    work of the turned load, ∫ρ (Ψ×X_⊥)·φ; for two rotations its symmetric part, ∫ρ [Ψ·Ψ' X·X_⊥ − sym (Ψ·X)(Ψ'·X_⊥)].
+    Rotation about z is neutral, so its row equals that of C.
 
     Parameters
     ----------
     stress, centrifugal : (n, n) K_σ, valid between elastic modes, and C
-    rigid : (6, 6) as of :func:`rigid_coordinates`
+    rigid : (6, 6) from :func:`rigid_coordinates`
     turned_load : (3, n) ∫ρ (e_k×X_⊥)·φ_j
     """
     to_modes = np.linalg.inv(rigid)
@@ -178,18 +178,19 @@ def with_rigid_rows(stress: Array, centrifugal: Array, rigid: Array, turned_load
 
 
 def turning_stiffness(body: ReducedBody, about_centre: bool = False) -> Array:
-    """K_σ − C (n, n) as the forces and moments of a turning body take it: by row what acts, by column what moves.
+    """Stiffness K_σ − C (n, n) of a rotating body with unsymmetric rigid-body terms; rows are forces, columns motions.
 
-    Stress exerts no force on a body as a whole: rows of translations are those of −C, so that an unbalanced body takes
-    its centrifugal force along as it turns by itself. Its centrifugal moments go along likewise: tilts against rotation
-    about z are those of −C. Centrifugal forces have no moment about the frame's axis, nor about the displaced centre of
-    mass: a row of zeros for rotation about the axis, or ``about_centre`` for that about a parallel one through it.
-    K_σ itself is symmetric, what acts on a body in a turning frame is not.
+    Stress exerts no resultant force on a body, so the rows of translations are those of −C: if an unbalanced body
+    rotates relative to the frame, its centrifugal force rotates with it. The same holds for centrifugal moments, so the
+    tilt rows in the column of rotation about z are those of −C. Centrifugal forces have no moment about the frame's
+    axis, nor about a parallel axis through the displaced centre of mass. So the row of the rotation about the frame's
+    axis is zero, or with ``about_centre`` that about the parallel axis. K_σ itself is symmetric; the forces on a body
+    in a rotating frame are not.
     """
     rigid = rigid_coordinates(body)
     stress = body.stress_stiffness.copy()
     if np.linalg.matrix_rank(rigid) < 6:
-        return stress - body.centrifugal  # of a crank that only twists
+        return stress - body.centrifugal  # a torsional crank has no other rigid motion
     tells = np.zeros((6, body.n_modes))
     tells[:, :6] = rigid
     fields = np.linalg.inv(rigid)
@@ -206,16 +207,16 @@ def turning_stiffness(body: ReducedBody, about_centre: bool = False) -> Array:
 def attach(
     body: ReducedBody, interface: str, mass: float, inertia: Array, offset: Sequence[float] | Array
 ) -> ReducedBody:
-    """Body with a rigid part fixed to one of its interfaces, in modes of the whole.
+    """Body with a rigid part fixed to one of its interfaces, in modes of body and part together.
 
-    The part adds its rigid-body terms to M, G, C, K_σ, f_c and f_e; a disc on the axis so gets the textbook terms of
-    the rotating frame, Coriolis (2 J_d − J_p) Ω and stiffness (J_p − J_d) Ω². The stress that an unbalanced part raises
-    in the elastic body enters through the rigid rows of K_σ only. Raises ``InputError``: for an unknown interface, a
+    The part adds its rigid-body terms to M, G, C, K_σ, f_c and f_e. A disc on the axis thus gets the textbook terms of
+    the rotating frame, Coriolis (2 J_d − J_p) Ω and stiffness (J_p − J_d) Ω². The stress that an unbalanced part causes
+    in the elastic body is included in the rigid rows of K_σ only. Raises ``InputError`` for an unknown interface, a
     negative mass or an inertia that no rigid part can have.
 
     Parameters
     ----------
-    interface : where the part is fixed
+    interface : name of the interface to which the part is fixed
     mass : kg
     inertia : (3, 3) about the part's own centre of mass, kg m²
     offset : (3,) from the interface to the part's centre of mass, m
@@ -253,14 +254,14 @@ def sliced_body(
     motion: Array,
     stress: Array,
 ) -> ReducedBody:
-    """Reduced body of slices in given modes, the first six of which are rigid and orthonormal in its mass.
+    """Reduced body made of rigid slices in given modes; the first six are rigid and orthonormal in its mass.
 
     Parameters
     ----------
-    interfaces : names and places, m
-    omega, shapes : (n,) rad/s and (m, 6, n) as of :class:`ReducedBody`
+    interfaces : names and positions, m
+    omega, shapes : (n,) rad/s and (m, 6, n), see :class:`ReducedBody`
     motion : (s, 6, n) motion of the slices in the modes
-    stress : (n, n) stress stiffness without that of the slices themselves, valid between elastic modes
+    stress : (n, n) stress stiffness apart from that of the slices themselves, valid between elastic modes
     """
     total, own = slices.total(), slices.terms(motion)
     body = ReducedBody(
@@ -293,7 +294,7 @@ def rigid_body(
     centre: Sequence[float] | Array,
     interfaces: Mapping[str, Sequence[float] | Array],
 ) -> ReducedBody:
-    """A rigid body of a mass (kg), with its interfaces at places (3,), m.
+    """Rigid body with a mass (kg) and interfaces at positions (3,), m.
 
     Parameters
     ----------
@@ -303,7 +304,7 @@ def rigid_body(
     Raises
     ------
     InputError
-        no interface, a mass that is not positive, or an inertia that no body has
+        no interface, a mass that is not positive, or an impossible inertia
     """
     given_number(mass, f"body '{name}': mass")
     given_kind(interfaces, Mapping, f"body '{name}': interfaces", "give a dictionary of names and places")
@@ -331,12 +332,12 @@ def rigid_body(
 
 
 def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, int]] = ()) -> ReducedBody:
-    """Body in its modes up to a frequency, completed so that statics under the named loads stay exact.
+    """Body in its modes up to a frequency, completed so that the static response to the named loads stays exact.
 
-    The static answer of the dropped modes to a unit load at each ``(interface, component)`` (components 0–5: forces
-    along and moments about x, y, z) is kept as a residual attachment mode, made orthonormal among the dropped ones
-    (Rubin 1975; Craig, *Structural Dynamics*, 2006, section 17.6). Raises ``InputError``: for an unknown interface or
-    component.
+    For each ``(interface, component)`` (components 0–5: forces along and moments about x, y, z) the static response of
+    the dropped modes to a unit load is kept as a residual attachment mode. These modes are made orthonormal within the
+    space of the dropped modes (Rubin 1975; Craig, *Structural Dynamics*, 2006, section 17.6). Raises ``InputError`` for
+    an unknown interface or component.
     """
     for name, component in loaded:
         if name not in body.interfaces or component not in range(6):
@@ -363,15 +364,15 @@ def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, in
 
 
 def rigid(body: ReducedBody) -> ReducedBody:
-    """Body in its six rigid modes."""
+    """Body reduced to its six rigid modes."""
     return replace(_in_modes(body, np.eye(body.n_modes)[:, :6], np.zeros(6)), digest=_derived(body, "rigid"))
 
 
 def signed(shapes: Array) -> Array:
-    """Sign (n,) of each mode that makes its first large interface component positive.
+    """Sign (n,) for each mode that makes its first large interface component positive.
 
-    Rotations count with the size of the translations, so that the choice does not depend on the unit of length; the
-    first component within a tenth of the largest is taken, so that symmetric twins do not compete.
+    Rotations are scaled to the size of the translations, so the choice does not depend on the unit of length. The first
+    component above 90 % of the largest decides, so the choice between components of equal size is unique.
     """
     translation, rotation = (np.abs(part).max(initial=0.0) for part in (shapes[:, :3], shapes[:, 3:]))
     flat = np.concatenate((shapes[:, :3] * rotation, shapes[:, 3:] * translation), axis=1).transpose(2, 0, 1)
@@ -382,7 +383,7 @@ def signed(shapes: Array) -> Array:
 
 
 def _check_part(body: ReducedBody, interface: str, mass: float, inertia: Array) -> None:
-    """Refuse an interface that the body does not have, and what no rigid part can have."""
+    """Raise ``InputError`` for an unknown interface, or mass and inertia that no rigid part can have."""
     if interface not in body.interfaces:
         raise InputError(f"body '{body.name}' has no interface '{interface}'; {nearest(interface, body.interfaces)}")
     smallest = np.linalg.eigvalsh(second_moments(inertia))[0]
@@ -394,15 +395,15 @@ def _check_part(body: ReducedBody, interface: str, mass: float, inertia: Array) 
 
 
 def damping_in_modes(damping: Array, omega: Array, basis: Array, found: Array) -> Array:
-    """Modal damping (r,) 1/s of modes of other masses, columns ``basis`` (n, r) of the first, of frequencies ``found``.
+    """Modal damping (r,) 1/s of new modes with frequencies ``found``; ``basis`` (n, r) has them in terms of the old.
 
     Damping of an elastic mode is structural: its loss per cycle does not depend on frequency. A mode of frequency ω
-    therefore has c = Σ c_i ω_i b_i²/ω, so that modes that all have one damping ratio keep it whatever is attached.
-    Damping of modes that turn or move as a whole is viscous.
+    therefore has c = Σ c_i ω_i b_i²/ω. If all modes have the same damping ratio, they keep it whatever is attached.
+    Damping of rigid modes is viscous.
 
     Parameters
     ----------
-    damping, omega : (n,) 1/s and rad/s of the modes before
+    damping, omega : (n,) 1/s and rad/s of the old modes; ``found`` (r,) is in rad/s
 
     Source: C. D. Johnson, D. A. Kienholz, AIAA J. 20 (1982) 1284, modal strain energy method.
     """
@@ -414,7 +415,7 @@ def damping_in_modes(damping: Array, omega: Array, basis: Array, found: Array) -
 
 
 def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
-    """Body in modes given as columns of its own, (n, r)."""
+    """Body in new modes, given as columns (n, r) in the body's present modes."""
     return replace(
         body,
         omega=omega,
@@ -432,7 +433,7 @@ def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
 
 
 def _renormalised(body: ReducedBody, mass: Array) -> ReducedBody:
-    """Body whose modal mass has become ``mass`` (n, n), in orthonormal modes again: rigid ones, then elastic."""
+    """Body with modal mass ``mass`` (n, n), transformed to orthonormal modes: first rigid, then elastic ones."""
     n = body.n_modes
     motions = np.zeros((n, 6))
     motions[:6] = np.linalg.inv(rigid_coordinates(body))
@@ -449,5 +450,5 @@ def _renormalised(body: ReducedBody, mass: Array) -> ReducedBody:
 
 
 def _derived(body: ReducedBody, *change: object) -> str:
-    """Digest of a body that was derived from another by a change."""
+    """Digest of a body derived from ``body`` by ``change``."""
     return sha256(repr((body.digest, change)).encode()).hexdigest()

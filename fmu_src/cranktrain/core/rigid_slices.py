@@ -1,8 +1,8 @@
-"""Rigid slices: their mass and rotation terms in the modes of a body that they move with.
+"""Mass and rotation terms of rigid slices in the modes of the body that they belong to.
 
-A slice moves by a translation u of its reference point p and a rotation θ; its field is linear in the position r from
-there, u + θ×r = B [1, r] with a 3×4 matrix B, so that ∫ρ u·v = tr(B_u Z B_vᵀ) with Z = ∫ρ [1, r][1, r]ᵀ. A rigid body
-or a part fixed to an interface is one slice; a beam is many, at the points of its quadrature.
+A slice moves by a translation u of its reference point p and a rotation θ. Its field is linear in the position r
+relative to p: u + θ×r = B [1, r] with a 3×4 matrix B, so ∫ρ u·v = tr(B_u Z B_vᵀ) with Z = ∫ρ [1, r][1, r]ᵀ. A rigid
+body or a part fixed to an interface is one slice; a beam consists of many, one at each quadrature point.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from cranktrain.core.types import Array
 
 _ACROSS = np.diag([1.0, 1.0, 0.0])
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-"""r ↦ e_z×r."""
+"""Matrix of r ↦ e_z×r."""
 
 
 class SliceTerms(NamedTuple):
-    """Terms of slices in n modes, as :class:`.ReducedBody` names them, valid between elastic modes.
+    """Terms of slices in n modes, named as in :class:`.ReducedBody`, valid between elastic modes.
 
     ``turned_load`` (3, n) is ∫ρ (e_k×X_⊥)·φ_j.
     """
@@ -36,12 +36,12 @@ class SliceTerms(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Slices:
-    """Rigid slices.
+    """Rigid slices of a body.
 
     Attributes
     ----------
     places : (s, 3) reference points, m
-    moments : (s, 4, 4) ∫ρ [1, r][1, r]ᵀ about them, kg to kg m²
+    moments : (s, 4, 4) ∫ρ [1, r][1, r]ᵀ about the reference points, kg to kg m²
     """
 
     places: Array
@@ -53,13 +53,13 @@ class Slices:
         return np.asarray(np.einsum("sab,sbc,sdc->ad", positions, self.moments, positions))
 
     def paired(self, left: Array, right: Array) -> Array:
-        """∫ρ u_i·v_j, (n, m), of fields (s, n, 3, 4) and (s, m, 3, 4)."""
+        """Integrals ∫ρ u_i·v_j, (n, m), of fields (s, n, 3, 4) and (s, m, 3, 4)."""
         weighed = left @ self.moments[:, None]
         n, m = left.shape[1], right.shape[1]
         return np.asarray(weighed.swapaxes(0, 1).reshape(n, -1) @ right.swapaxes(0, 1).reshape(m, -1).T)
 
     def outward(self) -> Array:
-        """Field of X_⊥, (s, 1, 3, 4)."""
+        """Field of X_⊥, the distance from the axis, (s, 1, 3, 4)."""
         return (_ACROSS @ self._positions()[:, 1:])[:, None]
 
     def around(self) -> Array:
@@ -67,7 +67,7 @@ class Slices:
         return (TURN @ self._positions()[:, 1:])[:, None]
 
     def terms(self, motion: Array) -> SliceTerms:
-        """Terms of the slices that move by ``motion`` (s, 6, n)."""
+        """Terms of slices whose motion in the modes is ``motion`` (s, 6, n)."""
         field, outward = fields(motion), self.outward()
         turned = TURN @ field
         translation = np.zeros((self.places.shape[0], 3, 3, 4))
@@ -90,27 +90,27 @@ class Slices:
         return np.asarray(np.einsum("sai,sab,sbj->ij", rotation, law, rotation, optimize=True))
 
     def _positions(self) -> Array:
-        """[1, X] in terms of [1, r], (s, 4, 4)."""
+        """Matrices (s, 4, 4) that give [1, X] from [1, r]."""
         result = np.tile(np.eye(4), (self.places.shape[0], 1, 1))
         result[:, 1:, 0] = self.places
         return result
 
 
 def fields(motion: Array) -> Array:
-    """Fields (s, n, 3, 4) of motions (s, 6, n)."""
+    """Field matrices (s, n, 3, 4) of motions (s, 6, n)."""
     translation, rotation = motion[:, :3].swapaxes(1, 2), motion[:, 3:].swapaxes(1, 2)
     return np.concatenate((translation[..., None], skew(rotation)), axis=3)
 
 
 def rigid_motion(places: Array) -> Array:
-    """Motion (s, 6, 6) of points (s, 3) under translations along and rotations about x, y, z through the origin."""
+    """Motion (s, 6, 6) of points (s, 3) in unit translations along and rotations about x, y, z through the origin."""
     result = np.tile(np.eye(6), (places.shape[0], 1, 1))
     result[:, :3, 3:] = -skew(places)
     return result
 
 
 def rigid_basis(slices: Slices) -> Array:
-    """Coefficients (6, 6) that make rigid motions about the origin orthonormal in the slices' mass."""
+    """Coefficients (6, 6) that make rigid motions about the origin orthonormal in the mass of the slices."""
     motion = fields(rigid_motion(slices.places))
     return rigid_modes(slices.paired(motion, motion))
 
@@ -128,18 +128,18 @@ def rigid_modes(mass: Array) -> Array:
 
 
 def skew(vector: Array) -> Array:
-    """Matrices (..., 3, 3) of r ↦ v×r for vectors (..., 3)."""
+    """Matrices (..., 3, 3) of the cross product r ↦ v×r for vectors v (..., 3)."""
     x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
     o = np.zeros_like(x)
     return np.stack((np.stack((o, -z, y), -1), np.stack((z, o, -x), -1), np.stack((-y, x, o), -1)), -2)
 
 
 def second_moments(inertia: Array) -> Array:
-    """∫ρ r rᵀ (3, 3) of an inertia tensor."""
+    """Second moments ∫ρ r rᵀ (3, 3) of an inertia tensor."""
     return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)
 
 
 def part_moments(mass: float, inertia: Array, centre: Array) -> Array:
-    """Moments (4, 4) of a rigid part: its mass, kg, its inertia about its centre of mass, kg m², and that centre, m."""
+    """Moments (4, 4) of a rigid part with a mass, kg, an inertia about its centre, kg m², and a centre of mass, m."""
     first, second = mass * centre[None], second_moments(inertia) + mass * np.outer(centre, centre)
     return np.block([[np.full((1, 1), mass), first], [first.T, second]])

@@ -1,4 +1,4 @@
-"""The entries of a run: from the library of machine code where there is one, else compiled by numba."""
+"""Entries of a run, from the library of machine code if there is one, else compiled by numba."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from cranktrain.core.records import layout, record_image
 
 
 class RunEntries:
-    """What a run can do, each at once in one call that gives a status.
+    """Operations of a run, each a single call that returns a status.
 
-    Runs in threads of their own do not wait for each other where they come from the library; one run serves one thread
-    at a time.
+    Entries of the library do not hold Python's lock, so runs in several threads proceed in parallel. One run serves
+    one thread at a time.
 
     Parameters
     ----------
-    kind : of the library, see :data:`cranktrain.core.machine_code.RESTS_ON`
-    run : record of the run; its arrays are used in place, from now on
-    kernels : module with kernels of the names in ``ENTRIES``
+    kind : kind of the library, see :data:`cranktrain.core.machine_code.RESTS_ON`
+    run : record of the run; its arrays are used in place from now on
+    kernels : module that has the kernels named in ``ENTRIES``
 
     Attributes
     ----------
-    run : the record
-    compiles : whether numba compiles them, each when it is first called
+    run : record of the run
+    compiles : True if numba compiles the entries, each at its first call
     """
 
     def __init__(self, kind: str, run: Any, kernels: Any) -> None:
@@ -46,7 +46,7 @@ class RunEntries:
         return self._entries["prepare"](0.0)
 
     def start(self, time: float) -> int:
-        """Start at a time, s, under the present inputs."""
+        """Start at a time, s, with the present inputs."""
         return self._entries["start"](time)
 
     def advance(self, t_end: float) -> int:
@@ -59,7 +59,7 @@ class RunEntries:
 
 
 class _Compiled:
-    """A kernel of a run, or of a run and a number, compiled at the first call."""
+    """Kernel of a run, with or without a number as second argument, compiled at the first call."""
 
     def __init__(self, run: Any, kernel: Any) -> None:
         self._run, self._kernel = run, kernel

@@ -1,11 +1,11 @@
-"""Eight singles side by side: one film, or one of whatever is computed eight at a time, in each lane.
+"""Vectors of eight single-precision numbers, one film (or other object) in each lane.
 
-The last axis of an array of singles counts in eights, one single a lane, so that a compiler knows all distances along
-it. Kernels compute with such vectors by + - * /, compare them into masks, and choose by masks, see
-:mod:`cranktrain.core.vector_types`. Lanes never meet: what one lane holds does not depend on its neighbours. Sums that
-must not lose digits are kept in doubles (:data:`add_to`).
+The last axis of an array of singles counts in groups of eight, one number per lane, so a compiler knows all distances
+along it. Kernels compute with such vectors by + - * /, compare them to get masks, and select by masks, see
+:mod:`cranktrain.core.vector_types`. Lanes are independent: the value in a lane does not depend on its neighbours. Sums
+that must not lose digits are kept in doubles (:data:`add_to`).
 
-Arrays must be of layout C; the caller holds the bounds.
+Arrays must be of layout C; the caller checks the bounds.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def _types() -> Any:
 
 
 def _whole_place(context: Any, builder: Any, array: Any, kind: Any, value: Any, index: Any) -> Any:
-    """Address of lane 0 of an entry: the last axis counts in eights."""
+    """Address of lane 0 of an entry, for an index whose last axis counts in groups of eight."""
     integer, numba = compiler().types.intp, compiler()
     whole = isinstance(kind, numba.types.BaseTuple)
     parts = list(kind) if whole else [kind]
@@ -193,7 +193,7 @@ def _looking_up() -> Any:
     whole = ir.IntType(32)
 
     def looked_up(typing_context: Any, table: Any, place: Any, column: Any) -> Any:
-        """Entries of one column of a table at eight rows, the whole parts of ``place``."""
+        """Entries of one column of a table at eight rows, the integer parts of ``place``."""
         contiguous(table, kind="float32")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -215,26 +215,26 @@ def _looking_up() -> Any:
 
 
 eight: Any = Intrinsic(_loading)
-"""Eight singles of an array's entry, ``(array, index)``: an integer or a tuple; its last counts in eights."""
+"""``(array, index)``: eight singles of an array; the last axis of the index counts in groups of eight."""
 put_eight: Any = Intrinsic(_storing)
-"""Write them, ``(array, index, vector)``."""
+"""``(array, index, vector)``: write eight singles."""
 add_to: Any = Intrinsic(_adding)
-"""Add them to eight doubles, ``(array of doubles, index, vector)``."""
+"""``(array of doubles, index, vector)``: add eight singles to eight doubles."""
 rounded: Any = Intrinsic(_rounding)
-"""Eight doubles of an array of doubles, as singles, ``(array, index)``."""
+"""``(array of doubles, index)``: eight doubles rounded to singles."""
 all_eight: Any = Intrinsic(_spreading)
-"""One number in all lanes."""
+"""``(number)``: vector with one number in all lanes."""
 choose: Any = Intrinsic(_choosing)
-"""``(mask, one, other)``: lane by lane one where the mask holds, else the other."""
+"""``(mask, one, other)``: in each lane ``one`` where the mask is true, else ``other``."""
 plus_product: Any = Intrinsic(_fusing(False))
-"""``(total, one, other)``: total + one · other, rounded once where the processor can do so, else twice."""
+"""``(total, one, other)``: total + one · other, rounded once if the processor can do so, else twice."""
 minus_product: Any = Intrinsic(_fusing(True))
-"""``(total, one, other)``: total − one · other likewise."""
+"""``(total, one, other)``: total − one · other, rounded like :data:`plus_product`."""
 least_of: Any = Intrinsic(_extreme("<"))
-"""The lesser of two, lane by lane; the second where one is not a number."""
+"""``(one, other)``: the smaller in each lane; ``other`` if either is NaN."""
 most_of: Any = Intrinsic(_extreme(">"))
-"""The larger of two, lane by lane; the second where one is not a number."""
+"""``(one, other)``: the larger in each lane; ``other`` if either is NaN."""
 any_lane: Any = Intrinsic(_reducing)
-"""Whether a mask holds anywhere."""
+"""``(mask)``: True if the mask is true in any lane."""
 looked_up: Any = Intrinsic(_looking_up)
-"""``(table, place, column)``: of a table (n, m) of singles the entries of a column at eight rows, ⌊place⌋ ≥ 0."""
+"""``(table, place, column)``: entries of a column of a table (n, m) of singles at eight rows, ⌊place⌋ ≥ 0."""

@@ -1,7 +1,7 @@
-"""Digests of sources: what a module rests on, itself and all that it imports, directly or through others.
+"""Digests of sources: a module together with everything that it imports, directly or through others.
 
-What was computed is kept under such a digest, so that a change of any source that can reach it computes it anew, and a
-change of any other does not. Imports are followed by name, wherever a file lies.
+Results are kept under such a digest. A change of any source that the module depends on computes them anew, a change of
+any other does not. Imports are followed by name, wherever a file lies.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from hashlib import sha256
 from pathlib import Path
 
 PACKAGE = __name__.partition(".")[0]
-"""Name that the package goes by: its own, or in an FMU one with a digest in it."""
+"""Name of this package: ``cranktrain``, or in an FMU a name that contains a digest."""
 ROOT = Path(__file__).parents[1]
 UNFELT = frozenset(
     (ROOT / "core" / name).resolve() for name in ("cache.py", "machine_code.py", "records.py", "sources.py")
 )
-"""Sources that say where compiled kernels are and how Python calls them, not what they are: no kernel feels those."""
+"""Sources that define where compiled kernels are kept and how Python calls them. They do not affect kernels' code."""
 _BEGAN, _COUNTED = time.time(), time.monotonic()
 _IMPORT = re.compile(rf"(?m)^([ \t]*)(?:from ({PACKAGE}[\w.]*) import (\([^)]*\)|.*)|import ({PACKAGE}[\w.]*))")
 
 
 def source_digest(file: str | Path, deferred: bool = False) -> str:
-    """Digest (16 hexadecimal digits) of a source file and of all sources of the package that it rests on.
+    """Digest (16 hexadecimal digits) of a source file and of all sources of the package that it depends on.
 
     Parameters
     ----------
     file : the module's file, in the package or outside
-    deferred : follow imports inside functions as well; kernels never feel those
+    deferred : True to follow imports inside functions as well, which do not affect kernels
     """
     digest = sha256()
     for path in sorted(rests_on(Path(file), deferred)):
@@ -42,9 +42,10 @@ def source_digest(file: str | Path, deferred: bool = False) -> str:
 
 
 def edited_meanwhile(files: Iterable[Path]) -> bool:
-    """Whether a source was edited since this process began to load the package: what runs may be what it was before.
+    """True if a source was edited since this process began to load the package, so that the loaded code may be older.
 
-    A clock that was set meanwhile, back or forward, hides no edit: all stamps that one can have had by either count.
+    The system clock may have been set meanwhile, so the interval is taken by the system clock and by the monotonic
+    clock; a time stamp in either counts.
     """
     now, elapsed = time.time(), time.monotonic() - _COUNTED
     first, last = min(_BEGAN, now - elapsed), max(_BEGAN + elapsed, now)
@@ -52,7 +53,7 @@ def edited_meanwhile(files: Iterable[Path]) -> bool:
 
 
 def rests_on(file: Path, deferred: bool = False) -> set[Path]:
-    """Files of the package that a source file imports, directly or through others, and the file itself."""
+    """The source file and all files of the package that it imports, directly or through others."""
     found: set[Path] = set()
     waiting = {file.resolve()}
     while waiting:
@@ -66,7 +67,7 @@ def rests_on(file: Path, deferred: bool = False) -> set[Path]:
 
 @cache
 def _imported(path: Path, deferred: bool) -> frozenset[Path]:
-    """Files of the package that one source file imports."""
+    """Files of the package that one source file imports directly."""
     found: set[Path] = set()
     for indent, module, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
         if indent and not deferred:
@@ -74,7 +75,7 @@ def _imported(path: Path, deferred: bool) -> frozenset[Path]:
         top, *parts = (module or plain).split(".")
         root = str(ROOT.resolve()) + top.removeprefix(PACKAGE)
         names = re.findall(r"(\w+)(?: +as +\w+)?", re.sub(r"#.*", "", names))
-        # A name may be a module of the package that it is imported from.
+        # An imported name may itself be a module of the package.
         for place in [parts[:n] for n in range(len(parts) + 1)] + [[*parts, name] for name in names]:
             stem = os.path.join(root, *place)
             found |= {Path(file) for file in (os.path.join(stem, "__init__.py"), f"{stem}.py") if os.path.isfile(file)}

@@ -1,4 +1,4 @@
-"""Cubic B-splines over even nodes: their fit and their evaluation, for the maps and tables of the films."""
+"""Cubic B-splines over equidistant nodes: fit and evaluation, for the maps and tables of the films."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 
-# What bicubic writes: two functions with their derivatives.
+# Slots in the output of bicubic: two functions with their derivatives.
 VALUE, BY_ALONG, BY_AROUND, SECOND, SECOND_BY_ALONG, SECOND_BY_AROUND = range(6)
 
 
 def not_a_knot(n: int) -> Array:
-    """Matrix from n + 2 cubic coefficients to n values and two conditions: no jump of f''' one node from the ends."""
+    """Matrix of n + 2 cubic coefficients to n values and two not-a-knot conditions (no jump of f''' near the ends)."""
     rows = np.zeros((n + 2, n + 2))
     for i in range(n):
         rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
@@ -23,20 +23,20 @@ def not_a_knot(n: int) -> Array:
 
 
 def circulant(n: int) -> Array:
-    """Matrix from n periodic cubic coefficients to n values."""
+    """Matrix from n periodic cubic coefficients to n values on a circle."""
     row = np.zeros(n)
     row[[0, 1, -1]] = [4.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0]
     return np.array([np.roll(row, i) for i in range(n)])
 
 
 def wrapped(n: int) -> Any:
-    """Index that repeats one coefficient before and two behind a circle of n."""
+    """Index that extends n periodic coefficients by one before and two after."""
     return np.arange(-1, n + 2) % n
 
 
 @kernel
 def cubic(t, slope):
-    """Weights of a cubic B-spline at t in [0, 1] of a cell, and their derivatives times ``slope``."""
+    """Weights of a cubic B-spline at position t in [0, 1] within a cell, and their derivatives times ``slope``."""
     r = 1.0 - t
     a0 = r * r * r / 6.0
     a1 = (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
@@ -49,9 +49,10 @@ def cubic(t, slope):
 
 @kernel
 def bicubic(table, first, i, j, along, around, out):
-    """Two functions of ``table`` (functions, n, m) from ``first`` on in cell (i, j), weights of :func:`cubic` each way.
+    """Evaluate two functions of ``table`` (functions, n, m), from number ``first`` on, in cell (i, j).
 
-    ``out[0:6]`` receives them and their derivatives along both axes: slots VALUE to SECOND_BY_AROUND.
+    ``along`` and ``around`` are the weights of :func:`cubic` in each direction. ``out[0:6]`` receives the values and
+    the derivatives along both axes: slots VALUE to SECOND_BY_AROUND.
     """
     a0, a1, a2, a3, d0, d1, d2, d3 = along
     b0, b1, b2, b3, e0, e1, e2, e3 = around

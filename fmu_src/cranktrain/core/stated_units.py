@@ -1,8 +1,8 @@
-"""Numbers that a user's file gives as texts with their unit, ``speed_rpm = "2000 1/min"``, in the unit of their key.
+"""Numbers that a user's file states as text with a unit, ``speed_rpm = "2000 1/min"``, converted to the key's unit.
 
 A key with a unit of its own (:func:`cranktrain.core.typed_file.between`, :func:`~cranktrain.core.typed_file.measure`)
-takes a text in any unit of its dimension. A table with a key ``unit`` takes a text for each number that is in this unit
-(``Table.measured``); the text's unit is that of the table, or becomes it.
+accepts a text in any unit of its dimension. A table with a key ``unit`` accepts a text for each number listed in
+``Table.measured``. The text is converted to the table's unit, or defines that unit if the table states none.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ class Stated(NamedTuple):
 
 
 def begins_as_number(text: Any) -> bool:
-    """Whether a value is a text that begins with a number."""
+    """True if a value is a text that begins with a number."""
     return isinstance(text, str) and NUMBER.match(text) is not None
 
 
 def stated(text: str, example: str) -> Stated:
-    """Number and unit of a text; ``InputError`` where it has no unit, or is no number."""
+    """Number and unit of a text; ``InputError`` if it has no unit or is not a number."""
     match = NUMBER.fullmatch(text)
     if match is None:
         raise InputError(f"{shown(text)} is no number with a unit; write it as in '{example}'")
@@ -44,11 +44,11 @@ def stated(text: str, example: str) -> Stated:
 
 
 def in_unit(value: Stated, unit: str, dimension: str | None = None, difference: bool = False) -> float:
-    """The number of a value in another unit; a ``difference`` has no zero. ``InputError``: other dimensions.
+    """Number of a value in another unit; a ``difference`` is converted without offset. ``InputError``: other dimension.
 
     Parameters
     ----------
-    dimension : that both measure; None for any that they have in common
+    dimension : dimension that both units must have; None for any common one
     """
     own, wanted = unit_factor(value.unit, dimension), unit_factor(unit, dimension)
     if dimension is None and own.si != wanted.si:
@@ -60,9 +60,9 @@ def in_unit(value: Stated, unit: str, dimension: str | None = None, difference: 
 
 
 def _like(text: str, own: UnitFactor, unit: str, wanted: UnitFactor) -> UnitFactor:
-    """The factor of a unit whose SI unit is written otherwise; ``InputError`` where it measures something else."""
+    """Factor of a unit whose SI unit is spelled differently; ``InputError`` if its dimension differs."""
     if base_powers(own.si) != base_powers(wanted.si):
-        raise InputError(f"unit {shown(text)} does not measure what {shown(unit)} does; give one of its dimension")
+        raise InputError(f"unit {shown(text)} has another dimension than {shown(unit)}; give one of the same dimension")
     return own
 
 
@@ -81,15 +81,15 @@ def text_paths(value: Any, path: tuple[Step, ...] = ()) -> Iterator[tuple[Step, 
 def in_own_unit(
     table: Mapping[str, Any], measured: tuple[str, ...], differences: tuple[str, ...], dimension: str | None
 ) -> dict[str, Any]:
-    """A table whose numbers of its own unit are numbers, and which names this unit; ``InputError`` begins with the key.
+    """Copy of a table with its own-unit numbers converted and this unit named; ``InputError`` begins with the key.
 
     Parameters
     ----------
-    measured, differences : keys of numbers in the table's unit; those that are differences of what the unit measures
+    measured, differences : keys of numbers in the table's unit; those of them that are differences
     """
     unit = table.get("unit") or None
     if unit is not None and not isinstance(unit, str):
-        return dict(table)  # of the wrong kind, which is told by the reader
+        return dict(table)  # a wrong type, which the reader of the table reports
     found, bare = dict(table), list[str]()
     example = next(iter(UNITS[dimension])) if dimension else "rev/min"
 
@@ -109,5 +109,5 @@ def in_own_unit(
         entry = table[key]
         found[key] = [number(key, one) for one in entry] if isinstance(entry, list) else number(key, entry)
     if bare and not table.get("unit"):
-        raise InputError(f"{bare[0]} has no unit, and others beside it have; give each its unit, or the key unit once")
+        raise InputError(f"{bare[0]} has no unit, but other numbers have; give each its unit, or the key unit once")
     return {**found, "unit": unit}

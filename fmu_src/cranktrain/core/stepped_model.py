@@ -1,4 +1,4 @@
-"""What all simulations that are stepped from outside share: inputs in place, a state that is kept and set, outputs."""
+"""Base class of simulations that are stepped from outside: inputs, a state that can be saved and restored, outputs."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 
 TIME = 0
-"""Place of the time, s, in every state vector."""
+"""Index of the time, s, in every state vector."""
 
 
 class SteppedModel(ABC):
-    """A model with one state vector; set ``inputs``, let it step, ``read`` outputs.
+    """A model with one state vector: set ``inputs``, step, ``read`` outputs.
 
     Attributes
     ----------
     input_names, output_names : names as in the FMU
-    outputs : values in that order (SI)
+    outputs : values of the outputs in the order of ``output_names`` (SI)
     """
 
     input_names: tuple[str, ...]
@@ -31,7 +31,7 @@ class SteppedModel(ABC):
 
     @property
     def inputs(self) -> Array:
-        """Values of the inputs (SI), set in place; kernels are handed this very array."""
+        """Values of the inputs (SI), changed in place, because kernels use this very array."""
         return self._inputs
 
     @inputs.setter
@@ -40,7 +40,7 @@ class SteppedModel(ABC):
 
     @property
     def limited(self) -> bool:
-        """Whether the last step took all the work that it may and was cut short; most models know no such limit."""
+        """True if the last step was cut short because it reached its limit of work; most models have no such limit."""
         return False
 
     @property
@@ -50,7 +50,7 @@ class SteppedModel(ABC):
 
     @property
     def state(self) -> Array:
-        """The whole state as a copy, (n,); assigning one of the same model restores it."""
+        """Copy of the whole state, (n,); assigning a state of the same model restores it."""
         return self._current().copy()
 
     @state.setter
@@ -63,7 +63,7 @@ class SteppedModel(ABC):
         self._observe()
 
     def read(self, places: Sequence[int]) -> list[float]:
-        """Outputs at the present state by their places."""
+        """Outputs at the present state, by their indices."""
         return [self.outputs.item(place) for place in places]
 
     def _current(self) -> Array:
@@ -71,8 +71,8 @@ class SteppedModel(ABC):
             raise InputError("the model is not initialised yet; call initialize() first")
         return self._state
 
-    def _check_state(self, vector: Array) -> None:  # noqa: B027 - most have nothing more to check
-        """Refuse a state of the right size that is not one of this model; ``InputError``."""
+    def _check_state(self, vector: Array) -> None:  # noqa: B027 - most models need no further check
+        """Raise ``InputError`` if a state of the right size does not belong to this model."""
 
     @abstractmethod
     def _observe(self) -> None:

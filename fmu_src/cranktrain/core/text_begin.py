@@ -1,4 +1,4 @@
-"""The beginning of a text table: its first lines, dialect, names and units; and its lines of values block by block."""
+"""Beginning of a text table (dialect, names, units), and its lines of values in blocks."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from cranktrain.core.text_dialect import LINES, SEPARATORS, Dialect, no_values, 
 from cranktrain.core.text_header import header_cells, is_unit_row, names_and_units, words
 
 BLOCK = 1 << 22
-"""Characters that are parsed at once."""
+"""Number of characters that are parsed at once."""
 LONGEST = 1 << 20
-"""Characters of the longest line."""
+"""Largest number of characters of a line."""
 
 
 class Begun(NamedTuple):
-    """A file up to its values."""
+    """A file read up to its values."""
 
     dialect: Dialect
     names: tuple[str, ...]
@@ -26,11 +26,11 @@ class Begun(NamedTuple):
     comments: tuple[str, ...]
     line: int
     text: str
-    """Lines from the first of the values on that were read already; their first one has number ``line``."""
+    """Text that was already read, from the first line of values on; this line has number ``line``."""
 
 
 def begin(file: TextIO, name: str, what: str, remedy: str, single: bool = False) -> Begun:
-    """Dialect and header of a file, which is read as far as these need; ``single`` allows one column."""
+    """Dialect and header of a file, read as far as they need; ``single`` allows a table of one column."""
     raw, kept, comments = _sample(file, name, what, remedy)
     dialect = sniff(kept, name, what, remedy, single=single)
     first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
@@ -51,9 +51,9 @@ def begin(file: TextIO, name: str, what: str, remedy: str, single: bool = False)
 
 
 def begin_named(file: TextIO, name: str, what: str, remedy: str, known: Callable[[str], bool]) -> Begun:
-    """The same of a table whose columns are named by words, most of which are ``known``.
+    """Dialect and header of a table whose columns have names, most of which are ``known``.
 
-    Its values begin behind these names and rows of units, whatever they are, and may be lists of numbers.
+    Its values begin after the line of names and any rows of units, and may be lists of numbers.
     """
     raw, kept, comments = _sample(file, name, what, remedy)
     best, place, cells = 0, -1, list[str]()
@@ -86,7 +86,7 @@ def begin_named(file: TextIO, name: str, what: str, remedy: str, known: Callable
 def _sample(
     file: TextIO, name: str, what: str, remedy: str
 ) -> tuple[list[str], list[tuple[int, str]], list[tuple[int, str]]]:
-    """First lines of a file as they stand, those with text and their numbers, and comments with theirs."""
+    """First lines of a file: as they are, those with text and their line numbers, and comments with line numbers."""
     raw, kept, comments = list[str](), list[tuple[int, str]](), list[tuple[int, str]]()
     for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), start=1):
         if len(line) == LONGEST:
@@ -105,7 +105,7 @@ def _sample(
 
 
 def _after_numbering(kept: list[tuple[int, str]], first: int, dialect: Dialect) -> int:
-    """Place of the first values; a row that numbers the columns, with names below it, belongs to the header."""
+    """Index of the first row of values; a row that numbers the columns above a row of names belongs to the header."""
     cells = split(kept[first][1], dialect.separator)
     if [cell for cell in cells if cell] not in ([str(k + start) for k in range(dialect.width)] for start in (0, 1)):
         return first
@@ -118,9 +118,9 @@ def _after_numbering(kept: list[tuple[int, str]], first: int, dialect: Dialect) 
 
 
 def _refuse_broken(kept: list[tuple[int, str]], first: int, dialect: Dialect, name: str) -> None:
-    """Refuse a first row of values in which a number is broken, and which would pass for one of names.
+    """Refuse a misspelled first row of values, which would otherwise be taken for a row of names.
 
-    It begins with a number, and a cell of another column of numbers holds digits and is none, nor a unit.
+    Such a row begins with a number, and a cell in another numeric column has digits but is neither number nor unit.
     """
     number, text = kept[first - 1] if first else (0, "")
     cells = trimmed(split(text, dialect.separator))
@@ -146,7 +146,7 @@ def _reads(dialect: Dialect, cell: str) -> bool:
 
 
 def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialect, list[list[str]]]:
-    """Header rows of the table's width; a header of more columns than the values' first ones have widens it."""
+    """Header rows with the table's width; a header with more columns than the first rows of values widens the table."""
     separator, width = dialect.separator, dialect.width
     if separator != " " and above:
         last = [trimmed(split(text, separator)) for _, text in above[-2:]]
@@ -169,14 +169,14 @@ def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialec
 
 
 def plain(text: str) -> str:
-    """A line with the minus sign and the blanks of typesetting as those of ASCII."""
+    """A line with typographic minus signs and blanks replaced by those of ASCII."""
     if text.isascii():
         return text
     return text.replace("−", "-").replace("\u00a0", " ").replace("\u202f", " ").replace("\u2009", " ").replace("’", "'")
 
 
 def blocks(file: TextIO, begun: Begun) -> Iterator[tuple[int, str]]:
-    """Number of the first line, and text, of pieces of whole lines from the first value on."""
+    """Blocks of whole lines from the first value on, each with the number of its first line."""
     line, text = begun.line, begun.text + file.read(BLOCK)
     if not text.endswith("\n"):
         text += file.readline(LONGEST)

@@ -1,7 +1,7 @@
-"""Columns of dates and times of day in text tables, as seconds from their first value on.
+"""Columns of dates and times of day in text tables, as seconds since their first value.
 
-Seconds since 1970 in float64 are known to 0.2 µs only, a good part of a sample. So dates are whole nanoseconds until
-the first one is taken off. Times of day without a date go on behind midnight.
+Seconds since 1970 in float64 resolve 0.2 µs only, which is not small compared with a sampling interval. So times are
+kept in whole nanoseconds until the first one is subtracted. Times of day without a date continue after midnight.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 DAY = 86_400 * 10**9
-"""Nanoseconds of a day."""
+"""Nanoseconds per day."""
 _TIME = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,24}))?)?\s*(?P<half>[AaPp]\.?[Mm]\.?)?"
 _CLOCK = re.compile(
     r"\s*(?:(?:(?P<Y>\d{4})[-/.](?P<M>\d{1,2})[-/.](?P<D>\d{1,2})|(?P<a>\d{1,2})(?P<sep>[./-])(?P<b>\d{1,2})[./-]"
@@ -24,16 +24,16 @@ _MINUTES = re.compile(r"\s*(?P<m>\d{1,3}):(?P<s>\d{2})[.,](?P<f>\d{1,24})\s*")
 
 
 def is_clock(cell: str) -> bool:
-    """Whether a cell is a time of day, with or without a date."""
+    """True if a cell is a time of day, with or without a date."""
     return ":" in cell and (_CLOCK.fullmatch(cell) or _MINUTES.fullmatch(cell)) is not None
 
 
 class Clocks:
-    """Reader of the columns of times of a table, part by part.
+    """Reader of a table's time columns, block by block.
 
     Attributes
     ----------
-    first : column → its first value, ns since 1970 UTC, or since midnight where there is no date
+    first : first value of each column, ns since 1970 UTC, or since midnight if there is no date
     dated : columns with dates
     """
 
@@ -45,7 +45,7 @@ class Clocks:
         self._date: tuple[str, int] = ("", 0)
 
     def seconds(self, column: int, cells: Sequence[object]) -> NDArray[np.float64]:
-        """Seconds (n,) from the column's first value on; not a number where a cell is no time."""
+        """Seconds (n,) since the column's first value; NaN for a cell that is not a time."""
         return np.array([self._second(column, cell) for cell in cells], dtype=np.float64)
 
     def _second(self, column: int, cell: object) -> float:
@@ -85,12 +85,12 @@ class Clocks:
 
 
 def _fraction(digits: str) -> int:
-    """Nanoseconds of the digits behind a second."""
+    """Nanoseconds of the digits after the decimal sign of a second."""
     return int(digits[:9].ljust(9, "0"))
 
 
 def _day(match: re.Match[str]) -> int:
-    """Days since 1970; of 3/4/2026 the month is first, of 3.4.2026 and 13/4/2026 the day; ``ValueError``: no date."""
+    """Days since 1970. The month is first in 3/4/2026, the day in 3.4.2026 and 13/4/2026. ``ValueError``: no date."""
     if match["Y"]:
         found = date(int(match["Y"]), int(match["M"]), int(match["D"]))
     else:

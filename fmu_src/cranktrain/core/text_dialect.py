@@ -1,8 +1,8 @@
-"""The dialect of a text table, found from its first lines: separator, decimal sign, thousands, and where values begin.
+"""Dialect of a text table, found from its first lines: separator, decimal sign, thousands sign, start of the values.
 
-Each separator (tab, ``;``, ``|``, ``,``, blanks) is tried with each way of writing numbers. That with the most lines of
-one width whose cells are numbers is taken. Two ways that read the same cells as different numbers are refused, such as
-``1,600`` for 1600 or 1.6: nothing is guessed.
+Each separator (tab, ``;``, ``|``, ``,``, blanks) is tried with each way of writing numbers. The combination with the
+most lines of one width whose cells are numbers is taken. A table is refused if two ways read the same cells as
+different numbers, such as ``1,600`` for 1600 or 1.6, because a guess may be wrong.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ SEPARATORS = ("\t", ";", "|", ",", " ")
 NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (",", "'"), (".", " "), (",", " "))
 """Decimal sign and thousands separator, the usual ones first."""
 LINES = 1000
-"""Lines of values from which a dialect is found."""
+"""Number of lines of values from which a dialect is found."""
 MISSING = frozenset(("", "-", "--", "---", "nan", "n.a.", "na", "n/a", "#n/a", "#nv", "null", "none"))
-"""Small-letter words for a value that is missing."""
-# A % alone is a unit, # before a digit a number: cylinder #1.
+"""Spellings of a missing value, in small letters."""
+# A % alone is a unit. A # before a digit is part of a name: cylinder #1.
 _COMMENT = re.compile(r"(?:^|(?<=[\s;,|]))(?:#(?!\d)|//|%(?=\s*[^\s;,|%]))")
 _LEADING = ("#", "%", "//")
 _WIDE = re.compile(r"\d[,;|\t]\d")
@@ -38,9 +38,9 @@ class Dialect(NamedTuple):
     ----------
     separator : one character; a blank stands for any number of blanks and tabs
     decimal, thousands : signs within numbers; ``thousands`` may be empty
-    width : columns of values
-    numeric : for each column whether its values are numbers
-    lists : whether numbers with slashes between, 2e4/3e4, are values too
+    width : number of columns of values
+    numeric : for each column True if its values are numbers
+    lists : True if numbers with slashes between them, 2e4/3e4, are values too
     """
 
     separator: str
@@ -51,7 +51,7 @@ class Dialect(NamedTuple):
     lists: bool = False
 
     def number(self, text: str) -> float:
-        """A number of a cell; ``ValueError`` where it is none, NaN where it is missing."""
+        """Number in a cell; NaN if the value is missing, ``ValueError`` if the cell is not a number."""
         if text.lower() in MISSING:
             return float("nan")
         if not _number(self.decimal, self.thousands).fullmatch(text):
@@ -61,7 +61,7 @@ class Dialect(NamedTuple):
         return float(re.sub("[dD]", "e", text.replace(self.decimal, ".").replace("−", "-")))
 
     def is_row(self, cells: Sequence[str]) -> bool:
-        """Whether cells are values: those of numeric columns are numbers or missing, and at least one is a number."""
+        """True if cells are a row of values: those of numeric columns are numbers or missing, at least one a number."""
         pattern, found = _number(self.decimal, self.thousands, self.lists), 0
         if len(cells) < min(2, self.width):
             return False
@@ -74,7 +74,7 @@ class Dialect(NamedTuple):
 
 
 def without_comment(line: str) -> tuple[str, str]:
-    """A line without its comment (``#``, ``%`` or ``//`` to its end), and the comment; neither within quotes."""
+    """A line without its comment (``#``, ``%`` or ``//`` to its end), and the comment; signs in quotes do not count."""
     text = line.strip(" \r\n\x1a\f\v") if "\x1a" in line or "\f" in line else line
     lead = text.lstrip()
     if lead.startswith(_LEADING):
@@ -88,7 +88,7 @@ def without_comment(line: str) -> tuple[str, str]:
 
 
 def split(line: str, separator: str) -> list[str]:
-    """Cells of a line without blanks and quotes around them."""
+    """Cells of a line, without blanks and quotes around them."""
     text = line.strip(" \n\r")
     if separator == "|":
         text = text.strip().removeprefix("|")
@@ -117,10 +117,10 @@ def sniff(
     given: Dialect | None = None,
     single: bool = False,
 ) -> Dialect:
-    """The dialect of lines (number and text, without comments and empty ones).
+    """Dialect of lines (number and text, without comments and empty ones).
 
-    Of a ``given`` dialect, whose columns are named, only the way of writing numbers is looked for. ``single`` allows a
-    table of one column.
+    With a ``given`` dialect, whose columns are named, only the way of writing numbers is determined. ``single`` allows
+    a table of one column.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def sniff(
 
 
 def _single(lines: Sequence[tuple[int, str]], other: Dialect | None, score: float) -> Dialect | None:
-    """The dialect of one column of numbers, if it reads more than the ``other`` one with its ``score``.
+    """Dialect of one column of numbers, if it reads more lines than the ``other`` dialect with its ``score``.
 
     Lines such as ``1,25`` are one column if these numbers rise and the line above has no comma.
     """
@@ -164,7 +164,7 @@ def _single(lines: Sequence[tuple[int, str]], other: Dialect | None, score: floa
 
 
 def with_later_mark(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> Dialect:
-    """The dialect once a decimal comma appears in lines behind whole numbers; as it is where points are there too."""
+    """Dialect changed to a decimal comma if one appears after whole numbers; unchanged if points appear there too."""
     if dialect.decimal == "," or dialect.thousands or dialect.separator == ",":
         return dialect
     commas = [(number, text) for number, text in lines if re.search(r"\d,\d", text)]
@@ -181,7 +181,7 @@ def no_values(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: st
 
 
 def _score(rows: list[list[str]], dialect: Dialect, least: int = 2) -> tuple[float, Dialect]:
-    """How many lines of one width a dialect reads, each by its part of numbers; and the dialect."""
+    """Number of lines of one width that a dialect reads, each weighted by its fraction of numbers; and the dialect."""
     pattern = _number(dialect.decimal, dialect.thousands, dialect.lists)
     found = [tuple(bool(pattern.fullmatch(cell)) for cell in row) for row in rows]
     widths = Counter(len(row) for row, own in zip(rows, found, strict=True) if len(row) >= least and any(own))
@@ -205,7 +205,7 @@ def _score(rows: list[list[str]], dialect: Dialect, least: int = 2) -> tuple[flo
 
 
 def _refuse_two_meanings(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> None:
-    """Refuse commas that may be decimal ones or separate thousands, where no cell tells."""
+    """Refuse commas that may be decimal or thousands signs if no cell decides which."""
     if dialect.decimal != "," and dialect.thousands != ",":
         return
     doubtful: tuple[int, str, str] | None = None
@@ -236,7 +236,7 @@ def _refuse_two_meanings(dialect: Dialect, lines: Sequence[tuple[int, str]], nam
 
 @cache
 def _number(decimal: str, thousands: str, lists: bool = False) -> re.Pattern[str]:
-    """Pattern of a number, or of several with slashes between."""
+    """Pattern of a number, or of several numbers with slashes between them."""
     whole = r"\d+"
     if thousands:
         whole = rf"(?:\d{{1,3}}(?:{re.escape(thousands)}\d{{3}})+|\d+)"

@@ -1,7 +1,7 @@
-"""Text files of users in whatever encoding they were written: UTF-8, UTF-16 and UTF-32, with or without mark; cp1252.
+"""Text files of users in any common encoding: UTF-8, UTF-16 and UTF-32, with or without byte-order mark, and cp1252.
 
-cp1252 is what Windows calls "ANSI" in western Europe. A text that is no UTF-8 is taken for it, because a degree sign or
-an umlaut in a header must not keep anyone from the numbers below it.
+Windows calls cp1252 "ANSI" in western Europe. A text that is not UTF-8 is read as cp1252, because a degree sign or an
+umlaut in a header must not make the numbers below it unreadable.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.user_file import check_file, user_path
 
 SAMPLE = 1 << 16
-"""Bytes at the beginning of a file that tell text from other content."""
+"""Number of bytes at the beginning of a file by which text is recognised."""
 _MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"), (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"),
@@ -25,9 +25,9 @@ _CONTROLS = frozenset(range(32)) - set(b"\t\n\r\f\v\x1a")
 
 
 def open_text(path: str | Path, what: str, remedy: str) -> TextIO:
-    """A user's text file, which is to be ``what``, opened for reading, with any line ends as a newline.
+    """Open a user's text file, which should be ``what``, for reading; all line ends become newlines.
 
-    Raises ``InputError``: one line, ends with the ``remedy``, where the file cannot be read or is no text.
+    Raises ``InputError`` (one line that ends with ``remedy``) if the file cannot be read or is not text.
     """
     shown, path = f"{path}", user_path(path)
     try:
@@ -47,7 +47,7 @@ def open_text(path: str | Path, what: str, remedy: str) -> TextIO:
 
 
 def _encoding(path: Path) -> str | None:
-    """Encoding of a file; None where it is no text."""
+    """Encoding of a file; None if it is not text."""
     with path.open("rb") as file:
         sample = file.read(SAMPLE)
         for mark, name in _MARKS:
@@ -70,7 +70,7 @@ def _encoding(path: Path) -> str | None:
 
 
 def _without_mark(sample: bytes) -> str | None:
-    """UTF-16 by its zero bytes: those of Latin text are the upper halves."""
+    """Encoding of UTF-16 without mark: in Latin text the zero bytes are the upper halves; None for other content."""
     half = len(sample) // 2
     first, second = (sample[k : 2 * half : 2].count(0) for k in (0, 1))
     if second > 0.7 * half and first < 0.05 * half:

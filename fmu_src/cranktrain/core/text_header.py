@@ -15,13 +15,13 @@ _SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")
 
 
 _BOTH = frozenset(("ca", "kw", "cad", "cp", "at", "phi", *ascii_lowercase))
-"""Plain names of quantities that are units too; any single letter may name a channel."""
+"""Plain names of quantities that are also units; any single letter may be a channel name."""
 
 
 def header_cells(line: str, separator: str, width: int) -> list[str] | None:
-    """Cells of a line above the values if it has one for each of ``width`` columns (2 at least), else None.
+    """Cells of a line above the values if there is one for each of ``width`` columns (at least 2), else None.
 
-    Where blanks separate, a bracket belongs to the word before it, and two blanks or more may separate instead.
+    With blanks as separator a bracket belongs to the word before it, and two or more blanks may be the separator.
     """
     options = [trimmed(split(line, separator))]
     if separator == " ":
@@ -35,7 +35,7 @@ def header_cells(line: str, separator: str, width: int) -> list[str] | None:
 
 
 def words(line: str, separator: str) -> list[str]:
-    """Cells of a line of names; where blanks separate, a bracket belongs to the word before it."""
+    """Cells of a line of names; with blanks as separator a bracket belongs to the word before it."""
     if separator != " " or '"' in line:
         return trimmed(split(line, separator))
     joined = re.sub(r"\s+(?=[\[(])", "\u00a0", line.strip())
@@ -44,11 +44,11 @@ def words(line: str, separator: str) -> list[str]:
 
 
 def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names and units of columns from header rows of ``width`` cells; empty texts where the rows do not say.
+    """Names and units of columns from header rows of ``width`` cells; empty texts if the rows give none.
 
-    A row of which most cells are units gives units; the last other row gives names, whose brackets may state units. A
-    row such as ``CA; V; p`` or ``Fi; Pc; V``, whose letters name quantities as well as units, is one of names unless
-    names stand above.
+    A row with mostly units gives units. The last other row gives names, whose brackets may contain units. A row such as
+    ``CA; V; p`` or ``Fi; Pc; V``, whose letters are both quantities and units, counts as names unless names stand above
+    it.
     """
     names, units = [""] * width, [""] * width
     kinds = list[bool]()
@@ -67,7 +67,7 @@ def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[st
 
 
 def named(cell: str) -> tuple[str, str]:
-    """Name and unit of a header's cell: ``p [bar]``, ``p (bar)``, ``p / bar``, ``p in bar``; a unit may be empty.
+    """Name and unit of a header cell: ``p [bar]``, ``p (bar)``, ``p / bar``, ``p in bar``; the unit may be empty.
 
     A bracket that holds no unit belongs to the name, as in ``p[1]``.
     """
@@ -83,7 +83,7 @@ def named(cell: str) -> tuple[str, str]:
 
 
 def is_unit_row(row: Sequence[str]) -> bool:
-    """Whether a row may state units: more than half of its cells that say something."""
+    """True if a row may state units: more than half of its non-empty cells are units."""
     stated = [cell for cell in row if cell.lower() not in MISSING]
     if any(re.fullmatch(r"[\d.,eE+-]+", cell) and cell != "1" for cell in stated):
         return False
@@ -91,12 +91,12 @@ def is_unit_row(row: Sequence[str]) -> bool:
 
 
 def _all_units(row: Sequence[str]) -> bool:
-    """Whether all cells of a row that say something are units."""
+    """True if all non-empty cells of a row are units."""
     return all(_is_unit(cell) for cell in row if cell.lower() not in MISSING)
 
 
 def _is_unit(cell: str) -> bool:
-    """Whether a cell is a unit, with or without brackets."""
+    """True if a cell is a unit, with or without brackets."""
     from cranktrain.core.units import is_unit
 
     return cell.lower() not in MISSING and not cell.isdigit() and (is_unit(cell) or is_unit(_bare(cell)))
@@ -109,12 +109,12 @@ def _bare(cell: str) -> str:
 
 
 def plain_name(name: str) -> str:
-    """A name as names are compared: small letters and digits."""
+    """Form in which names are compared: small letters and digits only."""
     return re.sub(r"[^a-z0-9äöüß°]+", "", name.lower())
 
 
 def chosen(wanted: str, names: Sequence[str], units: Sequence[str], where: str) -> int:
-    """Index of a column by its name or its number from 1; ``InputError`` where there is none or several."""
+    """Index of a column from its name or its number (from 1); ``InputError`` if there is none, or several."""
     text = wanted.strip()
     own = [name or f"column {k}" for k, name in enumerate(names, 1)]
     whole = [f"{name} [{unit}]" if unit else name for name, unit in zip(own, units, strict=True)]

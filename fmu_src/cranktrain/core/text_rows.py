@@ -12,7 +12,7 @@ from cranktrain.core.text_dialect import Dialect, split, trimmed
 from cranktrain.core.text_file import open_text
 
 MOST = 200_000
-"""Rows of a table with words: such tables are held whole, and none that a person names the rows of is longer."""
+"""Largest number of rows of a table with words. Such tables are held in memory, and hand-written ones are shorter."""
 
 
 class TextRows(NamedTuple):
@@ -20,9 +20,9 @@ class TextRows(NamedTuple):
 
     Attributes
     ----------
-    names, units, comments, header : as of :class:`TextTable`
-    rows : number of the line and cells, one text a column
-    dialect : reads numbers of cells
+    names, units, comments, header : see :class:`TextTable`
+    rows : line number and cells of each row, one text per column
+    dialect : reads the numbers in the cells
     """
 
     names: tuple[str, ...]
@@ -41,18 +41,18 @@ def read_rows(
     known: Callable[[str], bool],
     check: Callable[[Sequence[str]], None] = lambda names: None,
 ) -> TextRows:
-    """A table of numbers and words; a cell may hold several numbers with slashes between.
+    """Read a table of numbers and words; a cell may hold several numbers with slashes between them.
 
     Parameters
     ----------
-    path, what, remedy : as of :func:`cranktrain.core.text_table.read_table`
-    known : tells whether a word names a column; the line with such words is that of the names
-    check : raises where the names are not those wanted, before the values are read
+    path, what, remedy : see :func:`cranktrain.core.text_table.read_table`
+    known : True if a word is a column name; the line with such words is the line of names
+    check : called with the names before the values are read; raises if they are not the wanted ones
 
     Raises
     ------
     InputError
-        one line: no such file, no text, no line of names, a line with more values than columns, more than ``MOST`` rows
+        one line: no such file, not text, no line of names, a line with too many values, more than ``MOST`` rows
     """
     name = Path(path).name
     with open_text(path, what, remedy) as file:

@@ -1,8 +1,8 @@
-"""The one reader of text tables: pressures, orders, drive lines, couplings, signals.
+"""The reader of text tables of numbers: pressures, orders, drive lines, couplings, signals.
 
-Separators, decimal signs and the beginning of the values are found (:mod:`cranktrain.core.text_dialect`), encodings too
-(:mod:`cranktrain.core.text_file`). Numbers are parsed by pandas to the last digit, in blocks, so a file of any size is
-read in bounded memory. A line that does not fit is named with its number and text.
+Separator, decimal sign and the start of the values (:mod:`cranktrain.core.text_dialect`) and the encoding
+(:mod:`cranktrain.core.text_file`) are found automatically. Pandas parses the numbers without loss of digits, in blocks,
+so a file of any size is read in bounded memory. An error names the number and the text of the line that does not fit.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from cranktrain.core.user_file import file_exists, folder_exists, user_path
 
 Array = NDArray[np.float64]
 FEW = 200
-"""Lines before the values of a table at most, comments not counted."""
+"""Largest number of lines before the values of a table, comments not counted."""
 
 
 _COUNTS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
@@ -38,11 +38,11 @@ _EMPTY_LINE = re.compile(r"^[ \t\r\f\v]*\n", re.MULTILINE)
 
 
 _ABSENT = ["", "-", "--", "---", "n.a.", "nan", "NaN", "NA", "n/a", "N/A", "NAN", "null"]
-"""Spellings of a missing value that pandas is told; others are read line by line."""
+"""Spellings of a missing value passed to pandas; lines with other spellings are read one by one."""
 
 
 class TextHead(NamedTuple):
-    """What stands above the values of a table; members as of :class:`TextTable`, and the dialect of its numbers."""
+    """Header of a table, with the members of :class:`TextTable` and the dialect of its numbers."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -52,16 +52,16 @@ class TextHead(NamedTuple):
 
 
 class TextTable(NamedTuple):
-    """A table of numbers, or a part of one.
+    """A table of numbers, or a block of one.
 
     Attributes
     ----------
-    names, units : of each column; empty texts where the file does not say
-    values : (rows, columns) float; NaN where a value is missing, and in columns of text
-    comments : texts of comments above the values
-    first_line : number of the line of the first row
-    lines : (rows,) int, number of each row's line
-    header : cells of the lines above the values, as they stand
+    names, units : of each column; empty texts if the file gives none
+    values : (rows, columns) float; NaN for missing values and in columns of text
+    comments : comments above the values
+    first_line : line number of the first row
+    lines : (rows,) int, line number of each row
+    header : cells of the lines above the values, unchanged
     """
 
     names: tuple[str, ...]
@@ -74,18 +74,18 @@ class TextTable(NamedTuple):
 
 
 def read_table(path: str | Path, what: str, remedy: str, *, columns: Sequence[str] | None = None) -> TextTable:
-    """A table of numbers, whole.
+    """Read a whole table of numbers.
 
     Parameters
     ----------
     path : a text file in any encoding
-    what, remedy : words of messages: what the file is to be, and what to do
-    columns : names or numbers (from 1) of the columns wanted, in this order; None for all
+    what, remedy : words for messages: what the file should be, and what to do
+    columns : names or numbers (from 1) of the wanted columns, in this order; None for all
 
     Raises
     ------
     InputError
-        one line: no such file, no text, no table, a line that does not fit with its number and text, no such column
+        one line: no such file, not text, no table, a line that does not fit (with number and text), no such column
     """
     parts = list(table_chunks(path, what, remedy, columns=columns))
     first = parts[0]
@@ -103,9 +103,9 @@ def table_chunks(
     rows: int = 200_000,
     clocks: Clocks | None = None,
 ) -> Iterator[TextTable]:
-    """Parts of a table of numbers, ``rows`` at most in each, in bounded memory; otherwise as :func:`read_table`.
+    """Read a table of numbers in blocks of at most ``rows`` rows, in bounded memory; otherwise as :func:`read_table`.
 
-    With ``clocks`` columns of dates and times of day are seconds, and one column is a table too.
+    With ``clocks`` columns of dates and times of day become seconds, and a table of one column is allowed.
     """
     name = Path(path).name
     with open_text(path, what, remedy) as file:
@@ -139,9 +139,9 @@ def table_head(path: str | Path, what: str, remedy: str) -> TextHead:
 
 
 def first_words(path: str | Path, what: str, remedy: str) -> list[str]:
-    """Words of the first line of a text file that is neither empty nor a comment, in small letters; arguments as above.
+    """Words of the first line of a text file that is neither empty nor a comment, in small letters.
 
-    They tell what kind of table the file is before it is read.
+    They show what kind of table the file is before it is read. Arguments as in :func:`read_table`.
     """
     with open_text(path, what, remedy) as file:
         for line in islice(file, FEW):
@@ -151,7 +151,7 @@ def first_words(path: str | Path, what: str, remedy: str) -> list[str]:
 
 
 def split_columns(path: str | Path) -> tuple[Path, list[str] | None]:
-    """A file and the columns that stand behind it, ``bench.csv:PCYL1`` or ``bench.csv:1,3``; None where none do."""
+    """File and columns of a path such as ``bench.csv:PCYL1`` or ``bench.csv:1,3``; None for a path without columns."""
     place = user_path(path)
     head, sign, tail = str(place).rpartition(":")
     if not sign or not tail or file_exists(place) or folder_exists(place) or not file_exists(head):
@@ -166,7 +166,7 @@ def line_text(path: str | Path, number: int) -> str:
 
 
 def _without_empty(values: Array, lines: NDArray[np.int64], block: str, first: int) -> tuple[Array, NDArray[np.int64]]:
-    """Values and numbers of lines without those of lines that hold separators alone."""
+    """Values and line numbers without the lines that contain only separators."""
     nothing = np.isnan(values).all(axis=1)
     if not nothing.any():
         return values, lines
@@ -180,7 +180,7 @@ def _without_empty(values: Array, lines: NDArray[np.int64], block: str, first: i
 def parsed_block(
     block: str, first: int, dialect: Dialect, name: str, clocks: Clocks | None
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Values (rows, columns) and numbers of lines of a block, whose first line has number ``first``; ``InputError``."""
+    """Values (rows, columns) and line numbers of a block; its first line has number ``first``. ``InputError``."""
     if not any(sign in block for sign in ("#", "%", "//", "\x1a")) and not _EMPTY_LINE.search(block):
         count = block.count("\n") + (not block.endswith("\n"))
         values = _by_pandas(plain(block), dialect, clocks)
@@ -198,7 +198,7 @@ def parsed_block(
 
 
 def _by_pandas(text: str, dialect: Dialect, clocks: Clocks | None) -> Array | None:
-    """Values of lines; None where pandas does not read them as they were sniffed."""
+    """Values of lines; None if pandas does not read them as the dialect says."""
     import pandas
 
     separator = dialect.separator
@@ -213,7 +213,7 @@ def _by_pandas(text: str, dialect: Dialect, clocks: Clocks | None) -> Array | No
         return None
     names = list(range(dialect.width + 1))
     kinds = {k: np.float64 if numeric else object for k, numeric in enumerate((*dialect.numeric, True))}
-    # Later ones read every number to its last digit, and deprecate the option.
+    # Later versions read every number exactly and deprecate the option.
     exact: Any = {"float_precision": "round_trip"} if _version(pandas.__version__) < (3, 1) else {}
     try:
         with warnings.catch_warnings():
@@ -224,7 +224,7 @@ def _by_pandas(text: str, dialect: Dialect, clocks: Clocks | None) -> Array | No
                 keep_default_na=False, na_values=_ABSENT,
                 skipinitialspace=True, skip_blank_lines=False, engine="c", index_col=None,
             )  # fmt: skip
-    except (ValueError, pandas.errors.ParserWarning):  # the caller looks for the first line that does not fit
+    except (ValueError, pandas.errors.ParserWarning):  # the caller then finds the first line that does not fit
         return None
     if not isinstance(frame.index, pandas.RangeIndex) or not frame[dialect.width].isna().all():
         return None
@@ -244,7 +244,7 @@ def _version(text: str) -> tuple[int, ...]:
 
 
 def _row(number: int, line: str, dialect: Dialect, name: str, clocks: Clocks | None) -> list[float]:
-    """Values of one line; ``InputError`` where it does not fit."""
+    """Values of one line; ``InputError`` if it does not fit the table."""
     cells = trimmed(split(line, dialect.separator))
     said, several = f"{name}: line {number}: {shown(line.strip())}", _COUNTS.get(dialect.width, str(dialect.width))
     if len(cells) > dialect.width:

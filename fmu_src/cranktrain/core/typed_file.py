@@ -1,9 +1,9 @@
-"""Tables of a user's file as records: declared once as msgspec structs, read whole or refused in one line.
+"""Tables of a user's file as typed records: declared once as msgspec structs, read completely or refused in one line.
 
-A :class:`Table` declares the keys of a table, the kind of each value, its unit (:func:`measure`) and its range
-(:func:`between`). Numbers with a unit may be texts in another one (:mod:`cranktrain.core.stated_units`). :func:`record`
-reads a TOML table into it, :mod:`cranktrain.core.json_schema` makes the JSON schema for editors from the same classes.
-A refusal says what is wrong, where, the nearest valid name and how to correct it.
+A :class:`Table` declares the keys of a table, the type of each value, its unit (:func:`measure`) and its range
+(:func:`between`). Numbers with a unit may be texts in another unit (:mod:`cranktrain.core.stated_units`).
+:func:`record` reads a TOML table into it; :mod:`cranktrain.core.json_schema` makes the JSON schema for editors from the
+same classes. An error says what is wrong, where, the nearest valid name and how to correct it.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ _NOUNS = {
     inspect.BoolType: "true or false", inspect.StructType: "a table", inspect.DictType: "a table",
 }  # fmt: skip
 _OR_TEXT = {"pattern": r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*(1\s*/|[^\s\d.,])"}
-"""JSON schema of a number, or of a text with a number and a unit."""
+"""JSON schema of a number that may also be a text with number and unit."""
 _MANY = {inspect.FloatType: "numbers", inspect.IntType: "whole numbers", inspect.StrType: "texts"}
 
 
 class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
-    """A table of a file; a field that may be left out has a default, None where the file says nothing.
+    """A table of a file. An optional key has a default, None if the file does not state it.
 
-    ``remedy`` says what to do about a missing key; numbers under the keys ``measured`` are in the unit of the key
-    ``unit``, those of ``differences`` are differences of what it measures. ``needed`` names the optional keys that the
-    other values of a table, by key, make necessary.
+    ``remedy`` says what to do about a missing key. Numbers under the keys ``measured`` are in the unit of the key
+    ``unit``; those under ``differences`` are differences of the measured quantity. ``needed`` takes a table and returns
+    the optional keys that its other values make necessary.
     """
 
     remedy: ClassVar[str] = ""
@@ -48,22 +48,22 @@ class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Entry(Table):
-    """A table that stands for its key ``value``; messages name the place of the entry."""
+    """A table that stands for its key ``value``; messages name the table instead of that key."""
 
     measured: ClassVar[tuple[str, ...]] = ("value",)
 
 
 class Fault(NamedTuple):
-    """What is wrong with a table.
+    """A fault in a table of a user's file.
 
     Attributes
     ----------
-    steps : keys and indices (from 0) from the table to what is wrong, ``value`` of an entry left out
-    place : the same as messages name it, ``scenario 'normal'.step[2]``; empty for the table itself
-    owner : the innermost :class:`Table` around it
+    steps : keys and indices (from 0) from the table to the fault, without ``value`` of an entry
+    place : the same as messages show it, ``scenario 'normal'.step[2]``; empty for the table itself
+    owner : the innermost :class:`Table` that contains the fault
     key : unknown or missing key of the owner, or the key of the wrong value
     problem : ``unknown``, ``missing`` or ``value``
-    value : that is wrong; of an unknown or missing key, the owner's table
+    value : the wrong value; for an unknown or missing key the owner's table
     type : declared type of the value
     """
 
@@ -77,22 +77,22 @@ class Fault(NamedTuple):
 
     @property
     def wanted(self) -> Any:
-        """Class of the table that is wanted; None where something else is."""
+        """Class of the expected table; None if a table is not expected."""
         node = _plain(self.type, self.value)
         return node.cls if isinstance(node, inspect.StructType) else None
 
     @property
     def names(self) -> list[str]:
-        """Names that the value is one of; empty where it is something else."""
+        """Names that the value may have; empty if it is not one of several names."""
         node = _plain(self.type)
         return [str(name) for name in node.values] if isinstance(node, inspect.LiteralType) else []
 
 
 def between(low: float, high: float, what: str, dimension: str = "", unit: str = "") -> Meta:
-    """Range of a number, both ends included; ``what`` is its unit, and what else serves in a message.
+    """Range of a number, both ends included; ``what`` is its unit and any alternative, for messages.
 
-    Of a ``dimension``, a key of ``units.UNITS``, a text with any unit of it will do; ``unit`` is that of the number
-    where ``what`` says more.
+    With a ``dimension`` (a key of ``units.UNITS``) a text with any unit of it is allowed too; ``unit`` is the unit of
+    the number if ``what`` says more.
     """
     if not dimension:
         return Meta(ge=low, le=high, extra={"what": what})
@@ -101,26 +101,26 @@ def between(low: float, high: float, what: str, dimension: str = "", unit: str =
 
 
 def measure(unit: str, dimension: str) -> Meta:
-    """Unit of a number without a range, or a text with any unit of its dimension."""
+    """Unit of a number without a range; a text with any unit of its dimension is allowed too."""
     return Meta(extra={"what": unit, "dimension": dimension, "unit": unit}, extra_json_schema=_OR_TEXT)
 
 
 def quantities() -> Meta:
-    """Remark that a number may be a text with its unit, in a table with a key ``unit``."""
+    """Mark of a number that may also be a text with its unit, in a table with a key ``unit``."""
     return Meta(extra_json_schema=_OR_TEXT)
 
 
 def record(
     kind: type[Kind], table: Mapping[str, Any], where: str = "", said: Callable[[Fault, str], str] | None = None
 ) -> Kind:
-    """A table of a file as a record of ``kind``.
+    """Record of type ``kind`` from a table of a file.
 
-    Raises ``InputError``: one line that starts with ``where``, for the first key that is unknown or missing and the
-    first value of a wrong kind or outside its range.
+    Raises ``InputError``, one line that starts with ``where``, for the first key that is unknown or missing, or the
+    first value of a wrong type or outside its range.
 
     Parameters
     ----------
-    said : line of a fault and ``where`` that is to be said otherwise; empty for :func:`usual`
+    said : function that returns a message for a fault and ``where``, or an empty text for that of :func:`usual`
     """
     table = _with_numbers(kind, table, where)
     fault = _not_finite(kind, table)
@@ -133,10 +133,10 @@ def record(
 
 
 def _with_numbers(kind: type[Table], table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
-    """The table with numbers in the units of their keys for texts with units; ``InputError``."""
+    """Table whose texts with units are replaced by numbers in the units of their keys; ``InputError``."""
     for path in text_paths(table):
         if not isinstance(_of(table, path), str):
-            continue  # its table was converted with another text of it
+            continue  # the whole table was converted with an earlier text
         found = _at(kind, table, list(path))
         if not isinstance(_plain(found.type), inspect.FloatType):
             continue
@@ -168,7 +168,7 @@ def _of(table: Any, path: tuple[Step, ...]) -> Any:
 
 
 def _replaced(table: Any, path: tuple[Step, ...], new: Any) -> Any:
-    """A copy of nested tables and lists with another value at a path."""
+    """Copy of nested tables and lists with a new value at a path."""
     if not path:
         return new
     copy: Any = dict(table) if isinstance(table, Mapping) else list(table)
@@ -177,7 +177,7 @@ def _replaced(table: Any, path: tuple[Step, ...], new: Any) -> Any:
 
 
 def usual(fault: Fault, where: str = "") -> str:
-    """A fault in one line; without ``where`` keys are named with their place."""
+    """Message of a fault in one line; without ``where`` keys are named with their place."""
     place = ": ".join(filter(None, (where, fault.place)))
     if fault.problem == "value":
         return _wrong_value(fault, place)
@@ -186,7 +186,7 @@ def usual(fault: Fault, where: str = "") -> str:
     key = fault.key if apart or not place else f"{place}.{fault.key}"
     start = f"{place}: " if apart else ""
     if fault.problem == "unknown":
-        # Tables are tables to people where they stand at the top of a file.
+        # At the top of a file a table is called a table, elsewhere a key.
         found = fault.value[fault.key]
         noun = "table" if not fault.steps and (isinstance(found, dict) or _of_tables(found)) else "key"
         return f"{start}unknown {noun} '{key}'; {nearest(fault.key, [entry.encode_name for entry in fields])}"
@@ -203,7 +203,7 @@ def usual(fault: Fault, where: str = "") -> str:
 
 
 def _missing(fault: Fault, required: list[str]) -> list[str]:
-    """All keys that a table lacks, that of the fault among them: required ones, then those that its values need."""
+    """All missing keys of a table, that of the fault included: first required keys, then those its values need."""
     given = fault.value if isinstance(fault.value, Mapping) else {}
     missing = [name for name in required if name not in given]
     if fault.owner.needed is not None:
@@ -212,7 +212,7 @@ def _missing(fault: Fault, required: list[str]) -> list[str]:
 
 
 def _wrong_value(fault: Fault, place: str) -> str:
-    """A value of a wrong kind, outside its range, or not one of several names."""
+    """Message for a value of a wrong type, outside its range, or not one of several names."""
     node, value = _plain(fault.type), fault.value
     if fault.names and isinstance(value, str):
         return f"{place} {shown(value)} does not exist; {nearest(value, fault.names)}"
@@ -227,7 +227,7 @@ def _wrong_value(fault: Fault, place: str) -> str:
 
 
 def _said_of(node: inspect.Type, key: str) -> str:
-    """What :func:`between` or :func:`measure` say of a number."""
+    """Text that :func:`between` or :func:`measure` attached to a number under ``key``."""
     if isinstance(node, inspect.UnionType):
         return next(filter(None, (_said_of(kind, key) for kind in node.types)), "")
     return str((getattr(node, "extra", None) or {}).get(key, ""))
@@ -244,7 +244,7 @@ def _of_tables(value: Any) -> bool:
 
 
 def _plain(node: inspect.Type, value: Any = None) -> inspect.Type:
-    """A type without its remarks and without None; of several tables that of the value's tag."""
+    """Type without metadata and without None; of several table types the one with the value's tag."""
     while isinstance(node, inspect.Metadata):
         node = node.type
     if isinstance(node, inspect.UnionType):
@@ -256,7 +256,7 @@ def _plain(node: inspect.Type, value: Any = None) -> inspect.Type:
 
 
 def _inside(node: inspect.Type, step: Step) -> inspect.Type:
-    """Type of what a key or an index leads to."""
+    """Type of the value behind a key or an index."""
     if isinstance(node, inspect.StructType):
         if node.tag_field == step:
             return inspect.LiteralType((node.tag,))
@@ -269,7 +269,7 @@ def _inside(node: inspect.Type, step: Step) -> inspect.Type:
 
 
 def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
-    """The fault of a value at a path; ``...`` in it is the first key of a table whose value does not fit."""
+    """Fault for the value at a path; ``...`` in the path stands for the first key whose value does not fit."""
     node = _declared(kind)
     value, steps, place = table, list[Step](), ""
     owner: Any = kind
@@ -288,12 +288,12 @@ def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
 
 @cache
 def _declared(kind: type[Table]) -> inspect.Type:
-    """Declared types of a table and of all within it, kept: an engine file has thousands."""
+    """Declared types of a table and of everything inside, cached because an engine file has thousands of values."""
     return inspect.type_info(kind)
 
 
 def _label(value: Any, step: Step) -> str:
-    """What a step adds to a place: a key, the name of a table in a list, or its number."""
+    """Text that a step adds to a place: a key, or in a list the name of a table or its number."""
     if isinstance(step, str):
         return f".{step}"
     name = value[step].get("name") if isinstance(value[step], dict) else None
@@ -301,14 +301,14 @@ def _label(value: Any, step: Step) -> str:
 
 
 def _tags(node: inspect.Type, step: Step) -> inspect.Type | None:
-    """Names that the tag of several tables may have."""
+    """Literal type of the tags that a choice of several tables allows."""
     kinds = list(map(_plain, node.types)) if isinstance(node, inspect.UnionType) else []
     tags = [kind.tag for kind in kinds if isinstance(kind, inspect.StructType) and kind.tag_field == step]
     return inspect.LiteralType(tuple(tags)) if tags else None
 
 
 def _misfit(node: inspect.Type, table: Mapping[str, Any]) -> str:
-    """First key of a table of tables whose value is none, or not of the kind."""
+    """First key of a table of tables whose value is not a table, or not of the wanted type."""
     for key, value in table.items():
         try:
             msgspec.convert(value, node.cls if isinstance(node, inspect.StructType) else dict)
@@ -318,7 +318,7 @@ def _misfit(node: inspect.Type, table: Mapping[str, Any]) -> str:
 
 
 def _fault(kind: type[Table], table: Mapping[str, Any], error: str) -> Fault:
-    """The fault that msgspec's error tells of."""
+    """Fault that msgspec's error message describes."""
     text, _, path = error.rpartition(" - at `$") if " - at `$" in error else (error, "", "")
     found = _at(kind, table, [int(at) if at.isdigit() else name or at for name, at in _STEP.findall(path)])
     if (key := _KEY.fullmatch(text)) is None:
@@ -329,7 +329,7 @@ def _fault(kind: type[Table], table: Mapping[str, Any], error: str) -> Fault:
 
 
 def _not_finite(kind: type[Table], table: Mapping[str, Any]) -> Fault | None:
-    """The first number that is not finite, or that no float holds."""
+    """Fault for the first number that is not finite or too large for a float; None if there is none."""
 
     def paths(value: Any, path: list[Step]) -> Iterator[list[Step]]:
         if isinstance(value, dict):

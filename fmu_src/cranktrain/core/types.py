@@ -1,4 +1,4 @@
-"""Names of types that all packages share."""
+"""Type aliases that all packages share."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
-"""Told the stage of long work before it starts."""
+"""Function that receives the name of each stage of a long computation before the stage starts."""

@@ -1,9 +1,9 @@
-"""Turns of units whose functions can be called at their addresses: set inputs, step, read outputs.
+"""Turns of units whose functions can be called by address: set inputs, step, read outputs.
 
-The values of all units are in the master's vectors, see the coupling's master. An input is
-``scale · known[place] + shift``, within its bounds. A call sets or reads the values of a unit's variables where they
-lie one after the other, arrays whole; inputs and outputs of the master have places among them. Each call is noted in
-memory that a supervising process reads.
+The values of all units are in the vectors of the coupling's master. An input is ``scale · known[place] + shift``,
+limited to its bounds. One call sets or reads the values of a unit's variables in contiguous memory, arrays as a whole;
+the inputs and outputs of the master are at known positions in it. Each call is noted in memory that a supervising
+process reads.
 """
 
 from __future__ import annotations
@@ -16,47 +16,47 @@ from cranktrain.core.foreign_function import call_foreign
 from cranktrain.core.kernel import inlined_kernel, kernel
 
 FMI_2, FMI_3 = 2, 3
-"""Versions of the functions: those of 3.0 take the number of values too, and a step has more to tell."""
+"""FMI versions of the functions. Those of 3.0 also take the number of values, and a step returns more information."""
 (
     VERSION, SET, DO_STEP, GET, COMPONENT, NO_STATE_BEFORE, PLACE, IN_FIRST, IN_END, IN_REFERENCES, IN_COUNT, IN_VALUES,
     IN_SIZE, OUT_FIRST, OUT_END, OUT_REFERENCES, OUT_COUNT, OUT_VALUES, OUT_SIZE, COLUMNS,
 ) = range(20)  # fmt: skip
-"""Columns of a unit's row: version and addresses of its functions, address of its instance; whether no earlier state
-will be set; its number in the notes; its part of all inputs, address and number of the references to set, address and
-number of their values; likewise of its outputs."""
+"""Columns of a unit's row: version and addresses of its functions; address of its instance; flag that no earlier state
+will be set; its number in the notes; its range of all inputs, address and number of the references to set, address and
+number of their values; the same for its outputs."""
 SCALE, SHIFT, LOW, HIGH, WIRES = range(5)
-"""Columns of an input's row."""
+"""Columns of an input's row in ``wires``."""
 SOURCE, TARGET, ENDS = range(3)
-"""Columns of an input's places: among the known values, and among the values that calls set or read."""
+"""Columns of an input's row in ``places``: index in the known values, and index in the values that calls exchange."""
 (
     WHAT, FIRST, END, OLDER, FAILED, CALL, STATUS, EVENT, ENDED, EARLY, EVENT_AT, ENDED_AT, EARLY_AT, REACHED_AT,
     CONTROLS,
 ) = range(15)  # fmt: skip
-"""What to do for which units; how many earlier points a mean takes; row, call and status of a unit that failed; what a
-step of FMI 3.0 tells: whether there was an event, whether the simulation has ended and whether the step has, too early;
-addresses of these and of the time that it reached."""
+"""Slots of the control array: operations and range of units; number of earlier points in a mean; row, call and status
+of a unit that failed; results of a step of FMI 3.0 (event, simulation ended, step ended early); addresses of these
+results and of the time reached."""
 WRITE, STEP, READ, MEAN, ARRIVE = 1, 2, 4, 8, 16
-"""Bits of ``WHAT``."""
+"""Bits of ``control[WHAT]``, the operations."""
 TIME, SIZE, REACHED, NEW_WEIGHT, OLD_WEIGHT = range(5)
-"""Time (s) and size (s) of the step; time (s) that a step of FMI 3.0 reached; weights of the mean over it: of the
-newest value, and of earlier points."""
+"""Slots of ``numbers``: time (s) and size (s) of the step; time (s) that a step of FMI 3.0 reached; weights of the mean
+over the step, of the newest value and of earlier points."""
 NOTE_UNIT, NOTE_CALL, NOTE_COUNT, NOTE_STOP, NOTE_SLOTS = range(5)
-"""Integers of the notes: unit and call under way, how many calls have begun and ended, whether to stop."""
+"""Slots of the notes: unit and call in progress, number of calls begun and ended, request to stop."""
 NOTHING, INITIALIZATION, INPUTS, OUTPUTS, STEPPING, STATE, CLOSING = range(7)
-"""Calls."""
+"""Codes of the calls."""
 DONE, REFUSED, STOPPED, NOT_FINITE = range(4)
 _WARNING = 1
-"""Highest status of FMI that is good."""
+"""Highest FMI status that counts as success."""
 
 
 @kernel
 def take_turns(control, numbers, units, wires, places, inputs, sources, exchanged, known, samples, extremes, notes):
-    """Let units write, step and read as ``control`` says, and at last remember the values of a communication point.
+    """Let units write, step and read as ``control`` says, and finally store the values of a communication point.
 
-    ``units`` (u, COLUMNS), ``wires`` (i, WIRES) and ``places`` (i, ENDS) of all ``inputs`` (i,), ``sources`` (n,) of
-    the outputs among the values ``exchanged`` by calls, ``known`` (3 n,), ``samples`` (points, n) the values at earlier
-    communication points, newest first, ``extremes`` (2, n) the least and largest so far. Returns DONE, REFUSED with the
-    call in ``control``, STOPPED, or NOT_FINITE, where nothing is remembered.
+    ``units`` (u, COLUMNS); ``wires`` (i, WIRES) and ``places`` (i, ENDS) of all ``inputs`` (i,); ``sources`` (n,) are
+    the indices of the outputs in ``exchanged``, the values that calls exchange; ``known`` (3 n,); ``samples`` (points,
+    n) are the values at earlier communication points, newest first; ``extremes`` (2, n) the least and largest so far.
+    Returns DONE, REFUSED (with the call in ``control``), STOPPED, or NOT_FINITE; the last stores nothing.
     """
     n = samples.shape[1]
     what = control[WHAT]
@@ -104,7 +104,7 @@ def call_with_values(unit, function, references):
 
 @inlined_kernel
 def call_step(unit, control, numbers):
-    """Let a unit step; what it tells is in ``control`` and ``numbers``."""
+    """Let a unit step; its results are in ``control`` and ``numbers``."""
     control[EVENT] = control[ENDED] = control[EARLY] = 0
     numbers[REACHED] = 0.0
     time, size, no_state_before = numbers[TIME], numbers[SIZE], unit[NO_STATE_BEFORE]
@@ -116,7 +116,7 @@ def call_step(unit, control, numbers):
 
 @inlined_kernel
 def arrive(newest, samples, extremes):
-    """Remember the values of a communication point; DONE, or NOT_FINITE."""
+    """Store the values of a communication point; returns DONE, or NOT_FINITE and stores nothing."""
     for k in range(newest.shape[0]):
         if not math.isfinite(newest[k]):
             return NOT_FINITE
@@ -131,7 +131,7 @@ def arrive(newest, samples, extremes):
 
 @inlined_kernel
 def gather(unit, wires, places, inputs, exchanged, known):
-    """Inputs of a unit from the known values of all outputs."""
+    """Compute the inputs of a unit from the known values of all outputs."""
     for i in range(unit[IN_FIRST], unit[IN_END]):
         value = known[places[i, SOURCE]] * wires[i, SCALE] + wires[i, SHIFT]
         if value < wires[i, LOW]:
@@ -144,14 +144,14 @@ def gather(unit, wires, places, inputs, exchanged, known):
 
 @inlined_kernel
 def begin_call(notes, call):
-    """Note that a call begins."""
+    """Note the beginning of a call."""
     notes[NOTE_CALL] = call
     notes[NOTE_COUNT] += 1
 
 
 @inlined_kernel
 def end_call(control, notes, unit, call, status):
-    """Note the end of a call; whether its status is good and a step went to its end. One that failed stays noted."""
+    """Note the end of a call; False if it failed or a step ended early, and the failed call stays noted."""
     whole = call != STEPPING or (control[ENDED] == 0 and control[EARLY] == 0)
     if not (whole and 0 <= status <= _WARNING):
         control[FAILED] = unit
@@ -164,7 +164,7 @@ def end_call(control, notes, unit, call, status):
 
 
 def no_turns():
-    """Arguments of :func:`take_turns` for no unit: where its machine code is made."""
+    """Arguments of :func:`take_turns` without units, from which its machine code is compiled."""
     whole, real = np.zeros((0, COLUMNS), dtype=np.int64), np.zeros(0)
     places, sources = np.zeros((0, ENDS), dtype=np.int64), np.zeros(1, dtype=np.int64)
     control, notes = np.zeros(CONTROLS, dtype=np.int64), np.zeros(NOTE_SLOTS, dtype=np.int64)

@@ -1,7 +1,7 @@
-"""Words of units as engineers write them, in the words of pint.
+"""Unit symbols as engineers write them, translated to those of pint.
 
-Each line of ``_TABLE`` is what pint reads and the spellings of it. Plane angles have units of their own, because pint
-takes radian for a number.
+Each line of ``_TABLE`` has pint's expression and its spellings. Plane angles have units of their own here, because pint
+treats the radian as a number.
 """
 
 from __future__ import annotations
@@ -83,13 +83,13 @@ WORDS = {word: word for word in _ALIKE.split()}
 for _line in _TABLE.strip().splitlines():
     _pint, _spellings = _line.split("|")
     WORDS.update(dict.fromkeys(_spellings.split(), _pint.strip()))
-"""Spelling of a word, and what pint reads in its place."""
+"""Pint's expression for each spelling."""
 DOUBTFUL = frozenset(("gr",))
-"""Words that pint reads and others read otherwise: grain or gram."""
+"""Words with two meanings, which are refused: pint reads gr as grain, others as gram."""
 PARTS = sorted(
     (word for word in WORDS if word.isalpha() and word not in ("r", "d", "U", "M", "tr", "giri")), key=len, reverse=True
 )
-"""Words of which one without signs between may consist, as kNm or mPas, the longest first."""
+"""Symbols that may be joined without a sign between them, as in kNm or mPas, the longest first."""
 ANGLES = (
     "plane_radian = [angle]",
     f"plane_turn = {2.0 * math.pi!r} * plane_radian",
@@ -97,21 +97,21 @@ ANGLES = (
 )
 """Definitions of plane angles for pint."""
 FORCES = {"pound": "lbf", "kg": "kgf", "g": "gram_force", "ounce": "ozf", "tonne": "(1000*kgf)"}
-"""Masses that are forces where only those have the dimension asked for."""
+"""Mass units that mean forces if only a force has the wanted dimension."""
 BASES = {
     "kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd",
     "plane_radian": "rad",
 }  # fmt: skip
-"""Base units of pint, and their symbols."""
+"""Pint's base units and their symbols."""
 SIGNS = {
     "µ": "u", "μ": "u", "·": "*", "⋅": "*", "∙": "*", "•": "*", "×": "*", "−": "-", "–": "-", "÷": "/", "∕": "/",
     "⁄": "/", "″": '"', "”": '"', "º": "°", "²": "^2", "³": "^3", "⁴": "^4", "⁻¹": "^-1", "⁻²": "^-2", "⁻³": "^-3",
     "**": "^", "㎜": "mm", "Ω": "ohm", "\u00a0": " ", "\u202f": " ", "\u2009": " ",
 }  # fmt: skip
-"""Signs of typesetting, and ours."""
+"""Typographic symbols and their ASCII spelling."""
 KELVINS = {
     "°c": "degC", "c": "degC", "degc": "degC", "celsius": "degC", "deg c": "degC", "grad c": "degC", "°f": "degF",
     "f": "degF", "degf": "degF", "fahrenheit": "degF", "deg f": "degF", "k": "kelvin", "°k": "kelvin",
     "kelvin": "kelvin", "degk": "kelvin", "deg k": "kelvin", "°r": "degR", "degr": "degR", "rankine": "degR",
 }  # fmt: skip
-"""Temperatures in small letters."""
+"""Spellings of temperature units, in small letters, and pint's names."""

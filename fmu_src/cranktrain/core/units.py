@@ -1,12 +1,12 @@
 """Units as engineers write them, converted to SI.
 
-``UNITS`` is a quick table of the units that cranktrain itself writes. Every other spelling (``kN·m/rad``, ``kg cm²``,
-``lbf in s^2``, ``1/min``, ``°C``, ``bar(g)``) is read by pint, which is loaded when such a spelling comes.
+``UNITS`` is a table for fast conversion of the units that cranktrain itself writes. Every other spelling (``kN·m/rad``,
+``kg cm²``, ``lbf in s^2``, ``1/min``, ``°C``, ``bar(g)``) is read by pint, which is loaded only when needed.
 
-A plane angle is a dimension of its own here, so ``N m/rad`` and ``N m`` are two things, and ``rev/min`` is no
-frequency. Three spellings have a second meaning that is taken only where the first one does not have the dimension
-asked for: ``lb`` and ``kg`` as forces (``lb in`` as a torque, ``kg/cm2`` as a pressure), a product after a slash as
-divisor (``W/m2 K``), and ``1/min`` as a speed of rotation.
+A plane angle is a dimension of its own here, so ``N m/rad`` differs from ``N m``, and ``rev/min`` is not a frequency.
+Three spellings have a second meaning, which is used only if the first one does not have the wanted dimension: ``lb``
+and ``kg`` as forces (``lb in`` as a torque, ``kg/cm2`` as a pressure), a product after a slash as divisor
+(``W/m2 K``), and ``1/min`` as a speed of rotation.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ATMOSPHERE = 101325.0
 """Zero of gauge pressures, Pa."""
 
 _PRESSURES = {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6, "GPa": 1e9}
-# dimension: its units and their factors to SI, the unit of SI first; frequencies stay in Hz
+# For each dimension its units and their factors to SI, the SI unit first; frequencies stay in Hz.
 UNITS: dict[str, dict[str, float]] = {
     "1": {"1": 1.0, "%": 0.01},
     "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
@@ -70,7 +70,7 @@ FURTHER = {
     "volume": "m^3", "acceleration": "m/s^2", "angular acceleration": "rad/s^2", "volume flow": "m^3/s",
     "mass flow": "kg/s", "angular jerk": "rad/s^3", "voltage": "V", "current": "A",
 }  # fmt: skip
-"""Dimensions of measured signals that no engine file states, and their unit of SI."""
+"""Dimensions of measured signals that do not occur in engine files, and their SI units."""
 
 _DEGREES = re.compile(
     r"°\s*(?:c\.?a\.?(?:d)?|cr\.?a|cra|kw|crank)?|(?:deg(?:rees?)?|grad)[\s_.*-]*(?:c\.?a\.?|cra|kw|crank)|cad|d?ca|kw°"
@@ -81,7 +81,7 @@ _EXAMPLES = "'N m/rad', 'kg cm^2', 'rev/min', 'degC'"
 
 
 class UnitFactor(NamedTuple):
-    """A unit in SI: value · ``scale`` + ``zero`` is in the unit ``si``."""
+    """Conversion of a unit to SI: value · ``scale`` + ``zero`` is in the unit ``si``."""
 
     scale: float
     zero: float
@@ -89,21 +89,21 @@ class UnitFactor(NamedTuple):
 
 
 def to_si(value: Any, unit: str, dimension: str | None = None) -> Any:
-    """A number or array in SI.
+    """Number or array converted to SI.
 
-    Raises ``InputError``: a unit that is not known, or not of the ``dimension``, a key of ``UNITS``.
+    Raises ``InputError`` for an unknown unit or one that is not of ``dimension``, a key of ``UNITS``.
     """
     scale, zero, _ = unit_factor(unit, dimension)
     return value * scale + zero
 
 
 def unit_factor(unit: str, dimension: str | None = None) -> UnitFactor:
-    """Scale, zero and SI unit of a spelling; without a ``dimension`` what the unit measures is taken from it.
+    """Scale, offset and SI unit of a unit's spelling; without ``dimension`` the unit may have any.
 
     Raises
     ------
     InputError
-        one line: the unit is not known, or measures something else; with the nearest valid spelling
+        one line: the unit is unknown or has another dimension; with the nearest valid spelling
     """
     found = _quick(unit, dimension) or _read(unit, dimension)
     if isinstance(found, str):
@@ -112,30 +112,30 @@ def unit_factor(unit: str, dimension: str | None = None) -> UnitFactor:
 
 
 def known_factor(unit: str, dimension: str | None = None) -> UnitFactor | None:
-    """As :func:`unit_factor`; None where the unit is not known or measures something else."""
+    """Same as :func:`unit_factor`, but None if the unit is unknown or has another dimension."""
     found = _quick(unit, dimension) or _read(unit, dimension)
     return None if isinstance(found, str) else found
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is the spelling of a unit, ``-`` and an empty text excluded."""
+    """True if a text is the spelling of a unit; ``-`` and an empty text are not."""
     return known_factor(text) is not None
 
 
 def base_powers(si: str) -> dict[str, int]:
-    """Powers of kg, m, s, A, K, mol, cd and rad in a unit of SI."""
+    """Powers of kg, m, s, A, K, mol, cd and rad in an SI unit."""
     items = dict(_quantity("".join(_terms(_plain(si)) or ())).unit_items())
     return {BASES[unit]: int(power) for unit, power in items.items() if unit in BASES}
 
 
 def other_units(dimension: str) -> list[str]:
-    """Units of the quick table that do not measure a dimension."""
+    """Units of the table ``UNITS`` that do not have a dimension."""
     own = UNITS[dimension]
     return list(dict.fromkeys(unit for units in UNITS.values() for unit in units if unit not in own))
 
 
 def _quick(unit: str, dimension: str | None) -> UnitFactor | None:
-    """A unit of the quick table."""
+    """Factor of a unit in the table ``UNITS``; None if it is not there."""
     for known in UNITS.values() if dimension is None else (UNITS.get(dimension, {}),):
         if unit in known:
             return UnitFactor(known[unit], OFFSETS.get(unit, 0.0), next(iter(known)))
@@ -144,7 +144,7 @@ def _quick(unit: str, dimension: str | None) -> UnitFactor | None:
 
 @cache
 def _read(unit: str, dimension: str | None) -> UnitFactor | str:
-    """The unit by pint; the line of an error where it is not known or measures something else."""
+    """Factor of a unit read by pint; an error message if the unit is unknown or has another dimension."""
     text = " ".join(_plain(unit).split())
     if dimension == "1" and text.lower() in ("", "-", "none"):
         return UnitFactor(1.0, 0.0, "1")
@@ -179,7 +179,7 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
 
 
 def _plain(unit: str) -> str:
-    """A spelling in ASCII, degrees of crank angle as degrees."""
+    """Spelling in ASCII; degrees of crank angle become degrees."""
     text = unit.strip().replace("H2O", "HtO")
     for written, plain in SIGNS.items():
         text = text.replace(written, plain)
@@ -198,7 +198,7 @@ def _plain(unit: str) -> str:
 
 
 def _gauge(text: str, dimension: str | None) -> UnitFactor | None:
-    """A pressure that is said to be gauge or absolute; None for all other units."""
+    """Factor of a pressure unit marked as gauge or absolute; None for all other units."""
     if dimension not in (None, "pressure", "absolute pressure", "gauge pressure"):
         return None
     match = _GAUGE.fullmatch(text.replace("atü", "at ü"))
@@ -214,7 +214,7 @@ def _gauge(text: str, dimension: str | None) -> UnitFactor | None:
 
 
 def _readings(text: str, dimension: str | None) -> Iterator[str]:
-    """Meanings of a spelling as expressions of pint, the plain one first."""
+    """Possible meanings of a spelling as pint expressions, the plain one first."""
     terms = _terms(text)
     if terms is None:
         return
@@ -230,8 +230,8 @@ def _readings(text: str, dimension: str | None) -> Iterator[str]:
 
 
 def _terms(text: str) -> list[str] | None:
-    """Words of pint and signs between them; None where a word is not known."""
-    # N-m and N.m are products, min-1 is a power.
+    """Words of pint and the signs between them; None if a word is unknown."""
+    # N-m and N.m are products; min-1 is a power.
     text = re.sub(r"(?<=[^\W\d_])[.\-](?=[^\W\d_])", "*", text)
     text = re.sub(r"(?<=\d)[.\-](?=[^\W\d_])", "*", text)
     terms, at = list[str](), 0
@@ -259,7 +259,7 @@ def _terms(text: str) -> list[str] | None:
 
 
 def _word(word: str) -> list[str] | None:
-    """A word of a unit as words of pint: several where it is a product without a sign between, as in kNm."""
+    """Pint's words for one word of a unit; several if it is a product without a sign, as kNm. None if unknown."""
     if word in WORDS:
         return [WORDS[word]]
     if word in DOUBTFUL:
@@ -277,7 +277,7 @@ def _word(word: str) -> list[str] | None:
 
 
 def _split(word: str) -> list[str] | None:
-    """Known symbols of which a word consists, longest first."""
+    """Known symbols that make up a word, the longest first; None if it cannot be split."""
     for part in PARTS:
         if word.startswith(part):
             rest = word[len(part) :]
@@ -290,7 +290,7 @@ def _split(word: str) -> list[str] | None:
 
 @cache
 def _registry() -> Any:
-    """Units of pint; exact fractions, and the plane angle a dimension."""
+    """Unit registry of pint with exact fractions and the plane angle as a dimension."""
     from fractions import Fraction
 
     import pint
@@ -303,19 +303,19 @@ def _registry() -> Any:
 
 @cache
 def _quantity(expression: str) -> Any:
-    """One of a unit in base units; None where pint cannot make it one, or it is of no finite size above zero."""
+    """One of a unit in base units; None if pint cannot read it, or its size is not finite and positive."""
     try:
         found = _registry().parse_expression(expression or "1").to_base_units()
         return found if 0.0 < float(found.magnitude) < math.inf else None
-    except AttributeError:  # a plain number
+    except AttributeError:  # the expression is a plain number
         return None if re.search(r"[a-z]", expression) else _registry().Quantity(1, "")
-    except Exception:  # of pint, its tokenizer and arithmetic: the text is no unit
+    except Exception:  # pint, its tokenizer or arithmetic fails: not a unit
         return None
 
 
 @cache
 def _dimensions(dimension: str | None) -> dict[str, Any]:
-    """Dimensionality of one quantity, or of all."""
+    """Dimensionality (of pint) of one dimension, or of all."""
     names = {name: next(iter(known)) for name, known in UNITS.items()} | FURTHER
     if dimension is not None:
         names = {dimension: names[dimension]}
@@ -325,13 +325,13 @@ def _dimensions(dimension: str | None) -> dict[str, Any]:
 
 
 def _base(quantity: Any) -> str:
-    """Base units of a quantity that is none of the table's."""
+    """Base units of a quantity whose dimension is not in the table."""
     powers = dict(quantity.unit_items()).items()
     return " ".join(str(unit) if power == 1 else f"{unit}^{power}" for unit, power in powers)
 
 
 def _factor(quantity: Any, dimension: str) -> UnitFactor:
-    """The factor to SI; that of the quick table where it is the same unit."""
+    """Factor to SI; that of the table ``UNITS`` if it has the same unit."""
     factor = float(quantity.magnitude)
     known = UNITS.get(dimension, {FURTHER.get(dimension, ""): 1.0})
     for own in known.values():
@@ -341,7 +341,7 @@ def _factor(quantity: Any, dimension: str) -> UnitFactor:
 
 
 def _temperature(name: str) -> UnitFactor:
-    """A scale of temperature; Kelvin's has no zero of its own."""
+    """Factor of a temperature unit; the offset of kelvin is zero."""
     if name == "degC":
         return UnitFactor(1.0, ZERO_CELSIUS, "K")
     zero, one = (_registry().Quantity(degrees, name).to("kelvin").magnitude for degrees in (0, 1))

@@ -1,4 +1,4 @@
-"""Text and TOML files of users: read whole, or refused in one line."""
+"""Text and TOML files of users: read completely, or refused in one line."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from typing import Any, TypeGuard
 from cranktrain.core.errors import InputError
 
 LARGEST_FILE = 10_000_000
-"""Bytes of the largest text that is read: a thousand times what an engine takes."""
+"""Largest text file that is read as a whole, bytes: a thousand times the size of an engine file."""
 
 
 LARGEST_BODY, LONGEST_LINE = 2_000_000_000, 1 << 20
-"""Bytes of the largest file of any kind that is read whole, and characters of a line of such a text."""
+"""Size (bytes) of the largest file of any kind that is read as a whole, and longest line (characters) of a text."""
 
 
 TABLES = (".csv", ".txt", ".dat", ".tsv", ".tab", ".asc", ".prn")
-"""Endings of text tables, in small letters."""
+"""File endings of text tables, in small letters."""
 
 
 def user_path(path: str | Path) -> Path:
-    """A path that a user gave, with ``~`` and ``~name`` as the home folder; a leading ~ of no user stands as it is."""
+    """Path that a user gave, with ``~`` and ``~name`` replaced by the home folder; unchanged for an unknown user."""
     try:
         return Path(path).expanduser()
     except RuntimeError:
@@ -33,7 +33,7 @@ def user_path(path: str | Path) -> Path:
 
 
 def file_exists(path: str | Path) -> bool:
-    """Whether a path is one of a file; a name that no file can have, too long say, is none."""
+    """True if a path is an existing file; False also for impossible names, such as too long ones."""
     try:
         return Path(path).is_file()
     except (OSError, ValueError):
@@ -41,7 +41,7 @@ def file_exists(path: str | Path) -> bool:
 
 
 def folder_exists(path: str | Path) -> bool:
-    """Whether a path is one of a folder, as :func:`file_exists`."""
+    """True if a path is an existing folder; False also for impossible names."""
     try:
         return Path(path).is_dir()
     except (OSError, ValueError):
@@ -49,7 +49,7 @@ def folder_exists(path: str | Path) -> bool:
 
 
 def special(path: str | Path) -> str:
-    """What a path is that has no end or no content of its own, a device or a pipe; else empty."""
+    """Kind of a path that is a device, a pipe or a socket, in words; empty for any other path."""
     try:
         mode = Path(path).stat().st_mode
     except (OSError, ValueError):
@@ -64,10 +64,10 @@ def special(path: str | Path) -> str:
 
 
 def check_file(path: str | Path, shown: str, remedy: str, most: int = LARGEST_BODY) -> None:
-    """Refuse a path that no reader may open: a device, a pipe, a socket, or a file of more than ``most`` bytes.
+    """Refuse a path that must not be opened: a device, a pipe, a socket, or a file of more than ``most`` bytes.
 
-    This is done before anything is read, so nothing is allocated for what has no end. ``InputError`` ends with the
-    remedy. What does not exist is left to the reader, which says what it looked for.
+    The check comes before reading, so nothing is allocated for a file without end. ``InputError`` ends with ``remedy``.
+    A path that does not exist passes, because the reader has a better message for it.
     """
     if kind := special(path):
         raise InputError(f"{shown}: is {kind}, no file; {remedy}")
@@ -80,10 +80,10 @@ def check_file(path: str | Path, shown: str, remedy: str, most: int = LARGEST_BO
 
 
 def text_lines(path: Path, what: str, remedy: str, most: int = LARGEST_BODY) -> Iterator[tuple[int, str]]:
-    """Number and text of each line of a large text file, which is to be ``what``, without its end.
+    """Line numbers and lines of a large text file, which should be ``what``, without line ends.
 
-    ``InputError``: a device or a pipe, more than ``most`` bytes, a line that is no text or longer than any of such
-    files.
+    ``InputError`` for a device or a pipe, more than ``most`` bytes, a line that is not text or longer than
+    ``LONGEST_LINE`` characters.
     """
     check_file(path, f"{path}", remedy, most)
     with path.open(encoding="utf-8-sig", errors="replace") as file:
@@ -95,25 +95,25 @@ def text_lines(path: Path, what: str, remedy: str, most: int = LARGEST_BODY) -> 
 
 
 def beside(file: str | Path, text: str) -> Path:
-    """A path that a user's file names: from the folder of that file, from the home folder (~), or absolute."""
+    """Path named in a user's file: relative to that file's folder, in the home folder (~), or absolute."""
     return Path(file).parent / user_path(text)
 
 
 def ending(path: str | Path) -> str:
-    """Ending of a file's name with its dot, in small letters; of a name that is nothing else too."""
+    """File ending with its dot, in small letters; for a name such as ``.csv`` the whole name."""
     name = Path(path).name.lower()
     return name[name.rfind(".") :] if "." in name else ""
 
 
 def read_text(path: str | Path, what: str, remedy: str) -> str:
-    """Text of a user's file, which is to be ``what``; ``InputError`` ends with the remedy where it cannot be read."""
+    """Text of a user's file, which should be ``what``; ``InputError`` ends with the remedy if it cannot be read."""
     shown, path = f"{path}", user_path(path)
     try:
         check_file(path, shown, remedy)
         if not path.is_file():
             raise InputError(f"{shown}: no such {what}; {remedy}")
         large, text = path.stat().st_size > LARGEST_FILE, ""
-        if not large:  # files that the system makes while they are read state no size
+        if not large:  # files such as those in /proc state no size
             with path.open(encoding="utf-8-sig") as file:
                 text = file.read(LARGEST_FILE + 1)
         if large or len(text) > LARGEST_FILE:
@@ -128,7 +128,7 @@ def read_text(path: str | Path, what: str, remedy: str) -> str:
 
 
 def read_toml(path: str | Path, what: str, remedy: str) -> dict[str, Any]:
-    """Document of a TOML file, which is to be ``what``; ``InputError`` where it cannot be read or is none."""
+    """Document of a TOML file, which should be ``what``; ``InputError`` if it cannot be read or is not TOML."""
     text, name = read_text(path, what, remedy), Path(path).name
     try:
         return tomllib.loads(text)
@@ -136,11 +136,11 @@ def read_toml(path: str | Path, what: str, remedy: str) -> dict[str, Any]:
         raise InputError(f"{name}: not a TOML file: {error}") from None
     except RecursionError:
         raise InputError(f"{name}: not a TOML file: brackets are nested too deeply") from None
-    except ValueError as error:  # a whole number of thousands of digits
+    except ValueError as error:  # an integer of thousands of digits
         raise InputError(f"{name}: not a TOML file: {error}") from None
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:
-    """Whether a value of a file is a number that a float can hold, true and false excluded."""
+    """True if a value of a file is a number that fits in a float; False for true and false."""
     whole_or_float = isinstance(value, int | float) and not isinstance(value, bool)
     return whole_or_float and (math.isfinite(value) if isinstance(value, float) else abs(value) <= sys.float_info.max)

@@ -1,9 +1,9 @@
-"""Numba's types of four doubles and of eight singles that stay in a vector register, and their arithmetic.
+"""Numba's types of four doubles and of eight singles in a vector register, and their arithmetic.
 
-Products and sums by + - * / are rounded one by one: nothing is contracted or reordered, and a processor without 256-bit
-registers gives the same bits in two halves. :mod:`cranktrain.core.vectors` makes, loads and stores vectors of doubles,
-:mod:`cranktrain.core.singles` those of singles. Eight singles are compared lane by lane: the answer is a mask, of which
-& | ~ make others.
+Products and sums by + - * / are rounded one by one: nothing is contracted or reordered. A processor without 256-bit
+registers computes the same bits in two halves. :mod:`cranktrain.core.vectors` makes, loads and stores vectors of
+doubles, :mod:`cranktrain.core.singles` vectors of singles. A comparison of two vectors of singles gives a mask with one
+bit per lane; masks are combined by & | and ^.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MASK_VECTOR = ir.VectorType(ir.IntType(1), SINGLES)
 
 
 class VectorKind(types.Type):
-    """Lanes of one LLVM type in one register."""
+    """Numba type of a vector register whose lanes have one LLVM type."""
 
     def __init__(self, name: str, vector: Any) -> None:
         super().__init__(name)
@@ -34,15 +34,15 @@ class VectorKind(types.Type):
 
 
 class FourDoubles(VectorKind):
-    """Four doubles."""
+    """Type of four doubles."""
 
 
 class EightSingles(VectorKind):
-    """Eight singles."""
+    """Type of eight singles."""
 
 
 class EightTruths(VectorKind):
-    """Which of eight lanes something holds for."""
+    """Type of a mask: one truth value for each of eight lanes."""
 
 
 FOUR = FourDoubles("four_doubles", VECTOR)
@@ -54,14 +54,14 @@ MASK = EightTruths("eight_truths", MASK_VECTOR)
 @register_model(EightSingles)
 @register_model(EightTruths)
 class _VectorModel(models.PrimitiveModel):
-    """An LLVM vector."""
+    """Data model: an LLVM vector."""
 
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, kind.vector)
 
 
 def all_lanes(builder: Any, scalar: Any, vector: Any = VECTOR) -> Any:
-    """A vector with one scalar in all lanes; a double is rounded where the lanes are singles."""
+    """Vector with one scalar in all lanes; a double is rounded to single if the lanes are singles."""
     if vector is SINGLE_VECTOR and scalar.type != ir.FloatType():
         scalar = builder.fptrunc(scalar, ir.FloatType())
     undefined = ir.Constant(vector, ir.Undefined)
@@ -71,7 +71,7 @@ def all_lanes(builder: Any, scalar: Any, vector: Any = VECTOR) -> Any:
 
 
 def _define(symbol: Any, of: VectorKind, answer: VectorKind, number: Any, make: Any) -> None:
-    """Define ``symbol`` of two vectors, and of a number and a vector either way; ``make(builder, left, right)``."""
+    """Define operator ``symbol`` for two vectors, or number and vector; ``make(builder, left, right)`` emits code."""
     pairs = [(of, of)] + ([(number, of), (of, number)] if number is not None else [])
 
     class _Template(ConcreteTemplate):

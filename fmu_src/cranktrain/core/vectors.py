@@ -1,10 +1,10 @@
 """Four doubles at once, for the innermost loops that LLVM does not vectorise by itself.
 
 Each operation takes four neighbouring columns as an LLVM vector. Products and sums are rounded one by one, in the order
-of the rows: nothing is contracted or reordered. So the bits are those of the plain loop, whatever the processor: one
+of the rows: nothing is contracted or reordered. So the bits are those of the plain loop on every processor; one
 without 256-bit registers does the same in two halves.
 
-Rows must be contiguous (arrays of layout C). The caller holds the bounds: columns ``j`` to ``j + 3`` must exist.
+Rows must be contiguous (arrays of layout C). The caller checks the bounds: columns ``j`` to ``j + 3`` must exist.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def _address(context: Any, builder: Any, kind: Any, array: Any, indices: list[An
 
 
 def _vector(builder: Any, address: Any, lanes: int = LANES) -> Any:
-    """Four doubles from an address that is aligned to one, or one; and the address to store them at."""
+    """Four doubles, or one, loaded from an address aligned to a double; and the pointer to store them at."""
     from llvmlite import ir
 
     if lanes == 1:
@@ -36,7 +36,7 @@ def _vector(builder: Any, address: Any, lanes: int = LANES) -> Any:
 
 
 def contiguous(*arrays: Any, kind: str = "float64") -> None:
-    """Refuse arrays of another type or layout than rows of neighbours."""
+    """Refuse arrays that are not of type ``kind`` and layout C."""
     numba = compiler()
     for array in arrays:
         if array.layout != "C" or array.dtype != getattr(numba.types, kind):
@@ -84,9 +84,9 @@ subtract_4x4: Any = Intrinsic(_subtracting(4, 4))
 
 Called with ``(out, left, right, i, k, j)``."""
 subtract_1x4: Any = Intrinsic(_subtracting(1, 4))
-"""The same for one row."""
+"""Same as :data:`subtract_4x4` for one row."""
 subtract_column: Any = Intrinsic(_subtracting(4, 4, 1))
-"""Four rows and four pivots in one column alone."""
+"""Same as :data:`subtract_4x4` for one column: four rows and four pivots."""
 
 
 # Vectors as values: kernels add, subtract and multiply them by + - *, see :mod:`cranktrain.core.vector_types`.
@@ -99,7 +99,7 @@ def _types() -> Any:
 
 
 def entry_place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    """Address of an entry of the array that is the first argument; the second is its index, or a tuple of indices."""
+    """Address of an entry of the array in the first argument; the second is an index or a tuple of indices."""
     integer, (array, kind) = compiler().types.intp, signature.args[:2]
     if isinstance(kind, compiler().types.BaseTuple):
         parts = [(inner, builder.extract_value(values[1], k)) for k, inner in enumerate(kind)]
@@ -204,7 +204,7 @@ def _unpacking() -> Any:
 
 
 def _choosing(*order: int, vectors: int = 2) -> Callable[[], Any]:
-    """Lanes of two vectors, the second's counted from 4 on, or of one."""
+    """Shuffle: lanes of one vector, or of two with the second's lanes numbered from 4 on."""
 
     def making() -> Any:
         from llvmlite import ir
@@ -227,19 +227,19 @@ def _choosing(*order: int, vectors: int = 2) -> Callable[[], Any]:
 
 
 load: Any = Intrinsic(_loading)
-"""Four doubles from an array's entry on, ``(array, index)``; a tuple is the index of an array with several axes."""
+"""``(array, index)``: four doubles that start at an entry; the index of an array with several axes is a tuple."""
 load_singles: Any = Intrinsic(_loading_singles)
-"""The same from an array of single precision: half the memory to read, as four doubles."""
+"""``(array, index)``: four numbers of a single-precision array, as doubles; half the memory to read."""
 store: Any = Intrinsic(_storing)
-"""Write them, ``(array, index, vector)``."""
+"""``(array, index, vector)``: write four doubles."""
 splat: Any = Intrinsic(_spreading)
-"""One number in all lanes."""
+"""Vector with one number in all lanes."""
 pack: Any = Intrinsic(_packing)
-"""Four numbers as a vector."""
+"""Vector of four numbers."""
 unpack: Any = Intrinsic(_unpacking)
-"""A vector as four numbers."""
+"""Four numbers of a vector."""
 swap_pairs: Any = Intrinsic(_choosing(1, 0, 3, 2, vectors=1))
-"""Lanes 1, 0, 3, 2."""
+"""Vector with lanes in the order 1, 0, 3, 2."""
 even_lanes: Any = Intrinsic(_choosing(0, 2, 4, 6))
 """Lanes 0 and 2 of one vector, then those of another."""
 odd_lanes: Any = Intrinsic(_choosing(1, 3, 5, 7))

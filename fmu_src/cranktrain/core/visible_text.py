@@ -1,8 +1,8 @@
-"""Text from files, made safe for a terminal: what a terminal obeys is shown as an escape, and nothing else changes.
+"""Text from files made safe for a terminal: control characters are shown as escapes, and nothing else changes.
 
-Names of channels, units and engines come from files of anybody. A sequence of control characters in them would move the
-cursor, rewrite lines or set the title. All printed text goes through :class:`VisibleStream`; tables with styles of our
-own go past it, with their cells made visible one by one.
+Names of channels, units and engines come from files of unknown origin. Control characters in them could move the
+cursor, rewrite lines or set the title. All printed text goes through :class:`VisibleStream`. Tables with styles bypass
+it; their cells are made visible one by one.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from contextlib import contextmanager
 from typing import Any, TextIO, cast
 
 KEPT = "\n\t"
-"""Control characters that tables and lines consist of."""
+"""Control characters that are kept, because tables and lines consist of them."""
 OBEYED = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode's categories of characters that control, format, are half a character, or end a line."""
+"""Unicode categories of characters that are escaped: control, format, surrogate, line and paragraph separator."""
 
 
 def visible(text: str) -> str:
-    """A text with each character that a terminal obeys as JSON escapes it, four hexadecimal digits behind a u."""
+    """Text with each control character as JSON escapes it (u and four hexadecimal digits)."""
     if text.isprintable():
         return text
     return "".join(json.dumps(c)[1:-1] if c not in KEPT and unicodedata.category(c) in OBEYED else c for c in text)
@@ -34,7 +34,7 @@ class VisibleStream:
         self.stream = stream
 
     def write(self, text: str) -> int:
-        """Write a text."""
+        """Write a text, made visible."""
         self.stream.write(visible(text))
         return len(text)
 
@@ -43,13 +43,13 @@ class VisibleStream:
 
 
 def unfiltered(stream: TextIO) -> TextIO:
-    """The stream below a :class:`VisibleStream`, for texts with styles of our own; any other stream as it is."""
+    """Stream below a :class:`VisibleStream`, for our own texts with styles; any other stream unchanged."""
     return stream.stream if isinstance(stream, VisibleStream) else stream
 
 
 @contextmanager
 def visible_streams() -> Iterator[None]:
-    """Let what is printed be visible text."""
+    """Context in which everything printed to stdout and stderr is made visible."""
     before = sys.stdout, sys.stderr
     wrapped = [
         stream if stream is None or isinstance(stream, VisibleStream) else VisibleStream(stream) for stream in before

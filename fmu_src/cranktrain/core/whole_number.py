@@ -1,6 +1,6 @@
-"""Whole numbers in texts of users: digits of ASCII, and no more of them than an array of integers holds.
+"""Whole numbers in texts of users: ASCII digits, at most 18, so that an int64 holds them.
 
-``str.isdigit`` takes superscripts, which ``int`` refuses, and ``int`` refuses more than 4300 digits.
+``str.isdigit`` accepts superscripts, which ``int`` refuses, and ``int`` refuses more than 4300 digits.
 """
 
 from __future__ import annotations
@@ -11,6 +11,6 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 
 
 def whole_number(text: str) -> int | None:
-    """The number that a text is, with spaces around it or a sign; None for any other text."""
+    """Integer that a text states, with optional sign and spaces around it; None for any other text."""
     plain = text.strip()
     return int(plain) if _WHOLE.fullmatch(plain) else None

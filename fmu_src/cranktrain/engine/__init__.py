@@ -1,1 +1,1 @@
-"""Description of an engine: its parts as data, its file, and checks of its values."""
+"""Description of an engine: parts as data, engine files, and checks of the values."""

@@ -1,4 +1,4 @@
-"""Bodies, frames and connections that an engine file adds to its crank and block: arrays of tables.
+"""Bodies, frames and connections that an engine file adds to crank and block, as arrays of tables.
 
     [[frame]]                                  [[body]]
     name = "left"                              name = "balancer[1]"
@@ -11,9 +11,9 @@
     ends = ["crank.flywheel", "balancer[1].gear"]
     stiffness = { value = 2e8, unit = "N/m", ... }
 
-Places are those of the engine's axes at crank angle 0. An end is a body and one of its interfaces; ``crank`` and
-``block`` are the engine's own, ``ground`` has none. With ``place`` both ends are points at this position, rigidly fixed
-to their interfaces.
+Positions are in the engine's axes at crank angle 0. An end is a body and one of its interfaces. ``crank`` and ``block``
+are the engine's own bodies; ``ground`` has no interface. With ``place`` both ends are points at this position, rigidly
+fixed to their interfaces.
 """
 
 from __future__ import annotations
@@ -36,22 +36,23 @@ GROUND = "ground"
 
 @dataclass(frozen=True)
 class FrameTable:
-    """Axes that turn ``ratio`` times as fast as a crank about an ``axis`` (x, y) parallel to its own, or a rod's.
+    """Axes that rotate ``ratio`` times as fast as a crank about an ``axis`` (x, y) parallel to its own, or a rod's.
 
     Attributes
     ----------
     motion : ``turning``, or the motion of the ``rod`` or ``piston`` on a turning crank
-    ratio, axis : of the frame, or of the crank that moves it
-    angle : of a turning frame at crank angle 0, rad
-    cylinder : cylinder of the engine whose rod or piston it is, counted from 1; it gives all values below, and its own
-        rod, piston and gas are left out
-    pin : place of the crank's pin across at crank angle 0, x and y, m
-    length, bank, offset : of the rod; angle of the cylinder from the y axis; of its axis from the crank's, m, rad
+    ratio, axis : of the frame, or of the crank that moves the rod
+    angle : angle of a turning frame at crank angle 0, rad
+    cylinder : cylinder of the engine (from 1) whose rod or piston the frame follows; it supplies all values below, and
+        the engine's own rod, piston and gas of this cylinder are left out
+    pin : position of the crank pin across the axis at crank angle 0, x and y, m
+    length, bank, offset : length of the rod, m; angle of the cylinder from the y axis, rad; offset of its axis from the
+        crank's, m
     """
 
     @staticmethod
     def needed(given: Given) -> Needed:
-        """Of a rod or piston that no cylinder of the engine gives."""
+        """Keys that a rod or piston needs if no cylinder of the engine supplies them."""
         alone = given("motion") in ("rod", "piston") and not given("cylinder")
         return Needed(("pin", "length"), "give the cylinder whose rod it is, or") if alone else Needed()
 
@@ -73,24 +74,24 @@ class BodyTable:
 
     Attributes
     ----------
-    inertia : moments about x, y, z through the centre of mass, or six: xx, yy, zz, xy, xz, yz, kg m²
-    centre : of mass, m
-    interfaces, x, y, z : names of its interfaces and their places, m
-    file : of a reduced body or superelement, described in axes of its frame; then nothing else is given
-    stations, diameters : of a shaft along its frame's axis: places z of its steps and ends, m, and the diameter of each
-        piece between them, m
-    areas, second_moments : in place of diameters, m², m⁴: those of a rod count in the plane of its motion
-    along : axis of the frame along which stations lie, ``z``, or ``y`` of a rod: then they and the interfaces' ``y``
-        are distances from the frame's origin, a rod's big end, and one ``z`` tells the plane in which it moves
+    inertia : moments about x, y, z through the centre of mass, or six values xx, yy, zz, xy, xz, yz, kg m²
+    centre : centre of mass, m
+    interfaces, x, y, z : names of the interfaces and their positions, m
+    file : file of a reduced body or superelement, described in axes of its frame; no other key is given with it
+    stations, diameters : of a shaft along its frame's axis: positions z of its steps and ends, m, and the diameter of
+        each piece between them, m
+    areas, second_moments : in place of diameters, m², m⁴; for a rod those in the plane of its motion
+    along : axis of the frame along which stations lie, ``z``, or ``y`` of a rod. Then stations and the interfaces'
+        ``y`` are distances from the frame's origin, the rod's big end, and one ``z`` gives the plane of its motion
     youngs_modulus, poisson_ratio, density, damping_ratio : of a shaft
     cutoff_hz : highest natural frequency of a shaft's modes; the static compliance of stiffer modes is kept
     discs, disc_masses, disc_polar, disc_diametral, disc_x, disc_y : interfaces of a shaft that carry a disc, its mass
-        and moments of inertia, polar about z, and how far its centre of mass lies from the interface
+        and moments of inertia, polar about z, and the offset of its centre of mass from the interface
     """
 
     @staticmethod
     def needed(given: Given) -> Needed:
-        """Of a rigid body or a shaft; a file holds all."""
+        """Keys that a rigid body or a shaft needs; none if a file describes the body."""
         if given("file"):
             return Needed()
         if not given("stations"):
@@ -129,18 +130,18 @@ class BodyTable:
 
     @property
     def made_of_files_or_elements(self) -> bool:
-        """Whether it takes more than its table to make it."""
+        """True if the body needs a file or finite elements in addition to its table."""
         return bool(self.file or self.stations)
 
     @property
     def held_at(self) -> tuple[float, ...]:
-        """Places of a shaft's interfaces along its stations, m."""
+        """Positions of a shaft's interfaces along its stations, m."""
         return self.y if self.along == "y" else self.z
 
 
 @dataclass(frozen=True)
 class ConnectionTable:
-    """A force law between two ends, ``body.interface``; the field of the law's name holds its data."""
+    """A force law between two ends, ``body.interface``; its data are in the field with the law's name."""
 
     name: str
     law: str
@@ -164,7 +165,7 @@ class ConnectionTable:
 
     @property
     def data(self) -> Any:
-        """Data of its law."""
+        """Data of the connection's law."""
         return getattr(self, self.law)
 
 
@@ -173,17 +174,17 @@ TEXTS = {
     "body": ("name", "frame", "interfaces", "file", "discs", "along"),
     "connection": ("name", "law", "ends"),
 }
-"""Keys of each table that are plain texts."""
+"""Keys of each table that are plain texts, without unit and origin."""
 TABLES: dict[str, type] = {"frame": FrameTable, "body": BodyTable, "connection": ConnectionTable}
 
 
 OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "connection": ()}
-"""Names that every engine has taken."""
+"""Names that are taken in every engine."""
 
 
 def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
                     connections: tuple[ConnectionTable, ...], cylinders: int) -> None:  # fmt: skip
-    """Refuse tables that contradict themselves, each other or an engine of so many cylinders; ``InputError``."""
+    """Refuse tables that contradict themselves, each other or an engine of ``cylinders`` cylinders; ``InputError``."""
     for noun, tables in (("frame", frames), ("body", bodies), ("connection", connections)):
         taken = [*OWN_NAMES[noun]]
         for table in tables:
@@ -226,7 +227,7 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
 
 def _check_replaced(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
                     connections: tuple[ConnectionTable, ...]) -> None:  # fmt: skip
-    """Refuse a cylinder whose own rod, piston and gas are left out with nothing in place of one of them."""
+    """Refuse a cylinder whose own rod, piston and gas are left out if one of them has no replacement."""
     used = {body.frame for body in bodies}
     gas = {table.gas.cylinder for table in connections if table.gas is not None}
     for frame in frames:
@@ -313,11 +314,11 @@ def _check_shaft(body: BodyTable, where: str) -> None:
 
 
 def split_end(end: str) -> tuple[str, str]:
-    """Body and interface of ``body.interface``; names of bodies hold no dot."""
+    """Body and interface of an end ``body.interface``; names of bodies contain no dot."""
     body, _, interface = end.partition(".")
     return body, interface
 
 
 def located(body: BodyTable, folder: Path) -> BodyTable:
-    """A body whose file is found from the folder of the engine file."""
+    """Body whose relative file path is resolved from the folder of the engine file."""
     return replace(body, file=str((folder / body.file).resolve())) if body.file else body

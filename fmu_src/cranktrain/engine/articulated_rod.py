@@ -1,6 +1,6 @@
-"""Motion of knuckle pins: rods that hang on a master rod, and the paths of their pistons.
+"""Articulated rods: motion of the knuckle pins on a master rod, and paths of their pistons.
 
-In axes of the master's cylinder, whose y is that cylinder's, the crank pin is at P = (x, y) and the axis of the piston
+In the axes of the master's cylinder (y along the cylinder) the crank pin is at P = (x, y) and the path of the piston
 pin at x = e. With X = x − e and s = √(L² − X²) the master rod leans by φ, sin φ = X/L, in the sense of rotation, and
 
     φ̇ = ẋ/s,    φ̈ = ẍ/s + ẋ² X/s³
@@ -29,7 +29,7 @@ _SAMPLES, _STEPS = 360, 4
 
 
 class Engine(Protocol):
-    """What the motion of an engine's rods depends on."""
+    """Parts of an engine that determine the motion of its rods."""
 
     @property
     def crankshaft(self) -> Crankshaft: ...  # noqa: D102
@@ -44,14 +44,14 @@ class Engine(Protocol):
 
 
 class Articulation(NamedTuple):
-    """Where an articulated rod hangs (SI).
+    """Attachment of an articulated rod to its master rod (SI).
 
     Attributes
     ----------
     master : cylinder of the master rod, from 0
-    length, offset : of the master rod, and e of its cylinder
-    x, y : place of the knuckle pin in the master rod's axes, whose origin is the crank pin
-    turn : angle of the own bank from the master's, rad
+    length, offset : length of the master rod, and offset e of its cylinder
+    x, y : position of the knuckle pin in the master rod's axes, whose origin is the crank pin
+    turn : angle of the articulated rod's bank relative to the master's, rad
     """
 
     master: int
@@ -63,9 +63,9 @@ class Articulation(NamedTuple):
 
 
 class RodEnd(NamedTuple):
-    """Path of what a rod turns about, crank pin or knuckle pin, over the crank angle in axes of its cylinder (…,).
+    """Path of the pin that a rod turns on, crank pin or knuckle pin, over crank angle, in axes of its cylinder (…,).
 
-    x, y : m; their first (m/rad) and second derivatives (m/rad²) by the crank angle
+    x, y : m; then their first (m/rad) and second derivatives (m/rad²) by the crank angle
     """
 
     x: Array
@@ -78,9 +78,9 @@ class RodEnd(NamedTuple):
 
 @kernel
 def knuckle_motion(x, y, vx, vy, ax, ay, length, offset, k_x, k_y):
-    """Place, velocity and acceleration of a knuckle pin from those of the crank pin, in axes of the master's cylinder.
+    """Position, velocity and acceleration of a knuckle pin from those of the crank pin, in the master cylinder's axes.
 
-    Six values; then h_x, h_y, s, φ̇ and φ̈ of the equation above. Arrays go in by ``py_func``.
+    Returns these six values, then h_x, h_y, s, φ̇ and φ̈ of the equations above. For arrays call ``py_func``.
     """
     x = x - offset
     s = np.sqrt(length * length - x * x)
@@ -97,7 +97,7 @@ def knuckle_motion(x, y, vx, vy, ax, ay, length, offset, k_x, k_y):
 
 
 def articulations(engine: Engine) -> tuple[Articulation | None, ...]:
-    """Where each cylinder's rod hangs on a master rod, None for rods on their pin."""
+    """Attachment of each cylinder's rod to a master rod; None for rods on the crank pin."""
     cylinders, joint = engine.cylinders, engine.articulated_rod
     found: list[Articulation | None] = [None] * len(cylinders.pins)
     if cylinders.rods_on_pin != ARTICULATED or joint is None:
@@ -119,7 +119,7 @@ def rods_of(engine: Engine) -> tuple[Rod, ...]:
 
 
 def articulated_text(engine: Engine) -> list[str]:
-    """A line on each master rod: what hangs on it, and what loads and angles of its cylinders mean."""
+    """One line per master rod: which rods it carries, and that their big ends are knuckle pins."""
     found: dict[int, list[str]] = {}
     for c, joint in enumerate(articulations(engine)):
         if joint is not None:
@@ -131,7 +131,7 @@ def articulated_text(engine: Engine) -> list[str]:
 
 
 def hung_on(joint: Articulation, pin: RodEnd) -> RodEnd:
-    """Path of a knuckle pin in axes of its rod's cylinder, from the crank pin's in axes of the master's cylinder."""
+    """Path of a knuckle pin in axes of its own cylinder, from the crank pin's path in axes of the master's cylinder."""
     moved: Any = knuckle_motion.py_func(*pin, joint.length, joint.offset, joint.x, joint.y)
     cos, sin = math.cos(joint.turn), math.sin(joint.turn)
     turned = [(cos * x + sin * y, cos * y - sin * x) for x, y in zip(moved[0:6:2], moved[1:6:2], strict=True)]
@@ -145,7 +145,7 @@ def circle(radius: float | Array, angle: Array) -> RodEnd:
 
 
 def rod_end(engine: Engine, cylinder: int, angle: Array) -> RodEnd:
-    """Path of what the rod of a ``cylinder`` (from 0) turns about, in axes of that cylinder, at crank angles (n,)."""
+    """Path of the pin of a cylinder's rod in axes of that cylinder (from 0), at crank angles (n,)."""
     cylinders, crank, joint = engine.cylinders, engine.crankshaft, articulations(engine)[cylinder]
     pin = cylinders.pins[cylinder] - 1
     bank = cylinders.bank_angles[cylinder if joint is None else joint.master]
@@ -154,7 +154,7 @@ def rod_end(engine: Engine, cylinder: int, angle: Array) -> RodEnd:
 
 
 def piston_height(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]:
-    """Height of a piston's pin over the crank's axis (n,), m, and its derivative by the crank angle, m/rad."""
+    """Height of a piston's pin above the crank axis (n,), m, and its derivative by the crank angle, m/rad."""
     end, length = rod_end(engine, cylinder, angle), rods_of(engine)[cylinder].length
     x = end.x - engine.offsets[cylinder]
     s = np.sqrt(length**2 - x**2)
@@ -162,14 +162,14 @@ def piston_height(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, A
 
 
 def reach(engine: Engine, cylinder: int) -> float:
-    """Largest distance of a rod's big end from the axis of its cylinder over a revolution, m; NaN if none is finite."""
+    """Largest distance of a rod's pin from the axis of its cylinder over a revolution, m; NaN for impossible motion."""
     angle: Array = np.linspace(0.0, REVOLUTION, _SAMPLES + 1)
     with np.errstate(invalid="ignore"):
         return float(np.abs(rod_end(engine, cylinder, angle).x - engine.offsets[cylinder]).max())
 
 
 def dead_centre_angles(engine: Engine, cylinder: int) -> tuple[float, float]:
-    """Crank angles, rad, at which a piston is highest and lowest within a revolution, by Newton's method."""
+    """Crank angles, rad, of the highest and lowest piston position within a revolution, by Newton's method."""
     angle: Array = np.arange(_SAMPLES, dtype=np.float64) * (REVOLUTION / _SAMPLES)
     height = piston_height(engine, cylinder, angle)[0]
     found, step = angle[[height.argmax(), height.argmin()]], 1e-4
@@ -180,5 +180,5 @@ def dead_centre_angles(engine: Engine, cylinder: int) -> tuple[float, float]:
 
 
 def dead_centre_heights(engine: Engine, cylinder: int) -> Array:
-    """Highest and lowest place of a piston's pin over the crank's axis, m, (2,), by its true path."""
+    """Highest and lowest position of a piston's pin above the crank axis, m, (2,), on its exact path."""
     return piston_height(engine, cylinder, np.array(dead_centre_angles(engine, cylinder)))[0]

@@ -18,10 +18,11 @@ JUDGED = ("film", "pressure", "specific_load", "pv")
 
 @dataclass(frozen=True, kw_only=True)
 class BearingLimits:
-    """Limits of main bearings and big ends (SI); 0 where none is given.
+    """Limits of main bearings and big ends (SI); 0 for a limit that is not given.
 
-    Over a cycle ``film`` is the least film that a bearing may have, ``pressure`` the largest in its film,
-    ``specific_load`` the largest load over width and diameter, ``pv`` the mean of specific load times sliding speed.
+    Over a cycle ``film`` bounds the least film thickness from below. From above ``pressure`` bounds the largest film
+    pressure, ``specific_load`` the largest load over width times diameter, ``pv`` the mean of specific load times
+    sliding speed.
     """
 
     main_film: LeastFilm = 0.0
@@ -34,5 +35,5 @@ class BearingLimits:
     big_end_pv: SlidingLoad = 0.0
 
     def of(self, family: str, what: str) -> float:
-        """Limit of ``MAIN`` or ``BIG_END`` for one of ``JUDGED``; 0 where none is given."""
+        """Limit of ``MAIN`` or ``BIG_END`` for one of ``JUDGED``; 0 if it is not given."""
         return float(getattr(self, f"{family}_{what}"))

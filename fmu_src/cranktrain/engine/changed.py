@@ -1,4 +1,4 @@
-"""An engine with some values changed, checked as an engine file is."""
+"""Engine with some values changed, checked in the same way as an engine file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ADDED = re.compile(r"(\w+)\[([0-9]{1,18})\]")
 
 
 def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:
-    """An engine with other values; see :meth:`cranktrain.engine.model.Engine.with_`."""
+    """Engine with other values; see :meth:`cranktrain.engine.model.Engine.with_`."""
     document = document_of(engine)
     for path, value in changes.items():
         if not isinstance(path, str):
@@ -37,7 +37,7 @@ def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:
 
 
 def connected_engine(engine: Engine, name: str, law: Any, ends: Any, place: Any, values: Mapping[str, Any]) -> Engine:
-    """An engine with one more connection; see :meth:`cranktrain.engine.model.Engine.connected`."""
+    """Engine with one more connection; see :meth:`cranktrain.engine.model.Engine.connected`."""
     where = f"connection '{name}'"
     if hasattr(law, "stated"):
         law, own = "own", table_of_part(law.stated(values, where), where)
@@ -55,7 +55,7 @@ def connected_engine(engine: Engine, name: str, law: Any, ends: Any, place: Any,
 
 
 def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
-    """A text, a whole table, or none."""
+    """Set a text or a whole table of the document; None removes it."""
     if value is None:
         document.pop(table, None)
     elif table in TABLES:
@@ -65,7 +65,7 @@ def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
 
 
 def _change_value(document: dict[str, Any], table: str, key: str, value: Any) -> None:
-    """One value of a table; None for its default."""
+    """Set one value of a table; None restores its default."""
     own = document.setdefault(table, {})
     if not isinstance(own, dict):
         raise InputError(f"with_: {table} is {shown(own)}, no table in which {key} could stand")
@@ -76,7 +76,7 @@ def _change_value(document: dict[str, Any], table: str, key: str, value: Any) ->
 
 
 def _change_added(document: dict[str, Any], place: str, key: str, value: Any) -> None:
-    """One value of an added body, frame or connection, counted from 1."""
+    """Set one value of an added body, frame or connection, numbered from 1."""
     match = _ADDED.fullmatch(place)
     assert match is not None
     table, number = match[1], int(match[2])

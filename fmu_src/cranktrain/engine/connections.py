@@ -1,4 +1,4 @@
-"""Data of the force laws that join added bodies, as a file states them: one class a law (SI)."""
+"""Data of the force laws that join added bodies, one class per law (SI)."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from cranktrain.engine.quantities import need
 
 @dataclass(frozen=True)
 class GearMesh:
-    """Two gears whose pitch circles follow from the axes of their frames and the ratio.
+    """A gear mesh; the pitch circles follow from the axes and the ratio of the two frames.
 
     Attributes
     ----------
     stiffness, damping : of the mesh along the normal of its flanks, N/m, N s/m
-    pressure_angle, helix_angle : in the normal plane and at the pitch circle, rad; a positive helix angle pushes the
-        first gear along −z as it drives the other one forwards
+    pressure_angle, helix_angle : in the normal plane, and at the pitch circle, rad; with a positive helix angle the
+        first gear is pushed along −z when it drives the other one forwards
     backlash : along the pitch circle, m
-    teeth : of the first gear
-    variation : amplitude of the stiffness over its mean as teeth come and go, once a tooth
+    teeth : number of teeth of the first gear
+    variation : amplitude of the tooth-frequency variation of the stiffness, over its mean
     """
 
     stiffness: q.Stiffness
@@ -44,13 +44,13 @@ class GearMesh:
 
 @dataclass(frozen=True)
 class Coupling:
-    """Torque between two bodies, in frames of equal ratio, that twist relative to each other.
+    """Torque between two bodies in frames of equal ratio, by their relative twist.
 
     Attributes
     ----------
     stiffness, damping : N m/rad, N m s/rad
-    twists, torques : further spring torque (N m) over the twist (rad), straight between its points and beyond them
-    friction : torque (N m) against the twist's rate, as far as it is above ``slip_speed`` (rad/s); below, viscous
+    twists, torques : additional spring torque (N m) over twist (rad), linear between the points and beyond them
+    friction : friction torque (N m) against the twist rate, full above ``slip_speed`` (rad/s), viscous below
     """
 
     stiffness: q.SupportTorsionalStiffness = 0.0
@@ -63,7 +63,7 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Spring:
-    """Springs and dampers along and about three axes, those of the engine.
+    """Springs and dampers along and about the engine's three axes.
 
     Attributes
     ----------
@@ -79,12 +79,12 @@ class Spring:
 
 @dataclass(frozen=True)
 class Load:
-    """Force and torque on the first end and back on the second one, along axes of the engine.
+    """Force and torque on the first end and their reaction on the second, along the engine's axes.
 
     Attributes
     ----------
     force, torque : (3,) N, N m
-    order, phase : of a harmonic of the crank angle by which both are multiplied, cos(order θ + phase); 0: steady
+    order, phase : both are multiplied by cos(order θ + phase) of the crank angle θ; order 0 with phase 0 is steady
     """
 
     force: tuple[q.Force, ...] = (0.0, 0.0, 0.0)
@@ -95,13 +95,13 @@ class Load:
 
 @dataclass(frozen=True, kw_only=True)
 class Film(JournalBearing):
-    """A plain bearing between two bodies, as the main bearings are described; the first end is the journal.
+    """A plain bearing between two bodies, with the keys of a main bearing; the first end is the journal.
 
     Attributes
     ----------
-    level : of its film, as bearing levels are named
-    bore : of level ``ehd``: ``elastic``, known of the engine's own main bearings, or ``rigid``
-    viscosity : of its oil, Pa s; 0: that of the engine's oil
+    level : fidelity level of its film, named as the bearing levels
+    bore : for level ``ehd``: ``elastic`` (available for the engine's own main bearings) or ``rigid``
+    viscosity : viscosity of its oil, Pa s; 0 takes the engine's oil
     """
 
     level: q.FilmLevel = "impedance"
@@ -117,18 +117,18 @@ class Film(JournalBearing):
 class Roller:
     """A cylindrical roller bearing; the first end is the journal, the second one its outer ring, at rest.
 
-    The values are those of one main bearing of [main_roller].
+    The keys are those of [main_roller] for one main bearing.
 
     Attributes
     ----------
-    rollers : their number
-    roller_diameter, roller_length, pitch_diameter : of a roller, its effective length, of the circle of rollers, m
+    rollers : number of rollers
+    roller_diameter, roller_length, pitch_diameter : roller diameter, effective length, diameter of the pitch circle, m
     clearance : diametral radial clearance (play from side to side), m
-    stiffness, tilt_stiffness : of the linear stand-in, which lists of modes at rest take, N/m, N m/rad
-    damping, tilt_damping : with every contact, N s/m, N m s/rad
+    stiffness, tilt_stiffness : of the linear stand-in, used in lists of modes at rest, N/m, N m/rad
+    damping, tilt_damping : with every contact law, N s/m, N m s/rad
     profile : parameter p of the rollers' logarithmic profile, 0: straight
     contact : ``linear``, ``palmgren`` or ``iso16281``
-    variable : whether rollers go round with their cage, else they stand still, the first one straight below the journal
+    variable : true if rollers move with their cage; otherwise they stand still, the first straight below the journal
     """
 
     rollers: q.Rollers
@@ -146,7 +146,7 @@ class Roller:
 
     @property
     def bearings(self) -> RollerBearings:
-        """The bearing as the only one of an engine's main bearings."""
+        """The same bearing as the only main bearing of an engine."""
         names = [entry.name for entry in fields(self) if entry.name not in ("contact", "variable")]
         values = {name: (getattr(self, name),) for name in names}
         return RollerBearings(**values, ring_mass=(1.0,), law=self.contact, variable=self.variable)
@@ -160,11 +160,11 @@ class Thrust:
     ----------
     collar : ``square`` to its axis, or ``tilting``
     clearance : total axial play, m
-    inner_diameter, outer_diameter, pads, pad_fraction, taper, contact_height : as of [thrust], m
-    contact_stiffness, block_stiffness, damping : of collar and shells where they touch, of what holds the pads in
-        series with it, N/m; of the contact, N s/m
-    closed_stiffness : of the closed bearing, which lists of modes at rest take, N/m; 0: that of the contact
-    viscosity : of its oil, Pa s; 0: that of the engine's oil
+    inner_diameter, outer_diameter, pads, pad_fraction, taper, contact_height : as in [thrust], m
+    contact_stiffness, block_stiffness, damping : of collar and shells in contact, N/m; of the pads' support in series
+        with the contact, N/m; of the contact, N s/m
+    closed_stiffness : of the closed bearing, used in lists of modes at rest, N/m; 0 takes ``contact_stiffness``
+    viscosity : viscosity of its oil, Pa s; 0 takes the engine's oil
     """
 
     clearance: q.Gap
@@ -183,33 +183,33 @@ class Thrust:
 
     @property
     def bearing(self) -> ThrustBearing:
-        """The bearing as that of an engine."""
+        """The same bearing as the thrust bearing of an engine."""
         names = [entry.name for entry in fields(ThrustBearing) if entry.name != "main"]
         return ThrustBearing(main=1, **{name: getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True, kw_only=True)
 class RingDamper:
-    """Fluid or rubber between a torsional damper's housing, the first end, and its ring, the second one.
+    """Fluid or rubber between the housing (first end) and the ring (second end) of a torsional damper.
 
-    The values are those of [damper] but for bodies and heat balance: ring and housing are bodies of their own, and the
-    temperature is that of the table.
+    The keys are those of [damper] without bodies and heat balance: ring and housing are added bodies, and the
+    temperature is taken from the table over speed.
 
     Attributes
     ----------
     kind : ``viscous`` or ``rubber``
-    fluid : law of a fluid, ``newtonian``, ``shear-thinning`` or ``complex-modulus``
-    frequency : at which complex modulus and rubber are linearised, Hz
-    lowest_temperature, highest_temperature : between which the law holds, K
-    temperature_speeds, temperatures : of the damper, K, over the engine's speed, rad/s
+    fluid : law of the fluid, ``newtonian``, ``shear-thinning`` or ``complex-modulus``
+    frequency : frequency at which complex modulus and rubber are linearised, Hz
+    lowest_temperature, highest_temperature : range in which the law holds, K
+    temperature_speeds, temperatures : temperature of the damper, K, over the engine's speed, rad/s
     viscosity, viscosity_slope, critical_stress, flow_exponent : of the fluid at 25 degC, Pa s; K; Pa
-    ring_outer_radius, ring_inner_radius, ring_width, axial_gap, outer_gap, inner_gap : between which it is, m
+    ring_outer_radius, ring_inner_radius, ring_width, axial_gap, outer_gap, inner_gap : ring and gaps with fluid, m
     stiffness, loss_factor : of rubber, N m/rad
     """
 
     @staticmethod
     def needed(given: Given) -> Needed:
-        """Of what a damper of an engine needs, the keys that this one has."""
+        """Those keys that a damper of an engine needs and this one has."""
         keys, why = Damper.needed(lambda key: given("fluid" if key == "law" else key))
         optional = (
             "viscosity",
@@ -249,7 +249,7 @@ class RingDamper:
 
     @property
     def damper(self) -> Damper:
-        """The damper as that of an engine, with a ring of steel."""
+        """The same damper as that of an engine, with a ring of steel."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "fluid"}
         ring = 0.5 * math.pi * STEEL * self.ring_width * (self.ring_outer_radius**4 - self.ring_inner_radius**4)
         return Damper(
@@ -260,14 +260,14 @@ class RingDamper:
 
 @dataclass(frozen=True, kw_only=True)
 class SlidingJoint:
-    """A joint between two bodies that turn alike: it carries a torque and holds or slides along the axis.
+    """A joint between two bodies that rotate at the same speed: it carries torque, and holds or slides along the axis.
 
     Attributes
     ----------
-    joint : ``bolted``, or a ``spline``, which slides where the force exceeds friction times torque over spline_radius
-    joint_stiffness, joint_damping : along the axis, of a spline before it slides, N/m, N s/m
+    joint : ``bolted``, or ``spline``, which slides if the force exceeds friction times torque over spline_radius
+    joint_stiffness, joint_damping : along the axis, for a spline before it slides, N/m, N s/m
     turning_stiffness, turning_damping : about the axis, N m/rad, N m s/rad
-    spline_radius, friction : of a spline: its mean radius, m, and the coefficient of friction
+    spline_radius, friction : mean radius of a spline, m, and its coefficient of friction
     """
 
     joint: q.AxialJoint
@@ -280,7 +280,7 @@ class SlidingJoint:
 
     @property
     def path(self) -> AxialPath:
-        """The joint as that of an engine's drive line."""
+        """The same joint as that of an engine's drive line."""
         own = {name: getattr(self, name) for name in ("joint", "joint_stiffness", "joint_damping")}
         return AxialPath(**own, mass=1.0, stiffness=0.0, damping=0.0, spline_radius=self.spline_radius,
                          friction=self.friction)  # fmt: skip
@@ -288,7 +288,7 @@ class SlidingJoint:
 
 @dataclass(frozen=True)
 class RigidGear:
-    """Two gears with rigid teeth; the ratios of their frames match the teeth."""
+    """Two gears with rigid teeth; the ratios of their frames correspond to the numbers of teeth."""
 
 
 @dataclass(frozen=True)
@@ -297,8 +297,8 @@ class Planetary:
 
     Attributes
     ----------
-    teeth_sun, teeth_ring : their numbers of teeth, the planets have half the difference; planets are one body of all
-        their inertia, in a frame on the sun's axis
+    teeth_sun, teeth_ring : numbers of teeth; the planets have half the difference. All planets are one body with their
+        total inertia, in a frame on the sun's axis
     """
 
     teeth_sun: q.Teeth
@@ -307,13 +307,13 @@ class Planetary:
 
 @dataclass(frozen=True)
 class Belt:
-    """A belt on two pulleys, whose radii are in the ratio of their frames' turns; crossed where these turn apart.
+    """A belt on two pulleys, whose radii follow from the ratio of their frames; crossed if these rotate oppositely.
 
     Attributes
     ----------
-    radius : of the first pulley at the belt's middle line, m
-    stiffness, damping : of one strand along it, N/m, N s/m
-    tension : of both strands at rest, N
+    radius : radius of the first pulley to the belt's middle line, m
+    stiffness, damping : of one strand along its length, N/m, N s/m
+    tension : tension of both strands at rest, N
     """
 
     radius: q.Size
@@ -324,20 +324,20 @@ class Belt:
 
 @dataclass(frozen=True, kw_only=True)
 class Liner(Skirt):
-    """A piston's skirt in its liner; the first end is at the piston's pin."""
+    """A piston's skirt in its liner; the first end is at the piston pin."""
 
 
 @dataclass(frozen=True)
 class Gas:
-    """Gas between a piston and its head, the first and the second end, along the piston's cylinder.
+    """Gas force along a cylinder between a piston (first end) and its head (second end).
 
     Attributes
     ----------
     bore : diameter of the piston, m
-    cylinder : of the engine, whose pressure it is, counted from 1; 0: a trace of its own
-    angles, pressures : of such a trace, crank angles (rad) and absolute pressures (Pa), straight between its points
-    period : after which the trace begins anew, rad
-    crankcase_pressure : behind the piston, with a trace of its own, Pa
+    cylinder : cylinder of the engine (from 1) whose pressure acts; 0 for a pressure trace given here
+    angles, pressures : of this trace, crank angles (rad) and absolute pressures (Pa), linear between points
+    period : period of the trace, rad
+    crankcase_pressure : pressure behind the piston, used with a trace given here, Pa
     """
 
     bore: q.Size
@@ -350,12 +350,12 @@ class Gas:
 
 @dataclass(frozen=True)
 class Own:
-    """A law that is a function of Python, see :mod:`cranktrain.dynamics.topology.own_law`.
+    """A force law written as a Python function, see :mod:`cranktrain.dynamics.topology.own_law`.
 
     Attributes
     ----------
     function : name of a law of the running process
-    parameters, values : names of its parameters, and their values in SI
+    parameters, values : names of the function's parameters, and their values in SI
     """
 
     function: str
@@ -371,14 +371,14 @@ DATA: dict[str, type] = {
     "liner": Liner, "roller": Roller, "thrust": Thrust, "damper": RingDamper, "axial_joint": SlidingJoint,
     "own": Own,
 }  # fmt: skip
-"""Data of each law that a file may name."""
+"""Data class of each law that a file may name."""
 WORDS = {2: "two", 3: "three", 4: "four"}
 ENDS: dict[str, tuple[int, ...]] = {"planetary": (3, 4)}
-"""How many ends a connection has, where not two."""
+"""Possible numbers of ends of a law, if not two."""
 
 
 def check_ends(law: str, count: int, where: str) -> None:
-    """Refuse another number of ends than a law has; ``InputError``."""
+    """Raise ``InputError`` if a connection has a number of ends that its law does not allow."""
     valid = ENDS.get(law, (2,))
     text = f"{count} ends; law '{law}' has {' or '.join(WORDS[number] for number in valid)}"
     need(where, "ends", count in valid, text)

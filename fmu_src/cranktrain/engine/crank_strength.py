@@ -1,4 +1,4 @@
-"""Strength of the crankshaft's material: the table ``[crank_strength]`` of an engine file."""
+"""Strength of the crankshaft's material: table ``[crank_strength]`` of an engine file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 from cranktrain.engine.quantities import OneOf, Quantity, Roughness
 
 FORMINGS = ("grain-flow", "free-form", "cast-rolled")
-"""How a crankshaft is formed: forged with its grain along the throws, forged free, or cast with rolled fillets."""
+"""Forming processes: forged with grain flow along the throws, free-form forged, or cast with rolled fillets."""
 
 TensileStrength = Annotated[
     float, Quantity("pressure", 300.0, 2500.0, "MPa", "forged crankshafts have 600 to 1100 MPa")
@@ -21,9 +21,9 @@ Forming = Annotated[str, OneOf("forming", FORMINGS)]
 class CrankStrength:
     """Material data for the fatigue of the crankshaft.
 
-    ``tensile_strength`` is the least that the material is specified with (Pa), ``forming`` one of ``FORMINGS``,
-    ``roughness`` the average roughness depth Rz of the fillets' surface (m). ``fillet_treatment`` is the gain in
-    fatigue strength from rolling, hardening or nitriding them, 1 where they are untreated; the rule does not count it.
+    ``tensile_strength`` is the specified minimum (Pa), ``forming`` one of ``FORMINGS``, ``roughness`` the average
+    roughness depth Rz of the fillets' surface (m). ``fillet_treatment`` is the gain in fatigue strength from rolling,
+    hardening or nitriding the fillets, 1 if untreated; the rule ignores it.
     """
 
     tensile_strength: TensileStrength

@@ -1,4 +1,4 @@
-"""Drive line of discs and shafts behind the flywheel, as an engine holds it: one list per column."""
+"""Drive line of discs and shafts behind the flywheel, as an engine stores it: one list per column."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ FURTHER = {
     "strength": "strengths",
     "section": "sections",
 }
-"""Fields of a shaft that are columns of a drive line where one of its shafts has them."""
+"""Fields of a shaft that are optional columns of a drive line, with the columns' names."""
 POINTS = ("torques", "frequencies", "stiffnesses", "dampings")
 
 
 def _further_columns(shafts: tuple[Shaft, ...]) -> dict[str, tuple[Any, ...]]:
-    """Columns of a drive line for all that shafts have beside stiffness, damping, loss factor and ratio."""
+    """Optional columns of a drive line: all data of shafts beyond stiffness, damping, loss factor and ratio."""
     found: dict[str, tuple[Any, ...]] = {}
     counts = [len(shaft.stiffnesses) for shaft in shafts]
     if any(counts):
@@ -58,11 +58,11 @@ def _further_columns(shafts: tuple[Shaft, ...]) -> dict[str, tuple[Any, ...]]:
 class DriveLineChain:
     """Drive line of discs and shafts in place of the connecting shaft, see :mod:`cranktrain.loads.torsional_line`.
 
-    One entry a disc, and one a shaft from ``starts`` to ``ends``: names of discs, ``flywheel`` or ``dynamometer``. A
-    ``stiffnesses`` of 0 is a rigid mesh of gears. What is not given of the shafts is 0, of the gears 1.
+    There is one entry per disc, and one per shaft from ``starts`` to ``ends``, which are names of discs, ``flywheel``
+    or ``dynamometer``. A stiffness of 0 is a rigid gear mesh. Values of shafts that are not given are 0, ratios 1.
 
-    ``point_shafts`` are the numbers of shafts, from 1, that have points of stiffness over torque or of stiffness and
-    damping over frequency: one entry a point, with ``point_stiffnesses`` and either ``point_torques`` or
+    ``point_shafts`` are the numbers (from 1) of shafts whose stiffness depends on torque, or stiffness and damping on
+    frequency. There is one entry per point, with ``point_stiffnesses`` and either ``point_torques`` or
     ``point_frequencies`` and ``point_dampings``. The other columns are those of :class:`Shaft`.
     """
 
@@ -90,7 +90,7 @@ class DriveLineChain:
 
     @classmethod
     def of(cls, chain: Chain) -> DriveLineChain:
-        """The drive line of a table."""
+        """Drive line from a table of discs and shafts."""
         discs, shafts = chain.discs, chain.shafts
         return cls(
             tuple(shaft.between[0] for shaft in shafts), tuple(shaft.between[1] for shaft in shafts),
@@ -102,7 +102,7 @@ class DriveLineChain:
 
     @property
     def chain(self) -> Chain:
-        """As rows of discs and shafts."""
+        """The drive line as rows of discs and shafts."""
         d, s = len(self.discs), len(self.starts)
         discs = zip(self.discs, self.inertias, self.disc_dampings or d * (0.0,), strict=True)
         shafts = zip(
@@ -116,14 +116,14 @@ class DriveLineChain:
         )
 
     def _further(self, shaft: int) -> dict[str, Any]:
-        """Fields of a shaft, counted from 0, beside those of a linear one."""
+        """Fields of a shaft (from 0) beyond those of a linear shaft."""
         points = [k for k, number in enumerate(self.point_shafts) if number == shaft + 1]
         columns = {
             "torques": self.point_torques, "frequencies": self.point_frequencies,
             "stiffnesses": self.point_stiffnesses, "dampings": self.point_dampings,
         }  # fmt: skip
         found = {key: tuple(column[k] for k in points) for key, column in columns.items() if column and points}
-        # A column that other shafts need holds zeros of this one.
+        # A column that other shafts need is zero for this one.
         idle = ("torques",) if any(found.get("frequencies", ())) else ("frequencies", "dampings")
         found = {key: values for key, values in found.items() if key not in idle}
         own = {key: column[shaft] for key, name in FURTHER.items() if (column := getattr(self, name))}
@@ -131,9 +131,9 @@ class DriveLineChain:
 
 
 def line_connections(line: DriveLineChain) -> tuple[ConnectionTable, ...]:
-    """Couplings of what shafts carry in time beyond their stiffness without torque: further torque and friction.
+    """Couplings for the nonlinear part of shafts in time: torque beyond the linear stiffness, and friction.
 
-    ``InputError`` where such a shaft does not lie between flywheel and discs that turn as the crank does.
+    ``InputError`` if such a shaft is not between the flywheel and discs at crank speed.
     """
     chain, found = line.chain, []
     speeds, names = gear_speeds(chain), chain.names
@@ -159,7 +159,7 @@ def line_connections(line: DriveLineChain) -> tuple[ConnectionTable, ...]:
 
 
 def read_drive_line(path: str | Path) -> DriveLineChain:
-    """The drive line in a table; ``InputError`` where it cannot be read, or begins at no flywheel."""
+    """Drive line from a table's file; ``InputError`` if it cannot be read or does not begin at a flywheel."""
     chain = read_chain(path, LINE_ENDS)
     gear_speeds(chain, str(path))
     return DriveLineChain.of(chain)

@@ -1,8 +1,8 @@
-"""Values of engine and module files as msgspec reads them: ``{ value = 60, unit = "mm", origin = "chosen" }``.
+"""Entries of engine and module files as msgspec reads them: ``{ value = 60, unit = "mm", origin = "chosen" }``.
 
-The dataclasses of :mod:`cranktrain.engine.parts` and their annotations of :mod:`cranktrain.engine.quantities` are the
-declaration. :func:`table_of` makes the form of a table in a file from a dataclass, :func:`part_of` the dataclass in SI
-from what was read, and :func:`rules` what the JSON schema says of entries beyond their form: ranges in each unit.
+The dataclasses of :mod:`cranktrain.engine.parts` with their annotations from :mod:`cranktrain.engine.quantities` are
+the declaration. :func:`table_of` makes the struct of a file's table from a dataclass, :func:`part_of` the dataclass in
+SI from such a struct, and :func:`rules` the additional rules of the JSON schema: the range of a value in each unit.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from cranktrain.engine.quantities import OFFSETS, ROUNDING, UNITS, OneOf, Quanti
 
 ORIGINS = ("chosen", "derived", "calibrated", "published", "identified")
 WITH_NOTE = ("calibrated", "published", "identified")
-"""Origins that need a note which says to or from which number or data."""
+"""Origins that need a note, which names the source number or data."""
 Origin = Literal["chosen", "derived", "calibrated", "published", "identified"]
 Text = Annotated[str, Meta(min_length=1)]
 
 _made: dict[str, tuple[Any, bool, float | None]] = {}
-"""Quantity of each form of entries, whether they are lists, and their default value."""
+"""For each entry struct by name: the quantity, whether the value is a list, and a default outside the range."""
 
 
 def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = ()) -> list[Any]:
-    """Keys of a table that states a dataclass: an entry for each field, texts for ``plain`` ones."""
+    """Keys of a table for a dataclass: an entry for each field, plain texts for those in ``plain``."""
     read: list[Any] = []
     for entry in fields(part):
         own, many, rule = kinds(part)[entry.name]
@@ -51,9 +51,9 @@ def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = 
 
 
 def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **options: Any) -> Any:
-    """A table of a file with these keys; ``like`` is a file in which to see it, ``options`` are those of a struct.
+    """Struct of a file's table with these keys; ``like`` is an example file, ``options`` go to the struct.
 
-    The option ``needed`` is that of :class:`cranktrain.core.typed_file.Table`.
+    The option ``needed`` is described in :class:`cranktrain.core.typed_file.Table`.
     """
     space = {"__doc__": about, "remedy": f"add it as in {like}", "needed": options.pop("needed", None)}
     name = f"{name.removesuffix('Table')}Table"
@@ -62,28 +62,28 @@ def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **opt
 
 @cache
 def stated(part: Any, like: str) -> Any:
-    """The table of a file that states a dataclass, all of its fields by entries."""
+    """Struct of a file's table for a dataclass, with an entry for every field."""
     return table_of(part.__name__, keys_of(part), part.__doc__, like, needed=needed_keys(part))
 
 
 def needed_keys(part: Any) -> Any:
-    """As the option ``needed`` of :func:`table_of`: optional keys that the values of a table make necessary."""
+    """Option ``needed`` of :func:`table_of`: function for the optional keys that a table's values make necessary."""
     return staticmethod(lambda table: _needed(part, lambda key: _stated(table.get(key))).keys)
 
 
 def _needed(part: type, given: Callable[[str], Any]) -> Needed:
-    """Optional keys that a part needs with these values, see :class:`cranktrain.engine.parts.Needed`."""
+    """Optional keys that a part with these values needs, see :class:`cranktrain.engine.parts.Needed`."""
     own: Callable[[Callable[[str], Any]], Needed] | None = getattr(part, "needed", None)
     return Needed() if own is None else own(given)
 
 
 def _stated(entry: Any) -> Any:
-    """Value of an entry as written or as read; plain texts are their own."""
+    """Value of an entry, either as written or as read; a plain text is its own value."""
     return entry.get("value") if isinstance(entry, Mapping) else getattr(entry, "value", entry)
 
 
 def part_of(part: type, read: Any, where: str, plain: Collection[str] = (), **further: Any) -> Any:
-    """The dataclass of a table that was read, in SI; ``InputError``: an origin without its note, keys that it needs."""
+    """Dataclass in SI from a table that was read; ``InputError`` for an origin without note, or missing keys."""
     wanted = _needed(part, lambda key: _stated(getattr(read, key)))
     if missing := [key for key in wanted.keys if getattr(read, key) is None]:
         are, them = ("is", "it") if len(missing) == 1 else ("are", "them")
@@ -101,7 +101,7 @@ def part_of(part: type, read: Any, where: str, plain: Collection[str] = (), **fu
 
 
 def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
-    """Value of an entry, numbers in SI."""
+    """Value of an entry, with numbers in SI."""
     plain, many, rule = kind
     if entry.origin in WITH_NOTE and not entry.note:
         raise InputError(f"{where}: a value of origin '{entry.origin}' needs a note that names that number")
@@ -115,7 +115,7 @@ def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
 
 
 def said(fault: Fault, where: str) -> str:
-    """Message for a fault in an entry; empty for other faults."""
+    """Message for a fault in an entry; empty for any other fault."""
     place, entry, value = f"{where}: {fault.place}", fault.owner, fault.value
     whole = fault.wanted is not None and issubclass(fault.wanted, Entry) and fault.problem == "value"
     if whole or (issubclass(entry, Entry) and (fault.problem, fault.key) == ("missing", "value")):
@@ -136,7 +136,7 @@ def said(fault: Fault, where: str) -> str:
 
 
 def rules() -> dict[str, dict[str, Any]]:
-    """Rules of a JSON schema of all entries that forms were made of, by the names of their classes."""
+    """JSON schema rules of all entry structs made so far, by class name."""
     found: dict[str, dict[str, Any]] = {}
     for name, (rule, many, beyond) in _made.items():
         noted = {"required": ["note"], "properties": {"note": {"minLength": 1}}}
@@ -145,7 +145,7 @@ def rules() -> dict[str, dict[str, Any]]:
             held += [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
         found[name] = {"description": described(rule, many), "allOf": held}
         if isinstance(rule, Quantity) and rule.dimension != "1":
-            # A text as value has its unit itself.
+            # If the value is a text, it contains its unit.
             texts = {"items": {"type": "string"}} if many else {"type": "string"}
             held.append({"if": {"not": {"properties": {"value": texts}}}, "then": {"required": ["unit"]}})
             found[name]["required"] = ["value", "origin"]
@@ -153,7 +153,7 @@ def rules() -> dict[str, dict[str, Any]]:
 
 
 def _no_measure(unit: Any, dimension: str) -> str:
-    """What a message says of a wrong unit."""
+    """Message for a wrong unit."""
     valid = UNITS[dimension]
     close = isinstance(unit, str) and get_close_matches(unit, valid, n=1, cutoff=0.5)
     meant = f"did you mean '{close[0]}'? " if close else ""
@@ -165,7 +165,7 @@ def _dimension(rule: Any) -> str:
 
 
 def _entry(part: type, plain: type, many: bool, rule: Any, default: Any) -> Any:
-    """Form of an entry of a field; a default outside its range, which a file may state, says that nothing was given."""
+    """Struct of a field's entry; files may state its default even outside the range, where it means "not given"."""
     stands = isinstance(rule, Quantity) and isinstance(default, float | int) and math.isfinite(default)
     beyond = default if stands and rule.wrong(default) else None
     return _form(_title(part, rule, plain), plain, many, rule, beyond)
@@ -179,10 +179,10 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
         own = Annotated[plain, Meta(extra_json_schema={"enum": list(rule.names)})]
     elif plain is float:
         own = Annotated[plain, quantities()]
-    # Other spellings are read too; editors offer these, and know that the other dimensions' units are none.
+    # Other spellings are read too; editors suggest these, and reject units of other dimensions.
     known = {"anyOf": [{"enum": list(UNITS[dimension])}, {"not": {"enum": other_units(dimension)}}]}
     unit: Any = Annotated[str, Meta(extra_json_schema=known)]
-    # No table of a file is named so: their rules are found by the name.
+    # No table of a file has such a name, so rules are found by name.
     name = f"{title}{'_entries' if many else '_entry'}{'' if beyond is None else '_or_none'}"
     while name in _made:
         name += "_"
@@ -195,7 +195,7 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
 
 
 def _in_unit(rule: Quantity, unit: str, many: bool, beyond: float | None) -> dict[str, Any]:
-    """The range in one unit, extended by the rounding error of a converted value."""
+    """JSON schema of the range in one unit, extended by the rounding error of a converted value."""
     scales, shift = UNITS[rule.dimension], OFFSETS.get(unit, 0.0)
     own, margin = _unit(rule), 2.0 * ROUNDING
     low, high = (end * scales[own] + OFFSETS.get(own, 0.0) for end in (rule.low, rule.high))
@@ -213,7 +213,7 @@ def _unit(rule: Quantity) -> str:
 
 
 def described(rule: Any, many: bool) -> str:
-    """What a value is, in words: its kind, range and unit, or the names that it may be."""
+    """Description of a value in words: quantity, range and unit, or the valid names."""
     text = f"{rule.noun}: {', '.join(rule.names)}" if isinstance(rule, OneOf) else "value"
     if isinstance(rule, Quantity):
         what, unit = ("number", "") if rule.dimension == "1" else (rule.dimension, f" {_unit(rule)}")
@@ -222,7 +222,7 @@ def described(rule: Any, many: bool) -> str:
 
 
 def _title(part: type, rule: Any, plain: type) -> str:
-    """Name of a quantity: of its annotation in the part's module or in that of quantities."""
+    """Name of a quantity, taken from its annotation in the part's module or in that of quantities."""
     if rule is None:
         return {bool: "Flag", int: "Count", str: "Word"}.get(plain, "Number")
     return _names_in(part.__module__).get(rule) or _names_in(q.__name__).get(rule) or type(rule).__name__
@@ -230,6 +230,6 @@ def _title(part: type, rule: Any, plain: type) -> str:
 
 @cache
 def _names_in(module: str) -> dict[Any, str]:
-    """Names of the annotations of a module, by their quantities."""
+    """Names of the annotations of a module, by quantity."""
     found = {getattr(kind, "__metadata__", (None,))[0]: name for name, kind in vars(sys.modules[module]).items()}
     return {rule: name for rule, name in found.items() if isinstance(rule, Quantity | OneOf)}

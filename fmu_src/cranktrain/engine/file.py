@@ -1,11 +1,11 @@
-"""Engine files: TOML in which every value states its unit and where it comes from.
+"""Engine files: TOML in which every value states its unit and its origin.
 
 One table per dataclass of :mod:`cranktrain.engine.model`; an entry reads
 
     throw = { value = 60, unit = "mm", origin = "derived", note = "half the stroke" }
 
 ``value`` may be a list. ``origin`` is *chosen*, *derived*, *calibrated*, *published* or *identified*; the last three
-need a note that says to which number or data. Everything is converted to SI here, once, and checked. Keys and tables
+need a note that names the source number or data. Values are converted to SI and checked once, here. Keys and tables
 whose field has a default may be left out.
 """
 
@@ -38,16 +38,16 @@ from cranktrain.engine.written import document_of
 
 TEXTS = ("name", "title")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
-"""A name is part of paths and of an FMU's identifiers."""
+"""Pattern of an engine's name, which becomes part of paths and of an FMU's identifiers."""
 LONGEST_TITLE = 200
 TEXT_KINDS = {
     "name": Annotated[str, Meta(extra_json_schema={"pattern": f"^{NAME.pattern}$"})],
     "title": Annotated[str, Meta(extra_json_schema={"minLength": 1, "maxLength": LONGEST_TITLE})],
 }
 LIKE = "engine/data/diesel_i6.toml"
-"""File in which to see an engine's tables."""
+"""Example file with an engine's tables, named in messages."""
 ADDED_LIKE = "examples/four_with_balancers.toml"
-"""File in which to see bodies, frames and connections."""
+"""Example file with bodies, frames and connections, named in messages."""
 
 
 def engine_folder() -> Path:
@@ -56,12 +56,12 @@ def engine_folder() -> Path:
 
 
 def engine_names() -> list[str]:
-    """Names of the engines that ship with the package; their targets files ``*.targets.toml`` lie beside them."""
+    """Names of the engines that ship with the package; their targets files ``*.targets.toml`` are next to them."""
     return sorted(path.stem for path in engine_folder().glob("*.toml") if "." not in path.stem)
 
 
 def engine_path(name_or_path: str | Path) -> Path:
-    """Path of an engine file, by path or by the name of one that ships with the package."""
+    """Path of an engine file, from a path or the name of an engine that ships with the package."""
     text = str(name_or_path)
     if ending(text) == ".toml":
         return user_path(text)
@@ -73,9 +73,9 @@ def engine_path(name_or_path: str | Path) -> Path:
 
 
 def load_engine(name_or_path: str | Path | Engine) -> Engine:
-    """Read and check an engine file, or check an engine that was built or changed in Python as a file is.
+    """Read and check an engine file; an engine built or changed in Python is checked in the same way.
 
-    Raises ``InputError``: one line with file, table and key, for anything unknown, missing, in a wrong unit or
+    Raises ``InputError``, one line with file, table and key, for anything unknown, missing, in a wrong unit or
     impossible.
 
     Parameters
@@ -89,9 +89,9 @@ def load_engine(name_or_path: str | Path | Engine) -> Engine:
 
 
 def engine_of(document: dict[str, Any], where: str, folder: Path | None) -> Engine:
-    """Checked engine of the document of an engine file; ``InputError`` starts with ``where``.
+    """Checked engine from the document of an engine file; ``InputError`` starts with ``where``.
 
-    ``folder`` is that from which the files of added bodies are named; None where their paths are whole.
+    ``folder`` is the folder to which paths of added bodies are relative; None if they are absolute.
     """
     read = record(engine_table(), document, where, said)
     check_name(read.name, f"{where}: name")
@@ -124,7 +124,7 @@ def engine_parts() -> dict[str, type]:
 
 @cache
 def engine_table() -> Any:
-    """The document of an engine file as it is read, see :mod:`cranktrain.engine.entries`."""
+    """Struct of an engine file's document, see :mod:`cranktrain.engine.entries`."""
     optional = optional_fields(Engine)
     keys: list[Any] = [(name, TEXT_KINDS[name]) for name in TEXTS]
     for name, part in engine_parts().items():
@@ -151,7 +151,7 @@ def engine_table() -> Any:
 
 
 def _added(name: str, found: Sequence[Any], place: str, folder: Path | None) -> Iterator[Any]:
-    """Tables of an array of tables, see :mod:`cranktrain.engine.additions`."""
+    """Dataclasses of an array of tables, see :mod:`cranktrain.engine.additions`."""
     for table in found:
         where, more = f"{place}: {name} {shown(table.name)}", {}
         if name == "connection":
@@ -176,7 +176,7 @@ def check_title(title: str, where: str) -> None:
 
 
 def engine_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str, str]]:
-    """Every value of an engine file as it is written: (``table.key``, value, unit, origin, note)."""
+    """Every value of an engine file as written: (``table.key``, value, unit, origin, note)."""
     path = engine_path(name_or_path)
     load_engine(path)
     return [
@@ -194,5 +194,5 @@ def engine_provenance(name_or_path: str | Path) -> list[tuple[str, Any, str, str
 
 
 def _document(path: Path) -> dict[str, Any]:
-    """TOML document of an engine file; ``InputError`` where it is none."""
+    """TOML document of an engine file; ``InputError`` if it is not TOML."""
     return read_toml(path, "engine file", f"shipped engines: {', '.join(engine_names())}")

@@ -1,10 +1,11 @@
-"""When cylinders fire: crank angles of their firing dead centres, from throws, banks and firing order.
+"""Firing angles: crank angle of each cylinder's firing dead centre, from throws, banks and firing order.
 
-A throw at angle α points along the bank at angle β when θ = β − α, once a revolution; the order says which revolution
-fires. From each cylinder of the order to the next the crank turns to the next dead centre. Where all of these take less
-than a cycle together, whole revolutions remain. They go to the shortest intervals: a twin on one pin, with 45 degrees
-between its banks, fires at 0 and 405 degrees, not at 0 and 45. Cylinders at the same dead centre that follow each other
-in the order fire together where all fire evenly so. An engine that means something else states angles or intervals.
+A throw at angle α points along the bank at angle β when θ = β − α, once per revolution; the order determines in which
+revolution the cylinder fires. From each cylinder of the order to the next the crank turns to the next dead centre. If
+these intervals together are shorter than a cycle, whole revolutions remain, which are added to the shortest intervals.
+Example: a twin on one pin, with 45 degrees between its banks, fires at 0 and 405 degrees, not at 0 and 45. Cylinders
+at the same dead centre that follow each other in the order fire together if that makes the firing even. An engine that
+fires differently states angles or intervals.
 """
 
 from __future__ import annotations
@@ -19,17 +20,17 @@ from cranktrain.engine.parts import Compressor, Crankshaft, Cylinders, Rod
 
 REVOLUTION = 2.0 * math.pi
 SAME = 1.0e-6
-"""Dead centres (rad) that differ by less are one."""
+"""Difference of dead centres (rad) below which they are equal."""
 LATER = 1.0e-9
-"""Angle (rad) behind a dead centre from which on the next one is sought."""
+"""Angle (rad) after a dead centre from which the next one is searched."""
 STATED = math.radians(0.5)
-"""Difference (rad) that a stated angle may have from the throw's dead centre."""
+"""Largest difference (rad) between a stated angle and the throw's dead centre."""
 EVEN = math.radians(1.0)
-"""Intervals (rad) that differ by less are even."""
+"""Difference of intervals (rad) below which they are even."""
 
 
 class Engine(Protocol):
-    """What the firing of an engine depends on."""
+    """Parts of an engine that determine its firing angles."""
 
     @property
     def crankshaft(self) -> Crankshaft: ...  # noqa: D102
@@ -42,16 +43,16 @@ class Engine(Protocol):
 
 
 def dead_centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
-    """Crank angle at which each cylinder's throw points along its bank, rad; that of cylinder 1 in [0, 2π).
+    """Crank angle at which each cylinder's throw points along its bank, rad; for cylinder 1 in [0, 2π).
 
-    Of a cylinder beside the crank's axis it is where throw and rod are in line.
+    For a cylinder with an offset axis it is the angle at which throw and rod are in line.
     """
     found = _centres(crank, cylinders, rod)
     return [(found[0] + LATER) % REVOLUTION - LATER, *found[1:]]
 
 
 def _centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
-    """The same, that of cylinder 1 as it comes."""
+    """Dead centres as :func:`dead_centres`, with cylinder 1 at any revolution."""
     throws = [crank.throw_angles[pin - 1] for pin in cylinders.pins]
     found = [bank - throw for throw, bank in zip(throws, cylinders.bank_angles, strict=True)]
     if cylinders.axis_offsets:
@@ -62,10 +63,10 @@ def _centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
 
 
 def firing_angles(engine: Engine) -> tuple[float, ...]:
-    """Crank angle of each cylinder's firing dead centre, in the order of their numbers, rad.
+    """Crank angle of each cylinder's firing dead centre, in the order of cylinder numbers, rad.
 
-    Cylinder 1 fires in the first revolution. ``InputError`` where the throws cannot fire in the order or at the angles
-    that are stated.
+    Cylinder 1 fires in the first revolution. ``InputError`` if the throws cannot fire in the stated order or at the
+    stated angles.
     """
     cylinders = engine.cylinders
     dead, order, cycle = dead_centres(engine.crankshaft, cylinders, engine.rod), cylinders.firing_order, cylinders.cycle
@@ -88,7 +89,7 @@ def firing_angles(engine: Engine) -> tuple[float, ...]:
     angles, angle = [0.0] * len(order), dead[order[0] - 1]
     angles[order[0] - 1] = angle
     for gap, cylinder in zip(gaps, order[1:], strict=False):
-        # From the throw's own angle: sums of intervals would differ from it by rounding.
+        # The angle is taken from the throw itself, because a sum of intervals has rounding errors.
         before = angle + LATER
         after = (dead[cylinder - 1] - before) % REVOLUTION + before
         angle = after + REVOLUTION * round((angle + gap - after) / REVOLUTION)
@@ -97,7 +98,7 @@ def firing_angles(engine: Engine) -> tuple[float, ...]:
 
 
 def intervals_of(dead: Sequence[float], order: Sequence[int], cycle: float) -> list[float] | None:
-    """Intervals (n,) from each cylinder of the order to the next, the last to the first; None: not within a cycle."""
+    """Intervals (n,) from each cylinder of the order to the next, the last to the first; None if beyond a cycle."""
     following = [*order[1:], order[0]]
     gaps = [(dead[b - 1] - dead[a - 1] + SAME) % REVOLUTION - SAME for a, b in zip(order, following, strict=True)]
     gaps = [max(gap, 0.0) for gap in gaps]
@@ -110,19 +111,19 @@ def intervals_of(dead: Sequence[float], order: Sequence[int], cycle: float) -> l
 
 
 def intervals(angles: Sequence[float], cycle: float) -> tuple[float, ...]:
-    """Intervals between firings, rad, from the first in time on; the last one leads to the first of the next cycle."""
+    """Intervals between firings, rad, in time order; the last one leads to the first firing of the next cycle."""
     sequence = sorted(angles)
     return tuple(b - a for a, b in pairwise([*sequence, sequence[0] + cycle]))
 
 
 def is_even(gaps: Sequence[float]) -> bool:
-    """Whether intervals are equal; those of cylinders that fire together are none."""
+    """True if all intervals are equal, those of cylinders that fire together excepted."""
     apart = [gap for gap in gaps if gap > EVEN]
     return max(apart) - min(apart) < EVEN and len(gaps) % len(apart) == 0
 
 
 def even_order(dead: Sequence[float], cycle: float) -> tuple[int, ...]:
-    """An order from cylinder 1 on that fires evenly, nothing where there is none."""
+    """Firing order from cylinder 1 on that fires evenly; empty if there is none."""
     count, step = len(dead), cycle / len(dead)
     left, found = list(range(2, count + 1)), [1]
     for k in range(1, count):
@@ -136,7 +137,7 @@ def even_order(dead: Sequence[float], cycle: float) -> tuple[int, ...]:
 
 
 def uneven(engine: Engine) -> Iterator[str]:
-    """One line where an order leads to uneven intervals that nobody stated, with what would make them even."""
+    """Warning for an order that gives uneven intervals which nobody stated, with a remedy."""
     cylinders, cycle = engine.cylinders, engine.cylinders.cycle
     if cylinders.firing_angles or cylinders.firing_intervals or engine.compressor is not None:
         return
@@ -152,12 +153,12 @@ def uneven(engine: Engine) -> Iterator[str]:
         remedy = f"{'-'.join(map(str, order))} fires evenly; " if order else ""
     yield (
         f"cylinders.firing_order: fires at uneven intervals, {degrees(gaps)} deg; {remedy}"
-        "state cylinders.firing_intervals where it is meant so"
+        "state cylinders.firing_intervals if that is intended"
     )
 
 
 def firing_summary(engine: Engine) -> dict[str, Any]:
-    """``order`` of the cylinders as they fire, from cylinder 1 on, and ``intervals_deg`` from each to the next."""
+    """Firing ``order`` from cylinder 1 on, and ``intervals_deg`` from each cylinder to the next."""
     angles, cycle = firing_angles(engine), engine.cylinders.cycle
     after = [(angle - angles[0] + SAME) % cycle - SAME for angle in angles]
     order = sorted(range(len(after)), key=after.__getitem__)
@@ -166,7 +167,7 @@ def firing_summary(engine: Engine) -> dict[str, Any]:
 
 
 def firing_text(engine: Engine) -> str:
-    """The same in a sentence."""
+    """Firing order and intervals as a sentence."""
     found = firing_summary(engine)
     gaps = found["intervals_deg"]
     even = max(gaps) - min(gaps) < math.degrees(EVEN)
@@ -176,26 +177,26 @@ def firing_text(engine: Engine) -> str:
 
 
 def degrees(angles: Sequence[float]) -> str:
-    """Angles in degrees, for a sentence."""
+    """Angles in degrees as text, for a sentence."""
     return ", ".join(f"{math.degrees(angle):.4g}" for angle in angles)
 
 
 def from_first_cylinder(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> tuple[float, ...]:
-    """Throw angles that let cylinder 1 fire at crank angle 0, rad; as they are where it does."""
+    """Throw angles turned so that cylinder 1 fires at crank angle 0, rad; unchanged if it already does."""
     pin = cylinders.pins[0] if cylinders.pins else 0
     if not 1 <= pin <= len(crank.throw_angles) or not cylinders.bank_angles:
-        return crank.throw_angles  # the checks say what is wrong
+        return crank.throw_angles  # the checks report the fault
     n = len(cylinders.pins)
     given = len(cylinders.axis_offsets) in (0, n) and len(cylinders.bank_angles) == n
     if not given or not all(1 <= own <= len(crank.throw_angles) for own in cylinders.pins):
-        return crank.throw_angles  # likewise
+        return crank.throw_angles  # the checks report the fault
     turn = _centres(crank, cylinders, rod)[0]
     off = (turn + math.pi) % REVOLUTION - math.pi
     return crank.throw_angles if abs(off) < SAME else tuple(angle + off for angle in crank.throw_angles)
 
 
 def _refused(reason: str, dead: Sequence[float], cylinders: Cylinders) -> InputError:
-    """The error, with an even order: one that two exchanged cylinders make of the stated one, or any."""
+    """Error with an even order as a hint: the stated order with two cylinders exchanged if that is even, or any."""
     order = cylinders.firing_order
     near = [
         (*order[:i], order[j], *order[i + 1 : j], order[i], *order[j + 1 :])
@@ -209,12 +210,12 @@ def _refused(reason: str, dead: Sequence[float], cylinders: Cylinders) -> InputE
     text = f"{'-'.join(map(str, hint))} would do; " if hint else ""
     return InputError(
         f"cylinders.firing_order: {reason}; {text}change firing_order or crankshaft.throw_angles, or state "
-        "cylinders.firing_intervals where it is meant so"
+        "cylinders.firing_intervals if that is intended"
     )
 
 
 def _as_stated(dead: Sequence[float], stated: Sequence[float], cycle: float, key: str) -> tuple[float, ...]:
-    """Stated angles (rad, in the order of the cylinders' numbers) brought onto the throws' dead centres."""
+    """Stated angles (rad, in the order of cylinder numbers) moved to the exact dead centres of the throws."""
     found = []
     for number, (own, angle) in enumerate(zip(dead, stated, strict=True), 1):
         reached = dead[0] + (angle - stated[0]) % cycle

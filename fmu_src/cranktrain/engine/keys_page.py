@@ -1,6 +1,6 @@
-"""The page of all keys of an engine file: ``python -m cranktrain.engine.keys_page docs/engine_keys.md``.
+"""Generator of the page of all engine file keys: ``python -m cranktrain.engine.keys_page docs/engine_keys.md``.
 
-It is made from the declarations that the reader takes, so page and reader agree; a test compares them.
+The page is made from the declarations that the reader uses, so page and reader agree; a test compares them.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ CASES: tuple[dict[str, Any], ...] = (
     {"stations": (0.0,), "along": "y", "areas": (1.0,), "discs": ("a",)},
     {"stations": (0.0,)},
 )
-"""Values of keys by which further keys become necessary."""
+"""Values of keys that make further keys necessary."""
 OF_ROWS = {
     Disc: "A disc of a torsional crank or of a drive line.",
     Shaft: "A shaft, or a rigid mesh of gears where it has no stiffness. Keys by kind: those of a table over torque, "
@@ -49,7 +49,7 @@ OF_ROWS = {
 
 
 def page() -> str:
-    """Text of the page: needed tables first."""
+    """Text of the page, required tables first."""
     optional = optional_fields(Engine)
     order = sorted(engine_parts().items(), key=lambda item: item[0] in optional)
     parts = [_table(f"[{name}]", part, name in optional) for name, part in order]
@@ -62,7 +62,7 @@ def page() -> str:
 
 
 def _table(head: str, part: type, optional: bool, around: type | None = None) -> str:
-    """Part of the page on one table; ``around`` is what all laws of connections have."""
+    """Section of the page for one table; ``around`` is the class of keys that all connections have."""
     about = re.sub(r":\w+:`([^`]*)`", r"`\1`", inspect.cleandoc(part.__doc__ or "").replace("``", "`"))
     about = re.sub(r"\nAttributes\n-+\n", "\n", re.sub(r"^(\w[\w, ]*) : ", r"* `\1`: ", about, flags=re.MULTILINE))
     lines = [f"## {head}{', optional' if optional else ''}", "", about, ""]
@@ -82,13 +82,13 @@ def _table(head: str, part: type, optional: bool, around: type | None = None) ->
 
 
 def conditional(part: type) -> set[str]:
-    """Optional keys of a part that some value of another key makes necessary."""
+    """Optional keys of a part that certain values of other keys make necessary."""
     needed: Any = getattr(part, "needed", None)
     return set() if needed is None else {key for case in CASES for key in needed(case.get).keys}
 
 
 def _rows(head: str, kind: type) -> str:
-    """Part of the page on rows of discs or shafts, whose keys are plain numbers or lists of them."""
+    """Section of the page for rows of discs or shafts, whose keys are plain numbers or lists of numbers."""
     lines = [f"## {head}", "", OF_ROWS[kind], "", "| key | value | needed |", "| --- | --- | --- |"]
     for key in row_keys(kind):
         text = {"name": "text", "between": "list of: text, two discs"}.get(key) or described(key_rule(kind, key), False)

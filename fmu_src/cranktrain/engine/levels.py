@@ -1,8 +1,8 @@
-"""The registers of fidelity levels, except those of bearings (:mod:`cranktrain.film.laws.register`).
+"""The registers of fidelity levels, except for bearings (:mod:`cranktrain.film.laws.register`).
 
 Crank: ``rigid`` moves as a whole; ``torsional`` also twists; ``beam`` also bends and stretches; ``solid`` has stresses.
-Each level is one row. Command line, FMU interface, plan and studies read the tables, in the order of the rows, which is
-from the lowest to the highest level. :mod:`cranktrain.studies.answers` lists the levels that each output needs;
+Each level is one row. Rows are ordered from the lowest to the highest level. Command line, FMU interface, plan and
+studies read these tables. :mod:`cranktrain.studies.answers` lists the levels that each output needs;
 :mod:`cranktrain.structure.crank.level` makes the body of a crank level.
 """
 
@@ -16,22 +16,22 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.model import Engine
 
 RIGID_SHARE = 0.25
-"""Highest frequency of a rigid crank over the first torsional one; it neglects 1/(1 − 1/16) there, which is 7 %."""
+"""Highest valid frequency of a rigid crank over the first torsional one; its error there is 1/(1 − 1/16) − 1 = 7 %."""
 RIGID_CUT_SHARE = 0.02
-"""Likewise over the running model's cut-off, where the engine file publishes no torsional frequency."""
+"""Highest valid frequency of a rigid crank over the running model's cut-off, if no torsional frequency is published."""
 TORSIONAL_SHARE = 0.25
-"""Highest frequency of discs on a shaft over the running model's cut-off. It lies above the second torsional frequency
-of both shipped engines, which the discs meet within 6 %, and below the third."""
+"""Highest valid frequency of a torsional crank over the running model's cut-off. It is above the second torsional
+frequency of both shipped engines, which this level predicts within 6 %, and below the third."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """A fidelity level.
+    """A fidelity level of one kind.
 
     Attributes
     ----------
     title : description in one line, for help and documentation
-    reason : why a lower level is not sufficient where this level is needed
+    reason : why a lower level is not sufficient if this level is needed
     """
 
     name: str
@@ -45,11 +45,11 @@ class CrankLevel(Level):
 
     Attributes
     ----------
-    highest_frequency : of an engine, highest frequency at which the level is valid, Hz
-    needs_solid : whether it is made from the solid body, which takes a minute if it is not in the cache
-    takes_mesh : whether a user's own mesh of the crankshaft is used
-    bends : whether deformation moves journals across the axis; such a crank needs bearings that carry it
-    inherits : the level whose damping in motion is used, because this level cannot compute it; empty if none
+    highest_frequency : function of an engine: highest frequency at which the level is valid, Hz
+    needs_solid : true if it is made from the solid body, which takes a minute if it is not in the cache
+    takes_mesh : true if a user's own mesh of the crankshaft is used
+    bends : true if deformation moves journals across the axis, so that the crank needs bearings that carry it
+    inherits : level whose damping in motion is used, because this level cannot compute it; empty if none
     """
 
     highest_frequency: Callable[[Engine], float] = lambda engine: engine.reduction.running_cutoff_hz
@@ -120,12 +120,12 @@ DAMPERS = _table(
     Level("fitted", "with the engine's torsional damper on the pulley", "the run is without damper"),
 )
 ENCODERS = ("pin", "pulley", "flywheel")
-"""Places whose angle a pressure trace may belong to: each cylinder's own pin, or one end of the crank for all."""
+"""Locations whose angle a pressure trace may belong to: each cylinder's own pin, or one end of the crank for all."""
 
 
 @dataclass(frozen=True)
 class Levels:
-    """One level of each kind; as a need: the lowest that serves. ``film``: rollers do not serve."""
+    """One level of each kind; as a requirement the lowest sufficient level. ``film`` excludes roller bearings."""
 
     crank: str = "rigid"
     bearings: str = "held"
@@ -137,7 +137,7 @@ class Levels:
 
 
 def crank_level(name: str) -> CrankLevel:
-    """Row of a crank level; ``InputError`` with the nearest name for one that does not exist."""
+    """Row of a crank level; ``InputError`` with the nearest name if it does not exist."""
     if name not in CRANKS:
         raise InputError(f"crank level '{name}' does not exist; {nearest(name, CRANKS)}")
     return CRANKS[name]

@@ -1,4 +1,4 @@
-"""Limits of the running engine that a report judges by: the table ``[limits]`` of an engine file."""
+"""Limits for the running engine that a report checks: table ``[limits]`` of an engine file."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ PressureLimit = Annotated[float, Quantity("absolute pressure", 1.0, 1000.0, "bar
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """Limits over the engine's speeds (SI); 0 where none is given.
+    """Limits over the engine's speeds (SI); 0 for a limit that is not given.
 
     ``pulley_torsion`` and ``twist`` are half of the largest peak-to-peak value over a cycle, all orders together: of
-    the pulley's torsional vibration, and of the rotation of pulley against flywheel. ``piston_speed`` is the mean one,
-    ``peak_pressure`` the largest pressure of any cylinder.
+    the pulley's torsional vibration, and of the rotation of the pulley relative to the flywheel. ``piston_speed`` is
+    the mean piston speed, ``peak_pressure`` the largest pressure of any cylinder.
     """
 
     pulley_torsion: VibrationLimit = 0.0

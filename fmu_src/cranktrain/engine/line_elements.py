@@ -1,12 +1,12 @@
-"""Elements of a torsional line whose stiffness is no constant: over torque, over twist, over frequency, with friction.
+"""Nonlinear elements of a torsional line: stiffness over torque, twist or frequency, and friction.
 
 Over torque. Points (T, k) of the tangent stiffness k = dT/dψ are joined by straight lines, and k is constant beyond the
-last of them. Two points of one torque are a step, so the stages of a progressive spring are points too. A table that
-holds no torque below 0 counts for both directions. The twist follows by integration,
+last of them. Two points of one torque are a step, so the stages of a progressive spring are points too. A table without
+torques below 0 holds for both directions. The twist follows by integration,
 
     ψ(T) = ∫₀ᵀ dT'/k(T'),    between two points Δψ = ΔT ln(k₂/k₁)/(k₂ − k₁)
 
-Small oscillations about a mean torque T feel k(T).
+Small oscillations about a mean torque T have the stiffness k(T).
 
 Over frequency. Stiffness k and damping c are joined by straight lines over the frequency and are constant beyond the
 ends: κ(ω) = k(ω) + iω c(ω). In time the element has the k and c of one stated frequency.
@@ -34,16 +34,16 @@ from cranktrain.engine import quantities as q
 from cranktrain.engine.parts import Needed
 
 PARTS = 8
-"""Straight pieces by which the curve of torque over twist follows each sloping piece of the stiffness over torque."""
+"""Number of straight pieces of the torque curve over twist for each sloping piece of stiffness over torque."""
 
 
 @dataclass(frozen=True)
 class Shaft:
-    """One row of shafts (SI); without stiffness a rigid mesh of gears.
+    """One row of shafts (SI); a rigid gear mesh if it has no stiffness.
 
-    ``torques`` or ``frequencies`` are the points of ``stiffnesses`` (and ``dampings``) of an element that is not
-    linear, see :mod:`cranktrain.engine.line_elements`; ``stiffness`` and ``damping`` are then those without torque, or
-    at the ``frequency``, Hz. ``section`` is the design feature of :mod:`cranktrain.results.strength.iacs_m68`.
+    ``torques`` or ``frequencies`` are the points of ``stiffnesses`` (and ``dampings``) of a nonlinear element, see
+    :mod:`cranktrain.engine.line_elements`. ``stiffness`` and ``damping`` are then the values without torque, or at
+    ``frequency``, Hz. ``section`` is the design feature of :mod:`cranktrain.results.strength.iacs_m68`.
     """
 
     between: tuple[str, str]
@@ -65,12 +65,12 @@ class Shaft:
 
     @property
     def bends_the_line(self) -> bool:
-        """Whether its torque is not linear in twist and rate."""
+        """True if the shaft's torque is not linear in twist and twist rate."""
         return bool(self.torques) or self.friction > 0.0
 
 
 def needed_of_shaft(given: Mapping[str, Any]) -> Needed:
-    """Keys of a file that a shaft needs, those that its other keys make necessary among them."""
+    """Keys of a file that a shaft needs, including those that its other keys make necessary."""
     if "frequencies" in given:
         why = "runs in time and lists of modes take stiffness and damping at one 'frequency', Hz, so give"
         return Needed(("between", "stiffness", "frequency"), why)
@@ -87,7 +87,7 @@ def element_values(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        lists that do not fit together, with ``where`` in front
+        lists that do not fit together; the message starts with ``where``
     """
     values = {key: value for key, value in given.items() if key not in ("torques", "twists", "frequencies")}
     stiffness, damping = (given.get(key, ()) for key in ("stiffness", "damping"))
@@ -115,7 +115,7 @@ def element_values(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def tangent_stiffness(shaft: Shaft, torque: Array | float) -> Array:
-    """Stiffness (N m/rad) that small oscillations about a mean ``torque`` (N m, of any shape) feel."""
+    """Stiffness (N m/rad) for small oscillations about a mean ``torque`` (N m, of any shape)."""
     if not shaft.torques:
         return np.full(np.shape(torque), shaft.stiffness)
     at = np.abs(torque) if shaft.torques[0] >= 0.0 else np.asarray(torque)
@@ -123,7 +123,7 @@ def tangent_stiffness(shaft: Shaft, torque: Array | float) -> Array:
 
 
 def complex_stiffness(shaft: Shaft, omega: Array, torque: Array | float = 0.0) -> np.ndarray[Any, Any]:
-    """Complex stiffness k (1 + iη) + iω c (N m/rad) at ``omega`` (rad/s) about a mean torque, broadcast together."""
+    """Complex stiffness k (1 + iη) + iω c (N m/rad) at ``omega`` (rad/s) about a mean torque; both broadcast."""
     if shaft.frequencies:
         hz = omega / (2.0 * math.pi)
         stiffness, damping = (np.interp(hz, shaft.frequencies, of) for of in (shaft.stiffnesses, shaft.dampings))
@@ -134,7 +134,7 @@ def complex_stiffness(shaft: Shaft, omega: Array, torque: Array | float = 0.0) -
 
 
 def torque_curve(shaft: Shaft) -> tuple[Array, Array]:
-    """Twists (n,) rad and torques (n,) N m of a shaft with stiffness over torque; straight beyond its ends."""
+    """Twists (n,) rad and torques (n,) N m of a shaft with stiffness over torque; linear beyond its ends."""
     torques, stiffnesses = np.array(shaft.torques), np.array(shaft.stiffnesses)
     if torques[0] >= 0.0:
         torques, stiffnesses = np.append(-torques[::-1], torques), np.append(stiffnesses[::-1], stiffnesses)
@@ -168,7 +168,7 @@ def _over_torque(where: str, torques: tuple[float, ...], stiffness: Any) -> dict
 
 
 def _from_curve(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Stages of a curve of torque over twist."""
+    """Fields of a shaft with a curve of torque over twist, as stages of constant stiffness."""
     twists, torques = given["twists"], given.get("torques", ())
     if "stiffness" in given:
         raise InputError(f"{where}: stiffness follows from twists and torques; leave it out")

@@ -6,7 +6,7 @@ Vogel's law η = a exp(b / (T − c)) holds within a few per cent from 0 to 150 
     lg lg(ν + 0.7) = A − B lg T
 
 with one density for all temperatures. Under pressure (gauge) the viscosity grows by Barus's law exp(α p) or by that of
-Roelands, which keeps its slope α at ambient pressure but grows slower than Barus at hundreds of megapascal:
+Roelands, which has the same slope α at ambient pressure but grows less than Barus at hundreds of megapascal:
 
     η/η₀ = exp{(ln η₀ + 9.67) [(1 + p/p_R)^Z − 1]},    p_R = 196.2 MPa,    Z = α p_R / (ln η₀ + 9.67)
 
@@ -36,18 +36,19 @@ from cranktrain.engine.parts import Oil
 CONSTANT, BARUS, ROELANDS = 0, 1, 2
 PRESSURE_LAWS = {"none": CONSTANT, "barus": BARUS, "roelands": ROELANDS}
 VOGEL, WALTHER = 0, 1
-# Slots of :func:`oil_constants`: which of these laws, and its three constants.
+# Slots of :func:`oil_constants`: the law, and its three constants.
 OIL_LAW, OIL_FIRST, OIL_SECOND, OIL_THIRD, OIL_CONSTANTS = range(5)
 ROELANDS_PRESSURE = 1.962e8
 ROELANDS_LOG = 9.67
 DENSITY_SLOPE, DENSITY_LIMIT = 0.6e-9, 1.7e-9
-"""Constants (1/Pa) of Dowson and Higginson's density, one pair for mineral oils."""
+"""Constants (1/Pa) of Dowson and Higginson's density law, the same for all mineral oils."""
 
 
 def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Walther constants (ASTM D341) through two points.
 
-    Raises ``InputError``: points that do not fall with temperature, or a viscosity at which the law has no value.
+    Raises ``InputError`` for viscosities that do not fall with temperature, or too low ones, at which the law has no
+    value.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def walther_through(points: Sequence[tuple[float, float]]) -> tuple[float, float
 def viscosity(oil: Oil, temperature: float) -> float:
     """Dynamic viscosity of ``oil``, Pa s, at ``temperature``, K, and ambient pressure.
 
-    Raises ``InputError``: an unknown law, or a temperature at which it has no value.
+    Raises ``InputError`` for an unknown law, or a temperature at which the law has no value.
     """
     if oil.law == "walther":
         if not 0.0 < temperature < math.inf:
@@ -100,8 +101,8 @@ def oil_constants(oil: Oil) -> Array:
 def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
     """Law (an integer) and its two constants for :func:`pressure_factor`; ``viscosity`` at ambient pressure, Pa s.
 
-    Raises ``InputError``: an unknown law, a negative slope, or a viscosity below the common viscosity of all oils in
-    Roelands' law.
+    Raises ``InputError`` for an unknown law, a negative slope, or a viscosity below 6.3e-5 Pa s (9.67 = −ln of it),
+    where Roelands' law has no value.
     """
     if oil.pressure_law not in PRESSURE_LAWS:
         near = nearest(oil.pressure_law, PRESSURE_LAWS)
@@ -119,7 +120,7 @@ def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
 
 
 def oil_temperature(oil: Oil, speed: float) -> float:
-    """Temperature of ``oil``, K, at engine speed ``speed``, rad/s."""
+    """Temperature of ``oil``, K, at an engine speed, rad/s."""
     return float(
         temperature_at(speed, np.array(oil.temperature_speeds, dtype=float), np.array(oil.temperatures, dtype=float))
     )
@@ -127,7 +128,7 @@ def oil_temperature(oil: Oil, speed: float) -> float:
 
 @kernel
 def oil_viscosity(temperature: float, constants: Array) -> float:
-    """Viscosity at ambient pressure, Pa s, by :func:`oil_constants` at a temperature, K; 0 where the law has none."""
+    """Viscosity at ambient pressure, Pa s, at a temperature, K, by :func:`oil_constants`; 0 if the law has no value."""
     if constants[OIL_LAW] == WALTHER:
         if not 0.0 < temperature < math.inf:
             return 0.0
@@ -152,16 +153,16 @@ def walther_viscosity(temperature: float, a: float, b: float, density: float) ->
 
 @kernel
 def barus_factor(pressure: float, alpha: float) -> tuple[float, float]:
-    """η/η₀ after Barus and its derivative by ``pressure`` (Pa; ``alpha`` and the derivative in 1/Pa)."""
+    """Barus factor η/η₀ and its derivative by ``pressure`` (Pa; ``alpha`` and the derivative in 1/Pa)."""
     factor = math.exp(alpha * pressure)
     return factor, alpha * factor
 
 
 @kernel
 def roelands_factor(pressure: float, above: float, z: float) -> tuple[float, float]:
-    """η/η₀ after Roelands and its derivative by ``pressure`` (Pa, 1/Pa); ``above`` is ln η₀ + 9.67, ``z`` his exponent.
+    """Roelands factor η/η₀ and its derivative by ``pressure`` (Pa, 1/Pa); ``above``: ln η₀ + 9.67, ``z``: his exponent.
 
-    Suction beyond half of Roelands' pressure changes nothing more.
+    Below minus half of Roelands' pressure the factor is constant.
     """
     lowest = -0.5 * ROELANDS_PRESSURE
     base = 1.0 + (pressure if pressure > lowest else lowest) / ROELANDS_PRESSURE
@@ -174,14 +175,14 @@ def roelands_factor(pressure: float, above: float, z: float) -> tuple[float, flo
 
 @kernel
 def roelands_constants(viscosity: float, slope: float) -> tuple[float, float]:
-    """ln η₀ + 9.67, which must be positive, and Roelands' exponent for a ``slope`` α, 1/Pa."""
+    """Constants of Roelands' law: ln η₀ + 9.67, which must be positive, and the exponent for a ``slope`` α, 1/Pa."""
     above = math.log(viscosity) + ROELANDS_LOG if viscosity > 0.0 else -math.inf
     return above, slope * ROELANDS_PRESSURE / above
 
 
 @kernel
 def pressure_factor(law: int, pressure: float, first: float, second: float) -> tuple[float, float]:
-    """η/η₀ at ``pressure`` (Pa, gauge) and its derivative (1/Pa), by the constants of :func:`pressure_constants`."""
+    """Factor η/η₀ at ``pressure`` (Pa, gauge) and its derivative (1/Pa), by :func:`pressure_constants`."""
     if law == BARUS:
         return barus_factor(pressure, first)
     if law == ROELANDS:
@@ -191,7 +192,7 @@ def pressure_factor(law: int, pressure: float, first: float, second: float) -> t
 
 @kernel
 def density_factor(pressure: float) -> tuple[float, float]:
-    """ρ/ρ₀ after Dowson and Higginson at ``pressure`` (Pa, gauge; none in tension), and its derivative (1/Pa)."""
+    """Dowson–Higginson factor ρ/ρ₀ at ``pressure`` (Pa, gauge; 1 in tension), and its derivative (1/Pa)."""
     if pressure <= 0.0:
         return 1.0, 0.0
     below = 1.0 + DENSITY_LIMIT * pressure

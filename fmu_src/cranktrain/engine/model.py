@@ -1,7 +1,7 @@
 """The engine as data: frozen dataclasses in SI, read from an engine file.
 
-Angles are radians here; an engine file gives each value with its unit and its origin. The tables of an engine file are
-in :mod:`cranktrain.engine.parts`, the quantities of their numbers in :mod:`cranktrain.engine.quantities`.
+Angles are in radians here. The tables of an engine file are in :mod:`cranktrain.engine.parts`, the quantities of their
+numbers in :mod:`cranktrain.engine.quantities`.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.engine.limits import Limits
 
 IDLE_SHARE = 0.25
-"""Lowest over highest speed of an engine whose oil has one temperature."""
+"""Ratio of lowest to highest speed for an engine whose oil has one temperature at one speed."""
 
 
 @dataclass(frozen=True)
 class Engine:
-    """One engine, complete.
+    """Complete description of one engine.
 
-    Its crank runs in plain bearings, ``main_bearing``, in roller bearings, ``main_roller``, or in both. ``clutch``
-    is fixed to the same interface as the flywheel. Optional parts are for the levels that need them; ``damper`` is used
-    only if it is requested. ``frame``, ``body`` and ``connection`` are added to crank and block
+    The crank runs in plain bearings, ``main_bearing``, in roller bearings, ``main_roller``, or in both. ``clutch`` is
+    fixed to the same interface as the flywheel. Optional parts are needed by certain fidelity levels; ``damper`` is
+    used only if it is requested. ``frame``, ``body`` and ``connection`` are additions to crank and block
     (:mod:`cranktrain.engine.additions`).
     """
 
@@ -83,13 +83,13 @@ class Engine:
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """Lowest and highest speed of the engine, rad/s: the ends of its table of oil temperatures."""
+        """Lowest and highest speed of the engine, rad/s: the ends of its oil temperature table."""
         low, high = self.oil.temperature_speeds[0], self.oil.temperature_speeds[-1]
         return (low, high) if low < high else (IDLE_SHARE * high, high)
 
     @property
     def displacement(self) -> float:
-        """Swept volume of all cylinders, m³, with strokes of twice the throws but for articulated rods."""
+        """Swept volume of all cylinders, m³; strokes are twice the throws, except for articulated rods."""
         half_strokes = list(self.throws)
         for c, joint in enumerate(self.articulations):
             if joint is not None:
@@ -98,7 +98,7 @@ class Engine:
 
     @property
     def burn(self) -> parts.Combustion:
-        """Combustion, for what needs it; ``InputError`` where the cylinders are those of a compressor."""
+        """Combustion data; ``InputError`` if the engine is a compressor."""
         if self.combustion is None:
             raise InputError(f"engine '{self.name}' has no [combustion], which this needs; give pressures of your own")
         return self.combustion
@@ -110,7 +110,7 @@ class Engine:
 
     @property
     def best_speed(self) -> float:
-        """Speed of the full-load trace, rad/s; of the largest torque."""
+        """Speed of the full-load trace, which is that of the largest torque, rad/s."""
         gas = self.combustion or self.compressor
         assert gas is not None  # an engine is checked to have one
         return gas.best_speed
@@ -122,13 +122,13 @@ class Engine:
 
     @property
     def offsets(self) -> tuple[float, ...]:
-        """Offset of each cylinder: that of its piston's path from the crank's axis, across its bank, m."""
+        """Distance of each cylinder's piston path from the crank axis, across its bank, m."""
         own, pin = self.cylinders.axis_offsets or self.n_cylinders * (0.0,), self.cylinders.pin_offset
         return tuple(pin + offset for offset in own)
 
     @property
     def cylinder_positions(self) -> tuple[float, ...]:
-        """Middle of each cylinder (in the order of their numbers) along z, m; 0 in the middle of main journal 1."""
+        """Position of each cylinder's middle along z (by cylinder number), m; 0 at the middle of main journal 1."""
         pins = self.crankshaft.pin_positions
         return tuple(pins[pin - 1] + z for pin, z in zip(self.cylinders.pins, self.rod_offsets, strict=True))
 
@@ -146,24 +146,24 @@ class Engine:
 
     @property
     def roller_mains(self) -> tuple[int, ...]:
-        """Mains, numbered from 0, that run in roller bearings: one for each value of ``main_roller``."""
+        """Mains (from 0) that run in roller bearings, in the order of the values of ``main_roller``."""
         if self.main_roller is None:
             return ()
         return tuple(i - 1 for i in self.main_roller.mains) or tuple(range(len(self.crankshaft.main_widths)))
 
     @property
     def plain_numbers(self) -> tuple[int, ...]:
-        """Mains, numbered from 0, that run in plain bearings."""
+        """Mains (from 0) that run in plain bearings."""
         return tuple(i for i in range(len(self.crankshaft.main_widths)) if i not in self.roller_mains)
 
     @property
     def rollers_only(self) -> bool:
-        """Whether no main has an oil film."""
+        """True if no main bearing has an oil film."""
         return self.main_bearing is None
 
     @property
     def plain_mains(self) -> parts.JournalBearing:
-        """Plain main bearing, for computations with an oil film; ``InputError`` if the mains are rollers."""
+        """Data of the plain main bearings; ``InputError`` if all mains are roller bearings."""
         if self.main_bearing is None:
             raise InputError(
                 f"engine '{self.name}' has no [main_bearing]: its mains are roller bearings without an oil film; "
@@ -173,64 +173,64 @@ class Engine:
 
     @property
     def connections(self) -> tuple[ConnectionTable, ...]:
-        """Added connections, and those of the drive line's shafts that are not linear."""
+        """Added connections, and those for the nonlinear shafts of the drive line."""
         line = self.drive_line_chain
         return self.connection if line is None else (*self.connection, *line_connections(line))
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Engine:
-        """The engine with other values, checked as its file is.
+        """Engine with other values, checked in the same way as an engine file.
 
             engine.with_({"flywheel.mass": "30 kg", "damper": None}, flywheel__polar_inertia=0.5)
 
         Parameters
         ----------
-        changes : value by its place in an engine file: ``table.key``, ``body[1].mass``, or ``name``. A number is in SI,
-            a text has its unit. None leaves a value or a table out; a table may also be given as its dataclass
-        more : the same as keywords, with two underscores for the dot
+        changes : value by its key in an engine file: ``table.key``, ``body[1].mass``, or ``name``. A number is in SI, a
+            text has its unit. None removes a value or a table; a table may also be given as its dataclass
+        more : the same as keywords, with two underscores in place of the dot
 
         Raises
         ------
         InputError
-            one line, as for an engine file: unknown names, wrong types and units, values that do not fit together
+            one line as for an engine file: unknown names, wrong types and units, values that do not fit together
         """
         changed = import_module("cranktrain.engine.changed").changed_engine(self, {**(changes or {}), **more})
         assert isinstance(changed, Engine)
         return changed
 
     def connected(self, name: str, law: Any, ends: Sequence[str], place: Sequence[float] = (), **values: Any) -> Engine:
-        """The engine with one more connection, checked as its file is.
+        """Engine with one more connection, checked in the same way as an engine file.
 
             engine.connected("bush", hardening, ("crank.pulley", "ground"), stiffness="2e5 N/mm")
 
         Parameters
         ----------
-        name : of the connection
+        name : name of the connection
         law : function with ``@ct.law``, or the name of a law such as ``spring``
-        ends : ``body.interface``, or ``ground``
-        place : of both ends, (3,) m; none: at their interfaces
-        values : of the law's keys or parameters; numbers are in SI, texts have their unit
+        ends : two texts ``body.interface``, or ``ground``
+        place : position of both ends, (3,) m; if empty they are at their interfaces
+        values : values of the law's keys or parameters; numbers are in SI, texts have their unit
 
         Raises
         ------
         InputError
-            one line: unknown laws, keys, ends; values that are missing or of another kind
+            one line: unknown laws, keys or ends; values that are missing or of a wrong type
         """
         changed = import_module("cranktrain.engine.changed").connected_engine(self, name, law, ends, place, values)
         assert isinstance(changed, Engine)
         return changed
 
     def to_toml(self) -> str:
-        """Text of an engine file of this engine, from which the same engine is read; origins are not kept."""
+        """Text of an engine file that describes this engine; the origins of its values are not kept."""
         written = import_module("cranktrain.engine.written")
         return str(written.text_of(written.document_of(self)))
 
     @property
     def without_additions(self) -> Engine:
-        """The engine by itself, without bodies and connections that its file adds."""
+        """The engine without the bodies and connections that its file adds."""
         return replace(self, frame=(), body=(), connection=())
 
     def refuse_additions(self, what: str) -> None:
-        """Refuse bodies and connections added by the file, which ``what`` does not support; ``InputError``."""
+        """Refuse added bodies and connections, which the method ``what`` does not support; ``InputError``."""
         if self.body or self.connection:
             raise InputError(
                 f"engine '{self.name}' has added bodies and connections, which {what} cannot include; "
@@ -238,7 +238,7 @@ class Engine:
             )
 
     def refuse_two_strokes(self, what: str) -> None:
-        """Refuse a two-stroke, whose cycle ``what`` does not have; ``InputError``."""
+        """Refuse a two-stroke, because the method ``what`` covers four-strokes only; ``InputError``."""
         if self.cylinders.cycle < 3.0 * math.pi:
             raise InputError(
                 f"engine '{self.name}' is a two-stroke (cylinders.cycle = 360 deg), which {what} cannot include; give "
@@ -247,17 +247,17 @@ class Engine:
 
     @property
     def rod_offsets(self) -> tuple[float, ...]:
-        """Place of each rod's middle along z from its pin's middle, m, by cylinder."""
+        """Position of each rod's middle along z relative to its pin's middle, m, by cylinder."""
         return self.cylinders.rod_offsets or self.n_cylinders * (0.0,)
 
     @property
     def rods_float(self) -> bool:
-        """Whether each rod may have a film of its own on its pin: none runs on or hangs on another rod."""
+        """True if each rod may have its own film on its pin: no rod runs on another or hangs on a master rod."""
         return self.cylinders.rods_on_pin == "side-by-side"
 
     @property
     def articulations(self) -> tuple[Articulation | None, ...]:
-        """Where each cylinder's rod hangs on a master rod, None for rods on their pin."""
+        """Attachment of each cylinder's rod to a master rod; None for rods on the crank pin."""
         return articulations(self)
 
     @property
@@ -267,33 +267,33 @@ class Engine:
 
     @property
     def firing_angles(self) -> tuple[float, ...]:
-        """Crank angle within a cycle at which each cylinder (by their numbers) passes firing dead centre, rad.
+        """Crank angle within a cycle at which each cylinder (by number) passes firing dead centre, rad.
 
-        Cylinder 1 fires in the first revolution; :mod:`cranktrain.engine.firing` tells how the order chooses the
+        Cylinder 1 fires in the first revolution; :mod:`cranktrain.engine.firing` explains how the order determines the
         revolution of the others.
-        Raises ``InputError``: if the throws cannot fire in the stated order within one cycle.
+        Raises ``InputError`` if the throws cannot fire in the stated order within one cycle.
         """
         return firing_angles(self)
 
     @property
     def firings(self) -> float:
-        """Firings in a revolution, the order of excitation of cylinders that fire evenly."""
+        """Number of firings per revolution, which is the order of excitation if cylinders fire evenly."""
         return self.n_cylinders / round(self.cylinders.cycle / (2.0 * math.pi))
 
     @property
     def firing_intervals(self) -> tuple[float, ...]:
-        """Intervals between firings from cylinder 1 on, rad; the last one ends a cycle later."""
+        """Intervals between firings from cylinder 1 on, rad; the last one leads to cylinder 1 of the next cycle."""
         return intervals(self.firing_angles, self.cylinders.cycle)
 
 
 def engine_to_dict(engine: Engine) -> dict[str, Any]:
-    """Engine as nested dictionaries of JSON-able values in SI."""
+    """Engine as nested dictionaries of JSON-compatible values in SI."""
     data: dict[str, Any] = json.loads(json.dumps(asdict(engine)))
     return data
 
 
 def engine_from_dict(data: Mapping[str, Any]) -> Engine:
-    """Inverse of :func:`engine_to_dict`; raises ``InputError`` where a key is unknown or missing."""
+    """Inverse of :func:`engine_to_dict`; raises ``InputError`` for unknown or missing keys."""
     engine = _typed(Engine, data, "engine")
     if not isinstance(engine, Engine):
         raise InputError("engine: not a table")
@@ -306,7 +306,7 @@ def optional_fields(kind: type) -> set[str]:
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:
-    """Value as a field of its type wants it."""
+    """Value converted to the type of its field."""
     if is_dataclass(kind) and isinstance(kind, type):
         if not isinstance(value, Mapping):
             raise InputError(f"{where}: not a table")

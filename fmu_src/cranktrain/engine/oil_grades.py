@@ -1,4 +1,4 @@
-"""Engine oils by their SAE grade: typical viscosities, and the constants of Vogel's law through them.
+"""Engine oils by SAE grade: typical viscosities, and constants of Vogel's law through them.
 
 SAE J300 (2021) bounds the kinematic viscosity at 100 °C of a grade by its second number, and the viscosity at 150 °C
 and a shear rate of 1e6 1/s (HTHS) from below:
@@ -7,12 +7,12 @@ and a shear rate of 1e6 1/s (HTHS) from below:
     30    9.3 to 12.5 mm²/s,  2.9 mPa s
     40    12.5 to 16.3 mm²/s, 3.5 mPa s (0W, 5W, 10W), 3.7 mPa s (15W)
 
-The number before W bounds viscosities in the cold alone. The oil of a grade is taken in the middle of its band at
-100 °C. Its viscosity at 40 °C is that of a viscosity index (ASTM D2270) which such oils usually have; index and density
-at 15 °C are chosen values, not those of a product. With η = ρν and a density that falls by 0.065 % of that at 15 °C a
-kelvin, Vogel's law η = a exp(b / (T − c)) goes through η at 40, 100 and 150 °C, the last from Walther's law (ASTM D341)
-through the first two. The two viscosities of a product's data sheet describe that product better. Multigrade oils thin
-at the shear rates of a bearing, which no law here has.
+The number before W limits viscosities at low temperatures only. The oil of a grade is assumed in the middle of its band
+at 100 °C. Its viscosity at 40 °C follows from a viscosity index (ASTM D2270) that is usual for such oils; index and
+density at 15 °C are chosen values, not those of a product. The viscosity is η = ρν with a density that falls by 0.065 %
+of its value at 15 °C per kelvin. Vogel's law η = a exp(b / (T − c)) goes through η at 40, 100 and 150 °C, the last from
+Walther's law (ASTM D341) through the first two. The two viscosities in a product's data sheet describe that product
+better. Multigrade oils are thinner at the shear rates of a bearing, which none of these laws includes.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from cranktrain.engine.parts import Oil
 from cranktrain.engine.quantities import ZERO_CELSIUS
 
 EXPANSION = 6.5e-4
-"""Loss of density a kelvin over the density at 15 °C."""
+"""Decrease of density per kelvin, over the density at 15 °C."""
 WARM, HOT, HOTTEST, COOL = (ZERO_CELSIUS + one for one in (40.0, 100.0, 150.0, 15.0))
 SAME = 1.0e-9
-"""Relative difference up to which a value that is given beside a grade is the grade's own."""
+"""Relative difference up to which a value given together with a grade counts as the grade's own."""
 
 
 class Grade(NamedTuple):
@@ -50,13 +50,13 @@ GRADES = {
     "10W-40": Grade(99.0, 14.4, 870.0),
     "15W-40": Grade(109.0, 14.4, 880.0),
 }
-"""By viscosity indices 170, 170, 165, 140, 180, 170, 150 and 135."""
+"""Typical oils by grade; their viscosity indices are 170, 170, 165, 140, 180, 170, 150 and 135."""
 
 
 def graded(oil: Oil) -> Oil:
-    """Oil with density and constants of Vogel's law by its grade; as it is without one.
+    """Oil with density and constants of Vogel's law from its grade; unchanged if it has no grade.
 
-    A density that is given stays. ``InputError`` where a law's constants are given besides.
+    A given density is kept. ``InputError`` if constants of a law are given as well.
     """
     if oil.grade not in GRADES:  # none, or one that the check of the table refuses
         return oil
@@ -87,7 +87,7 @@ def vogel_constants(grade: Grade) -> tuple[float, float, float]:
 
 
 def _walther(grade: Grade, temperature: float) -> float:
-    """Kinematic viscosity, mm²/s, by Walther's law through those at 40 and 100 °C."""
+    """Kinematic viscosity, mm²/s, by Walther's law through the values at 40 and 100 °C."""
     low, high = (math.log10(math.log10(nu + 0.7)) for nu in (grade.warm, grade.hot))
     at = low + (high - low) * math.log(temperature / WARM) / math.log(HOT / WARM)
     return float(10.0**10.0**at - 0.7)

@@ -1,4 +1,4 @@
-"""The parts of an engine as data: frozen dataclasses in SI, one for each table of an engine file."""
+"""The parts of an engine as frozen dataclasses in SI, one for each table of an engine file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cranktrain.engine import quantities as q
 
 
 class Relief(NamedTuple):
-    """Axial profile of a shell: depth (m), part of each half width, exponent; :mod:`cranktrain.film.contact.gap`."""
+    """Axial profile of a shell: depth (m), fraction of a half width, exponent; :mod:`cranktrain.film.contact.gap`."""
 
     depth: float = 0.0
     share: float = 0.5
@@ -20,23 +20,23 @@ class Relief(NamedTuple):
 
 
 SHELL_SHARE = 0.03
-"""Thickness of a plain bearing's shell over its diameter; chosen."""
+"""Thickness of a plain bearing's shell over the bearing's diameter; chosen."""
 RING_SHARE = 0.5
-"""Thickness of a roller bearing's outer ring over the diameter of its rollers; chosen."""
+"""Thickness of a roller bearing's outer ring over the roller diameter; chosen."""
 
 
 COLDEST, ROOM, HOTTEST = 173.15, 298.15, 1273.15
-"""Temperatures, K, that a linear damper may have, and the one it has; its law does not depend on them."""
+"""Temperature range, K, and temperature of a linear damper, whose law does not depend on temperature."""
 ANY_FREQUENCY = 100.0
-"""Frequency, Hz, at which a linear damper of constant stiffness and damping is said to be linearised."""
+"""Nominal linearisation frequency, Hz, of a linear damper with constant stiffness and damping."""
 
 
 Given = Callable[[str], Any]
-"""Value of a table under a key, None where the table does not state it."""
+"""Function that returns a table's value under a key; None if the table does not state it."""
 
 
 class Needed(NamedTuple):
-    """Optional keys that the other values of a table make necessary, and why."""
+    """Optional keys that other values of a table make necessary, and the reason for a message."""
 
     keys: tuple[str, ...] = ()
     why: str = ""
@@ -55,10 +55,10 @@ class Material:
 class Crankshaft:
     """Parametric crankshaft geometry, m and rad.
 
-    A throw is a pin with its angle. Between two main journals lies one pin, or as many as ``pins_between_mains`` says,
-    joined by flying webs of ``flying_web_thickness``; where that is 0 they meet at their faces. ``counterweights`` has
-    an entry for each web, flying ones (which carry none) included. ``pin_throws`` are the throws of the pins where they
-    differ; ``throw`` is then that of the first.
+    A throw is a pin with its angle. Between two main journals there is one pin, or the number in
+    ``pins_between_mains``. Several pins are joined by flying webs of ``flying_web_thickness``; with 0 they meet at
+    their faces. ``counterweights`` has an entry for each web, including flying webs, which carry none. ``pin_throws``
+    are the throws of the pins if they differ; ``throw`` is then that of the first.
     """
 
     throw: q.Size
@@ -87,7 +87,7 @@ class Crankshaft:
 
     @property
     def bays(self) -> tuple[int, ...]:
-        """Number of pins from each main journal to the next."""
+        """Number of pins between each two neighbouring main journals."""
         return self.pins_between_mains or (1,) * len(self.throw_angles)
 
     @property
@@ -102,19 +102,19 @@ class Crankshaft:
 
     @property
     def pin_pitch(self) -> float:
-        """From pin to pin between two mains along z, m."""
+        """Distance of neighbouring pins between two mains along z, m."""
         return self.pin_width + self.flying_web_thickness
 
     @property
     def main_positions(self) -> tuple[float, ...]:
-        """Middle of each main journal along z, m; 0 for the first."""
+        """Position of each main journal's middle along z, m; 0 for the first."""
         one, ends = 2.0 * self.web_thickness + self.pin_width, zip(self.main_widths, self.main_widths[1:], strict=False)
         bays = (one + (pins - 1) * self.pin_pitch for pins in self.bays)
         return tuple(accumulate((0.5 * (a + b) + bay for (a, b), bay in zip(ends, bays, strict=True)), initial=0.0))
 
     @property
     def pin_positions(self) -> tuple[float, ...]:
-        """Middle of each pin along z, m."""
+        """Position of each pin's middle along z, m."""
         ends = (z + 0.5 * width for z, width in zip(self.main_positions, self.main_widths, strict=True))
         first = (end + self.web_thickness + 0.5 * self.pin_width for end in ends)
         return tuple(z + k * self.pin_pitch for z, pins in zip(first, self.bays, strict=False) for k in range(pins))
@@ -132,10 +132,10 @@ class LumpedInertia:
 
 @dataclass(frozen=True)
 class BalanceWeights:
-    """Heavy inserts and weights at the webs beside main journals, as point masses that turn with the crankshaft.
+    """Inserts and weights on the webs next to main journals, as point masses that rotate with the crankshaft.
 
-    One entry per weight: number of the main journal, mass, distance from the axis, angle as a throw's, and place along
-    z from the journal's middle (kg, m, rad).
+    There is one entry per weight: number of the main journal, mass, distance from the axis, angle (counted as a
+    throw's), and position along z relative to the journal's middle (kg, m, rad).
     """
 
     mains: tuple[int, ...]
@@ -149,8 +149,9 @@ class BalanceWeights:
 class Rod:
     """Connecting rod: length, masses at big and small end, and the true inertia about its centre of mass.
 
-    Level ``ehd`` of the big ends makes an elastic eye (:mod:`cranktrain.structure.rod.eye`) of the wall of its housing,
-    that of the cap, its width across the bolts and that of the shank; 0 takes usual proportions to the bearing.
+    Level ``ehd`` of the big ends makes an elastic eye (:mod:`cranktrain.structure.rod.eye`) from the wall thickness of
+    the housing and of the cap, the width across the bolts and the width of the shank; 0 takes usual proportions to the
+    bearing.
     """
 
     length: q.Size
@@ -168,8 +169,8 @@ class ArticulatedRod(Rod):
     """Connecting rod that turns on a knuckle pin in the big end of a master rod, not on the crank pin.
 
     The knuckle pin lies ``knuckle_radius`` from the middle of the crank pin, at an angle from the master rod's axis in
-    the sense of rotation: that of ``knuckle_angles``, one for each cylinder (0 of master rods), else the difference of
-    the two banks.
+    the sense of rotation. The angle is in ``knuckle_angles``, one for each cylinder (0 for master rods), or if these
+    are not given the difference of the two banks.
     """
 
     knuckle_radius: q.AddedLength
@@ -180,16 +181,16 @@ class ArticulatedRod(Rod):
 class Cylinders:
     """Cylinders in the order of their numbers; angles rad, lengths m.
 
-    ``bank_angles`` turn from the vertical in the sense of rotation. ``rod_offsets`` are the places along z of the rods'
-    middles from the middles of their pins; all 0 where the tuple is empty. ``firing_order`` chooses the revolution in
-    which each cylinder fires (:mod:`cranktrain.engine.firing`); ``firing_angles``, one for each cylinder from that of
-    cylinder 1, or ``firing_intervals``, one for each cylinder of the order, state it where that is not meant.
-    ``cycle`` is 720 degrees of a four-stroke, 360 degrees of a two-stroke. ``axis_offsets`` are the distances of the
-    cylinders' axes from the crank's, across, where banks are offset; the pin's offset in its piston adds to them.
-    ``rods_on_pin`` says how rods share a pin: ``side-by-side``, ``fork-and-blade`` in one plane, or ``articulated``:
-    the pin's cylinder of the lowest number has the master rod, all others the engine's articulated rod. With a
-    ``crosshead`` the side force is that of a guide at the height of the rod's small end, and ``piston_mass`` includes
-    piston rod and crosshead.
+    ``bank_angles`` are counted from the vertical in the sense of rotation. ``rod_offsets`` are the positions of the
+    rods' middles along z relative to the middles of their pins; all 0 if the tuple is empty. ``firing_order``
+    determines the revolution in which each cylinder fires (:mod:`cranktrain.engine.firing`). An engine that fires
+    differently states ``firing_angles``, one for each cylinder relative to cylinder 1, or ``firing_intervals``, one for
+    each cylinder of the order. ``cycle`` is 720 degrees for a four-stroke, 360 degrees for a two-stroke.
+    ``axis_offsets`` are the distances of the cylinder axes from the crank axis, for offset banks; the offset of the
+    piston pin adds to them. ``rods_on_pin`` states how rods share a pin: ``side-by-side``, ``fork-and-blade`` in one
+    plane, or ``articulated``: the pin's cylinder with the lowest number has the master rod, all others the engine's
+    articulated rod. With a ``crosshead`` the side force acts on a guide at the height of the rod's small end, and
+    ``piston_mass`` includes piston rod and crosshead.
     """
 
     bore: q.Size
@@ -212,13 +213,13 @@ class Cylinders:
 class PlainBearing:
     """Plain bearing: film geometry, and contact of its rough surfaces.
 
-    Level ``impedance`` takes ``contact_height`` and ``contact_pressure``; the levels above it take the surfaces as
-    Greenwood and Tripp do: ``roughness`` σ of both together, ``asperity_factor`` ηβσ, ``asperity_ratio`` σ/β,
-    ``contact_modulus`` E', boundary friction (coefficient on the contact pressure, stress on the real contact), and the
-    lining's ``hardness``, which no contact pressure exceeds.
-    ``groove`` is ``none`` or ``circumferential``. Level ``ehd`` follows the oil from a supply at ``supply_pressure``:
-    a groove in mid-bore, ``supply_width`` wide, all around or ``supply_arc`` long about ``supply_angle`` (from the x
-    axis in the sense of rotation); as it comes, the upper half. To the levels below it a groove all around is a line.
+    Level ``impedance`` uses ``contact_height`` and ``contact_pressure``. The levels above it use the contact model of
+    Greenwood and Tripp: combined ``roughness`` σ of both surfaces, ``asperity_factor`` ηβσ, ``asperity_ratio`` σ/β,
+    ``contact_modulus`` E', boundary friction (coefficient on the contact pressure, stress on the real contact area),
+    and the ``hardness`` of the lining, which limits the contact pressure. ``groove`` is ``none`` or
+    ``circumferential``. Level ``ehd`` follows the oil from a supply at ``supply_pressure``: a groove in mid-bore,
+    ``supply_width`` wide, all around or ``supply_arc`` long about ``supply_angle`` (from the x axis in the sense of
+    rotation); the default is the upper half. The levels below it treat a groove all around as a line.
     """
 
     diameter: q.Size
@@ -241,16 +242,16 @@ class PlainBearing:
 
     @property
     def relief(self) -> Relief:
-        """Profile of the shell: straight, where its films feel no tilt."""
+        """Axial profile of the shell: straight, so tilt has no effect on the film."""
         return Relief()
 
 
 @dataclass(frozen=True, kw_only=True)
 class BigEndBearing(PlainBearing):
-    """Plain bearing between a rod and its pin; its supply's angle counts in the rod's axes.
+    """Plain bearing between a rod and its pin; its supply angle is counted in the rod's axes.
 
-    x lies across the rod, y points from the big end to the small end. As it comes, the groove is the cap's: the half
-    towards the shank carries the gas force.
+    x is across the rod, y points from the big end to the small end. By default the groove is in the cap, because the
+    half towards the shank carries the gas force.
     """
 
     supply_angle: q.Angle = -0.5 * math.pi
@@ -260,9 +261,9 @@ class BigEndBearing(PlainBearing):
 class JournalBearing(PlainBearing):
     """Main bearing: a plain bearing, its linear stand-in (N/m, N s/m), and the relief of its shell at the edges.
 
-    ``stiffness_x`` and ``stiffness_y`` belong to the film; ``block_stiffness_x`` and ``block_stiffness_y`` represent
-    the block in series if the block level is ``ground``. The relief is ``relief_depth`` at the edge and rises over
-    ``relief_share`` of each half width with ``relief_exponent``.
+    ``stiffness_x`` and ``stiffness_y`` belong to the film. ``block_stiffness_x`` and ``block_stiffness_y`` represent
+    the block in series if the block level is ``ground``. The relief is ``relief_depth`` deep at the edge and extends
+    over the fraction ``relief_share`` of each half width with ``relief_exponent``.
     """
 
     stiffness_x: q.Stiffness
@@ -277,33 +278,35 @@ class JournalBearing(PlainBearing):
 
     @property
     def ground_stiffness(self) -> tuple[float, float]:
-        """Film and bore in series across the axis, N/m."""
+        """Stiffness of film and block in series across the axis (x, y), N/m."""
         x = 1.0 / (1.0 / self.stiffness_x + 1.0 / self.block_stiffness_x)
         return x, 1.0 / (1.0 / self.stiffness_y + 1.0 / self.block_stiffness_y)
 
     @property
     def in_rigid_bores(self) -> JournalBearing:
-        """The bearing without the block's stiffness."""
+        """The same bearing without the block's stiffness."""
         return replace(self, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
 
     @property
     def relief(self) -> Relief:
-        """Profile of the shell."""
+        """Axial profile of the shell."""
         return Relief(self.relief_depth, self.relief_share, self.relief_exponent)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RollerBearings:
-    """Cylindrical roller bearings of mains: one value per main journal, from the pulley to the flywheel (SI).
+    """Cylindrical roller bearings of mains, with one value per main journal from the pulley to the flywheel (SI).
 
-    They carry all mains, or those whose numbers ``mains`` gives, rising; then there is one value for each of these.
+    They carry all mains, or those whose numbers ``mains`` lists in rising order; then there is one value for each of
+    these.
 
-    ``rollers`` on a circle of ``pitch_diameter``, their effective ``roller_length``; ``clearance`` is the diametral
+    ``rollers`` on a circle of ``pitch_diameter`` have the effective ``roller_length``. ``clearance`` is the diametral
     radial clearance of the standards (play from side to side), ``profile`` the parameter p of the rollers' logarithmic
     profile (0: straight), see :mod:`cranktrain.film.laws.roller_contacts`. ``stiffness`` (N/m) and ``tilt_stiffness``
-    (N m/rad) are the linear stand-ins, ``damping`` (N s/m) and ``tilt_damping`` (N m s/rad) act with every law.
-    ``ring_mass`` is the outer ring's. Level ``roller`` follows ``law``: ``linear``, ``palmgren`` or ``iso16281``; with
-    ``variable`` the rollers go round with their cage, else they stand still, the first one straight below the journal.
+    (N m/rad) are the linear stand-ins; ``damping`` (N s/m) and ``tilt_damping`` (N m s/rad) act with every law.
+    ``ring_mass`` is the mass of the outer ring. Level ``roller`` uses ``law``: ``linear``, ``palmgren`` or
+    ``iso16281``. With ``variable`` the rollers move with their cage; otherwise they stand still, the first straight
+    below the journal.
     """
 
     rollers: tuple[q.Rollers, ...]
@@ -326,9 +329,9 @@ class RollerBearings:
 class ThrustBearing:
     """Axial bearing at one main journal; ``clearance`` is the total axial play.
 
-    ``contact_stiffness`` is that of collar and shells where they touch in a run. ``closed_stiffness`` stands for the
-    bearing where it is taken as closed, in lists of modes at rest and beside linear mains; 0 takes the contact's.
-    ``block_stiffness`` is the block's share, in series with either.
+    ``contact_stiffness`` is that of collar and shells in contact during a run. ``closed_stiffness`` is used where the
+    bearing counts as closed, in lists of modes at rest and with linear mains; 0 takes the contact's.
+    ``block_stiffness`` is that of the block, in series with either.
     """
 
     main: int
@@ -346,7 +349,7 @@ class ThrustBearing:
 
     @property
     def closed(self) -> float:
-        """Stiffness of the closed bearing's collar and shells, N/m."""
+        """Stiffness of collar and shells of the closed bearing, N/m."""
         return self.closed_stiffness or self.contact_stiffness
 
 
@@ -355,15 +358,15 @@ class Oil:
     """Lubricant: viscosity against temperature and pressure, and the oil temperature against engine speed (K, rad/s).
 
     ``law`` is ``vogel``, η = a exp(b / (T − c)), or ``walther`` through two points of kinematic viscosity.
-    ``pressure_law`` is ``none``, ``barus`` or ``roelands``, with the slope of ln η at ambient pressure
-    ``pressure_viscosity``; ``compressibility`` is ``none`` or ``dowson-higginson``. ``heat_share`` is the part of a
-    film's friction that its oil carries away. A ``grade`` such as ``5W-30`` stands for density and law
+    ``pressure_law`` is ``none``, ``barus`` or ``roelands``; ``pressure_viscosity`` is the slope of ln η at ambient
+    pressure. ``compressibility`` is ``none`` or ``dowson-higginson``. ``heat_share`` is the fraction of a film's
+    friction power that its oil carries away. A ``grade`` such as ``5W-30`` sets density and law
     (:mod:`cranktrain.engine.oil_grades`).
     """
 
     @staticmethod
     def needed(given: Given) -> Needed:
-        """The density of an oil without a grade."""
+        """Density, which an oil without a grade needs."""
         graded = given("grade") not in (None, q.NO_GRADE)
         return Needed() if graded else Needed(("density",), "an oil without a grade needs")
 
@@ -389,8 +392,8 @@ class Oil:
 class Skirt:
     """Skirt of a piston in its liner: two layers of springs across the cylinder, and friction along it.
 
-    Heights are those above the pin. ``clearance`` is the skirt's radial play, 0 for springs without it; ``friction`` a
-    coefficient on the side forces, full above ``sliding_speed``.
+    Heights are above the pin. ``clearance`` is the radial play of the skirt, 0 for springs without play; ``friction``
+    is a coefficient on the side forces, full above ``sliding_speed``.
     """
 
     upper_stiffness: q.Stiffness
@@ -409,7 +412,7 @@ class PistonGuidance(Skirt):
     """Support of a piston across its cylinder by its skirt.
 
     ``mass_height`` is the height of the piston's centre of mass above the pin, ``tilt_inertia`` the moment of inertia
-    about an axis through it along the crank.
+    about an axis through this centre parallel to the crank.
     """
 
     mass_height: q.Offset
@@ -418,9 +421,9 @@ class PistonGuidance(Skirt):
 
 @dataclass(frozen=True)
 class DriveLine:
-    """Connecting shaft from the flywheel to the dynamometer, whose speed is given, or which a torque loads.
+    """Connecting shaft from the flywheel to the dynamometer, which either has a given speed or applies a given torque.
 
-    ``dynamometer_inertia`` counts where the load torque is given; a given speed needs none.
+    ``dynamometer_inertia`` is used if the torque is given; with a given speed it has no effect.
     """
 
     stiffness: q.TorsionalStiffness
@@ -431,16 +434,16 @@ class DriveLine:
 
 @dataclass(frozen=True, kw_only=True)
 class MeanLoad:
-    """Mean torque that the engine gives at its flywheel over its speed, balanced by the burn (SI).
+    """Mean torque that the engine delivers at its flywheel over speed, balanced by the combustion (SI).
 
-    ``propeller`` needs ``torque`` at ``speed`` and grows by the ``exponent``, T (Ω/Ω_n)²; ``power`` is a generator's
-    constant power P/Ω; ``torque`` is the same at all speeds. ``speed`` is the engine's rated speed: limits of shafts
-    count from it.
+    ``propeller`` has ``torque`` at ``speed`` and grows as T (Ω/Ω_n)^``exponent``; ``power`` is a generator of
+    constant power, P/Ω; ``torque`` is the same at all speeds. ``speed`` is the engine's rated speed, to which limits of
+    shafts refer.
     """
 
     @staticmethod
     def needed(given: Given) -> Needed:
-        """The torque or the power of a load."""
+        """Torque or power, whichever the kind of load needs."""
         kind = given("kind")
         return (
             Needed(("power",) if kind == "power" else ("torque",), f"a load of kind {kind} needs") if kind else Needed()
@@ -464,15 +467,15 @@ class AxialPath:
     """Axial path: support of the crank along its axis by the drive line (SI).
 
     A ``mass`` of the connecting shaft moves along the axis, held at the dynamometer by ``stiffness`` and ``damping``.
-    The ``joint`` between flywheel and shaft gives by ``joint_stiffness`` and ``joint_damping``. A ``bolted`` joint does
-    no more; a ``spline`` slides where the force exceeds ``friction`` × torque / ``spline_radius``, see
+    The ``joint`` between flywheel and shaft has ``joint_stiffness`` and ``joint_damping``. A ``bolted`` joint does not
+    slide; a ``spline`` slides if the force exceeds ``friction`` × torque / ``spline_radius``, see
     :mod:`cranktrain.film.laws.axial_joint`. ``force`` is a steady axial force on the flywheel, positive away from the
     pulley.
     """
 
     @staticmethod
     def needed(given: Given) -> Needed:
-        """Friction of a spline, whose joint slides by it."""
+        """Radius and friction, which a spline needs."""
         why = "a spline slides by friction x torque / spline_radius; take joint bolted, or give"
         return Needed(("spline_radius", "friction"), why) if given("joint") == "spline" else Needed()
 
@@ -489,25 +492,25 @@ class AxialPath:
 
 @dataclass(frozen=True, kw_only=True)
 class Damper:
-    """Torsional damper on the pulley: a ring that a fluid, rubber or springs couple to its housing (SI).
+    """Torsional damper on the pulley: a ring coupled to its housing by a fluid, rubber or springs (SI).
 
     ``kind`` is ``viscous``, ``rubber`` or ``linear``. A ``linear`` damper needs ``ring_inertia`` and ``damping`` or
     ``stiffness`` alone, or ``stiffnesses`` and ``dampings`` over ``frequencies``, as makers of steel-spring dampers
-    state them: in time it has those at ``frequency``. The other kinds need all of the following.
+    state them; runs in time use the values at ``frequency``. The other kinds need all of the following.
 
-    ``mass`` is that of housing and ring, which the pulley carries; ``housing_inertia`` turns with the pulley. A
+    ``mass`` is that of housing and ring, which the pulley carries; ``housing_inertia`` rotates with the pulley. A
     silicone fluid of ``viscosity`` at 25 °C fills the gaps at the ring's two faces (``axial_gap``) and at its outer and
-    inner cylinder; its ``law`` is ``newtonian``, ``shear-thinning`` or ``complex-modulus``, see
+    inner cylinder. Its ``law`` is ``newtonian``, ``shear-thinning`` or ``complex-modulus``, see
     :mod:`cranktrain.loads.damper`, with ln η falling by ``viscosity_slope`` over 1/T. Complex modulus and rubber are
-    linearised at ``frequency``. A law holds between ``lowest_temperature`` and ``highest_temperature``; the damper is
-    as warm as ``temperatures`` say over ``temperature_speeds``, or as its heat balance with ``heat_transfer`` from
-    ``cooling_area`` to ``ambient_temperature`` makes it. It should not dissipate more than ``power_limit`` per cooling
-    area.
+    linearised at ``frequency``. A law holds between ``lowest_temperature`` and ``highest_temperature``. The damper's
+    temperature is taken from ``temperatures`` over ``temperature_speeds``, or from its heat balance with
+    ``heat_transfer`` from ``cooling_area`` to ``ambient_temperature``. Its dissipated power per cooling area should not
+    exceed ``power_limit``.
     """
 
     @staticmethod
     def needed(given: Given) -> Needed:
-        """What a viscous or rubber damper needs."""
+        """Keys that a viscous or rubber damper needs."""
         kind, law = given("kind"), given("law") or "shear-thinning"
         if kind not in ("viscous", "rubber"):
             return Needed()
@@ -553,7 +556,7 @@ class Damper:
     dampings: tuple[q.TorsionalDamping, ...] = ()
 
     def __post_init__(self) -> None:
-        """A linear damper is the same at all temperatures, and at all frequencies unless it states them."""
+        """Fill in a linear damper, which is the same at all temperatures, and at all frequencies unless stated."""
         if self.kind != "linear":
             return
         warm = {
@@ -571,8 +574,8 @@ class StructuralDamping:
 
     The modes are those of the crank with flywheel, pulley and the mean mass of the rods on its pins.
 
-    ``torsional_ratios`` are the damping ratios of the cranktrain's first one or two torsional modes, without a damper,
-    as measured. Crank level ``torsional`` takes them in place of those that it inherits; other levels compute theirs.
+    ``torsional_ratios`` are measured damping ratios of the cranktrain's first one or two torsional modes without a
+    damper. Crank level ``torsional`` uses them in place of those that it inherits; other levels compute theirs.
     """
 
     kind: q.DampingKind = "modal"
@@ -603,11 +606,11 @@ class Combustion:
 
 @dataclass(frozen=True)
 class Compressor:
-    """Gas in the cylinders of a reciprocating compressor, in place of combustion: pressures Pa, absolute; rad/s.
+    """Gas in the cylinders of a reciprocating compressor, in place of combustion (absolute pressures, Pa; rad/s).
 
-    Compression and re-expansion are polytropic with ``exponent``; the clearance is that of
-    ``cylinders.compression_ratio``. Valves open at the pressures of ``suction`` and ``discharge``. Without load they
-    are held open.
+    Compression and re-expansion are polytropic with ``exponent``; the clearance volume follows from
+    ``cylinders.compression_ratio``. Valves open at the pressures ``suction`` and ``discharge``. Without load they are
+    held open.
     """
 
     suction: q.CompressedGas
@@ -618,15 +621,15 @@ class Compressor:
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """Engine block of one casting with its bottom cover, and the heads on it (m, Pa, kg/m³, kg, Hz).
+    """Engine block: one casting with its bottom cover, and the heads on it (m, Pa, kg/m³, kg, Hz).
 
-    Heights are measured from the crank axis. The crankcase has upright walls ``crankcase_half_width`` to either side
-    from ``skirt_depth`` below to ``side_height`` above; from there they rise to the foot of each bank, ``foot_height``
-    along the bank's axis and ``bank_half_width`` to either side. Above it the bank's walls, with the liners between
-    them, carry the deck. Each main has a bulkhead above the axis and a housing of ``housing_thickness`` along the axis
-    around its bore, ``housing_half_width`` wide to either side, ``housing_height`` up and ``cap_depth`` down.
-    ``head_mass`` is the head's share of one cylinder, ``head_height`` its centre of mass above the deck. The last three
-    say how the block is meshed and reduced.
+    Heights are measured from the crank axis. The crankcase has upright walls ``crankcase_half_width`` to either side,
+    from ``skirt_depth`` below to ``side_height`` above. From there they rise to the foot of each bank, which is at
+    ``foot_height`` along the bank's axis and extends ``bank_half_width`` to either side. Above it the bank's walls,
+    with the liners between them, carry the deck. Each main has a bulkhead above the axis and a housing of
+    ``housing_thickness`` along the axis around its bore, ``housing_half_width`` wide to either side, ``housing_height``
+    up and ``cap_depth`` down. ``head_mass`` is the mass of the head per cylinder, ``head_height`` its centre of mass
+    above the deck. The last three fields control how the block is meshed and reduced.
     """
 
     youngs_modulus: q.Modulus
@@ -664,7 +667,7 @@ class Block:
 
 @dataclass(frozen=True, kw_only=True)
 class Mounts:
-    """Engine mounts: place of each, stiffness and damping along and about the engine's axes; one entry per mount."""
+    """Engine mounts: position, stiffness and damping along and about the engine's axes; one entry per mount."""
 
     x: tuple[q.Offset, ...]
     y: tuple[q.Offset, ...]
@@ -684,7 +687,7 @@ class Mounts:
 
     @property
     def positions(self) -> tuple[tuple[float, float, float], ...]:
-        """Place (x, y, z) of each mount, m."""
+        """Position (x, y, z) of each mount, m."""
         return tuple(zip(self.x, self.y, self.z, strict=True))
 
     @property
@@ -702,9 +705,9 @@ class Mounts:
 
 @dataclass(frozen=True)
 class Reduction:
-    """How the finite-element crankshaft is reduced (counts, Hz).
+    """Settings for the reduction of the finite-element crankshaft (counts, Hz).
 
-    ``torsional_source`` says where crank level ``torsional`` has its shaft stiffnesses from: the ``solid`` body, free,
+    ``torsional_source`` is the source of the shaft stiffnesses of crank level ``torsional``: the ``solid`` body, free,
     ``solid-on-bearings`` at rest or ``solid-in-motion``, or the formulas ``ker-wilson`` and ``carter``, see
     :mod:`cranktrain.structure.crank.torsional`.
     """
@@ -717,9 +720,10 @@ class Reduction:
 
 @dataclass(frozen=True)
 class Published:
-    """The reference's results for this engine, shown beside ours; Hz and rad/s, 0 where nothing was measured.
+    """Published results of the reference for this engine, shown next to ours; Hz and rad/s, 0 if not measured.
 
-    Nothing is computed from them. An engine without a reference has none.
+    No result is computed from them; only the valid range of a rigid crank and the listed orders use them.
+    An engine without a reference has none.
     """
 
     free_torsional_hz: tuple[q.Frequency, ...] = ()
@@ -733,4 +737,4 @@ class Published:
 
 
 USUAL_DAMPING, USUAL_REDUCTION, NOTHING_PUBLISHED = StructuralDamping(), Reduction(), Published()
-"""Of an engine file without the table."""
+"""Values for an engine file without the table."""

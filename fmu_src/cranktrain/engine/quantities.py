@@ -1,7 +1,7 @@
-"""Quantities and ranges of an engine file's values: the annotations of their fields.
+"""Quantities and ranges of an engine file's values, as annotations of their fields.
 
-The reader of engine files takes units from them (:mod:`cranktrain.core.units`), :func:`check_values` bounds. Everything
-is a float in SI.
+The reader of engine files takes units from them (:mod:`cranktrain.core.units`), :func:`check_values` takes bounds. All
+values are floats in SI.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from cranktrain.core.units import UNITS as UNITS
 from cranktrain.core.units import ZERO_CELSIUS as ZERO_CELSIUS
 
 SLOWEST_RPM, FASTEST_RPM = 20.0, 20000.0
-"""Speeds of runs over cycles, rev/min: from slow marine engines to small racing engines. The FMU takes any from 0."""
+"""Range of speeds for runs over cycles, rev/min: slow marine to small racing engines. The FMU takes any from 0."""
 
 ROUNDING = 1e-9
 """Relative tolerance at the ends of a range, for values converted to SI."""
 
 
 class Quantity(NamedTuple):
-    """Quantity of a field and its range, both ends included, in the unit that messages use; a hint.
+    """Quantity of a field, its range with both ends included in the unit of messages, and a hint for messages.
 
-    Ranges are wide, from table-top models to marine engines. A value outside its range is a mistake.
+    Ranges are wide, from table-top models to marine engines; a value outside is a mistake.
     """
 
     dimension: str
@@ -37,7 +37,7 @@ class Quantity(NamedTuple):
     hint: str = "check its unit"
 
     def wrong(self, value: float) -> str:
-        """Fault of a value (SI); empty if there is none."""
+        """Message for a value (SI) outside the range; empty if it is inside."""
         unit = self.unit or next(iter(UNITS[self.dimension]))
         scale, shift = UNITS[self.dimension][unit], OFFSETS.get(unit, 0.0)
         low, high = (end * scale + shift for end in (self.low, self.high))
@@ -50,13 +50,13 @@ class Quantity(NamedTuple):
 
 
 class OneOf(NamedTuple):
-    """A name out of several, of what the noun says."""
+    """A name that is one of several; ``noun`` says what is named."""
 
     noun: str
     names: tuple[str, ...]
 
     def wrong(self, value: str) -> str:
-        """Fault of a name; empty if there is none."""
+        """Message for an unknown name; empty if it is known."""
         return "" if value in self.names else f"unknown {self.noun} '{value}'; {nearest(value, self.names)}"
 
 
@@ -211,7 +211,7 @@ TorsionalSource = Annotated[str, OneOf("source", TORSIONAL_SOURCES)]
 
 @cache
 def kinds(part: type) -> dict[str, tuple[type, bool, Any]]:
-    """Fields of a dataclass: type of a value, whether it is a list, and its quantity (None if not stated)."""
+    """Fields of a dataclass: type of a value, True for a list, and its quantity (None if it has none)."""
     found = {}
     for name, hint in get_type_hints(part, include_extras=True).items():
         many = get_origin(hint) is tuple
@@ -222,9 +222,9 @@ def kinds(part: type) -> dict[str, tuple[type, bool, Any]]:
 
 
 def check_values(part: Any, table: str) -> None:
-    """Refuse a value outside its field's bounds; defaults pass: a 0 there may say that nothing was given.
+    """Raise ``InputError`` for a value outside its field's bounds; a default passes, since 0 may mean "not given".
 
-    Raises ``InputError``: one line that starts with ``table.key``.
+    The message is one line that starts with ``table.key``.
     """
     for entry in fields(part):
         _, many, rule = kinds(part.__class__)[entry.name]
@@ -237,13 +237,13 @@ def check_values(part: Any, table: str) -> None:
 
 
 def need(table: str, key: str, holds: bool, text: str) -> None:
-    """Refuse with one line that starts with ``table.key`` (``key`` of no table), unless ``holds``; ``InputError``."""
+    """Raise ``InputError`` unless ``holds``: one line that starts with ``table.key``, or with ``key`` for no table."""
     if not holds:
         raise InputError(f"{table}.{key}: {text}".lstrip("."))
 
 
 def need_equal_lengths(part: Any, table: str, *keys: str) -> None:
-    """Refuse lists of a part (all where no ``keys`` are named) that are not as long as the first; ``InputError``."""
+    """Raise ``InputError`` for lists of a part (all if no ``keys`` are named) that differ in length from the first."""
     lists = {key: len(value) for key, value in vars(part).items() if key in keys or (not keys and type(value) is tuple)}
     first, count = next(iter(lists.items()))
     for key, length in lists.items():
@@ -251,7 +251,7 @@ def need_equal_lengths(part: Any, table: str, *keys: str) -> None:
 
 
 def need_table(table: str, part: Any) -> None:
-    """Refuse ``temperatures`` of a part that are not one for each of its increasing ``temperature_speeds``."""
+    """Refuse a part without exactly one of ``temperatures`` for each of its increasing ``temperature_speeds``."""
     speeds, count = part.temperature_speeds, len(part.temperatures)
     text = f"{count} temperatures for {len(speeds)} speeds; give one for each"
     need(table, "temperatures", count == len(speeds) > 0, text)
@@ -259,5 +259,5 @@ def need_table(table: str, part: Any) -> None:
 
 
 def mm(length: float) -> str:
-    """A length (m) as a message says it."""
+    """Length (m) as text in mm, for a message."""
     return f"{1e3 * length:.4g} mm"

@@ -1,6 +1,6 @@
 """Description of a cylindrical roller bearing; invalid values are refused in one line before any computation.
 
-Contacts and travel: :mod:`cranktrain.film.laws.roller_contacts`, which computes with these bearings.
+Contact laws and roller motion: :mod:`cranktrain.film.laws.roller_contacts`, which uses these bearings.
 """
 
 from __future__ import annotations
@@ -15,31 +15,31 @@ from cranktrain.engine.parts import Crankshaft, RollerBearings
 from cranktrain.engine.quantities import check_values, mm, need
 
 CONTACT_LAWS = dict(zip(q.ROLLER_CONTACTS, (7.68e-5 ** (-10.0 / 9.0), 35948.0), strict=True))
-"""k of both contacts in series, N/mm^2: Q = k l^(8/9) δ^(10/9) with l and δ in mm."""
+"""Constant k of both contacts in series, N/mm^2: Q = k l^(8/9) δ^(10/9) with l and δ in mm."""
 SHORT_PROFILE, LONG_PROFILE = 0.00035, 0.0005
 """Profile parameters of ISO/TS 16281."""
 LONG_ROLLER = 2.5
-"""Length over diameter beyond which the middle of a profiled roller is straight."""
+"""Length over diameter above which the middle of a profiled roller is straight."""
 RATED_PRESSURE = 4.0e9
 """Pressure in the middle of the most loaded contact at the static load rating of ISO 76, Pa."""
 REDUCED_MODULUS = 0.5 * 207.0e9 / (1.0 - 0.3**2)
-"""E* of steel on steel, with the constants behind Palmgren's contact, Pa."""
+"""Reduced modulus E* of steel on steel, with the constants behind Palmgren's contact, Pa."""
 FILE_KEYS = {"length": "roller_length", "diameter": "roller_diameter", "pitch": "pitch_diameter"}
-"""Keys of an engine file that are named otherwise there."""
+"""Keys of an engine file for fields that have another name there."""
 
 
 @dataclass(frozen=True)
 class RollerBearing:
-    """One cylindrical roller bearing, m.
+    """One cylindrical roller bearing, lengths in m.
 
     Attributes
     ----------
-    rollers : their number Z
+    rollers : number Z of rollers
     length : effective length of a roller
-    diameter : of a roller
-    pitch : diameter of the circle of the rollers' middles
-    clearance : diametral radial clearance G_r; negative where preloaded
-    profile : p of the logarithmic profile, 0 for straight rollers
+    diameter : diameter of a roller
+    pitch : diameter of the pitch circle of the rollers
+    clearance : diametral radial clearance G_r; negative if preloaded
+    profile : parameter p of the logarithmic profile, 0 for straight rollers
     law : ``palmgren`` or ``iso16281``
     """
 
@@ -53,36 +53,36 @@ class RollerBearing:
 
     @property
     def contact_stiffness(self) -> float:
-        """K of Q = K δ^(10/9) of a whole straight roller, N/m^(10/9)."""
+        """Stiffness K in Q = K δ^(10/9) of a whole straight roller, N/m^(10/9)."""
         return 1.0e6 * CONTACT_LAWS[self.law] * self.length ** (8.0 / 9.0)
 
     @property
     def pressure_factor(self) -> float:
-        """Hertz's line contact with the inner ring: pressure is this times the root of the load per length, SI."""
+        """Factor of Hertz's line contact with the inner ring: pressure over the root of load per length, SI."""
         curvature = 2.0 / self.diameter + 2.0 / (self.pitch - self.diameter)
         return math.sqrt(REDUCED_MODULUS * curvature / math.pi)
 
     @property
     def travel(self) -> float:
-        """Approach of both contacts of a straight roller at the pressure of the static load rating (4000 MPa), m."""
+        """Deflection of both contacts of a straight roller at the pressure of the static load rating (4000 MPa), m."""
         load = self.length * (RATED_PRESSURE / self.pressure_factor) ** 2
         return float((load / self.contact_stiffness) ** 0.9)
 
     @property
     def cage_ratio(self) -> float:
-        """Angle of the cage over that of the journal, the outer ring at rest, rollers rolling without slip."""
+        """Rotation of the cage over that of the journal, for a resting outer ring and rollers without slip."""
         return 0.5 * (1.0 - self.diameter / self.pitch)
 
 
 def iso_profile(length: float, diameter: float) -> float:
-    """Profile parameter p that ISO/TS 16281 gives a roller of this length and diameter (m)."""
+    """Profile parameter p of ISO/TS 16281 for a roller of this length and diameter (m)."""
     return LONG_PROFILE if length > LONG_ROLLER * diameter else SHORT_PROFILE
 
 
 def check_roller_bearing(bearing: RollerBearing) -> None:
     """Refuse values that do not describe a cylindrical roller bearing.
 
-    Raises ``InputError``: one line that starts with the quantity.
+    Raises ``InputError``, one line that starts with the quantity.
     """
     b, size, pitch = bearing, mm(bearing.diameter), mm(bearing.pitch)
     of = partial(need, "")
@@ -102,7 +102,7 @@ def check_roller_bearing(bearing: RollerBearing) -> None:
 
 
 def main_roller(rollers: RollerBearings, main: int) -> RollerBearing:
-    """Bearing of one main journal, numbered from 0; contacts by Palmgren where the running law is linear."""
+    """Bearing of one main journal (from 0); contacts by Palmgren if the running law is linear."""
     return RollerBearing(
         rollers=rollers.rollers[main],
         length=rollers.roller_length[main],
@@ -115,9 +115,9 @@ def main_roller(rollers: RollerBearings, main: int) -> RollerBearing:
 
 
 def check_rollers(rollers: RollerBearings, crankshaft: Crankshaft) -> None:
-    """Refuse roller bearings that do not fit their journals or themselves.
+    """Refuse roller bearings that do not fit their journals or contradict each other.
 
-    Raises ``InputError``: one line that starts with ``main_roller.key``.
+    Raises ``InputError``, one line that starts with ``main_roller.key``.
     """
     r, mains, of = rollers, len(crankshaft.main_widths), partial(need, "main_roller")
     check_values(r, "main_roller")
@@ -135,7 +135,7 @@ def check_rollers(rollers: RollerBearings, crankshaft: Crankshaft) -> None:
         width = crankshaft.main_widths[number - 1]
         text = f"{mm(length)} is longer than main journal {number} is wide, {mm(width)}"
         of(f"roller_length[{i + 1}]", length <= width, text)
-        # Seats may differ somewhat from the journals' common diameter; a wrong unit or circle differs by more.
+        # Seats may differ somewhat from the journals' common diameter; a wrong unit or diameter differs by more.
         track, journal = r.pitch_diameter[i] - r.roller_diameter[i], crankshaft.main_diameter
         text = (
             f"the rollers' track, {mm(track)}, does not belong to a main journal of {mm(journal)}; give about "

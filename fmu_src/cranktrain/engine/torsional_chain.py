@@ -1,4 +1,4 @@
-"""A torsional system from a table: discs, shafts between them, gears, branches and ground.
+"""A torsional system described by a table: discs, shafts between them, gears, branches and ground.
 
     [[disc]]                          [[shaft]]
     name = "flywheel"                 between = ["main[7]", "flywheel"]
@@ -9,13 +9,13 @@
 
 A disc's ``damping`` is absolute, a shaft's is relative. ``ratio`` is the ratio of a gear at the shaft's first end: the
 shaft twists by ratio θ₁ − θ₂ and loads disc 1 by ratio times its torque. A shaft without ``stiffness`` is a rigid gear
-mesh, θ₂ = ratio θ₁, and disc 2 has no coordinate of its own. ``"ground"`` in place of a disc is at rest.
+mesh, θ₂ = ratio θ₁, and disc 2 has no coordinate of its own. ``"ground"`` in place of a disc does not move.
 
 A shaft may have its ``stiffness`` over ``torques``, its torque over ``twists``, ``stiffness`` and ``damping`` over
 ``frequencies``, and ``friction``, see :mod:`cranktrain.engine.line_elements`; ``diameter``, ``bore``, ``strength`` and
 ``section`` are for its stress (:mod:`cranktrain.results.strength.iacs_m68`).
 
-The same as a text table (CSV), one line a disc and the shaft that leaves it, to the disc of the next line or to ``to``:
+A text table (CSV) holds the same data, one line for a disc and the shaft from it to the next line's disc or to ``to``:
 
     disc,inertia,damping,to,stiffness,shaft_damping,loss_factor,ratio
     main[7],0.02,0,,1.9e6,2.0,,
@@ -26,10 +26,10 @@ inertia on the first. An end that is not a disc is written in the same way, with
 slashes, as in ``2e4/3e4/6e4``. The table may be written in any dialect (:mod:`cranktrain.core.text_table`) and name its
 units, as ``inertia [kg cm^2]``.
 
-In place of a crank a chain is taken by :mod:`cranktrain.structure.crank.chain`: discs ``pulley``, ``flywheel``, and
-``pin[1]`` … or ``main[1]`` …, between which the throws lie; its shafts are linear. As drive line behind the flywheel,
-see :mod:`cranktrain.loads.torsional_line`, it begins at ``flywheel`` and ends at ``dynamometer``, which are no discs of
-the table; without a shaft to ``dynamometer`` its far end is free.
+:mod:`cranktrain.structure.crank.chain` uses a chain in place of a crank. Its discs are ``pulley``, ``flywheel``, and
+``pin[1]`` … or ``main[1]`` …, between which the throws lie; its shafts are linear. As a drive line behind the flywheel
+(:mod:`cranktrain.loads.torsional_line`) a chain begins at ``flywheel`` and ends at ``dynamometer``, which are not discs
+of the table; without a shaft to ``dynamometer`` its far end is free.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ SHAFT_COLUMNS = {
 DISC_COLUMNS = {"disc": "name", "inertia": "inertia", "damping": "damping"}
 COLUMNS = (*DISC_COLUMNS, *SHAFT_COLUMNS)
 TEXTS = ("disc", "to", "section")
-"""Columns of words."""
+"""Columns that contain words."""
 TWIST = get_args(q.Twist)[1]
 LISTS = ("stiffness", "damping", "torques", "twists", "frequencies")
 """Keys of a shaft that may be lists."""
@@ -96,7 +96,7 @@ LISTS = ("stiffness", "damping", "torques", "twists", "frequencies")
 
 @dataclass(frozen=True)
 class Disc:
-    """One row of discs: kg m², N m s/rad."""
+    """One row of the discs: inertia in kg m², damping in N m s/rad."""
 
     name: str
     inertia: q.Inertia
@@ -105,7 +105,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class Chain:
-    """The table."""
+    """A table of discs and shafts."""
 
     discs: tuple[Disc, ...]
     shafts: tuple[Shaft, ...]
@@ -117,7 +117,7 @@ class Chain:
 
 
 def is_chain(path: str | Path) -> bool:
-    """Whether a file is a table of discs."""
+    """True if a file is a table of discs and shafts."""
     try:
         if ending(path) in TABLES:
             return any(kind_of(word, COLUMNS) == "disc" for word in first_words(path, "chain", ""))
@@ -127,9 +127,9 @@ def is_chain(path: str | Path) -> bool:
 
 
 def read_chain(path: str | Path, ends: tuple[str, ...] = (GROUND,)) -> Chain:
-    """The table in a TOML or CSV file; ``InputError`` where it cannot be read, or describes no system.
+    """Table of discs and shafts from a TOML or CSV file; ``InputError`` if it cannot be read or describes no system.
 
-    ``ends`` are what shafts may end at besides discs.
+    ``ends`` are names at which shafts may end in addition to discs.
     """
     what, mend = "table of discs and shafts", "give a table of [[disc]] and [[shaft]]"
     content = _table_content(path, ends) if ending(path) in TABLES else read_toml(path, what, mend)
@@ -149,7 +149,7 @@ def read_chain(path: str | Path, ends: tuple[str, ...] = (GROUND,)) -> Chain:
 
 
 def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
-    """Rows of a text table as TOML would give them, numbers in SI by the units of their columns."""
+    """Rows of a text table in the form that TOML gives, with numbers in SI by the units of their columns."""
     valid = (*DISC_COLUMNS, *SHAFT_COLUMNS)
     remedy = f"name the columns in the first line: {', '.join(valid)}"
 
@@ -196,12 +196,12 @@ def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _column(name: str) -> str:
-    """Column of a table that a word names; empty where it names none."""
+    """Column of a table that a word names; empty if it names none."""
     return name if name in COLUMNS else kind_of(name, COLUMNS)
 
 
 def _scale(where: str, column: str, unit: str) -> float:
-    """A column's unit in SI; ``InputError`` where it measures something else."""
+    """Factor of a column's unit to SI; ``InputError`` if the unit has another dimension."""
     if column in (*TEXTS, "") or not unit:
         return 1.0
     rule = key_rule(Disc, column) if column in ("inertia", "damping") else key_rule(Shaft, SHAFT_COLUMNS[column])
@@ -215,7 +215,7 @@ def _scale(where: str, column: str, unit: str) -> float:
 
 
 def _numbers(where: str, key: str, text: str, dialect: Dialect, scale: float) -> float | list[float]:
-    """A number, or those of a list with slashes."""
+    """Number in a cell, or the numbers of a list with slashes."""
     if SHAFT_COLUMNS.get(key, "") in LISTS and "/" in text:
         return [scale * _number(where, key, part.strip(), dialect) for part in text.split("/")]
     return scale * _number(where, key, text, dialect)
@@ -229,7 +229,7 @@ def _number(where: str, key: str, text: str, dialect: Dialect) -> float:
 
 
 def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict[str, Any]:
-    """Values of one row, checked one by one."""
+    """Values of one row, each checked."""
     where, valid = f"{path}: {part} {number}", row_keys(kind)
     values: dict[str, Any] = {}
     if not isinstance(row, Mapping):
@@ -264,17 +264,17 @@ def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict
 
 
 def row_keys(kind: type) -> tuple[str, ...]:
-    """Keys of a row of discs or shafts."""
+    """Keys that a row of discs or shafts may have."""
     return tuple(SHAFT_COLUMNS.values()) if kind is Shaft else tuple(field.name for field in fields(kind))
 
 
 def key_rule(kind: type, key: str) -> Any:
-    """Quantity or names of a key."""
+    """Quantity or valid names of a key."""
     return TWIST if key == "twists" else kinds(kind)[key][2]
 
 
 def _value(where: str, rule: Any, value: Any) -> Any:
-    """One number or name, checked."""
+    """One number or name after its check."""
     if not isinstance(rule, q.OneOf) and not is_number(value):
         raise InputError(f"{where} = {shown(value)} is not a number")
     if isinstance(rule, q.OneOf) and not isinstance(value, str):
@@ -285,7 +285,7 @@ def _value(where: str, rule: Any, value: Any) -> Any:
 
 
 def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> None:
-    """Refuse discs of one name, ends that are no discs, gears that hold each other, and discs that nothing joins."""
+    """Refuse duplicate discs, ends that are not discs, gears that block each other, and discs without connection."""
     start = chain.names[0] if ends == (GROUND,) and chain.discs else ends[0]
     if not chain.discs and ends == (GROUND,):
         raise InputError(f"{where}: has no disc; add [[disc]] rows")
@@ -310,7 +310,7 @@ def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> 
             if reached & set(shaft.between):
                 reached |= set(shaft.between)
     used = {end for shaft in chain.shafts for end in shaft.between}
-    # A drive line that does not lead to the dynamometer ends freely, as at a propeller.
+    # A drive line without a shaft to the dynamometer has a free end, as at a propeller.
     wanted = chain.names if ends == (GROUND,) else (*chain.names, *(end for end in ends if end in used or end == start))
     lost = [name for name in wanted if name not in reached]
     if lost:
@@ -320,7 +320,7 @@ def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> 
 
 
 def gear_speeds(chain: Chain, where: str = "chain") -> dict[str, float]:
-    """Speeds over the flywheel's of all that a drive line joins; ``InputError`` where gears ask for two at once."""
+    """Speeds of all parts of a drive line over the flywheel's; ``InputError`` if gears require two speeds at once."""
     speeds, before = {FLYWHEEL: 1.0}, 0
     while len(speeds) > before:
         before = len(speeds)
@@ -339,8 +339,8 @@ def gear_speeds(chain: Chain, where: str = "chain") -> dict[str, float]:
 
 
 def coordinates(chain: Chain, where: str = "chain") -> Array:
-    """Rotations (discs, n) of the discs by the independent coordinates (rigid meshes eliminate the others)."""
-    # Every disc turns by a factor times the leader of its group.
+    """Matrix (discs, n) of the discs' rotations in independent coordinates; rigid meshes eliminate the others."""
+    # The rotation of every disc is a factor times that of the leader of its group.
     leader, factor = list(range(len(chain.discs))), np.ones(len(chain.discs))
     for k, shaft in enumerate(chain.shafts, 1):
         if shaft.stiffness > 0.0:

@@ -1,6 +1,6 @@
-"""Values of an engine by their keys ``table.key`` or ``table.key[i]`` (from 1), and formulas over them.
+"""Access to values of an engine by keys ``table.key`` or ``table.key[i]`` (from 1), and formulas with such keys.
 
-A key without index of a list stands for all its entries. Everything is in SI.
+A key of a list without index stands for all its entries. All numbers are in SI.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FORMULA_HINT = "numbers, keys of the engine, named parameters, + - * / ** and b
 
 
 def quantity(engine: Engine, key: str) -> Quantity:
-    """Quantity of the number under a key, and its bounds; ``InputError`` for a key without a number."""
+    """Quantity and bounds of the number under a key; ``InputError`` for a key without a number."""
     table, name, index = _parts(engine, key)
     kind, many, rule = kinds(getattr(engine, table).__class__)[name]
     if kind is not float or not isinstance(rule, Quantity):
@@ -38,7 +38,7 @@ def quantity(engine: Engine, key: str) -> Quantity:
 
 
 def value(engine: Engine, key: str) -> float:
-    """Number under a key; the first of a list that is named without index."""
+    """Number under a key; for a list without index its first entry."""
     table, name, index = _parts(engine, key)
     found = getattr(getattr(engine, table), name)
     return float(found[index or 0] if isinstance(found, tuple) else found)
@@ -53,7 +53,7 @@ def holds(engine: Engine, key: str, number: float) -> bool:
 
 
 def with_value(engine: Engine, key: str, number: float) -> Engine:
-    """Engine with another number under a key."""
+    """Engine with a new number under a key."""
     table, name, index = _parts(engine, key)
     part = getattr(engine, table)
     found: Any = getattr(part, name)
@@ -65,7 +65,7 @@ def with_value(engine: Engine, key: str, number: float) -> Engine:
 
 
 def to_si(number: float, unit: str, where: str, dimension: str = "") -> float:
-    """Number in SI from a unit of a dimension, or of any; ``InputError`` for a unit that is unknown there."""
+    """Number in SI from a unit of a given dimension, or of any; ``InputError`` if the unit is unknown or unsuitable."""
     found = known_factor(unit, dimension or None) if isinstance(unit, str) else None
     if found is None:
         of = f" does not measure its {dimension}; use one of: {', '.join(UNITS[dimension])}" if dimension else ""
@@ -74,7 +74,7 @@ def to_si(number: float, unit: str, where: str, dimension: str = "") -> float:
 
 
 def formula_value(text: str, engine: Engine, names: Mapping[str, float], where: str) -> float:
-    """Number that a formula gives over keys of the engine and ``names``; ``InputError`` where it gives none."""
+    """Result of a formula with keys of the engine and ``names``; ``InputError`` if it has no finite value."""
     try:
         result = _evaluated(ast.parse(text, mode="eval").body, engine, names, where)
     except (SyntaxError, ZeroDivisionError, OverflowError, ValueError, TypeError, RecursionError, MemoryError) as error:
@@ -103,7 +103,7 @@ def _evaluated(node: ast.expr, engine: Engine, names: Mapping[str, float], where
 
 
 def _parts(engine: Engine, key: str) -> tuple[str, str, int | None]:
-    """Table, name and index (from 0) of a key; ``InputError`` where the engine has none of that name."""
+    """Table, name and index (from 0) of a key; ``InputError`` if the engine has no such key."""
     found = KEY.match(key)
     if not found:
         raise InputError(f"{key}: is not a key of an engine file; write table.key or table.key[1]")

@@ -1,7 +1,7 @@
-"""An engine as the document and the text of an engine file: the inverse of :mod:`cranktrain.engine.file`.
+"""Conversion of an engine to the document and the text of an engine file: inverse of :mod:`cranktrain.engine.file`.
 
-Values are written in the unit that messages use, where the reader gets the same number in SI from it, else in SI. Keys
-at their defaults are left out. An engine in memory does not know the origins of its values: each is written as
+Values are written in the unit that messages use if the reader gets the same SI number from it, else in SI. Values equal
+to their defaults are left out. An engine in memory does not store the origins of its values, so each is written as
 *derived*.
 """
 
@@ -27,7 +27,7 @@ HEAD = "# Written from an engine in memory, which does not keep the origins of i
 
 
 def document_of(engine: Engine) -> dict[str, Any]:
-    """Document of the engine file that describes an engine; ``InputError`` for what no file can hold."""
+    """Document of the engine file that describes an engine; ``InputError`` for values that no file can hold."""
     document: dict[str, Any] = {"name": plain(engine.name, "name"), "title": plain(engine.title, "title")}
     for entry in fields(engine):
         value = getattr(engine, entry.name)
@@ -42,7 +42,7 @@ def document_of(engine: Engine) -> dict[str, Any]:
 
 
 def text_of(document: dict[str, Any]) -> str:
-    """TOML of a document."""
+    """TOML text of a document."""
     lines = [HEAD, *(f"{key} = {_toml(value)}" for key, value in document.items() if isinstance(value, str))]
     for name, table in document.items():
         for one in table if isinstance(table, list) else [table] if isinstance(table, dict) else []:
@@ -52,7 +52,7 @@ def text_of(document: dict[str, Any]) -> str:
 
 
 def table_of_part(part: Any, where: str, texts: Sequence[str] = (), without: Sequence[str] = ()) -> Any:
-    """Table of a dataclass of the engine, an entry for each field; what is no dataclass as it is."""
+    """Table for a dataclass of the engine, with an entry for each field; other values are returned as plain values."""
     if not is_dataclass(part) or isinstance(part, type):
         return plain(part, where)
     found: dict[str, Any] = {}
@@ -67,7 +67,7 @@ def table_of_part(part: Any, where: str, texts: Sequence[str] = (), without: Seq
 
 
 def entry_of(part: type, key: str, value: Any, where: str) -> dict[str, Any]:
-    """Entry of an engine file for a value in SI, or for texts with units, of a field of a dataclass."""
+    """Entry of an engine file for a field of a dataclass, from a value in SI or texts with units."""
     kind, _, rule = kinds(part).get(key, (str, False, None))
     value = plain(value, where)
     numbers = value if isinstance(value, list) else [value]
@@ -79,7 +79,7 @@ def entry_of(part: type, key: str, value: Any, where: str) -> dict[str, Any]:
 
 
 def plain(value: Any, where: str) -> Any:
-    """A value as TOML can hold it, whatever its kind; ``InputError`` for objects."""
+    """Value in a type that TOML can hold; ``InputError`` for other objects."""
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if isinstance(value, list | tuple):
@@ -90,7 +90,7 @@ def plain(value: Any, where: str) -> Any:
 
 
 def _added(name: str, table: Any, where: str) -> Any:
-    """Table of an added body, frame or connection, a connection with the data of its law beside its own keys."""
+    """Table of an added body, frame or connection; that of a connection also has the data of its law."""
     if name != "connection" or getattr(table, "law", None) not in DATA:
         return table_of_part(table, where, TEXTS_OF[name])
     own = table_of_part(table, where, TEXTS_OF[name], tuple(DATA))
@@ -98,12 +98,12 @@ def _added(name: str, table: Any, where: str) -> Any:
 
 
 def _usual(value: Any, default: Any) -> bool:
-    """Whether a value is the default of its field, and of its type."""
+    """True if a value equals the default of its field and has the same type."""
     return default is not MISSING and type(value) is type(default) and value == default
 
 
 def _in_best_unit(values: list[float], dimension: str, unit: str) -> tuple[str, list[float]]:
-    """The unit and the values in it; SI where rounding would not give the same number back."""
+    """Unit and values in it; SI if rounding would change a value."""
     units = UNITS[dimension]
     si = next(iter(units))
     for name in dict.fromkeys((unit or si, si)):
@@ -115,7 +115,7 @@ def _in_best_unit(values: list[float], dimension: str, unit: str) -> tuple[str, 
 
 
 def _as_written(value: float, scale: float, zero: float) -> float | None:
-    """The shortest number that the reader turns into a value; None where rounding leaves none."""
+    """Shortest number that the reader converts to exactly this value; None if there is none."""
     value = as_float(value)
     if not math.isfinite(value):
         return value
@@ -126,12 +126,12 @@ def _as_written(value: float, scale: float, zero: float) -> float | None:
 
 
 def _toml(value: Any) -> str:
-    """A value of a document as TOML."""
+    """TOML text of a value of a document."""
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {_toml(own)}' for key, own in value.items())} }}"
     if isinstance(value, list):
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, bool):
         return "true" if value else "false"
-    # JSON escapes texts as TOML does; DEL is the one character that only TOML escapes.
+    # JSON escapes texts as TOML does, except for DEL, which only TOML escapes.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f") if isinstance(value, str) else repr(value)

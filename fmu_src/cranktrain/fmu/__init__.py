@@ -1,1 +1,1 @@
-"""The FMU: description, data as one flat binary, interface of a scene."""
+"""Building of FMUs: model description, flat binary data, archive, interface of a scene."""

@@ -1,7 +1,7 @@
-"""The archive: a module's data, interface and running code in one FMU.
+"""Archive of an FMU: a module's data, interface and running code.
 
-Equal inputs give equal bytes: the GUID is a digest of interface, code and data, the archive has sorted names and one
-date.
+Equal inputs give equal bytes: the GUID is a digest of interface, code and data, and the archive has sorted names and
+one date.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from cranktrain.fmu.terminals_and_icons import FOLDER, icons, terminals_and_icon
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
 CARRIED = Path(__file__).parent / "carried"
-"""Parts of the repository in a wheel, see setup.py."""
+"""Folder with the parts of the repository that a wheel contains, see setup.py."""
 ROOT = CARRIED if CARRIED.is_dir() else SOURCES.parent
 DESCRIPTION = ROOT / "modelDescription"
 SLAVE = (CARRIED if CARRIED.is_dir() else SOURCES) / "cranktrain_slave.py"
@@ -49,16 +49,16 @@ PLATFORMS = ("linux64", "win64")
 
 @dataclass(frozen=True, kw_only=True)
 class Product:
-    """One FMU to be: a module of the virtual engine with its data.
+    """Description of an FMU to be built: a module of the virtual engine with its data.
 
     Attributes
     ----------
     model : name of the model, and of its file without the ending
-    title : of the documentation
-    interface : its variables
-    counts : members of each family of variables, see :func:`cranktrain.fmu.description.expand`
+    title : title of the documentation
+    interface : variables of the FMU
+    counts : sizes of the variable families, see :func:`cranktrain.fmu.description.expand`
     pages : folder of ``documentation/index.html``, ``frame.html`` and ``model.png``
-    running : module that the slave asks for ``read_model``, ``simulation`` and ``announced_compilation``
+    running : Python module from which the slave takes ``read_model``, ``simulation`` and ``announced_compilation``
     data : input of ``read_model``
     starts : values of the data that are start values of variables
     fixed : settings that no variable changes
@@ -76,14 +76,14 @@ class Product:
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Its variables one by one, with their value references."""
+        """Variables of the FMU one by one, with their value references."""
         return expand(self.interface.variables, self.counts, self.starts)
 
 
 def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] = lambda text: None) -> Path:
-    """Write the FMU of a product into ``folder``; returns its path and says how large it is.
+    """Write the FMU of a product into ``folder``; returns its path, and reports its size through ``say``.
 
-    The file appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
+    The file is written completely or not at all. ``InputError`` if interface or code cannot be put into an FMU.
     """
     contents = _contents(product)
     say(f"{product.title}: {product.model} {contents.guid}")
@@ -101,14 +101,14 @@ def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] =
 
 
 def fmu_path(product: Product, folder: str | Path) -> Path:
-    """Where the FMU of a product goes; ``InputError`` for a place that it must not take."""
+    """Path of a product's FMU; ``InputError`` for a path that must not be replaced."""
     path = Path(folder) / f"{product.model}.fmu"
     check_place(path, FMU)
     return path
 
 
 def need_sources() -> None:
-    """``InputError`` if the sources of the FMU are not beside the package."""
+    """Raise ``InputError`` if the sources of the FMU are not next to the package."""
     if not (DESCRIPTION / "interface.toml").is_file() or not SLAVE.is_file():
         raise InputError(
             f"an FMU is built from cranktrain's clone or wheel; {ROOT} has no modelDescription or {SLAVE.name}: "
@@ -125,7 +125,7 @@ def model_description(product: Product) -> bytes:
 
 
 def write_reference(path: Path, interface: Interface, say: Callable[[str], None]) -> None:
-    """Write NAME_in.csv, NAME_ref.csv and NAME_ref.opt beside an FMU: its default experiment and reference inputs."""
+    """Write NAME_in.csv, NAME_ref.csv and NAME_ref.opt next to an FMU: reference run of its default experiment."""
     from fmpy import read_csv, read_model_description, simulate_fmu
 
     say(f"{path.stem}: reference results of the default experiment")
@@ -141,7 +141,7 @@ def write_reference(path: Path, interface: Interface, say: Callable[[str], None]
     ]
     given = path.with_name(path.stem + "_in.csv")
     _write_reference(given, _csv(rows), ",".join(rows[0]) + "\n")
-    with redirect_stdout(io.StringIO()):  # FMPy names each input that the file leaves at its start
+    with redirect_stdout(io.StringIO()):  # FMPy prints each input that is not in the file
         result = simulate_fmu(str(path), output_interval=step, input=read_csv(str(given)))
     options = f"StartTime, {start!r}\nStopTime, {stop!r}\nStepSize, {step!r}\nRelTol, 0.0001\n"
     columns = {name: result[name].reshape(len(result), -1).T for name in result.dtype.names or ()}
@@ -157,7 +157,7 @@ def write_reference(path: Path, interface: Interface, say: Callable[[str], None]
 
 
 def _write_reference(path: Path, data: bytes, mark: str) -> None:
-    """Write a file of a reference run, in place of one that bears the same mark only."""
+    """Write a file of a reference run; replaces only a file with the same mark."""
     ending = next(ending for ending in REFERENCE if path.name.endswith(ending))
     write_whole(path, data, marked(REFERENCE[ending], mark))
 
@@ -168,7 +168,7 @@ def _csv(rows: list[list[str]]) -> bytes:
 
 @dataclass(frozen=True)
 class Contents:
-    """Contents of resources/: names, and bytes by name."""
+    """Contents of the FMU's folder resources/: names, variables, and files by name."""
 
     model: str
     guid: str
@@ -210,9 +210,9 @@ def _contents(product: Product) -> Contents:
 
 
 def _libraries(product: Product, package: str, say: Callable[[str], None]) -> dict[str, bytes]:
-    """Machine code of the product's kernels for the platforms, as an installation made it; by name in resources/.
+    """Machine code of the product's kernels for the platforms that an installation has, by name in resources/.
 
-    It is no part of the GUID: without it the same code runs, compiled at the first start.
+    It does not enter the GUID, because without it the same code runs, compiled at the first start.
     """
     if os.environ.get(OFF):
         return {}
@@ -240,9 +240,9 @@ def _digest(files: dict[str, bytes]) -> str:
 
 @contextmanager
 def _installed_builder() -> Iterator[Any]:
-    """Builder of the installed pythonfmu. An FMU that ran in this process may have left its own, without binaries.
+    """Builder of the installed pythonfmu; an FMU that ran in this process may have loaded its own, without binaries.
 
-    Slaves that were imported with it go with it: they are no slaves to the other.
+    Slaves imported with that copy are removed as well, because the other copy does not recognise them as slaves.
     """
     import pythonfmu
 
@@ -295,9 +295,9 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
 
 
 def accompanying(product: Product, native: bool = False, arrays: Sequence[Variable] | None = None) -> dict[str, bytes]:
-    """Documentation, licences, terminals and icons, by name in the archive; a native FMU depends on nothing.
+    """Documentation, licences, terminals and icons, by name in the archive; a native FMU has no dependencies.
 
-    ``arrays`` are the variables of an FMU of FMI 3.0, whose families are arrays.
+    ``arrays`` are the variables of an FMU of FMI 3.0, in which families are arrays.
     """
     frame, page = (
         (folder / "documentation" / name).read_text(encoding="utf-8")
@@ -322,7 +322,7 @@ def accompanying(product: Product, native: bool = False, arrays: Sequence[Variab
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether a file is an FMU that was built here."""
+    """True if a file is an FMU that cranktrain built."""
     if not zipfile.is_zipfile(path):
         return False
     with zipfile.ZipFile(path) as archive:
@@ -341,14 +341,14 @@ XML = marked("model description of cranktrain", 'author="Cranktrain')
 
 
 def write_whole(path: Path, data: bytes, kind: Kind) -> None:
-    """Write a file that appears whole or not at all, in place of one of its kind only."""
+    """Write a file completely or not at all; replaces only a file of its kind."""
     with whole_file(path, kind) as temporary:
         temporary.write_bytes(data)
 
 
 def xml_bytes(root: ElementTree.Element) -> bytes:
-    """A document with line breaks of our own."""
-    for element in root.iter():  # the library's line breaks, to be set anew
+    """XML document as bytes, with uniform indentation."""
+    for element in root.iter():  # remove the library's line breaks
         element.tail = None
         if element.text is not None and not element.text.strip():
             element.text = None
@@ -357,7 +357,7 @@ def xml_bytes(root: ElementTree.Element) -> bytes:
 
 
 def archived(files: Mapping[str, bytes]) -> bytes:
-    """Files by name as one archive, of equal bytes for equal files."""
+    """Archive of files by name, with equal bytes for equal files."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         for name in sorted(files):

@@ -1,4 +1,4 @@
-"""Variables as FMI 3.0 has them: members of a family are elements of one array, choices are enumerations.
+"""Variables in the form of FMI 3.0: members of a family are elements of one array, choices are enumerations.
 
 ``cylinder[1].pressure`` to ``cylinder[6].pressure`` become the array ``cylinder.pressure`` of six elements.
 """
@@ -24,9 +24,9 @@ class Group:
 
     Attributes
     ----------
-    name : in the model description
-    members : with their value references, one behind the other; the first one's is the array's
-    is_array : whether it has a dimension; one member may be an array
+    name : name in the model description
+    members : variables with consecutive value references; the first one's is that of the array
+    is_array : True if it has a dimension; an array may have one member
     """
 
     name: str
@@ -35,22 +35,22 @@ class Group:
 
     @property
     def variable(self) -> Variable:
-        """The first member under the group's name: what all have in common."""
+        """First member under the group's name, with the attributes that all members share."""
         return replace(self.members[0], name=self.name)
 
     @property
     def element_names(self) -> tuple[str, ...]:
-        """Names of the members: ``cylinder.pressure[1]``."""
+        """Names of the members, such as ``cylinder.pressure[1]``."""
         if not self.is_array:
             return (self.name,)
         return tuple(f"{self.name}[{k + 1}]" for k in range(len(self.members)))
 
 
 def grouped(variables: Sequence[Variable]) -> tuple[Group, ...]:
-    """Variables in their order, arrays at the place of their first element, with value references of FMI 3.0.
+    """Groups of variables in their order, an array at the position of its first element, with FMI 3.0 value references.
 
-    Variables with numbers 1 to n at one place of their names are an array if they agree in all but name, start value
-    and setting.
+    Variables whose names differ only in a number from 1 to n are an array if they agree in all but start value and
+    setting.
     """
     families: dict[str, list[Variable]] = {}
     for variable in variables:
@@ -66,7 +66,7 @@ def grouped(variables: Sequence[Variable]) -> tuple[Group, ...]:
 
 
 def _is_array(members: Sequence[Variable]) -> bool:
-    """Whether variables are the elements 1 to n, in this order, of one array."""
+    """True if variables are the elements 1 to n, in this order, of one array."""
     places = [array_element(member.name) for member in members]
     numbers = [place[1] for place in places if place]
     if numbers != list(range(1, len(members) + 1)) or members[0].type != "Real":
@@ -82,12 +82,12 @@ def _common(variable: Variable) -> tuple[Any, ...]:
 
 
 def _plain(text: str) -> str:
-    """A description without numbers of elements."""
+    """Description without numbers of elements."""
     return re.sub(r"\[\d+\]", "", text)
 
 
 def _numbered(groups: Iterable[Group]) -> tuple[Group, ...]:
-    """Groups with value references: Reals first, each type as inputs, outputs, parameters."""
+    """Groups with value references: Reals first; within each type inputs, outputs, parameters."""
     listed = list(groups)
 
     def rank(k: int) -> tuple[int, int]:
@@ -107,11 +107,11 @@ def _numbered(groups: Iterable[Group]) -> tuple[Group, ...]:
 
 
 def scalars(groups: Iterable[Group]) -> tuple[Variable, ...]:
-    """Elements and scalars one by one, in the order of their value references."""
+    """All scalar variables and elements, in the order of their value references."""
     return tuple(sorted((member for group in groups for member in group.members), key=lambda v: v.reference))
 
 
 def array_table(groups: Iterable[Group]) -> str:
-    """Beginnings of arrays and counts of their elements, ``FIRST*COUNT FIRST*COUNT``, as ``fmi3_values.c`` reads."""
+    """First reference and size of each array, ``FIRST*COUNT FIRST*COUNT``, as ``fmi3_values.c`` reads them."""
     arrays = [group for group in groups if group.is_array]
     return " ".join(f"{group.members[0].reference}*{len(group.members)}" for group in arrays)

@@ -1,7 +1,7 @@
-"""Parts of an FMU that need no other part, made in a second process while this one makes the crankshaft.
+"""Parts of an FMU that need no other part, made in a second process while this process makes the crankshaft.
 
-The process leaves what it makes in the cache, where the build then finds it. If there is one processor only, no process
-to be had, or no cache that can be written, the build makes these parts itself.
+The process stores its results in the cache, where the build then finds them. With only one processor, or without
+processes or a writable cache, the build makes these parts itself.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from cranktrain.structure import assembly
 def made_beside(
     make: Callable[[Engine], None], engine: Engine, what: str, say: Progress
 ) -> Iterator[Callable[[], None]]:
-    """Let a process call ``make`` with the engine meanwhile; gives a function that waits for its end.
+    """Let a second process call ``make`` with the engine; yields a function that waits for its end.
 
-    Errors of the process are left to this one, which meets them again where it needs the part.
+    Errors of the process are ignored; this process meets them again when it needs the part.
 
     Parameters
     ----------
     make : function of a module
-    what : parts that it makes, in words
-    say : told when this process has to wait
+    what : name of the parts that it makes, for messages
+    say : receives a message if this process has to wait
     """
     if processors() < 2:
         yield lambda: None
@@ -38,7 +38,7 @@ def made_beside(
 
         def wait() -> None:
             if not work.done():
-                say(f"{engine.name}: {what}, in a process beside")
+                say(f"{engine.name}: {what}, in a second process")
             with suppress(Exception):
                 work.result()
 
@@ -46,12 +46,12 @@ def made_beside(
 
 
 def make_block(engine: Engine) -> None:
-    """Keep the block and its bore."""
+    """Compute the block and its bore, which are kept in the cache."""
     assembly.running_block(engine, tilting=True, bore=not engine.rollers_only)
 
 
 def make_bores(engine: Engine) -> None:
-    """Keep the elastic bores on ground."""
+    """Compute the elastic bores on ground, which are kept in the cache."""
     if engine.big_end_bearing is not None and engine.rods_float:
         assembly.big_end_bore(engine)
     if not engine.rollers_only:
@@ -59,4 +59,4 @@ def make_bores(engine: Engine) -> None:
 
 
 def _begin() -> None:
-    """Nothing to begin with."""
+    """Initialisation of the worker process; nothing to do."""

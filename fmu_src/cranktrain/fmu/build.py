@@ -1,4 +1,4 @@
-"""Building an FMU: of an engine with all its levels, of a scene with those that its plan chose, or of a module."""
+"""Building an FMU of an engine with all its levels, of a scene with the levels of its plan, or of a module."""
 
 from __future__ import annotations
 
@@ -59,29 +59,29 @@ def build_fmu(
     clocks: bool = False,
     say: Progress | None = None,
 ) -> Path:
-    """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
+    """Build the FMU of an engine, a scene or another module; returns its path.
 
     Parameters
     ----------
     source : name of a shipped engine or module, path of an engine file, a scene or a module file, an engine, or a scene
-    levels : levels of an engine that the FMU carries: ``usual``, all but those whose data take minutes and that its
-        start values do not need; ``basic``, all without solved films; ``all``; or ``table``, ``flexible`` beside the
-        usual ones, see :mod:`cranktrain.fmu.carried`. Not given: usual, or all where ``film_table`` or ``block`` leaves
-        one out
-    film_table : False: without the film tables of bearing and big-end level ``table``
-    block : False: without the block of block level ``flexible``
+    levels : levels of an engine that the FMU contains: ``usual``, all except those whose data take minutes and that its
+        start values do not need; ``basic``, all without solved films; ``all``; or ``table``, ``flexible`` in addition
+        to the usual ones, see :mod:`cranktrain.fmu.carried`. Default: usual, or all if ``film_table`` or ``block``
+        leaves one out
+    film_table : False leaves out the film tables of bearing and big-end level ``table``
+    block : False leaves out the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
-    starts : start values of an engine's parameters other than the usual ones, by name: levels as texts
+    starts : start values of an engine's parameters that differ from the usual ones, by name: levels as texts
         (``{"crank.level": "torsional"}``), numbers in SI (``{"flywheel.mass": 40.0}``)
     pressure : file of a measured pressure trace in place of the engine's built-in one, with its unit and the angle of
-        its dead centre where the file does not tell them, as ``simulate`` takes them
+        its dead centre if the file does not state them, as for ``simulate``
     drive_line : table of discs and shafts in place of the engine's drive line
-    platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
-        Python FMU
+    platforms : platforms of a native FMU, which needs no Python (``linux64``, ``win64``); default this machine's; empty
+        for the Python FMU
     fmi : version of FMI, ``2.0`` or ``3.0``; the latter for native FMUs, which then have arrays and enumerations
-    clocks : True: an engine's or a scene's FMU of FMI 3.0 has an output clock for each cylinder, which ticks at its
-        firing dead centre; for clients that use event mode
-    say : gets each stage of long work; not given: what takes more than a second is told on stderr
+    clocks : True for an output clock for each cylinder in an engine's or a scene's FMU of FMI 3.0. It ticks at the
+        cylinder's firing dead centre, for clients that use event mode
+    say : receives the name of each stage of long work; by default stages longer than a second are printed on stderr
 
     Raises
     ------
@@ -97,19 +97,19 @@ def build_fmu(
 
 
 class _Target(NamedTuple):
-    """Platforms of a native FMU, not given: this machine's, empty: the Python FMU; version of FMI; whether it ticks."""
+    """Target of a build: platforms (None: this machine's; empty: the Python FMU), version of FMI, and clocks or not."""
 
     platforms: Sequence[str] | None
     fmi: str
     clocks: bool = False
 
     def check_clocks(self) -> None:
-        """``InputError`` if clocks are asked for in a version of FMI that has none."""
+        """Raise ``InputError`` if clocks are requested for a version of FMI that has none."""
         if self.clocks and self.fmi != FMI3:
             raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
 
     def resolved(self, say: Progress) -> Sequence[str]:
-        """Folders of the platforms, none for the Python FMU; ``InputError`` where this needs FMI 2.0."""
+        """Folders of the platforms, none for the Python FMU; ``InputError`` if that is requested for FMI 3.0."""
         given = self.platforms
         found = usual_platforms(say) if given is None else [checked_platform(name).folder for name in given]
         if not found:
@@ -117,20 +117,20 @@ class _Target(NamedTuple):
         return found
 
     def check_python(self, what: str) -> None:
-        """``InputError`` if what would become a Python FMU is to be of FMI 3.0."""
+        """Raise ``InputError`` if ``what``, a Python FMU, is requested for another version than FMI 2.0."""
         if self.fmi != VERSIONS[0]:
             raise InputError(f"{what} is of FMI {VERSIONS[0]}; build a native FMU for FMI {self.fmi}")
 
 
 def checked_version(fmi: str) -> str:
-    """A version of FMI that FMUs are built for; ``InputError`` for any other."""
+    """Version of FMI after a check; ``InputError`` if FMUs are not built for it."""
     if str(fmi) not in VERSIONS:
         raise InputError(f"FMI '{fmi}' is no version that FMUs are built for; take {' or '.join(VERSIONS)}")
     return str(fmi)
 
 
 class _Measured(NamedTuple):
-    """What drives and loads the crank in place of the engine's gas and drive line; None: the engine's own."""
+    """Measured gas pressure and drive line in place of the engine's own; None takes the engine's own."""
 
     pressure: str | Path | None = None
     unit: str | None = None
@@ -138,13 +138,13 @@ class _Measured(NamedTuple):
     drive_line: str | Path | None = None
 
     def with_line(self, engine: Engine) -> Engine:
-        """The engine with the drive line; ``InputError``."""
+        """Engine with the drive line of the file; ``InputError`` if the file cannot be used."""
         if self.drive_line is None:
             return engine
         return replace(engine, drive_line_chain=read_drive_line(self.drive_line))
 
     def gas(self, engine: Engine) -> GasTrace | None:
-        """The measured trace; ``InputError``, also for traces over speed and load."""
+        """The measured trace, None without a file; ``InputError``, also for traces over speed and load."""
         if self.pressure is None:
             if self.unit is not None or self.dead_centre_deg is not None:
                 raise InputError(
@@ -161,7 +161,7 @@ class _Measured(NamedTuple):
 
 
 class _Parts(NamedTuple):
-    """Keywords of :func:`build_fmu` that an engine's FMU alone has."""
+    """Keywords of :func:`build_fmu` that apply to an engine's FMU only."""
 
     levels: str | Sequence[str] | None
     film_table: bool
@@ -172,12 +172,12 @@ class _Parts(NamedTuple):
 
     @property
     def chosen(self) -> bool:
-        """Whether any was given."""
+        """True if any of these keywords was given."""
         given = self.levels is not None or self.body is not None or bool(self.starts) or any(self.measured)
         return given or not (self.film_table and self.block)
 
     def carried(self, engine: Engine, say: Progress) -> dict[str, bool]:
-        """Keywords of :func:`whole_model`; says which levels are left out that were not refused."""
+        """Keywords of :func:`whole_model`; reports levels that are left out without the user's choice."""
         whole = self.film_table and self.block
         start = start_settings(engine_interface(engine), engine, self.starts)
         carried = carried_levels(engine, self.levels or (USUAL if whole else ALL), start)
@@ -189,11 +189,11 @@ class _Parts(NamedTuple):
 
     @property
     def basic(self) -> bool:
-        """Whether no film is solved or read from a table."""
+        """True if no film is solved or read from a table."""
         return self.levels is not None and BASIC in self.levels
 
     def interface(self, interface: Interface) -> Interface:
-        """An engine's interface with the start values and levels that were chosen."""
+        """Interface of an engine with the chosen start values and levels."""
         made = with_starts(interface, self.starts)
         return without_films(made) if self.basic else made
 
@@ -205,7 +205,7 @@ def _built(
     target: _Target,
     lines: tuple[Progress, Progress],
 ) -> Path:
-    """The FMU of :func:`build_fmu`; ``lines`` take stages, and what is said in any case."""
+    """Build for :func:`build_fmu`; ``lines`` receive stages, and messages that are always printed."""
     say, note = lines
     full_interface()
     platforms = target.resolved(say)
@@ -234,7 +234,7 @@ def _built(
     engine = parts.measured.with_line(load_engine(source))
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
-    parts.interface(engine_interface(engine, target.clocks))  # refused before any data are made
+    parts.interface(engine_interface(engine, target.clocks))  # refuses before any data are made
     gas = parts.measured.gas(engine)
     if gas is not None:
         peak, mean = 1e-5 * gas.peak, 1e-5 * gas.imep
@@ -245,7 +245,7 @@ def _built(
 
 
 def usual_platforms(say: Progress) -> Sequence[str]:
-    """Platform of this machine, for a native FMU; none, and a line that says so, where it is not known."""
+    """Platform of this machine for a native FMU; none, with a message, if native FMUs do not exist for it."""
     if this_platform() in PLATFORMS:
         return (this_platform(),)
     say(f"native FMUs do not exist for {this_platform()}, so the Python FMU is built")
@@ -253,7 +253,7 @@ def usual_platforms(say: Progress) -> Sequence[str]:
 
 
 def describe_fmu(source: str) -> bytes:
-    """Model description of the FMU that an engine or a module would have, without making it; ``InputError``.
+    """Model description of the FMU of an engine or a module, without building it; ``InputError``.
 
     Its GUID is that of an FMU without data.
     """
@@ -264,7 +264,7 @@ def describe_fmu(source: str) -> bytes:
 
 
 def crank_levels(fitted: Engine, body: str | Path | None = None, say: Progress = lambda text: None) -> dict[str, Any]:
-    """Running body of each crank level, of the user's own ``body`` where a level is not made from dimensions."""
+    """Running body of each crank level, from the user's ``body`` for levels that are not made from dimensions."""
     return {
         level: assembly.running_crank(fitted, level, say=say, mesh=body if row.takes_mesh else None)
         for level, row in CRANKS.items()
@@ -281,16 +281,16 @@ def whole_model(
     body: str | Path | None = None,
     say: Progress = lambda text: None,
 ) -> FlatModel:
-    """An engine with the data of all its levels, from the cache or made now; see :func:`build_fmu`.
+    """Engine with the data of all its levels, from the cache or computed; see :func:`build_fmu`.
 
-    Without ``flexible`` the data of that block level are left out, without ``block`` the engine has none, without
+    Without ``flexible`` the data of that block level are left out, without ``block`` the engine has no block, without
     ``films`` there are no elastic bores and eyes.
     """
     if not block:
         engine = replace(engine, block=None)
 
     data: dict[str, Any] = {"added": read_added(engine)}
-    # Where a file was when the FMU was built is nobody's business.
+    # Paths on the machine of the build are not stored in the FMU.
     engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
     flexible = flexible and engine.block is not None and engine.mounts is not None
     bores = films and _bores()
@@ -324,12 +324,12 @@ def whole_model(
 
 
 def _bores() -> bool:
-    """Whether a level of plain bearings needs elastic bores."""
+    """True if a level of plain bearings needs elastic bores."""
     return any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms)
 
 
 def is_scene(name: str | Path) -> bool:
-    """Whether a name is the path of a scene: TOML that names its engine."""
+    """True if a name is the path of a scene, a TOML file that names its engine."""
     try:
         return ending(name) == ".toml" and isinstance(read_toml(name, "scene file", "").get("engine"), str)
     except InputError:

@@ -1,11 +1,11 @@
-"""Which fidelity levels the FMU of an engine carries.
+"""Selection of the fidelity levels that an engine's FMU contains.
 
 Nearly all levels are made in seconds. Two take minutes at the first build: the film tables of level ``table``, of main
-bearings and big ends, and the finite elements of block level ``flexible``. They are made for an FMU that is asked to
-carry them, or whose start values need them. A level that an FMU does not carry is refused at initialization.
+bearings and big ends, and the finite elements of block level ``flexible``. They are made for an FMU only if they are
+requested or its start values need them. A level that an FMU does not contain is refused at initialization.
 
-An FMU of the levels ``basic`` has no bearing level whose films are solved or read from a table: it needs neither their
-kernels nor elastic bores.
+An FMU with levels ``basic`` has no bearing level with films that are solved or read from a table, so it needs neither
+their kernels nor elastic bores.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ SLOW = {
 }
 """Levels whose data take minutes, and the parts of a run that only they need."""
 WHERE = {"table": "bearing.level and big_end.level table", "flexible": "block.level flexible"}
-"""What the FMU calls them."""
+"""Names of these levels in the FMU's parameters."""
 WORDS = (BASIC, USUAL, ALL, *SLOW)
 
 
 def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Settings | None = None) -> frozenset[str]:
-    """Levels among :data:`SLOW` that an FMU of the engine carries; ``InputError`` for an unknown word.
+    """Levels among :data:`SLOW` that an engine's FMU contains; ``InputError`` for an unknown word.
 
     Parameters
     ----------
-    asked : ``basic`` or ``usual``: those that the start values need; ``all``; or names of :data:`SLOW`, which are
-        added to the usual ones; several are a list, or one text with commas
-    start : levels at which the FMU starts; not given: the usual ones
+    asked : ``basic`` or ``usual``: those that the start values need; ``all``; or names in :data:`SLOW`, which are
+        added to the usual ones; several as a list, or as one text with commas
+    start : levels at which the FMU starts; default the usual ones
     """
     given = [asked] if isinstance(asked, str) else list(asked)
     words = [word.strip() for text in given for word in text.split(",")]
@@ -48,7 +48,7 @@ def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Se
         if word not in WORDS:
             raise InputError(f"levels '{word}' do not exist; {nearest(word, WORDS)}")
     if BASIC in words and len(set(words)) > 1:
-        raise InputError(f"levels '{BASIC}' have no other level beside them; leave it or the others out")
+        raise InputError(f"levels '{BASIC}' cannot be combined with other levels; leave it or the others out")
     possible = {"flexible"} if engine.block is not None and engine.mounts is not None else set()
     possible |= {"table"} if engine.main_bearing is not None or engine.big_end_bearing is not None else set()
     needed = needed_parts(engine, resolved(start or Settings(), engine))
@@ -58,7 +58,7 @@ def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Se
 
 
 def film_levels() -> frozenset[str]:
-    """Levels of bearings whose films are solved, or read from a table."""
+    """Bearing levels with films that are solved or read from a table."""
 
     def has_films(law: Law) -> bool:
         kernels = [resolve(form.kernel) for form in law.forms.values() if form.kernel]
@@ -68,7 +68,7 @@ def film_levels() -> frozenset[str]:
 
 
 def without_films(interface: Interface) -> Interface:
-    """An interface without these levels; ``InputError`` if it starts at one."""
+    """Interface without the levels of :func:`film_levels`; ``InputError`` if it starts at one of them."""
     levels = film_levels()
     for variable in interface.variables:
         if variable.choices and variable.start in levels:
@@ -78,7 +78,7 @@ def without_films(interface: Interface) -> Interface:
 
 
 def left_out_text(engine: Engine, carried: frozenset[str]) -> str:
-    """Levels that an FMU leaves out although the engine has them, and how to get them; empty if there are none."""
+    """Message about levels that an FMU leaves out, and how to include them; empty if there are none."""
     missing = [level for level in SLOW if level in carried_levels(engine, ALL) - carried]
     if not missing:
         return ""

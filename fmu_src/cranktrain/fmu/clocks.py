@@ -1,6 +1,6 @@
-"""Output clocks of an FMU of FMI 3.0, one for each cylinder: they tick where the crank passes its firing dead centre.
+"""Output clocks of an FMU of FMI 3.0, one for each cylinder, which tick at its firing dead centre.
 
-Source: FMI 3.0.2, section 2.2.9 (clocks): they are scalars, and triggered where they are outputs.
+Source: FMI 3.0.2, section 2.2.9 (clocks): clocks are scalars, and output clocks are triggered.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from cranktrain.fmu.description import Variable, member_names
 
 
 def clock_names(product: Product) -> tuple[str, ...]:
-    """Names of a product's clocks in the order of the cylinders, none where it has no clocks."""
+    """Names of a product's clocks in the order of the cylinders; empty if it has no clocks."""
     clock = product.interface.clock
     return () if clock is None else member_names(clock.name, product.counts)
 
 
 def clock_table(product: Product, variables: Sequence[Variable]) -> str:
-    """The entry ``clocks`` of native.bin, three whole numbers that ``fmi3_events.c`` reads.
+    """Entry ``clocks`` of native.bin, three whole numbers that ``fmi3_events.c`` reads.
 
-    They are the value references of the angle and of the array of dead centres, and revolutions from one tick of a
-    clock to the next. ``variables`` are those of the FMU. ``InputError`` where the FMU lacks one that clocks need.
+    They are the value references of the angle and of the array of dead centres, and the revolutions between two ticks
+    of a clock. ``variables`` are those of the FMU. ``InputError`` if the FMU lacks a variable that clocks need.
     """
     clock = product.interface.clock
     assert clock is not None
@@ -32,13 +32,13 @@ def clock_table(product: Product, variables: Sequence[Variable]) -> str:
     marks = member_names(clock.at, product.counts)
     lacking = [name for name in (clock.angle, *marks) if name not in places]
     if lacking:
-        raise InputError(f"clocks need '{lacking[0]}', which this FMU has not; build it without clocks")
+        raise InputError(f"clocks need '{lacking[0]}', which this FMU does not have; build it without clocks")
     turns = round(product.starts[clock.period] / (2.0 * math.pi))
     return f"{places[clock.angle]} {places[marks[0]]} {turns}"
 
 
 def clock_entries(product: Product, first: int) -> list[Element]:
-    """Entries of the model description, with value references from ``first`` on."""
+    """Entries of the clocks in the model description, with value references from ``first`` on."""
     clock = product.interface.clock
     return [
         Element("Clock", _attributes(name, first + k, clock.description if clock else ""))

@@ -1,8 +1,8 @@
-"""The FMU's interface: from interface.toml and units.toml to variables, model description and documentation.
+"""Interface of the FMU: variables, model description and documentation from interface.toml and units.toml.
 
 ``interface.toml`` is the only list of variables. A name such as ``bearing[1..main_bearings].force.x`` stands for one
-variable per bearing; neighbours of one family expand together, bearing by bearing. Value references number the reals
-first, then integers, then strings, each as inputs, outputs, parameters, so that a slave keeps each type in one list.
+variable per bearing; adjacent variables of one family expand together, bearing by bearing. Value references number the
+reals first, then integers, then strings, each as inputs, outputs, parameters, so a slave keeps each type in one list.
 
 Source: FMI 2.0.4, sections 2.2 (model description schema) and 4.3 (co-simulation).
 """
@@ -44,7 +44,7 @@ REGISTERS: dict[str, Callable[[], dict[str, str]]] = {
     "dampers": lambda: _titles(DAMPERS.values()),
     "integrators": lambda: _titles(INTEGRATORS.values()),
 }
-"""Registers named in interface.toml: the names of their rows and their titles."""
+"""Registers named in interface.toml: functions that return the names and titles of their rows."""
 
 TYPES = ("Real", "String")
 _NAMED = re.compile(r"\[[^\]]*[^\d,\]]")
@@ -54,12 +54,12 @@ _BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the FMU, or a family of them before :func:`expand`.
+    """One variable of the FMU, or a family of variables before :func:`expand`.
 
-    ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``, ``choices`` are the valid values of a string,
-    ``setting`` is the field of the simulation's settings that a parameter fills, ``start_of`` the value of the model's
-    data that it starts from, ``terminals`` are those of :mod:`cranktrain.fmu.terminals` that it belongs to. In
-    interface.toml an entry may name a ``register``, whose rows follow its choices.
+    ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``. ``choices`` are the valid values of a string.
+    ``setting`` is the field of the simulation's settings that a parameter sets. ``start_of`` is the value of the
+    model's data that gives the start value. ``terminals`` are the terminals of :mod:`cranktrain.fmu.terminals` that
+    contain it. In interface.toml an entry may name a ``register``, whose rows follow its choices.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Variable:
 
     @property
     def variability(self) -> str:
-        """Continuous inputs and outputs, fixed parameters."""
+        """Variability: inputs and outputs are continuous, parameters fixed."""
         return "fixed" if self.causality == "parameter" else "continuous"
 
 
@@ -90,11 +90,11 @@ class Clock:
 
     Attributes
     ----------
-    name : of the family
-    angle : output that is an angle, rad
-    at : family of parameters, rad: a clock ticks where the angle passes its own, or differs by whole periods from it
-    period : value of the model's data, rad
-    description : for the model description
+    name : name of the family
+    angle : name of an output that is an angle, rad
+    at : family of parameters, rad: a clock ticks when the angle equals its parameter plus a whole number of periods
+    period : name of a value of the model's data, rad
+    description : text for the model description
     """
 
     name: str
@@ -108,9 +108,9 @@ class Clock:
 class Interface:
     """Contents of interface.toml and units.toml.
 
-    ``speed`` is the input that holds the engine's speed. ``reference`` are the inputs of the reference run, linear from
-    the start of the default experiment to its end; without values they stay at their start. ``clock`` are the output
-    clocks that an FMU of FMI 3.0 has if they are asked for.
+    ``speed`` is the name of the input with the engine's speed. ``reference`` are inputs of the reference run, linear
+    from the start to the end of the default experiment; an input without values stays at its start value. ``clock``
+    describes the output clocks that an FMU of FMI 3.0 has on request.
     """
 
     prefix: str
@@ -131,7 +131,7 @@ def read_interface(folder: str | Path, units_folder: str | Path | None = None) -
     Raises
     ------
     InputError
-        a file is missing or a variable is not well formed: the file, the variable and the remedy in one line
+        a missing file or a malformed variable; one line with the file, the variable and the remedy
     """
     listed = _toml(Path(folder) / "interface.toml")
     units = _toml(Path(units_folder or folder) / "units.toml")
@@ -157,14 +157,14 @@ def read_interface(folder: str | Path, units_folder: str | Path | None = None) -
 
 
 def read_units(folder: str | Path) -> dict[str, Any]:
-    """All units of units.toml of a folder, by name."""
+    """All units in a folder's units.toml, by name."""
     return _toml(Path(folder) / "units.toml")
 
 
 def _from_register(entry: dict[str, Any], where: str) -> dict[str, Any]:
-    """Entry of a variable with the names of a register behind its choices, their titles behind its description.
+    """Entry of a variable with a register's names added to its choices, and their titles to its description.
 
-    Where the entry is not ``closed``, its value may be more than a name and has no choices.
+    If the entry is not ``closed``, its value may be other than these names, so it gets no choices.
     """
     name, closed = entry.pop("register", None), entry.pop("closed", True)
     if name is None:
@@ -213,9 +213,9 @@ def expand(
 
     Parameters
     ----------
-    variables : as interface.toml lists them
-    counts : how many a family has, e.g. ``{"cylinders": 6, "main_bearings": 7}``
-    starts : values of the model's data that variables start from; of a family's a number for all, or one for each
+    variables : entries of interface.toml
+    counts : size of each family, e.g. ``{"cylinders": 6, "main_bearings": 7}``
+    starts : values of the model's data for start values; for a family one number for all, or one for each
     """
 
     def member(variable: Variable, i: int) -> Variable:
@@ -262,12 +262,12 @@ def member_names(family: str, counts: Mapping[str, int]) -> tuple[str, ...]:
 
 
 def naming(variables: Sequence[Variable]) -> str:
-    """FMI's convention that the names follow: added connections have names where structured ones have numbers."""
+    """FMI's naming convention: flat if connections are added, since they have names where others have numbers."""
     return "flat" if any(_NAMED.search(variable.name) for variable in variables) else "structured"
 
 
 def plain(variable: Variable) -> dict[str, Any]:
-    """Description of a variable for a slave, JSON-able."""
+    """Description of a variable for a slave, as JSON-compatible values."""
     keep = ("name", "causality", "type", "start", "min", "max", "choices", "setting", "reference", "description")
     return {key: value for key, value in asdict(variable).items() if key in keep}
 
@@ -275,9 +275,10 @@ def plain(variable: Variable) -> dict[str, Any]:
 def complete(root: Element, interface: Interface, variables: Sequence[Variable], guid: str) -> None:
     """Add missing entries to the wrapping library's model description, in place.
 
-    Units, start values in full precision, bounds, the order of interface.toml, the default experiment, InitialUnknowns,
-    and the dependencies of outputs. Outputs are computed in doStep and depend on an input only from the next step on,
-    so their list of dependencies is empty. In initialization mode they depend on everything, the default of FMI.
+    These are units, start values in full precision, bounds, the order of interface.toml, the default experiment,
+    InitialUnknowns, and the dependencies of outputs. Outputs are computed in doStep and depend on an input only from
+    the next step on, so their list of dependencies is empty. In initialization mode they depend on everything, FMI's
+    default.
     """
     root.set("guid", guid)
     root.set("description", interface.description)
@@ -336,7 +337,7 @@ def _finished(element: Element, variable: Variable) -> Element:
 
 
 def unit_definitions(units: Mapping[str, Any]) -> Element:
-    """Definitions of units, of FMI 2.0 and 3.0 alike."""
+    """XML definitions of units, the same for FMI 2.0 and 3.0."""
     definitions = Element("UnitDefinitions")
     for name, unit in units.items():
         element = SubElement(definitions, "Unit", {"name": name})

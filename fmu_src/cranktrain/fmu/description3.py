@@ -1,4 +1,4 @@
-"""The model description of FMI 3.0.
+"""Model description of an FMU of FMI 3.0.
 
 Source: FMI 3.0.2, sections 2.4 (model description schema) and 4.4 (co-simulation).
 """
@@ -39,11 +39,11 @@ TYPES = {"Real": "Float64", "String": "String", "Enumeration": "Enumeration"}
 
 
 def description3(product: Product, groups: Sequence[Group], token: str) -> Element:
-    """Root of the model description.
+    """Root element of the model description.
 
     Parameters
     ----------
-    product : whose name is that of its library, and whose clocks come behind the time
+    product : product that gives the name of the library; its clocks follow the time
     groups : variables with their value references, see :func:`cranktrain.fmu.arrays.grouped`
     token : instantiation token
     """
@@ -89,7 +89,7 @@ def description3(product: Product, groups: Sequence[Group], token: str) -> Eleme
         listed.append(_variable(group))
     listed.extend(clocks)
     outputs += [clock.attrib["valueReference"] for clock in clocks]
-    # As in FMI 2.0: outputs are those of the end of a step, and at the start they depend on everything.
+    # As in FMI 2.0 outputs belong to the end of a step, and at the start they depend on everything.
     for reference in outputs:
         SubElement(structure, "Output", {"valueReference": reference, "dependencies": ""})
     for reference in outputs:
@@ -98,12 +98,12 @@ def description3(product: Product, groups: Sequence[Group], token: str) -> Eleme
 
 
 def type_name(name: str) -> str:
-    """Name of the type of an enumeration, other than that of any variable: ``CrankLevel`` of ``crank.level``."""
+    """Name of an enumeration's type, different from all variables: ``CrankLevel`` for ``crank.level``."""
     return "".join(word[:1].upper() + word[1:] for part in name.split(".") for word in part.split("_"))
 
 
 def _variable(group: Group) -> Element:
-    """Entry of a variable."""
+    """XML entry of a variable."""
     variable = group.variable
     about = {
         "name": variable.name,
@@ -141,7 +141,7 @@ def _variable(group: Group) -> Element:
 
 
 def _start(group: Group, start: float | str | None) -> str:
-    """Text of a start value: the number of a choice, a number in full precision."""
+    """Text of a start value: the number of a choice, or a number in full precision."""
     if group.variable.type == "Enumeration":
         return str(group.variable.choices.index(str(start)) + 1)
     return start if isinstance(start, str) else repr(start)

@@ -1,4 +1,4 @@
-"""The FMU of a cranktrain: an engine with its reduced bodies, all of the interface or a part of it."""
+"""FMU of a cranktrain: an engine with its reduced bodies, and the whole interface or a part of it."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def build(
     platforms: Sequence[str] = (),
     fmi: str = "2.0",
 ) -> Path:
-    """Write the FMU of a model into ``folder``; returns its path and says how large it is.
+    """Write the FMU of a model into ``folder``; returns its path, and reports its size through ``say``.
 
-    With ``platforms`` it is a native one for these, of a version of FMI, else the Python FMU. ``interface`` defaults to
-    the full one; ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file
-    appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
+    With ``platforms`` it is a native FMU for these, of version ``fmi``, otherwise the Python FMU. ``interface``
+    defaults to the full one. ``fixed`` are settings that no variable changes; ``suffix`` ends the model's name. The
+    file is written completely or not at all. ``InputError`` if interface or code cannot be put into an FMU.
     """
     full = interface or engine_interface(model.engine)
     if platforms:
@@ -52,7 +52,7 @@ def product(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     suffix: str = "",
 ) -> Product:
-    """Contents of the FMU of an engine, see :func:`build`; ``InputError`` where it has laws of Python."""
+    """Description of an engine's FMU, see :func:`build`; ``InputError`` if the engine has laws written in Python."""
     for table in engine.connection:
         if table.own is not None:
             raise InputError(
@@ -72,15 +72,15 @@ def product(
 
 
 def full_interface() -> Interface:
-    """The interface with all variables; ``InputError`` if the sources of the FMU are not beside the package."""
+    """Interface with all variables; ``InputError`` if the sources of the FMU are not next to the package."""
     need_sources()
     return read_interface(DESCRIPTION)
 
 
 def engine_interface(engine: Engine, clocks: bool = False) -> Interface:
-    """The full interface with an engine's lumped data, and outputs of bodies and connections that its file adds.
+    """Full interface with an engine's lumped data, and outputs of the bodies and connections that its file adds.
 
-    It has its clocks only if asked for ``clocks``.
+    It has clocks only if ``clocks`` is true.
     """
     interface = full_interface()
     interface = interface if clocks else replace(interface, clock=None)
@@ -103,31 +103,31 @@ def engine_interface(engine: Engine, clocks: bool = False) -> Interface:
 
 
 def _fmi_unit(unit: str) -> str:
-    """A unit as units.toml names it: N.m of N m, m3/s of m^3/s."""
+    """Unit in the notation of units.toml: N.m for N m, m3/s for m^3/s."""
     return unit.replace(" ", ".").replace("^", "") or "1"
 
 
 def model_description(engine: Engine) -> bytes:
-    """The model description of an engine's FMU; the GUID is that of an FMU without data, there being no FE model."""
+    """Model description of an engine's FMU; its GUID is that of an FMU without data, since no bodies are made."""
     return archive.model_description(product(engine, engine_interface(engine)))
 
 
 def model_name(engine: Engine, interface: Interface, suffix: str = "") -> str:
-    """Name of an FMU, and of its file without the ending."""
+    """Name of an FMU's model, which is its file name without the ending."""
     return interface.prefix + camel(engine.name) + suffix
 
 
 def camel(name: str) -> str:
-    """A name's words, capitalised, in one."""
+    """Words of a name, capitalised and joined."""
     return "".join(part.capitalize() for part in name.split("_"))
 
 
 def check_target(folder: Path, engine: Engine) -> None:
-    """Refuse, before the work, a folder or file that the FMU of an engine must not take; ``InputError``."""
+    """Raise ``InputError``, before any work, if the FMU of an engine must not be written into a folder."""
     fmu_path(product(engine, engine_interface(engine)), folder)
 
 
 def family_counts(engine: Engine) -> dict[str, int]:
-    """How many members each family of interface.toml has for an engine."""
+    """Size of each family of interface.toml for an engine."""
     mounts = len(engine.mounts.x) if engine.mounts is not None else 0
     return {"cylinders": engine.n_cylinders, "main_bearings": len(engine.crankshaft.main_widths), "mounts": mounts}

@@ -1,4 +1,4 @@
-r"""The running model's data as one flat binary: the engine and its reduced crankshaft, readable without HDF5.
+r"""Flat binary with the running model's data: the engine and its reduced crankshafts, readable without HDF5.
 
 Layout (little-endian)::
 
@@ -11,11 +11,11 @@ Layout (little-endian)::
     64            header: JSON, padded with spaces
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
-The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), ``bodies`` with their
-names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``film_tables.0`` …, ``bore``,
-``block_bore``, ``big_end_bore`` and ``gas`` (what is not an array) and ``arrays`` (name, shape, offset). All but the
-engine may be absent. Equal data give equal bytes. A body's records, basis and quality, which serve reports,
-stay behind.
+The header contains ``engine`` (SI, from :func:`cranktrain.engine.model.engine_to_dict`), ``bodies`` with their names
+(``cranks.solid``, ``damped.solid``, ``block``), the data other than arrays of ``table``, ``big_end_table``,
+``film_tables.0`` …, ``bore``, ``block_bore``, ``big_end_bore`` and ``gas``, and ``arrays`` (name, shape, offset). All
+but the engine may be absent. Equal data give equal bytes. A body's records, basis and quality are left out, because
+they serve reports only.
 """
 
 from __future__ import annotations
@@ -60,22 +60,21 @@ _ARRAYS = (
 _BODIES = ("cranks", "damped", "added")
 _TABLES = ("table", "big_end_table")
 _ADDED_TABLE = "film_tables."
-"""What the names of the tables of added films begin with, behind it their number."""
+"""Prefix of the names of added film tables; their number follows."""
 _BORES = ("bore", "block_bore", "big_end_bore")
 _ERRORS = ("aligned_error", "tilted_error")
 _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
 _GAS = "gas."
-"""Begin of the names of a measured trace's arrays; behind it the cylinder, or nothing where all have the same."""
+"""Prefix of the names of a measured trace's arrays; the cylinder's number follows, or nothing if all share a trace."""
 
 
 class FlatModel(NamedTuple):
     """Contents of a flat binary.
 
-    ``cranks`` are crankshafts by their level, ``damped`` likewise those with the damper's housing on the pulley.
-    ``gas`` is a measured trace of the pressures in place of the engine's own.
-    ``added`` are shafts and bodies from files that the engine adds, by their name, ``film_tables`` those of its films.
-    ``bore`` includes its motion as a whole, on ground; for ``block_bore`` this motion is in the modes of a flexible
-    block.
+    ``cranks`` are crankshafts by crank level; ``damped`` are the same with the damper's housing on the pulley. ``gas``
+    is a measured pressure trace in place of the engine's own. ``added`` are shafts and bodies from files that the
+    engine adds, by name; ``film_tables`` belong to its added films. ``bore`` includes its rigid motion, on ground; for
+    ``block_bore`` this motion is in the modes of a flexible block.
     """
 
     engine: Engine
@@ -93,7 +92,7 @@ class FlatModel(NamedTuple):
 
 
 def to_bytes(model: FlatModel) -> bytes:
-    """The model in the layout of this module; ``StoreError`` where a value is not finite."""
+    """Bytes of the model in the layout of this module; ``StoreError`` if a value is not finite."""
     bodies = {f"{kind}.{level}": body for kind in _BODIES for level, body in getattr(model, kind).items()}
     if model.block is not None:
         bodies["block"] = model.block
@@ -131,7 +130,7 @@ def to_bytes(model: FlatModel) -> bytes:
 
 
 def _about(body: ReducedBody) -> dict[str, Any]:
-    """Contents of a body other than arrays."""
+    """Data of a body other than arrays."""
     return {
         "schema": BODY_SCHEMA,
         "name": body.name,
@@ -142,22 +141,22 @@ def _about(body: ReducedBody) -> dict[str, Any]:
 
 
 def _traces(gas: GasTrace | None) -> dict[str, GasTrace]:
-    """A measured trace, whose key is empty, and those of the cylinders, by their numbers from 1."""
+    """Measured traces by key: empty for the common one, the number (from 1) for a cylinder's own."""
     return {} if gas is None else {"": gas} | {str(k): own for k, own in enumerate(gas.own, 1)}
 
 
 def from_bytes(data: bytes, name: str = "model") -> FlatModel:
-    """Inverse of :func:`to_bytes`.
+    """Flat model from bytes, the inverse of :func:`to_bytes`.
 
     Parameters
     ----------
     data : the bytes
-    name : name of the data in an error
+    name : name of the data for messages
 
     Raises
     ------
     StoreError
-        foreign, of another schema, truncated or changed since it was written
+        foreign data, another schema, or data truncated or changed since they were written
     """
     remedy = "build the FMU again with build_fmu.py"
     if len(data) < _PREFIX.size or data[:8] != MAGIC:
@@ -218,7 +217,7 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
 
 
 def read_model(path: str | Path) -> FlatModel:
-    """Read a flat model; ``StoreError`` where it is missing, corrupt or foreign."""
+    """Read a flat model; ``StoreError`` if it is missing, corrupt or foreign."""
     path = Path(path)
     try:
         data = path.read_bytes()

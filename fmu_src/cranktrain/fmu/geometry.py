@@ -1,8 +1,8 @@
-"""Geometry in a cranktrain FMU: dimensions for other modules, and the dimensions that may be set.
+"""Geometry in a cranktrain FMU: dimensions for other modules, and dimensions that a user may set.
 
-Bore and compression ratio act through the gas only and may differ from the engine file's values. The bore may differ on
-ground only, because a flexible block was made for its bore. All other dimensions must equal those of crank and rods, so
-a parameter set of another engine is noticed.
+Bore and compression ratio act through the gas only, so they may differ from the engine file's values. With a flexible
+block the bore may not differ, because the block was made for its bore. All other dimensions must equal those of crank
+and rods, so that a parameter set of another engine is noticed.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from cranktrain.engine.model import Engine
 
 SETTABLE = ("bore", "compression_ratio")
 START_SPEED = 2000.0 * RPM
-"""Start value of the speed, rad/s, where the engine runs at it; otherwise the nearest of the engine's speeds."""
+"""Start value of the speed, rad/s, if the engine runs at it; otherwise the nearest of the engine's speeds."""
 CLOSE = 1.0e-9
-"""Relative difference that a value may have from being written as text."""
+"""Relative tolerance for values that were written as text."""
 
 
 def geometry(engine: Engine) -> dict[str, Any]:
-    """Dimensions of an engine by their names in interface.toml: m, rad, and firing angles of each cylinder."""
+    """Dimensions of an engine, m and rad, by their names in interface.toml, and firing angles of each cylinder."""
     cylinders = engine.cylinders
     return {
         "bore": cylinders.bore,
@@ -46,17 +46,17 @@ def start_values(engine: Engine) -> dict[str, Any]:
 
 
 def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:
-    """The engine with the dimensions among ``chosen``, and the other chosen values.
+    """Engine with the dimensions among ``chosen``, and the other chosen values.
 
     Parameters
     ----------
-    chosen : values by setting; a cylinder's firing angle is ``firing_angles[1]``
+    chosen : values by setting; the firing angle of a cylinder is named ``firing_angles[1]``
     names : the FMU's names of settings
 
     Raises
     ------
     InputError
-        a dimension that needs other bodies than the FMU's
+        a dimension that would need other bodies than the FMU's
     """
     rest = dict(chosen)
     own = geometry(engine)

@@ -1,6 +1,7 @@
-"""Version that an FMU states of itself: of the release, or of all development that leads to one.
+"""Version that an FMU states: that of a release, or of all development towards the next one.
 
-It enters the FMU's GUID, so the number of a commit is left out: between releases equal models have equal GUIDs.
+The version enters the FMU's GUID, so the number of a commit is left out. Between releases equal models then have equal
+GUIDs.
 """
 
 from __future__ import annotations
@@ -11,10 +12,10 @@ import cranktrain
 
 
 def model_version() -> str:
-    """``1.0.0`` of a release, ``1.0.1.dev0`` of every state of the sources between two."""
+    """Version ``1.0.0`` for a release, ``1.0.1.dev0`` for every state of the sources between two releases."""
     return stated(cranktrain.__version__)
 
 
 def stated(version: str) -> str:
-    """A version without its commit: what follows ``+``, and the number after ``.dev``."""
+    """Version without its commit, that is, without text from ``+`` on and with 0 after ``.dev``."""
     return re.sub(r"\.dev\d+", ".dev0", version.partition("+")[0])

@@ -1,4 +1,4 @@
-"""The FMU of a module beside the cranktrain: its folder's interface and documentation, its file's data, its code."""
+"""FMU of a module other than the cranktrain: interface and documentation of its folder, data of its file, its code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cranktrain.modules.register import Module, module_of
 
 
 def module_product(path: str | Path) -> Product:
-    """Contents of the FMU of a module file; ``InputError`` if the file cannot be used."""
+    """Description of the FMU of a module file; ``InputError`` if the file cannot be used."""
     module = module_of(Path(path))
     made = module.read(Path(path))
     interface = module_interface(module)
@@ -31,7 +31,7 @@ def module_product(path: str | Path) -> Product:
 
 
 def module_interface(module: Module) -> Interface:
-    """All variables of a module; units are those of the cranktrain's table."""
+    """Interface of a module; its units are from the cranktrain's table."""
     need_sources()
     return read_interface(module.folder, DESCRIPTION)
 
@@ -43,9 +43,9 @@ def build_module(
     platforms: Sequence[str] = (),
     fmi: str = "2.0",
 ) -> Path:
-    """Write the FMU of a module file into ``folder``; returns its path. The file appears whole or not at all.
+    """Write the FMU of a module file into ``folder``; returns its path. It is written completely or not at all.
 
-    With ``platforms`` it is a native one for these, of a version of FMI, else the Python FMU.
+    With ``platforms`` it is a native FMU for these, of version ``fmi``, otherwise the Python FMU.
     """
     product = module_product(path)
     fmu_path(product, folder)

@@ -21,7 +21,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 __all__ = ["announced_compilation", "read_model", "simulation"]
 
 COMPILATION = "four minutes"
-"""Compilation time of all kernels of a level, measured from an empty cache, see docs/fmu.md."""
+"""Compilation time of all kernels of a level, measured with an empty cache, see docs/fmu.md."""
 _PARTS = {
     "block": ("block", "the reduced block"),
     "table": ("bearings", "the film table of the main bearings"),
@@ -29,20 +29,20 @@ _PARTS = {
     "big_end_table": ("big_ends", "the film table of the big ends"),
     "big_end_bore": ("big_ends", "the elastic eye of the rods"),
 }
-"""Parts of a run: the setting that needs them, and their names."""
+"""Parts of a run: for each the setting that needs it, and its name in messages."""
 
 
 def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Simulation:
-    """Simulation at the levels of ``chosen``, the values of settings; see :func:`chosen_levels`."""
+    """Simulation at the levels in ``chosen``, the values of settings; see :func:`chosen_levels`."""
     made = Simulation(*chosen_levels(model, chosen, names))
     made.on_demand = True
     return made
 
 
 class Chosen(NamedTuple):
-    """Input of a simulation at chosen levels, in the order of its parameters.
+    """Arguments of a simulation at chosen levels, in the order of its parameters.
 
-    ``settings`` may be incomplete: their defaults depend on later choices.
+    ``settings`` may be incomplete, because their defaults depend on later choices.
     """
 
     engine: Engine
@@ -53,7 +53,7 @@ class Chosen(NamedTuple):
 
 
 def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Chosen:
-    """Input of a simulation at the levels of ``chosen``, the values of settings.
+    """Arguments of a simulation at the levels in ``chosen``, the values of settings.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
     Raises
     ------
     InputError
-        levels that do not go together, that the engine lacks, or whose data the FMU was built without; geometry that
-        the bodies were not made for
+        contradictory levels, levels that the engine lacks or whose data the FMU was built without, or geometry for
+        which the bodies were not made
     """
     data, rest = split_data(model.engine, chosen)
     engine, rest = with_geometry(model.engine, rest, names)
@@ -93,7 +93,7 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
 
 
 def announced_compilation(instance: str) -> AbstractContextManager[None]:
-    """Tell the user of an instance that kernels are being compiled."""
+    """Context that announces the compilation of kernels to the user of an instance."""
     return announced(instance, COMPILATION)
 
 

@@ -1,4 +1,4 @@
-"""The code that an FMU carries: every module that a running model needs, under a package name of its own."""
+"""Code contained in an FMU: every module that a running model needs, under a package name of its own."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
 from cranktrain.film.laws.register import forms
 
 SOURCES = Path(__file__).resolve().parents[2]
-"""Folder of the package."""
+"""Folder that contains the package."""
 RUNNING = "cranktrain.fmu.running"
-"""Module that the slave of a cranktrain uses; other modules have their own."""
+"""Module that the slave of a cranktrain uses; the slaves of other modules use their own."""
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
 
 def registered_modules() -> list[str]:
-    """Modules of the package that rows of the running model's registers name."""
+    """Modules of the package that the running model's registers refer to."""
     references = [entry for form in forms() for entry in (form.kernel, form.record, form.memory)]
     references += [family.kernel for family in OUTPUT_FAMILIES.values()]
     references += [entry for family in INTEGRATOR_FAMILIES.values() for entry in (family.step, family.difference)]
@@ -32,8 +32,8 @@ def registered_modules() -> list[str]:
 def running_code(running: str = RUNNING) -> dict[str, bytes]:
     """Source of every module that a running model imports, by path inside the package.
 
-    Follows module-level imports from ``running``, for the cranktrain also the modules named in registers, and texts of
-    the form ``"package.module:name"``. Refuses modules that an FMU cannot contain.
+    The search follows module-level imports from ``running``, for the cranktrain also modules named in registers, and
+    texts of the form ``"package.module:name"``. Modules that an FMU cannot contain are refused.
     """
     found: dict[str, bytes] = {}
     waiting = [running, *(registered_modules() if running == RUNNING else [])]
@@ -59,7 +59,7 @@ def running_code(running: str = RUNNING) -> dict[str, bytes]:
 
 
 def _imports(source: bytes, module: str) -> Iterator[str]:
-    """Modules imported at module level; names imported from a package count where they are modules."""
+    """Names of modules imported at module level; names imported from a package count if they are modules."""
     blocks: list[ast.stmt] = list(ast.parse(source).body)
     while blocks:
         node = blocks.pop()
@@ -83,5 +83,5 @@ def _imports(source: bytes, module: str) -> Iterator[str]:
 
 
 def renamed(source: bytes, package: str) -> bytes:
-    """Source with its imports of cranktrain pointed to the package of this FMU."""
+    """Source whose imports of cranktrain refer to the package of this FMU."""
     return re.sub(rb"(?m)^(\s*(?:from|import)\s+)cranktrain\b", rb"\1" + package.encode(), source)

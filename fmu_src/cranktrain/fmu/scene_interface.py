@@ -1,9 +1,8 @@
-"""The interface of a scene's FMU: the variables that its levels provide and the scene lists.
+"""Interface of a scene's FMU: the variables that its levels provide and the scene lists.
 
 All inputs are included. Outputs are those of the scene, angle and speed of the crank, the frame's speed, and outputs of
-the solver.
-Levels are not parameters, because the FMU holds the data of one level of each kind. Start values of the remaining
-parameters are those of the plan.
+the solver. Levels are not parameters, because the FMU contains the data of one level of each kind. Start values of the
+other parameters are those of the plan.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ from cranktrain.studies.planning.plan import Plan
 from cranktrain.studies.planning.scene_model import SceneModel
 
 LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper")
-"""Settings that a scene's FMU fixes."""
+"""Settings that are fixed in a scene's FMU."""
 ALWAYS = ("crank.angle", "crank.speed", "frame.speed")
 
 
 def carried_engine(plan: Plan) -> Engine:
-    """The engine without the parts that the plan's levels do not use."""
+    """Engine without the parts that the plan's levels do not use."""
     scene = plan.scene
     engine = scene.engine
     if scene.block != "flexible":
@@ -34,18 +33,18 @@ def carried_engine(plan: Plan) -> Engine:
 
 
 def fixed_settings(plan: Plan, model: SceneModel) -> dict[str, Any]:
-    """Settings that the FMU holds and no variable changes."""
+    """Settings that are fixed in the FMU, so that no variable changes them."""
     settings = asdict(model.settings(plan.case))
     return {name: settings[name] for name in LEVELS}
 
 
 def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts: dict[str, int]) -> Interface:
-    """Interface of a plan's FMU, its variables one by one.
+    """Interface of a plan's FMU, with its variables one by one.
 
     Parameters
     ----------
-    interface : the full one
-    counts : members of each family on the engine, see :func:`cranktrain.fmu.description.expand`
+    interface : full interface of the engine
+    counts : sizes of the families for the engine, see :func:`cranktrain.fmu.description.expand`
     """
     scene, settings = plan.scene, asdict(model.settings(plan.case))
     films = bearing_law(plan.case.bearings).film
@@ -71,7 +70,7 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
 
 
 def scene_suffix(plan: Plan) -> str:
-    """Suffix of the model's name from the scene's name: its words, capitalised."""
+    """Suffix of the model's name: the words of the scene's name, capitalised."""
     return "".join(part.capitalize() for part in re.split(r"[^A-Za-z0-9]+", plan.scene.name))
 
 

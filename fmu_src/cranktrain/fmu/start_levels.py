@@ -1,4 +1,4 @@
-"""Start values of an FMU's parameters that its build chooses: the levels at which parts start, and others."""
+"""Start values of an FMU's parameters that are chosen for its build: levels at the start, and others."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from cranktrain.fmu.native.engine_model import LEVELS
 
 
 def with_starts(interface: Interface, starts: Mapping[str, Any]) -> Interface:
-    """The interface with other start values of parameters, by their names.
+    """Interface with other start values of parameters, by name.
 
     Raises
     ------
     InputError
-        a name that is no parameter, or a value that it cannot have
+        a name that is not a parameter, or a value that the parameter cannot have
     """
     parameters = {v.name: v for v in interface.variables if v.causality == "parameter" and v.start_of is None}
     for name in starts:
@@ -33,7 +33,7 @@ def with_starts(interface: Interface, starts: Mapping[str, Any]) -> Interface:
 
 
 def start_settings(interface: Interface, engine: Engine, starts: Mapping[str, Any]) -> Settings:
-    """Levels at which the FMU of an engine starts, nothing left open; ``InputError`` where they do not go together."""
+    """Complete settings at which an engine's FMU starts; ``InputError`` if the levels contradict each other."""
     variables = with_starts(interface, starts).variables
     chosen: dict[str, Any] = {str(v.setting): v.start for v in variables if v.setting in LEVELS}
     settings = resolved(Settings(**chosen), engine)
@@ -42,7 +42,7 @@ def start_settings(interface: Interface, engine: Engine, starts: Mapping[str, An
 
 
 def _value(variable: Variable, value: Any) -> Any:
-    """A start value of a parameter's type; ``InputError`` for one that it cannot have."""
+    """Start value converted to a parameter's type; ``InputError`` if the parameter cannot have it."""
     if variable.type == "String":
         if variable.choices and value not in variable.choices:
             raise InputError(f"start: '{variable.name}' is '{value}'; {nearest(str(value), variable.choices)}")

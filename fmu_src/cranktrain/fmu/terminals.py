@@ -1,4 +1,4 @@
-"""The register of terminals: variables exchanged between modules of the virtual engine, or equal in all of them.
+"""Register of terminals: variables exchanged between modules of the virtual engine, or equal in all of them.
 
 Entries of an interface.toml name the terminals that they belong to.
 """
@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 PLUG, BUS = "plug", "bus"
-"""Rules of matching: all members must be there, or some."""
+"""Matching rules: all members must be present, or some."""
 
 
 @dataclass(frozen=True)
 class Terminal:
-    """Variables exchanged between two modules.
+    """A terminal: variables exchanged between two modules.
 
     Attributes
     ----------
-    rule : ``plug`` where all members must be there, ``bus`` where some may be
-    title : of what it is
-    place : of its icon's middle on the FMU's icon, which reaches from −100 to 100 across, and to 62.5 up and down
-    colour : of its connections, red, green and blue from 0 to 255
+    rule : ``plug`` if all members must be present, ``bus`` if some may be missing
+    title : description of the terminal
+    place : centre of its icon on the FMU's icon, which extends from −100 to 100 across and from −62.5 to 62.5 up
+    colour : colour of its connections, red, green and blue from 0 to 255
     """
 
     rule: str
@@ -40,4 +40,4 @@ TERMINALS = {
     "valves": Terminal(PLUG, "Combustion and valve train: lifts of the valves", (60, 62.5), (44, 110, 170)),
     "geometry": Terminal(BUS, "Dimensions that modules of one engine have in common", (100, 0), (90, 130, 60)),
 }  # fmt: skip
-"""The terminals by name: one for each pair of modules, and one for the values that are equal in all."""
+"""Terminals by name: one for each pair of modules, and one for the values that are equal in all modules."""

@@ -1,9 +1,9 @@
-"""The file ``terminalsAndIcons/terminalsAndIcons.xml`` of an FMU: its variables by the partner that they belong to.
+"""File ``terminalsAndIcons/terminalsAndIcons.xml`` of an FMU, which groups its variables by terminal.
 
-Two FMUs fit each other where both have the terminal of a name. A member is called as its variable, so that a partner's
-variables are found by their names.
+Two FMUs can be connected if both have a terminal of the same name. A member has the name of its variable, so the
+partner's variable is found by name.
 
-Source: FMI 3.0.2, section 2.4.9, whose file an FMU of FMI 2.0.4 may hold (section 2.3, terminals and icons).
+Source: FMI 3.0.2, section 2.4.9; an FMU of FMI 2.0.4 may contain the same file (section 2.3, terminals and icons).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _HALF_WIDTH = 100.0
 
 
 def terminals_and_icons(variables: Sequence[Variable]) -> Element:
-    """Root of the file that lists the terminals of an FMU's variables, see ``fmi3TerminalsAndIcons.xsd``."""
+    """Root element with the terminals of an FMU's variables, see ``fmi3TerminalsAndIcons.xsd``."""
     root = Element("fmiTerminalsAndIcons", fmiVersion=FMI)
     drawing = SubElement(root, "GraphicalRepresentation")
     height = 0.625 * _HALF_WIDTH  # model.png is 256 by 160
@@ -55,17 +55,17 @@ def terminals_and_icons(variables: Sequence[Variable]) -> Element:
 
 
 def icons(variables: Sequence[Variable], model: bytes, folder: Path) -> dict[str, bytes]:
-    """Pictures by their names in the archive: the FMU's, and from ``folder`` those of its terminals."""
+    """Pictures by their names in the archive: the FMU's own, and those of its terminals from ``folder``."""
     found = {f"{FOLDER}/{name}.png": (folder / f"{name}.png").read_bytes() for name in used(variables)}
     return {f"{FOLDER}/icon.png": model, **found}
 
 
 def used(variables: Sequence[Variable]) -> list[str]:
-    """Terminals that some variable belongs to, in the register's order."""
+    """Names of the terminals with any of the variables, in the register's order."""
     return [name for name in TERMINALS if any(name in variable.terminals for variable in variables)]
 
 
 def _corners(middle: tuple[float, float], half: tuple[float, float]) -> dict[str, float]:
-    """Lower left and upper right corner of a rectangle."""
+    """Coordinates of a rectangle's lower left and upper right corners."""
     (x, y), (a, b) = middle, half
     return {"x1": x - a, "y1": y - b, "x2": x + a, "y2": y + b}

@@ -1,7 +1,8 @@
-"""The crank's angle and speed as a module receives them, turned on over a communication step.
+"""Crank angle and speed as a module receives them, and their course over a communication step.
 
-An angle wraps at a cycle, 4π, or grows. Without one (``speed``, or ``auto`` while it is 0) the speed is integrated.
-Inputs belong to the begin of a communication step, then the angle is turned on to its end, or to its end already.
+A received angle may wrap after a cycle, 4π, or grow. Without an angle (choice ``speed``, or ``auto`` while it is 0) the
+speed is integrated. Inputs either belong to the beginning of a communication step, and the angle is extrapolated to its
+end, or they belong to its end.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ import math
 from cranktrain.core.kernel import kernel
 
 ANGLES = ("speed", "input", "auto")
-"""Where the angle comes from: the speed's integral, the input, or the input as soon as it moves."""
+"""Sources of the angle: the integral of the speed, the input, or the input from the first one that is not 0."""
 TIMES = ("begin", "end")
-"""Which end of a communication step inputs belong to."""
+"""End of a communication step to which the inputs belong."""
 BY_SPEED, _GIVEN, AUTO = range(len(ANGLES))
 
 SPEED, ANGLE = 0, 1
-"""Places of speed and angle in every module's inputs."""
+"""Indices of speed and angle in every module's inputs."""
 HEAD = ("time", "angle", "partner_angle", "angle_seen", "last_interval", "last_angle", "last_speed")
 """First entries of every module's state."""
 TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED = range(len(HEAD))
@@ -25,27 +26,27 @@ TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEE
 OK = 0
 NOT_AHEAD, JUMPS, BACKWARDS = 10, 11, 12
 INPUT_NOT_FINITE, INPUT_NOT_POSITIVE, NUMBER_NOT_FINITE, UNKNOWN_CHOICE = 1000, 2000, 3000, 4000
-"""Statuses of every module, see :mod:`.statuses`; to the last four the place in the array is added."""
+"""Statuses of every module, see :mod:`.statuses`; the last four are increased by the index in the array."""
 
 LONGEST_STEP = 1.0
 """Longest communication step, s."""
 LARGEST_JUMP = math.radians(90.0)
-"""Largest difference, rad, of a received angle from where its speed has led."""
+"""Largest difference, rad, of a received angle from the angle reached by the received speed."""
 MOST_LONGER, MOST_GAINED = 2.0, 0.1
-"""Step over the last one, and gain of a step over its turn, up to which an angle's gain on its speed goes on."""
+"""Limits for extrapolating an angle's gain over its speed: step over the last step, and gain over rotation."""
 
 
 @kernel
 def cycle_angle(angle):
-    """A crank angle within (−2π, 2π], rad."""
+    """Crank angle reduced to (−2π, 2π], rad."""
     return angle - 4.0 * math.pi * math.ceil((angle - 2.0 * math.pi) / (4.0 * math.pi))
 
 
 @kernel
 def gained(state, inputs, interval):
-    """Angle, rad, that the crank gains on its speed if it goes on as in the last step: a swing about steady rotation.
+    """Angle, rad, gained relative to the speed if the crank continues as in the last step, in a torsional oscillation.
 
-    None where the last step says nothing about this one: before there is one, after one much shorter, or a jump.
+    The gain is 0 if the last step says nothing about this one: there is none, it was much shorter, or the angle jumped.
     """
     last = state[LAST_INTERVAL]
     if not last * MOST_LONGER >= interval:
@@ -56,10 +57,10 @@ def gained(state, inputs, interval):
 
 @kernel
 def turned(state, inputs, interval, source, ends):
-    """Angle that the crank turns in a communication step, rad, up to the extrapolated received angle.
+    """Rotation of the crank in a communication step, rad, up to the extrapolated received angle.
 
-    ``source`` and ``ends`` are indices into ``ANGLES`` and ``TIMES``. The state gets the angle in the partner's count
-    at the step's end.
+    ``source`` and ``ends`` are indices into ``ANGLES`` and ``TIMES``. The state receives the angle at the end of the
+    step as the partner counts it.
     """
     if inputs[ANGLE] != 0.0:
         state[ANGLE_SEEN] = 1.0
@@ -76,7 +77,7 @@ def turned(state, inputs, interval, source, ends):
 
 @kernel
 def keep_received(state, inputs, interval):
-    """Keep the received values for the next step, and advance the time."""
+    """Store the received values for the next step, and advance the time."""
     state[LAST_ANGLE] = inputs[ANGLE]
     state[LAST_SPEED] = inputs[SPEED]
     state[TIME] += interval
@@ -85,7 +86,7 @@ def keep_received(state, inputs, interval):
 
 @kernel
 def inputs_status(inputs):
-    """Whether inputs are numbers and the crank does not turn back: a status."""
+    """Status of the inputs: OK if they are finite numbers and the speed is not negative."""
     for k in range(inputs.shape[0]):
         if not math.isfinite(inputs[k]):
             return INPUT_NOT_FINITE + k
@@ -94,16 +95,16 @@ def inputs_status(inputs):
 
 @kernel
 def jump(state, inputs, interval, ends):
-    """Angle, rad, by which a received angle is off from where its speed has led: within (−2π, 2π]."""
+    """Difference, rad, of a received angle from the angle reached by the received speed, within (−2π, 2π]."""
     ahead = 0.0 if ends == 0 else interval
     return cycle_angle(inputs[ANGLE] - state[OWN_ANGLE] - inputs[SPEED] * ahead)
 
 
 @kernel
 def step_status(state, inputs, t_end, source, ends):
-    """Whether a communication step to ``t_end``, s, leads on, and the angle with it: a status.
+    """Status of a communication step to ``t_end``, s: OK if it goes forward and the received angle does not jump.
 
-    ``source`` and ``ends`` are places in ``ANGLES`` and ``TIMES``.
+    ``source`` and ``ends`` are indices into ``ANGLES`` and ``TIMES``.
     """
     interval = t_end - state[TIME]
     if not 0.0 < interval <= LONGEST_STEP:
@@ -115,7 +116,7 @@ def step_status(state, inputs, t_end, source, ends):
 
 @kernel
 def numbers_status(numbers):
-    """Whether all of a run's numbers are finite: a status."""
+    """Status of a run's numbers: OK if all are finite."""
     for k in range(numbers.shape[0]):
         if not math.isfinite(numbers[k]):
             return NUMBER_NOT_FINITE + k
@@ -124,7 +125,7 @@ def numbers_status(numbers):
 
 @kernel
 def choice_status(numbers, slot, options):
-    """Whether a number is the index of one of so many options, 0, 1, …: a status."""
+    """Status of a choice: OK if the number is one of 0, 1, … ``options`` − 1."""
     value = numbers[slot]
     return OK if 0.0 <= value < options and value == math.floor(value) else UNKNOWN_CHOICE + slot
 

@@ -1,4 +1,4 @@
-"""Reading a module file: its texts, its tables of values with units and origins, and the engine that it names."""
+"""Reader of module files: texts, tables of values with units and origins, and the named engine."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ Settings = TypeVar("Settings", bound=Any)
 
 @dataclass(frozen=True)
 class ModuleFile(Generic[Settings]):
-    """Contents of a module's files: the settings marked by :func:`.module_settings.stated`, in tables.
+    """Contents of a module's files: tables with the settings marked by :func:`.module_settings.stated`.
 
     Attributes
     ----------
-    own : module of the quantities that the settings' annotations call ``own``; ``q`` is that of the engine's
+    own : module of the quantities that the settings' annotations call ``own``; ``q`` is the engine's module
     settings : class of the module's settings
-    make : makes and checks the module's settings from their values, engine, name and title
-    like : path of a shipped file to look at
-    about : the tables, and what they describe
-    further : values that are not settings, ``table.key``, and their quantities
+    make : function that makes and checks the settings from their values, engine, name and title
+    like : path of a shipped file as an example
+    about : names of the tables, with a description of each
+    further : values that are not settings, by ``table.key``, and their quantities
     """
 
     own: ModuleType
@@ -46,13 +46,13 @@ class ModuleFile(Generic[Settings]):
 
     @cached_property
     def places(self) -> dict[str, str]:
-        """Settings, and values that are none, by their places ``table.key``."""
+        """Settings and other values by their location ``table.key``."""
         found = {entry.metadata["file"]: entry.name for entry in fields(self.settings) if "file" in entry.metadata}
         return found | {place: place for place in self.further}
 
     @cached_property
     def tables(self) -> dict[str, type]:
-        """Records of the tables, by name."""
+        """Dataclasses of the tables, by name."""
         known = {"q": quantities, "own": self.own}
         hints = get_type_hints(self.settings, localns=known, include_extras=True) | dict(self.further)
         usual = {entry.name: entry.metadata["default"] for entry in fields(self.settings) if "file" in entry.metadata}
@@ -68,7 +68,7 @@ class ModuleFile(Generic[Settings]):
 
     @cached_property
     def document(self) -> Any:
-        """The document of a file as it is read, see :mod:`cranktrain.engine.entries`."""
+        """Struct of a file's document, see :mod:`cranktrain.engine.entries`."""
         keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
         keys += [(name, stated(kind, self.like)) for name, kind in self.tables.items()]
         return table_of(self.settings.__name__, keys, self.settings.__doc__, self.like)
@@ -79,7 +79,7 @@ class ModuleFile(Generic[Settings]):
         Raises
         ------
         InputError
-            one line with file, table and key, for what is unknown, missing or impossible
+            one line with file, table and key, for anything unknown, missing or impossible
         """
         path = user_path(path)
         read = record(self.document, read_toml(path, "module file", f"an example is {self.like}"), path.name, said)
@@ -99,7 +99,7 @@ class ModuleFile(Generic[Settings]):
             raise InputError(f"{path.name}: {error}") from None
 
     def contents(self, path: Path) -> Contents:
-        """Contents of the FMU of a module file."""
+        """Contents of the FMU for a module file."""
         settings = self.load(path)
         starts = {entry.name: getattr(settings, entry.name) for entry in fields(settings)}
         counts = {"cylinders": len(settings.firing_angles)}

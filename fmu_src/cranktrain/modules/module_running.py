@@ -18,13 +18,13 @@ COMPILATION = "one minute"
 
 
 class ModuleRunning(NamedTuple):
-    """The classes of a module's settings and of its simulation."""
+    """Functions of a module's FMU, from the classes of its settings and its simulation."""
 
     settings: type[Any]
     model: type[SteppedModule]
 
     def read_model(self, path: str | Path) -> Any:
-        """Read the data of an FMU; ``StoreError`` where they are missing or none."""
+        """Settings from the data file of an FMU; ``StoreError`` if it is missing or of another kind."""
         try:
             data = Path(path).read_bytes()
         except OSError as error:
@@ -34,7 +34,7 @@ class ModuleRunning(NamedTuple):
         return from_bytes(self.settings, data, Path(path).name)
 
     def simulation(self, model: Any, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Any:
-        """Simulation with values ``chosen`` of settings, which the FMU calls by ``names``; ``InputError``: misfits."""
+        """Simulation with ``chosen`` values of settings; errors use the FMU's ``names``. ``InputError``: misfits."""
         try:
             return self.model(with_chosen(model, chosen))  # type: ignore[call-arg]
         except InputError as error:
@@ -42,5 +42,5 @@ class ModuleRunning(NamedTuple):
 
     @staticmethod
     def announced_compilation(instance: str) -> AbstractContextManager[None]:
-        """Tell the user of an instance that kernels are being compiled."""
+        """Context that announces the compilation of kernels to the user of an instance."""
         return announced(instance, COMPILATION)

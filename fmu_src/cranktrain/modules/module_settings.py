@@ -1,4 +1,4 @@
-"""Settings of a module, a frozen record with ``firing_angles``: as an FMU carries them, and as a run's numbers."""
+"""Settings of a module (a frozen record with ``firing_angles``) as the data of an FMU and as numbers of a run."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ Settings = TypeVar("Settings", bound=Any)
 
 
 def stated(place: str, default: Any = MISSING) -> dict[str, Any]:
-    """Metadata of a setting that a module file states at ``table.key``; the default holds where the key is left out."""
+    """Metadata of a setting that a module file states at ``table.key``, with its default if the key is left out."""
     return {"file": place, "default": default}
 
 
 def to_bytes(settings: Any) -> bytes:
-    """The settings as an FMU carries them: JSON with sorted keys."""
+    """Settings as the data of an FMU: JSON with sorted keys."""
     return json.dumps(asdict(settings), sort_keys=True, indent=1).encode()
 
 
 def from_bytes(kind: type[Settings], data: bytes, name: str = "model") -> Settings:
-    """Inverse of :func:`to_bytes`; ``StoreError`` for bytes of another kind."""
+    """Inverse of :func:`to_bytes`; ``StoreError`` for other data."""
     try:
         given: dict[str, Any] = json.loads(data)
         return kind(**{**given, "firing_angles": tuple(given["firing_angles"])})
@@ -36,7 +36,7 @@ def from_bytes(kind: type[Settings], data: bytes, name: str = "model") -> Settin
 
 
 def with_chosen(settings: Settings, chosen: Mapping[str, Any]) -> Settings:
-    """Settings with values of their fields replaced; of the firing angles by ``firing_angles[1]``."""
+    """Settings with replaced values of fields; a firing angle is named ``firing_angles[1]``."""
     angles = list(settings.firing_angles)
     plain = {}
     for name, value in chosen.items():
@@ -48,7 +48,7 @@ def with_chosen(settings: Settings, chosen: Mapping[str, Any]) -> Settings:
 
 
 def check_values(settings: Any, choices: Mapping[str, Sequence[str]]) -> None:
-    """Refuse names that are not among a setting's ``choices``, and numbers that are not finite; ``InputError``."""
+    """Refuse a name that is not among a setting's ``choices``, and numbers that are not finite; ``InputError``."""
     for name, names in choices.items():
         value = str(getattr(settings, name))
         if value not in names:
@@ -62,7 +62,7 @@ def check_values(settings: Any, choices: Mapping[str, Sequence[str]]) -> None:
 def run_numbers(
     settings: Any, names: Sequence[str], choices: Mapping[str, Sequence[str]], **derived: float
 ) -> NDArray[np.float64]:
-    """Numbers of a run: settings by their names, the place for a choice, and the firing angles behind them."""
+    """Numbers of a run: settings by name, the index for a choice, followed by the firing angles."""
     given = asdict(settings) | derived
     given |= {name: valid.index(given[name]) for name, valid in choices.items()}
     return np.array([*(float(given[name]) for name in names), *settings.firing_angles])

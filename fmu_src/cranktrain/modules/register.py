@@ -1,7 +1,7 @@
-"""The register of modules, and the files that describe one for an engine.
+"""The register of modules, and the module files for engines.
 
-A module file is TOML that names its ``module``, its ``engine`` (geometry comes from there), a ``name`` and a ``title``;
-its tables are the module's own. ``build_fmu.py`` takes its name or its path.
+A module file is TOML that names its ``module``, its ``engine`` (the source of the geometry), a ``name`` and a
+``title``; its tables belong to the module. ``build_fmu.py`` accepts its name or its path.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ FOLDER = Path(__file__).parent
 
 
 class Contents(NamedTuple):
-    """Contents made from a module file: name, title, members of each variable family, starts, and the FMU's data."""
+    """Contents of a module file: name, title, sizes of the variable families, start values, and the FMU's data."""
 
     name: str
     title: str
@@ -30,14 +30,14 @@ class Contents(NamedTuple):
 
 @dataclass(frozen=True)
 class Module:
-    """One module.
+    """One module of a virtual engine.
 
     Attributes
     ----------
-    name : as module files and their names begin
-    title : its purpose
-    running : module that the FMU's slave asks, see ``cranktrain_slave.py``
-    file : what its module files have, a :class:`.module_file.ModuleFile`
+    name : name in module files, with which their names begin
+    title : purpose in one line
+    running : Python module with the functions for the FMU's slave, see ``cranktrain_slave.py``
+    file : description of its module files, a :class:`.module_file.ModuleFile`
     """
 
     name: str
@@ -47,11 +47,11 @@ class Module:
 
     @property
     def folder(self) -> Path:
-        """Folder of its interface, documentation and data."""
+        """Folder of the module's interface, documentation and data."""
         return FOLDER / self.running.split(".")[-2]
 
     def read(self, path: Path) -> Contents:
-        """Contents made from a module file; ``InputError`` if it cannot be used."""
+        """Contents of a module file; ``InputError`` if it cannot be used."""
         made = resolve(self.file).contents(path)
         assert isinstance(made, Contents)
         return made
@@ -82,7 +82,7 @@ def module_files() -> dict[str, Path]:
 
 
 def shipped_for_engines(module: str) -> dict[str, str]:
-    """Names of a module's files that ship, by engine."""
+    """Names of the shipped files of a module, by engine."""
     return {
         str(read_toml(path, "module file", "").get("engine")): name
         for name, path in module_files().items()
@@ -91,7 +91,7 @@ def shipped_for_engines(module: str) -> dict[str, str]:
 
 
 def module_of_engine(module: str, engine: str) -> str:
-    """Name of the module file that ships for an engine; ``InputError`` where there is none."""
+    """Name of the shipped module file for an engine; ``InputError`` if there is none."""
     shipped = shipped_for_engines(module)
     if engine not in shipped:
         raise InputError(
@@ -102,9 +102,9 @@ def module_of_engine(module: str, engine: str) -> str:
 
 
 def module_path(name: str | Path) -> Path | None:
-    """Path of a module file by its name or path; None where it is none.
+    """Path of a module file from its name or path; None if it is not a module file.
 
-    ``InputError`` for a name that begins as a module's does and is not known.
+    ``InputError`` for an unknown name that begins like a module's files.
     """
     text = str(name)
     if ending(text) != ".toml":
@@ -123,7 +123,7 @@ def module_path(name: str | Path) -> Path | None:
 
 
 def module_of(path: Path) -> Module:
-    """The module that a module file names; ``InputError`` for one that is not known."""
+    """Module that a module file names; ``InputError`` if it is unknown."""
     named = read_toml(path, "module file", f"shipped: {', '.join(module_files())}").get("module")
     if not isinstance(named, str) or named not in MODULES:
         raise InputError(f"{path.name}: module: '{named}' is not known; {nearest(str(named), MODULES)}")

@@ -9,9 +9,9 @@ from typing import NamedTuple
 from cranktrain.modules import crank_angle as crank
 
 REFUSED, FAILED = "refused", "failed"
-"""Kinds of a status: input that cannot be used, a step or a start without a solution."""
+"""Kinds of a status: unusable input; a step or a start without a solution."""
 
-MEND_STEP = f"it must lead on, by {crank.LONGEST_STEP:g} s at most"
+MEND_STEP = f"it must go forward, by {crank.LONGEST_STEP:g} s at most"
 MEND_ANGLE = "connect both to one crank, or set angle.source to speed"
 NO_REVERSE = "reverse running is not modelled"
 _JUMP = math.degrees(crank.LARGEST_JUMP)
@@ -21,15 +21,15 @@ Statuses = dict[int, tuple[str, str]]
 
 
 class NativeInterface(NamedTuple):
-    """Contents of a module's run, by name.
+    """Interface of a module's run: names and meanings of its arrays and statuses.
 
     Attributes
     ----------
     inputs, outputs : names in the order of the run's arrays
     numbers : meaning of each of the run's numbers: a field of the settings, or a firing angle, ``firing_angles[1]``
-    choices : options of numbers that represent texts, and their values
+    choices : for numbers that represent texts: the options and their values
     constant : arrays of the run that no kernel writes
-    statuses : kind and text of each status but 0
+    statuses : kind and text of each status except 0
     """
 
     inputs: tuple[str, ...]
@@ -41,16 +41,16 @@ class NativeInterface(NamedTuple):
 
 
 def options(names: Iterable[str]) -> dict[str, float]:
-    """Values of a choice's options: their places."""
+    """Value of each option of a choice: its index."""
     return {name: float(k) for k, name in enumerate(names)}
 
 
 def common_statuses(
     inputs: Iterable[str], numbers: Iterable[str], choices: Mapping[str, Mapping[str, float]]
 ) -> Statuses:
-    """Statuses that every module has, of inputs and numbers by these names."""
+    """Statuses that every module has, with texts that name inputs and numbers."""
     known = {
-        crank.NOT_AHEAD: f"a step that does not lead on, or is too long; {MEND_STEP}",
+        crank.NOT_AHEAD: f"a step that does not go forward, or is too long; {MEND_STEP}",
         crank.JUMPS: f"crank.angle is over {_JUMP:g} deg off from where crank.speed has led; {MEND_ANGLE}",
         crank.BACKWARDS: f"crank.speed is below 0; {NO_REVERSE}",
     }
@@ -68,6 +68,6 @@ def with_names(statuses: Statuses, names: Mapping[str, str]) -> Statuses:
 
 
 def named(text: str, names: Mapping[str, str]) -> str:
-    """A text that begins with a field, with the field's name instead."""
+    """Text in which a leading field is replaced by its name in ``names``."""
     field, _, rest = text.partition(" ")
     return f"'{names[field]}' {rest}" if field in names else text

@@ -1,4 +1,4 @@
-"""The simulation of a module beside the cranktrain: its run, and the kernels of the run's record."""
+"""Base class of the simulation of a module: its run, and the kernels of the run's record."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from cranktrain.modules.statuses import FAILED, MEND_ANGLE, MEND_STEP, NO_REVERS
 
 
 class SteppedModule(SteppedModel):
-    """A module whose inputs and state begin as :mod:`cranktrain.modules.crank_angle` says.
+    """A stepped module whose inputs and state begin as defined in :mod:`cranktrain.modules.crank_angle`.
 
     Attributes
     ----------
-    settings : with ``inputs_at`` among them
-    outputs : valid after ``initialize`` and after each step
+    settings : settings of the module, with ``inputs_at``
+    outputs : values valid after ``initialize`` and after each step
     """
 
     settings: Any
     _kind: ClassVar[str]
-    """Kind of its library of machine code."""
+    """Kind of the module's library of machine code."""
     _kernels: ClassVar[Any]
-    """The run's record: a module with kernels ``prepare``, ``start``, ``advance_run`` and ``observe_run``."""
+    """Python module of the run's record, with kernels ``prepare``, ``start``, ``advance_run`` and ``observe_run``."""
 
     def __init__(self, settings: Any, run: Any, interface: NativeInterface) -> None:
         self.settings = settings
@@ -37,10 +37,10 @@ class SteppedModule(SteppedModel):
         self._statuses = interface.statuses
 
     def initialize(self, time: float = 0.0) -> None:
-        """Start at a time, s, under the present inputs, as the module's kernel ``start`` says.
+        """Start at a time, s, with the present inputs, by the module's kernel ``start``.
 
-        Raises ``InputError`` for inputs that no engine has, ``SolverError`` where the start has no solution. The state
-        is that of before then.
+        Raises ``InputError`` for impossible inputs, ``SolverError`` if the start has no solution; the state is then
+        unchanged.
         """
         status = self._entries.start(time)
         if status:
@@ -54,7 +54,7 @@ class SteppedModule(SteppedModel):
         Raises
         ------
         InputError
-            inputs that are not numbers or out of bounds, an angle that jumps, a step that is not positive or absurd
+            inputs that are not finite or out of bounds, an angle that jumps, a step that is not positive or too long
         SolverError
             a model without a solution
         """
@@ -67,13 +67,13 @@ class SteppedModule(SteppedModel):
         self._entries.observe()
 
     def _error(self, status: int, what: str, t_end: float) -> CranktrainError:
-        """Exception for a status of the start or of a step (``what``) to ``t_end``, s."""
+        """Exception for a status of ``what``, the start or a step to ``t_end``, s."""
         if self._statuses[status][0] == FAILED:
             return SolverError(self._failure(what, status))
         return InputError(self._refusal(status, t_end))
 
     def _refusal(self, status: int, t_end: float) -> str:
-        """Name of a refused input or step, with its value."""
+        """Message for a refused input or step, with its value."""
         inputs = self.inputs
         if status == crank.BACKWARDS:
             return f"crank.speed is {inputs[crank.SPEED]:g} rad/s; {NO_REVERSE}"
@@ -92,4 +92,4 @@ class SteppedModule(SteppedModel):
 
     @abstractmethod
     def _failure(self, what: str, status: int) -> str:
-        """Reason why ``what``, the start or a step, has no solution."""
+        """Message with the reason why ``what``, the start or a step, has no solution."""

@@ -1,1 +1,1 @@
-"""Stored data: HDF5 files, film tables."""
+"""Storage of data: HDF5 files, film tables, journals and caches of studies."""

@@ -1,4 +1,4 @@
-"""NumPy's archive, written so that equal content gives equal bytes, array by array."""
+"""Writer of NumPy archives (.npz) with equal bytes for equal content, one array at a time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 
 def write_archive(path: Path, arrays: Iterable[tuple[str, NDArray[Any]]]) -> None:
-    """Write named arrays as ``numpy.load`` reads them; only one need be in memory at a time."""
+    """Write named arrays in the format of ``numpy.load``; only one array need be in memory at a time."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         for name, array in arrays:
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as file:

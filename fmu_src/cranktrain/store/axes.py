@@ -1,8 +1,8 @@
 """Axes of stored arrays as HDF5 dimension scales, which netCDF readers (xarray, h5netcdf) use.
 
-An axis is a one-dimensional dataset beside the arrays that it describes: time, speeds, orders. Axes that only contain
-numbers or names (main bearings, outputs, least and largest) are made here. They have no unit, and our own readers
-ignore them.
+An axis is a one-dimensional dataset next to the arrays that it describes, such as time, speeds or orders. Axes that
+only contain numbers or names (main bearings, outputs, least and largest) are made here. They have no unit, and our own
+readers ignore them.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 Axes = Callable[[str], tuple[str, ...]]
-"""Names of an array's axes by its own name, ``/`` and all."""
+"""Function that returns the names of an array's axes for the array's name, which may contain ``/``."""
 Labels = Mapping[str, Sequence[str]]
-"""Names along an axis, by the name of the axis."""
+"""Names of the entries along an axis, by the name of the axis."""
 NUMBERED = "main_bearing"
-"""Axis that counts from 1."""
+"""Name of the axis that numbers its entries from 1."""
 RUN_UP_AXES = {
     **dict.fromkeys(("cycles", "repeats", "left", "parting"), ("speeds",)),
     "amplitudes": ("amplitude_output", "speeds", "orders"),
@@ -26,11 +26,11 @@ RUN_UP_AXES = {
     "extreme_unit": ("extreme_output",),
 }
 COORDINATES = {"time": "angle", "speeds": "amplitude_unit extreme_unit"}
-"""What describes places along other axes, by an axis that its group has."""
+"""For an axis in a group the datasets that describe positions along other axes (netCDF attribute ``coordinates``)."""
 
 
 def of_result(name: str) -> tuple[str, ...]:
-    """Axes of a run's arrays: time, but for what each main bearing has one of."""
+    """Axes of a run's arrays: time, except for arrays with one value per main bearing."""
     return ("main_bearing",) if name.rpartition("/")[2] == "film_temperature_c" else ("time",)
 
 
@@ -59,7 +59,7 @@ def attach_axes(data: Any, axes: Axes, labels: Labels | None = None) -> None:
 
 
 def _axis(item: Any, name: str) -> Any:
-    """The axis of this name beside an array, made where it only numbers; None where there is none."""
+    """Axis of this name next to an array; a numbering axis is made if it is missing. None for an unknown axis."""
     group = item.parent
     if name not in group:
         if name != NUMBERED:
@@ -71,5 +71,5 @@ def _axis(item: Any, name: str) -> Any:
 
 
 def is_label(dataset: Any) -> bool:
-    """Whether a dataset only contains numbers or names for other datasets."""
+    """True if a dataset only contains numbers or names for other datasets, and so has no unit."""
     return "unit" not in dataset.attrs

@@ -1,8 +1,8 @@
 """Reduced bodies in open formats: HDF5, NumPy's archive, or a folder of Matrix Market files.
 
-A folder holds the body's equations in its modal coordinates, ``mass.mtx``, ``stiffness.mtx``, ``damping.mtx`` and the
-terms of rotation, the interfaces' ``shapes.mtx`` (six rows an interface, x y z and rotations about them, a column a
-mode), and ``body.json`` with names and scalars. All values are SI.
+A folder contains the body's equations in its modal coordinates: ``mass.mtx``, ``stiffness.mtx``, ``damping.mtx`` and
+the terms of rotation, ``shapes.mtx`` of the interfaces (six rows per interface: x, y, z and rotations about them; one
+column per mode), and ``body.json`` with names and scalars. All values are SI.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ FOLDER_HEADER = "body.json"
 OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1", "twists": "rad", "shaft_laws": "SI"}
 """Arrays of a body and their units."""
 SPARSE = ("mass", "stiffness", "damping")
-"""Matrices of a folder that hold their diagonals alone, a row and a column a mode."""
+"""Diagonal matrices in a folder, with one row and one column per mode."""
 ARCHIVE = marked("reduced body of cranktrain", f"{HEADER}.npy")
 REMEDY = "write it anew by 'cranktrain reduce ENGINE --output'"
 
 
 def is_stored_body(path: str | Path) -> bool:
-    """Whether a path looks like a reduced body: ``.h5``, ``.npz``, or a folder with ``body.json``."""
+    """True if a path looks like a reduced body: ``.h5``, ``.npz``, or a folder with ``body.json``."""
     place = user_path(path)
     return ending(place) in (".h5", ".npz") or file_exists(place / FOLDER_HEADER)
 
 
 def check_body_place(path: str | Path) -> None:
-    """Refuse, before the work, a place that a body must not take; ``InputError``."""
+    """Raise ``InputError``, before any work, for a path at which no body may be written."""
     target = user_path(path)
     if ending(target) in ("", ".mtx"):
         _check_folder(target)
@@ -56,9 +56,9 @@ def check_body_place(path: str | Path) -> None:
 
 
 def export_body(path: str | Path, body: ReducedBody) -> Path:
-    """Write a body, its format by the ending of the path, whole or not at all; :func:`import_body` gives it back.
+    """Write a body completely or not at all, in the format of the path's ending, for :func:`import_body`.
 
-    Raises ``InputError`` for another ending or a place that it must not take, ``StoreError`` where it cannot be
+    Raises ``InputError`` for an unknown ending or a path that must not be replaced, ``StoreError`` if it cannot be
     written.
     """
     check_body_place(path)
@@ -78,7 +78,7 @@ def export_body(path: str | Path, body: ReducedBody) -> Path:
 
 
 def import_body(path: str | Path) -> ReducedBody:
-    """Read a body that :func:`export_body` wrote; ``StoreError``: missing, cut short, foreign, of another schema."""
+    """Read a body from :func:`export_body`; ``StoreError`` if missing, incomplete, foreign or of another schema."""
     source = user_path(path)
     if ending(source) == ".h5":
         return load_body(source)
@@ -101,7 +101,7 @@ def import_body(path: str | Path) -> ReducedBody:
 
 
 def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Arrays by name, and all else."""
+    """Arrays of a body by name, and a header with all other data."""
     arrays = {name: getattr(body, name) for name in OWN_ARRAYS if getattr(body, name) is not None}
     arrays |= {f"record_{name}": array for name, array in sorted(body.records.items())}
     header = {
@@ -113,7 +113,7 @@ def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
 
 
 def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
-    """The body of :func:`_split`."""
+    """Body from the header and arrays of :func:`_split`."""
     arrays = {name: real(array) for name, array in arrays.items()}
     own = {name: arrays[name] for name in BODY_UNITS}
     return ReducedBody(
@@ -133,7 +133,7 @@ def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
 
 
 def _matrices(body: ReducedBody, arrays: dict[str, Array]) -> dict[str, Any]:
-    """The same as matrices, with mass, stiffness and damping in modal coordinates for other programs."""
+    """Arrays as matrices, with mass, stiffness and damping in modal coordinates for other programs."""
     found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
     del found["omega"]
     found["mass"] = sparse.eye_array(body.n_modes).tocoo()
@@ -143,7 +143,7 @@ def _matrices(body: ReducedBody, arrays: dict[str, Array]) -> dict[str, Any]:
 
 
 def _flat(array: Array) -> Array:
-    """A matrix of an array: a vector as a column, shapes (m, 6, n) as (6 m, n)."""
+    """Matrix form of an array: a vector as a column, shapes (m, 6, n) as (6 m, n)."""
     array = np.asarray(array, dtype=np.float64)
     return array.reshape(-1, array.shape[-1] if array.ndim > 1 else 1)
 
@@ -180,7 +180,7 @@ def _read_folder(folder: Path) -> tuple[dict[str, Any], dict[str, Array]]:
 
 
 def _check_folder(target: Path) -> None:
-    """Refuse a folder that holds anything but a body of ours; ``InputError``."""
+    """Raise ``InputError`` for a folder that contains anything but a reduced body."""
     check_place(target.absolute().parent / f"{target.name}.check")
     if target.is_symlink() or (target.exists() and not target.is_dir()):
         raise InputError(f"{target}: exists and is no folder; choose another name, or end it with .h5 or .npz")
@@ -197,7 +197,7 @@ def _check_folder(target: Path) -> None:
 
 @contextmanager
 def _whole_folder(target: Path) -> Iterator[Path]:
-    """Folder that takes its place once the block ends; after an error nothing is left of it, and the old one stays."""
+    """Temporary folder that replaces ``target`` at the end of the block; after an error the old folder stays."""
     try:
         target.absolute().parent.mkdir(parents=True, exist_ok=True)
         made = Path(tempfile.mkdtemp(prefix=".cranktrain-", dir=target.absolute().parent))

@@ -1,4 +1,4 @@
-"""The columns of a result file, read block by block: a file may be larger than the memory."""
+"""Columns of a result file, read in blocks because a file may be larger than the memory."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from cranktrain.store.sound_files import rising
 
 REMEDY = "run 'cranktrain simulate' again"
 BLOCK = 1 << 16
-"""Times that are checked at once."""
+"""Number of times that are checked at once."""
 
 
 @dataclass(frozen=True)
 class ResultColumns:
-    """Columns over the time of a result file, or of a group of it.
+    """Columns over time in a result file, or in one group of it.
 
     Attributes
     ----------
-    path, group : where they are; the group of a scene's file with several speeds, else empty
+    path, group : path of the file; group in a scene's file with several speeds, else empty
     units : name → unit, time and angle first
-    rows : samples
-    left_out : data that are not over time
-    attributes : of the file
+    rows : number of samples
+    left_out : names of data that are not over time
+    attributes : attributes of the file
     """
 
     path: Path
@@ -42,7 +42,7 @@ class ResultColumns:
 
     @classmethod
     def of(cls, path: str | Path, group: str = "") -> ResultColumns:
-        """Columns of a file; ``StoreError``: missing, damaged, of another kind; ``InputError``: without that group."""
+        """Columns of a file; ``StoreError``: missing, damaged or of another kind; ``InputError``: no such group."""
         with opened(path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
             data = file["data"]
             groups = _groups_with_time(data)
@@ -64,7 +64,7 @@ class ResultColumns:
         return cls(Path(path), group, units, int(rows[0]), left, attributes)
 
     def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
-        """Columns of these names in blocks (k ≤ size, names); ``StoreError``: damaged."""
+        """Columns with these names in blocks (k ≤ size, names); ``StoreError`` for a damaged file."""
         with opened(self.path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
             data = file[f"data/{self.group}"] if self.group else file["data"]
             for first in range(0, self.rows, size):
@@ -73,7 +73,7 @@ class ResultColumns:
 
 
 def _rises(time: Any) -> bool:
-    """Whether times in a file are finite and rise."""
+    """True if times in a file are finite and increase."""
     last = -math.inf
     for first in range(0, time.size, BLOCK):
         block = time[first : first + BLOCK]
@@ -84,9 +84,9 @@ def _rises(time: Any) -> bool:
 
 
 def _arrays(data: Any, others: Sequence[str]) -> dict[str, Any]:
-    """Arrays with a unit of a group and its subgroups, but for those of ``others``, which have a time of their own.
+    """Arrays with a unit in a group and its subgroups, except in the subgroups ``others`` that have their own time.
 
-    A run of coupled units has a subgroup for each.
+    A run of coupled units has a subgroup for each unit.
     """
     found: dict[str, Any] = {}
 
@@ -99,7 +99,7 @@ def _arrays(data: Any, others: Sequence[str]) -> dict[str, Any]:
 
 
 def _groups_with_time(data: Any) -> list[str]:
-    """Names of the groups of samples over time; empty for the file itself."""
+    """Names of the groups with samples over time; empty for the top of the file."""
     found = [""] if "time" in data else []
     data.visititems(lambda name, item: found.append(name) if hasattr(item, "keys") and "time" in item else None)
     return found

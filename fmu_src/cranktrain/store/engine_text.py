@@ -1,4 +1,4 @@
-"""A calibrated engine file: the old one's text with other values, their origins and notes."""
+"""Text of a calibrated engine file: the text of the old file with changed values, origins and notes."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from cranktrain.store.whole_file import Kind, check_place
 
 DIGITS = 4
 NEW = Kind("file to be replaced", lambda path: False)
-"""Kind of a new file, which must not exist yet."""
+"""Kind for a new file: no existing file is of this kind, so none is replaced."""
 
 
 class Written(NamedTuple):
-    """A value for a file: SI or a list of whole numbers, origin and note."""
+    """A value for an engine file: a number in SI or a list of whole numbers, its origin and its note."""
 
     value: float | tuple[int, ...]
     origin: str
@@ -31,14 +31,14 @@ class Written(NamedTuple):
 
 
 def rounded(number: float, scale: float = 1.0) -> float:
-    """A number (SI) with as many digits as are written, in a unit of ``scale``."""
+    """Number (SI) rounded to the digits that are written to a file, in a unit of ``scale``."""
     return float(f"{number / scale:.{DIGITS}g}") * scale
 
 
 def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
-    """Text of an engine file with other values by key; each keeps its unit.
+    """Text of an engine file with other values, given by key; each value keeps its unit.
 
-    Raises ``InputError``: for an entry that is not written as ``name = ...`` under its ``[table]``.
+    Raises ``InputError`` for an entry that is not written as ``name = ...`` under its ``[table]``.
     """
     lines, document = text.splitlines(), tomllib.loads(text)
     for key, change in changes.items():
@@ -63,11 +63,11 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
 
 
 def put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:
-    """Put an entry into the lines of an engine file: in the place of the old one, or behind the last of its table.
+    """Put an entry into the lines of an engine file, in place of the old entry or after the last one of its table.
 
-    A remark behind the old entry and its indentation are kept. A table that the file does not have is added.
+    The old entry's indentation and a comment behind it are kept. A table that the file does not have is added.
 
-    Raises ``InputError``: for an entry that is not written as ``name = ...`` under ``[table]``.
+    Raises ``InputError`` for an entry that is not written as ``name = ...`` under ``[table]``.
     """
     document = tomllib.loads("\n".join(lines))
     start = next((i for i, line in enumerate(lines) if re.fullmatch(rf"\s*\[\s*{table}\s*\]\s*(#.*)?", line)), None)
@@ -103,7 +103,7 @@ def new_path(path: Path) -> Path:
 
 
 def _number(value: float) -> str:
-    """A number as an engine file writes it."""
+    """Text of a number for an engine file."""
     if value == int(value) and abs(value) < 1e6:
         return str(int(value))
     digits = f"{value:.{DIGITS}g}"
@@ -111,7 +111,7 @@ def _number(value: float) -> str:
 
 
 def _end(lines: list[str], start: int) -> int:
-    """Line behind an entry, whose lists may go over several lines."""
+    """Index of the line after an entry, whose lists may extend over several lines."""
     for end in range(start + 1, len(lines) + 1):
         if _parsed("\n".join(lines[start:end])) is not None:
             return end
@@ -119,7 +119,7 @@ def _end(lines: list[str], start: int) -> int:
 
 
 def _remark(lines: list[str]) -> str:
-    """Remark behind an entry; empty if there is none."""
+    """Comment behind an entry; empty if there is none."""
     text = "\n".join(lines)
     whole, last = _parsed(text), text.rfind("\n") + 1
     for place in re.finditer("#", text):
@@ -129,7 +129,7 @@ def _remark(lines: list[str]) -> str:
 
 
 def _parsed(text: str) -> dict[str, Any] | None:
-    """Document of a text; None where it is no TOML."""
+    """Document of a TOML text; None if it is not TOML."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError:

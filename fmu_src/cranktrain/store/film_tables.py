@@ -1,8 +1,8 @@
-"""Film tables in the cache: read where one is kept, else built slab by slab on all processors, resumably.
+"""Film tables in the cache: read if a table is there, otherwise built slab by slab on all processors, resumably.
 
-A table depends on nothing but its settings, so every bearing with the same L/D, groove and tilt range reads the same
-file. While one is built, finished slabs are kept in a part file beside it; an interrupted build continues from there
-and gives bit-identical numbers, because slabs are independent of each other.
+A table depends only on its settings, so all bearings with the same L/D, groove and tilt range use the same file. During
+a build finished slabs are kept in a part file next to the table. An interrupted build continues from there and gives
+bit-identical numbers, because slabs are independent of each other.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from cranktrain.store.whole_file import check_kept, check_place
 DATASETS = ("aligned", "tilted", "pressure", "axes", "aligned_error", "tilted_error")
 REMEDY = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
 KEEP_EVERY = 2.0
-"""Seconds between two copies of the part file: the most that a killed build loses."""
+"""Seconds between two copies of the part file, which is the most work that a killed build loses."""
 
 
 def table_path(settings: TableSettings) -> Path:
-    """Where the table of ``settings`` is kept."""
+    """Path of the table for ``settings`` in the cache."""
     kind = "tilt" if settings.tilt else "aligned"
     name = f"{settings.length_ratio:g}_{settings.groove}_{kind}_{settings.resolution}_{settings.digest[:12]}.h5"
     return cache_folder() / "films" / f"film_{name}"
 
 
 def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
-    """Read a table.
+    """Read a film table.
 
-    Raises ``StoreError``: missing, corrupt, foreign, of another schema, made for another geometry, groove, tilt range
-    or resolution, or with arrays of another shape or values that are not finite.
+    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, made for another geometry, groove, tilt
+    range or resolution, or if arrays have another shape or values that are not finite.
     """
     data, _ = read_film_table(path, SCHEMA, settings.digest, _said(settings))
     if missing := sorted(set(DATASETS) - set(data)):
@@ -64,7 +64,7 @@ def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
 
 
 def save_film_table(path: str | Path, table: FilmTable, own: bool = False) -> Path:
-    """Write a table; equal content gives equal bytes. In a folder of our ``own`` it takes the place of any file."""
+    """Write a table; equal content gives equal bytes. With ``own`` (our own folder) it may replace any file."""
     arrays = {**table.arrays._asdict(), "aligned_error": table.aligned_error, "tilted_error": table.tilted_error}
     datasets = {name: (arrays[name], "1") for name in DATASETS}
     digest, said = table.settings.digest, _said(table.settings)
@@ -81,22 +81,22 @@ def film_table(
     progress: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> tuple[FilmTable, Path, int]:
-    """Table of ``settings``, read where it is kept, else built.
+    """Film table for ``settings``, read if it exists, otherwise built.
 
-    Raises ``StoreError``: a file at ``path`` that is not this table, or a place that cannot be written;
-    ``SolverError``: a film that did not converge.
+    Raises ``StoreError`` for a file at ``path`` that is not this table, or a path that cannot be written, and
+    ``SolverError`` for a film that did not converge.
 
     Parameters
     ----------
-    path : where it is kept; in the cache where not given
-    rebuild : build it even so (an interrupted build goes on all the same)
-    workers : processes; as many as there are processors where not given, none beside this one for 1
-    progress : called with slabs done and slabs in all
-    say : gets messages for the user (a build resumed, a part file of another table put aside)
+    path : path of the table; in the cache if not given
+    rebuild : build the table even if it exists (an interrupted build is continued all the same)
+    workers : number of processes; as many as processors if not given, only this process for 1
+    progress : called with the numbers of finished slabs and of all slabs
+    say : receives messages for the user (a resumed build, an unusable part file)
 
     Returns
     -------
-    table, its path, and the number of slabs solved now (0: read)
+    table, its path, and the number of slabs solved in this call (0 if the table was read)
     """
     target = Path(path) if path is not None else table_path(settings)
     if target.is_file() and not rebuild:
@@ -111,12 +111,12 @@ def film_table(
     slabs = _kept(part, settings, say)
     names = slab_names(settings)
     missing = [name for name in names if name not in slabs]
-    _keep(part, settings, slabs, own)  # a place that cannot be written is refused before the work, not after it
+    _keep(part, settings, slabs, own)  # an unwritable path is refused before the work, not after it
     copied = time.monotonic()
     try:
         if missing:
             compile_sampling()
-        # The slabs at high eccentricity take longest: they start first.
+        # The slabs at high eccentricity take longest, so they start first.
         tasks = [(settings, name) for name in reversed(missing)]
         for (_, name), values in side_by_side(sample_slab, tasks, workers):
             slabs[name] = values
@@ -134,18 +134,18 @@ def film_table(
 
 
 def _said(settings: TableSettings) -> str:
-    """Settings of a table, in words."""
+    """Settings of a table in words, for messages."""
     tilt = f"tilt to {settings.tilt_range:g}" if settings.tilt else "no tilt"
     return f"L/D {settings.length_ratio:g}, groove {settings.groove}, {tilt}, resolution {settings.resolution}"
 
 
 def _attributes(table: FilmTable) -> dict[str, Any]:
-    """Settings and worst errors, as a file keeps them."""
+    """Settings and largest errors of a table, as attributes of its file."""
     return {**asdict(table.settings), **{f"error_{name}": value for name, value in table.worst().items()}}
 
 
 def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array], own: bool) -> None:
-    """Keep the slabs that are finished; in a folder of our ``own`` in place of any file."""
+    """Write the finished slabs to the part file; with ``own`` (our own folder) it may replace any file."""
     datasets = {f"slab/{name}": (slabs[name], "1") for name in sorted(slabs)}
     write_film_table(
         part, SCHEMA, settings.digest, _said(settings), datasets, asdict(settings), unfinished=True,
@@ -154,7 +154,7 @@ def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array], own: boo
 
 
 def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None) -> dict[str, Array]:
-    """Slabs of an interrupted build; none, said aloud, where the part file is not of this table."""
+    """Slabs of an interrupted build; none, with a message, if the part file belongs to another table."""
     if not part.is_file():
         return {}
     try:

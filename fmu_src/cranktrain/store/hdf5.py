@@ -1,4 +1,4 @@
-"""HDF5 files: reduced bodies, film tables and results, with units, schema version and the digest of their inputs.
+"""HDF5 files of reduced bodies, film tables and results, with units, schema version and digest of the inputs.
 
 A file is written completely or not at all. A file that is corrupt, foreign, of another schema or made from other inputs
 is refused.
@@ -39,10 +39,10 @@ TABLE_FORMAT = "cranktrain film table"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 SUPERBLOCK = 48
-"""Bytes with the length of a file."""
+"""Number of bytes at the start of a file that state its length."""
 LARGE_ROW = 65536
-"""Bytes from which on a row of an array is a chunk of its own."""
-CUT_SHORT = "damaged, an HDF5 file cut short of which nothing can be read; copy it again from where it is whole"
+"""Size of an array's row, bytes, from which each row is a chunk of its own."""
+CUT_SHORT = "damaged, an HDF5 file that was cut short and cannot be read; copy it again from a complete one"
 PART_FORMAT = "cranktrain film table, unfinished"
 
 BODY_UNITS = {
@@ -63,9 +63,10 @@ BODY_UNITS = {
 def save_body(
     path: str | Path, body: ReducedBody, extras: Mapping[str, Dataset] | None = None, kind: Kind | None = None
 ) -> Path:
-    """Write a reduced body; ``extras`` are further arrays with their units (surface geometry for pictures).
+    """Write a reduced body; ``extras`` are further arrays with units (surface geometry for pictures).
 
-    ``kind`` is that of the files that it may replace; any file in a folder of our own. Equal content gives equal bytes.
+    ``kind`` is the kind of files that it may replace; None allows any file, for our own folders. Equal content gives
+    equal bytes.
     """
     with written(path, kind) as file:
         file.attrs.update({"format": BODY_FORMAT, "schema": SCHEMA, "digest": body.digest, "name": body.name})
@@ -91,13 +92,13 @@ def save_body(
 
 
 def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
-    """Read a reduced body.
+    """Read a reduced body from an HDF5 file.
 
-    Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made from other inputs.
+    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made from other inputs.
 
     Parameters
     ----------
-    digest : of the inputs it must have been made from; any where not given
+    digest : required digest of the inputs from which the body was made; None allows any
     """
     with opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         found = str(file.attrs["digest"])
@@ -129,7 +130,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
 
 
 def load_extras(path: str | Path) -> dict[str, NDArray[Any]]:
-    """Arrays stored beside a reduced body; ``StoreError`` as :func:`load_body`."""
+    """Arrays stored together with a reduced body; ``StoreError`` as in :func:`load_body`."""
     with opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         return {name: file[f"extras/{name}"][()] for name in file.get("extras", {})}
 
@@ -145,15 +146,15 @@ def write_film_table(
     unfinished: bool = False,
     kind: Kind | None = None,
 ) -> Path:
-    """Write a film table, or its finished part.
+    """Write a film table, or the finished part of one.
 
     Parameters
     ----------
-    digest : of the settings it is made from
-    made_for : the same in words, for messages
+    digest : digest of the settings that it is made from
+    made_for : these settings in words, for messages
     datasets : name → (array, unit)
     attributes : settings, errors
-    kind : of the files that it may replace; any file in a folder of our own
+    kind : kind of files that it may replace; None allows any file, for our own folders
     """
     header = {
         "format": PART_FORMAT if unfinished else TABLE_FORMAT,
@@ -169,7 +170,8 @@ def read_film_table(
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Read a film table written by :func:`write_film_table`: (name → array, attributes).
 
-    Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made for something else than ``wanted``.
+    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made for other settings than
+    ``wanted``.
     """
     remedy = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
     with opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
@@ -206,7 +208,7 @@ def write_run_up(
     attributes: Mapping[str, str | int | float],
     labels: Labels | None = None,
 ) -> Path:
-    """Write orders over speed; arguments are those of :func:`write_result`, and names along axes for other readers."""
+    """Write orders over speed; arguments as in :func:`write_result`, and ``labels`` along axes for other readers."""
     header = {"format": RUN_UP_FORMAT, "schema": RUN_UP_SCHEMA}
     return _write(
         path, header, "run", datasets, attributes, RUN_UP, partial(attach_axes, axes=of_run_up, labels=labels)
@@ -220,7 +222,7 @@ def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
 
 
 def is_run_up(path: str | Path) -> bool:
-    """Whether an HDF5 file is a run-up; False for other or damaged files."""
+    """True if an HDF5 file is a run-up; False for other or damaged files."""
     try:
         return RUN_UP.includes(Path(path))
     except OSError:
@@ -236,7 +238,7 @@ def _write(
     kind: Kind | None,
     attach: Callable[[h5py.Group], None] | None = None,
 ) -> Path:
-    """Datasets in the group ``data`` and attributes with a prefix, behind a header."""
+    """Write a header, attributes with a prefix, and datasets in the group ``data``."""
     with written(path, kind) as file:
         file.attrs.update(header)
         put_attributes(file, prefix, attributes)
@@ -255,7 +257,7 @@ def put_attributes(file: h5py.File, prefix: str, attributes: Mapping[str, Any]) 
 
 
 def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dict[str, Dataset], dict[str, Any]]:
-    """What :func:`_write` wrote: datasets with their units, and attributes."""
+    """Datasets with units, and attributes, from a file written by :func:`_write`."""
     datasets: dict[str, Dataset] = {}
 
     def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
@@ -269,15 +271,15 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
 
 
 def _plain(value: Any) -> Any:
-    """Number of NumPy as one of Python."""
+    """Python number for a NumPy number; other values unchanged."""
     return value.item() if isinstance(value, np.generic) else value
 
 
 def put(file: h5py.File, name: str, array: Any, unit: str) -> None:
     """Write one dataset with its unit and a checksum."""
     array = np.asarray(array)
-    # HDF5 notices by itself that a file is cut short; values that have changed it notices by a checksum only.
-    # Chunks that h5py guesses reach beyond an array's ends: a sixth of a film table's file.
+    # HDF5 itself detects that a file was cut short, but changed values only by a checksum.
+    # Chunks of h5py's default size extend beyond the ends of an array, which takes a sixth of a film table's file.
     in_rows = array.ndim > 2 and array.nbytes >= LARGE_ROW * max(1, len(array))
     chunks = (1, *array.shape[1:]) if in_rows else None
     checked = array.size > 1 or None
@@ -286,13 +288,13 @@ def put(file: h5py.File, name: str, array: Any, unit: str) -> None:
 
 
 def put_unit(dataset: h5py.Dataset, unit: str) -> None:
-    """Name the unit of a dataset, for our readers and for those who keep to netCDF's conventions."""
+    """Set the unit of a dataset, under the name of our readers and under that of netCDF's conventions."""
     dataset.attrs["unit"] = dataset.attrs["units"] = unit
 
 
 @contextmanager
 def written(path: str | Path, kind: Kind | None = None) -> Iterator[h5py.File]:
-    """File that takes its target's place once it is complete; raises what :func:`whole_file` does."""
+    """HDF5 file that replaces ``path`` once it is complete; raises the errors of :func:`whole_file`."""
     with whole_file(path, kind) as temporary, _FullDiskFile(temporary, "r+b") as disk:
         try:
             with h5py.File(disk, "w", rdcc_nbytes=0) as file:
@@ -304,15 +306,15 @@ def written(path: str | Path, kind: Kind | None = None) -> Iterator[h5py.File]:
 
 
 class _FullDiskFile(io.FileIO):
-    """File that keeps the first error of the disk for later: HDF5 crashes when it closes a file that it cannot write.
+    """File that stores the first disk error instead of raising it, because HDF5 crashes if closing a file fails.
 
-    After an error nothing is written any more, as if it were; the file is of no use then.
+    After an error nothing more is written, although every write reports success; the file is then useless.
     """
 
     error: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write all of ``data``, or keep the error."""
+        """Write all of ``data``, or store the error."""
         left = memoryview(data).cast("B")
         size = left.nbytes
         try:
@@ -323,7 +325,7 @@ class _FullDiskFile(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the size, or keep the error."""
+        """Set the size, or store the error."""
         try:
             if self.error is None:
                 super().truncate(size)
@@ -333,7 +335,7 @@ class _FullDiskFile(io.FileIO):
 
 
 def cut_short(path: str | Path) -> bool:
-    """Whether a regular file begins as HDF5 does, and its end is missing."""
+    """True if a regular file begins like HDF5 but its end is missing."""
     if not file_exists(path):
         return False
     try:
@@ -351,7 +353,7 @@ def cut_short(path: str | Path) -> bool:
 
 
 def kind_of(mark: str) -> Kind:
-    """Kind of the HDF5 files with this ``format``."""
+    """Kind of HDF5 files with this ``format``."""
 
     def includes(path: Path) -> bool:
         check_seal(path)
@@ -372,7 +374,7 @@ TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 
 @contextmanager
 def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
-    """File of its kind and schema; ``StoreError`` with the remedy otherwise."""
+    """Open a file of a given kind and schema for reading; otherwise ``StoreError`` with the remedy."""
     check_file(path, f"{path}", remedy, most=sys.maxsize)
     if not file_exists(path):
         raise StoreError(f"{path}: no such file; {remedy}")

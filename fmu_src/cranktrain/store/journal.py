@@ -1,8 +1,8 @@
-"""Journal beside a file that is only rewritten completely: rows of numbers finished since, added one by one.
+"""Journal next to a file that can only be rewritten completely: rows of numbers that were finished since then.
 
 Adding a row takes a hundredth of the time of rewriting the file, and rows in the journal survive if the process is
-killed. A row that was half-written when the process was killed ends the journal, and is cut off before the next row is
-added. A mark ties the journal to the content of its file; for another file it is ignored.
+killed. A row that was half-written when the process was killed ends the journal; it is cut off before the next row is
+added. A mark ties the journal to the content of its file; for another content the journal is ignored.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from cranktrain.core.reduced_body import Array
 
 FORMAT = b"cranktrain journal 1\n"
 HEAD = struct.Struct("<II")
-"""Before each row: its bytes, and their CRC-32."""
+"""Header of each row: its number of bytes, and their CRC-32."""
 _WHOLE: dict[Path, int] = {}
-"""Where the last whole row of journals ends that this process added to."""
+"""End of the last complete row in each journal to which this process has added."""
 
 
 def journal_place(path: Path) -> Path:
-    """Where the journal of a file lies."""
+    """Path of the journal of a file."""
     return path.with_name(f".{path.name}.journal")
 
 
 def add_row(path: Path, tie: str, row: Array) -> None:
-    """Add a row (n,) to the journal of a file; ``tie`` tells its content. Raises ``StoreError``."""
+    """Add a row (n,) to the journal of a file whose content is identified by ``tie``. Raises ``StoreError``."""
     place, begin = journal_place(path), _begin(tie)
     content = np.ascontiguousarray(row, dtype="<f8").tobytes()
     try:
@@ -48,7 +48,7 @@ def add_row(path: Path, tie: str, row: Array) -> None:
 
 
 def journal_rows(path: Path, tie: str) -> list[Array]:
-    """Rows in the journal of a file, (n,) each; none where there is no journal, or it is another content's."""
+    """Rows (n,) in the journal of a file; empty if there is no journal, or it belongs to other content."""
     try:
         content = journal_place(path).read_bytes()
     except OSError:
@@ -57,14 +57,14 @@ def journal_rows(path: Path, tie: str) -> list[Array]:
 
 
 def drop_journal(path: Path) -> None:
-    """Remove the journal of a file that holds it all."""
+    """Remove the journal of a file that contains all its rows."""
     _WHOLE.pop(journal_place(path), None)
     with suppress(OSError):
         journal_place(path).unlink()
 
 
 def _rows(content: bytes, begin: bytes) -> tuple[list[Array], int]:
-    """Rows of a journal's content, and where the last whole one ends; 0 for another file's journal."""
+    """Rows in a journal's content, and the end of the last complete one; 0 if the journal belongs to another file."""
     found: list[Array] = []
     if not content.startswith(begin):
         return found, 0

@@ -1,6 +1,6 @@
-"""Results of studies in the user's cache: an interrupted study continues, and equal cases are not run twice.
+"""Results of studies in the user's cache, so that an interrupted study continues and equal cases run only once.
 
-A key is a digest of all input of an entry: the case, which holds the engine, and the sources that computed it.
+A key is a digest of all inputs of an entry: the case, which contains the engine, and the sources that computed it.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from cranktrain.store.whole_file import whole_file
 
 
 class Kept:
-    """Entries by key, each a file that is whole or not there; in a cache that cannot be written, for this process only.
+    """Cache entries by key, one file each, complete or missing; kept in memory only if the cache cannot be written.
 
     Parameters
     ----------
-    folder : name in the cache, or a path
+    folder : name of a folder in the cache, or a path
     """
 
     def __init__(self, folder: str | Path) -> None:
@@ -36,20 +36,20 @@ class Kept:
         self._known: dict[str, Any] = {}
 
     def entry(self, key: str) -> Any:
-        """Plain value kept under a key, or None."""
+        """Plain value stored under a key, or None."""
         return self._found(f"{key}.json", lambda path: json_of(path.read_text(encoding="utf-8")))
 
     def keep(self, key: str, entry: Any) -> None:
-        """Keep a plain value; replaces what was kept before."""
+        """Store a plain value under a key, replacing an earlier one."""
         self._keep(f"{key}.json", entry, lambda path: path.write_text(json.dumps(entry), encoding="utf-8"))
 
     def arrays(self, key: str) -> dict[str, Array] | None:
-        """Arrays kept under a key, or None."""
+        """Arrays stored under a key, or None."""
         found: dict[str, Array] | None = self._found(f"{key}.npz", _loaded)
         return found
 
     def keep_arrays(self, key: str, arrays: Mapping[str, Array]) -> None:
-        """Keep arrays by their names."""
+        """Store arrays, given by name, under a key."""
         self._keep(f"{key}.npz", arrays, lambda path: np.savez(path, **arrays))  # type: ignore[arg-type]
 
     def _found(self, name: str, read: Callable[[Path], Any]) -> Any:
@@ -70,7 +70,7 @@ class Kept:
 
 
 def digest(source: str | Path, *parts: Any) -> str:
-    """Digest of dataclasses, mappings and plain values, and of all sources that the file ``source`` rests on."""
+    """Digest of dataclasses, mappings and plain values, and of all sources that the file ``source`` depends on."""
     plain = [asdict(part) if is_dataclass(part) and not isinstance(part, type) else part for part in parts]
     text = json.dumps(plain, sort_keys=True, default=repr)
     return sha256((_sources(source) + text).encode()).hexdigest()[:32]

@@ -1,6 +1,6 @@
-"""Arrays of anybody's HDF5 file: names, units and rows that are read in blocks.
+"""Arrays in HDF5 files of any program: names, units and rows, read in blocks.
 
-MATLAB 7.3 files are HDF5; their matrices are stored transposed, text and cells are left out.
+MATLAB 7.3 files are HDF5 with transposed matrices; their texts and cells are left out.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "SampleRate")
 
 
 class PlainArray(NamedTuple):
-    """One array: name, unit, rows, columns, (first, past the last, column) → float64 values, and its time step, s."""
+    """One array: name, unit, rows, columns, function (first, past the last, column) → float64 values, time step (s)."""
 
     name: str
     unit: str
@@ -35,9 +35,9 @@ class PlainArray(NamedTuple):
 
 
 def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[str]]:
-    """List the arrays of numbers of a file, its single numbers by name, and remarks.
+    """Numeric arrays of a file, its single numbers by name, and remarks on what was left out.
 
-    Raises ``InputError``: damaged; ``ValueError``: an array states more than the file can hold.
+    Raises ``InputError`` for a damaged file, ``ValueError`` if an array states more than the file can hold.
     """
     try:
         file = File(path, "r")
@@ -79,7 +79,7 @@ def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[s
 
 
 def _numbers(item: Any) -> dict[str, float]:
-    """Attributes that are single numbers."""
+    """Attributes of an item that are single numbers."""
     return {
         str(key): float(np.asarray(value).ravel()[0])
         for key, value in item.attrs.items()
@@ -90,7 +90,7 @@ def _numbers(item: Any) -> dict[str, float]:
 
 
 def _array(name: str, item: Any, shape: list[int]) -> PlainArray:
-    """An array whose longer side is that of the samples."""
+    """Array description; the longer side of the array counts as the samples."""
     size, columns = max(shape), (min(shape) if len(shape) == 2 else 1)
     long = int(np.argmax(item.shape))
     wide = next((k for k, n in enumerate(item.shape) if k != long and n == columns and columns > 1), None)

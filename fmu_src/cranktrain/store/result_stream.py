@@ -1,6 +1,6 @@
-"""A simulation result that grows while its run goes on: samples go to the file chunk by chunk, memory holds one chunk.
+"""A result file that grows during the run: samples are written in chunks, and memory holds one chunk.
 
-The file takes its target's place when it is closed, whole, however the run ended.
+The complete file replaces its target when it is closed, however the run ended.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from cranktrain.store.axes import attach_axes, of_result
 from cranktrain.store.hdf5 import RESULT, RESULT_HEADER, Dataset, File, put, put_attributes, put_unit, written
 
 CHUNK = 4096
-"""Samples that are written at once, at most."""
+"""Largest number of samples that are written at once."""
 SPARE = 1 << 21
-"""Bytes that are left on the disk, so that a file can be closed; and as many again for each of 100 datasets."""
+"""Bytes left free on the disk so that a file can be closed, plus as many for each 100 datasets."""
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def result_stream(path: str | Path) -> Iterator[ResultStream]:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Let an interrupt or a termination that comes meanwhile wait for the end."""
+    """Context in which an interrupt or a termination is delayed until the end."""
     waiting: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -54,7 +54,7 @@ def _undisturbed() -> Iterator[None]:
 
 
 class ResultStream:
-    """Columns of samples in an HDF5 file."""
+    """Columns of samples that are appended to an HDF5 file."""
 
     def __init__(self, file: File, path: Path) -> None:
         self._file, self._path = file, path
@@ -63,9 +63,9 @@ class ResultStream:
         self._written = self._filled = 0
 
     def begin(self, units: Mapping[str, str], samples: int) -> None:
-        """Take so many samples of columns with these names and units, in place of any before; ``StoreError``: too many.
+        """Prepare columns (name → unit) for ``samples`` samples and drop earlier ones; ``StoreError``: disk too small.
 
-        Names may hold ``/`` for groups.
+        Names may contain ``/`` for groups.
         """
         self._names = tuple(units)
         chunk = min(CHUNK, samples)
@@ -87,19 +87,19 @@ class ResultStream:
 
     @property
     def count(self) -> int:
-        """Samples that it has."""
+        """Number of samples taken so far."""
         return self._written + self._filled
 
     def append(self, rows: Array) -> None:
-        """Take samples (k, columns); ``StoreError`` where the disk is full, with room left to close the file.
+        """Append samples (k, columns); ``StoreError`` if the disk is full, with enough space left to close the file.
 
-        An interrupt waits until all are taken.
+        An interrupt is delayed until all samples are taken.
         """
         with _undisturbed():
             self._append(rows)
 
     def _append(self, rows: Array) -> None:
-        """Take samples (k, columns)."""
+        """Append samples (k, columns); see :meth:`append`."""
         taken = 0
         while taken < len(rows):
             count = min(len(self._rows) - self._filled, len(rows) - taken)
@@ -121,7 +121,7 @@ class ResultStream:
         self._file["data"].attrs.update(attributes)
 
     def _write(self) -> None:
-        """Write the samples in memory; a second call after an interrupted one writes them anew."""
+        """Write the samples in memory; after an interruption a second call writes them again."""
         end = self._written + self._filled
         for k, name in enumerate(self._names):
             dataset: Any = self._file[f"data/{name}"]
@@ -130,5 +130,5 @@ class ResultStream:
         self._written, self._filled = end, 0
 
     def _free(self) -> int:
-        """Bytes that samples may take."""
+        """Number of bytes on the disk available for samples."""
         return shutil.disk_usage(self._path.absolute().parent).free - SPARE * (1 + len(self._names) // 100)

@@ -1,4 +1,4 @@
-"""Checksum after the end of an HDF5 file: a damaged file may crash the HDF5 library, or make it loop for ever.
+"""Checksum behind the end of an HDF5 file, because a damaged file may crash the HDF5 library or make it loop for ever.
 
 HDF5 does not read beyond the end of its data, so other programs ignore the checksum. A program that changes the file
 removes the checksum; a file without checksum is read without a check.
@@ -12,12 +12,12 @@ from typing import BinaryIO
 
 MARK = b"\ncranktrain checksum "
 SIZE = len(MARK) + 9
-"""Bytes of a seal: the mark, the CRC-32 of all before it as eight hexadecimal digits, and a line's end."""
+"""Size of a seal, bytes: the mark, the CRC-32 of everything before as eight hexadecimal digits, and a newline."""
 BLOCK = 1 << 20
 
 
 def seal(path: Path) -> None:
-    """Add a file's checksum behind its end."""
+    """Append a file's checksum."""
     with path.open("r+b") as file:
         size = file.seek(0, 2)
         checksum = _checksum(file, size)
@@ -34,11 +34,11 @@ def check_seal(path: Path) -> None:
         file.seek(size)
         found = file.read()
         if found.startswith(MARK) and found != MARK + b"%08x\n" % _checksum(file, size):
-            raise OSError("checksum of the file is not that of what was written")
+            raise OSError("checksum of the file does not match its content")
 
 
 def _checksum(file: BinaryIO, size: int) -> int:
-    """CRC-32 of the first bytes of a file."""
+    """CRC-32 of the first ``size`` bytes of a file."""
     file.seek(0)
     checksum = 0
     while size > 0 and (block := file.read(min(size, BLOCK))):

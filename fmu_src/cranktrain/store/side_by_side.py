@@ -1,4 +1,4 @@
-"""Tasks on all processors: one pool of worker processes, which ends with its parent."""
+"""Parallel tasks on all processors, in a pool of worker processes that ends with its parent."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from threadpoolctl import threadpool_limits
 from cranktrain.core.errors import InputError
 
 LOOK_EVERY = 0.5
-"""Seconds between two checks of the workers' reports, and of a worker whether its parent still lives."""
+"""Seconds between two checks of the workers' reports, and between a worker's checks that its parent lives."""
 
 BEFORE_PROCESSES: list[Callable[[], None]] = []
-"""Called before processes are started: those that keep a thread end it."""
+"""Functions to call before processes are started, so that owners of threads can end them."""
 
 _reports: Any = None
-"""In a worker process: where its progress goes."""
+"""Queue for progress reports, set in worker processes."""
 
 
 def side_by_side(
@@ -33,13 +33,13 @@ def side_by_side(
     workers: int | None = None,
     heard: Callable[..., None] | None = None,
 ) -> Iterator[tuple[tuple[Any, ...], Any]]:
-    """Each task, the arguments of ``function``, with its result as soon as that is there; in this process where alone.
+    """Yield each task (arguments of ``function``) with its result when it is finished; one worker means this process.
 
     Parameters
     ----------
-    function : of a module, so that worker processes find it
-    workers : processes; as many as processors where not given, none beside this one for 1
-    heard : told what a task says of its progress; ``function`` then takes as last argument the function to tell
+    function : function of a module, so that worker processes can import it
+    workers : number of processes; as many as processors if not given, only this process for 1
+    heard : called with the progress reports of tasks; ``function`` then takes a reporting function as last argument
     """
     left = list(tasks)
     count = min(workers or processors(), len(left))
@@ -49,20 +49,20 @@ def side_by_side(
                 left = [other for other in left if other is not task]
                 yield task, result
         except BrokenProcessPool:
-            pass  # no processes to be had here (a script without a main guard, no memory): this one does the rest
+            pass  # no processes available (script without main guard, no memory), so this process does the rest
     for task in left:
         yield task, function(*task, *([heard] if heard else []))
 
 
 def processors() -> int:
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _pooled(
     function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], count: int, heard: Callable[..., None] | None
 ) -> Iterator[tuple[tuple[Any, ...], Any]]:
-    """Tasks with their results from a pool of ``count`` processes."""
+    """Yield tasks with their results from a pool of ``count`` processes."""
     context = process_context()
     reports = context.SimpleQueue()
     with _pool(count, context, _hear, (reports,)) as pool:
@@ -77,16 +77,16 @@ def _pooled(
 
 @contextmanager
 def worker_pool(count: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> Iterator[ProcessPoolExecutor]:
-    """Pool of so many processes, each of which calls ``begin`` first; they end with this one, or with the block.
+    """Pool of ``count`` processes that each call ``begin`` first; they end with this process or with the block.
 
-    Tasks that are still running at the end of the block are not waited for.
+    Tasks that still run at the end of the block are not awaited.
     """
     with _pool(count, process_context(), begin, arguments) as pool:
         yield pool
 
 
 def process_context() -> Any:
-    """Start method of processes: a fork needs nothing from the caller's script, but a process without threads."""
+    """Start method of processes: fork, which needs no main guard, if this process has no other threads; else spawn."""
     for notice in list(BEFORE_PROCESSES):
         notice()
     alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
@@ -103,34 +103,34 @@ def _pool(
         yield pool
         ended = True
     finally:
-        # Running tasks are not waited for: an interruption ends here.
+        # Running tasks are not awaited, so an interruption takes effect here.
         for process in () if ended else list((pool._processes or {}).values()):
             process.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _work(function: Callable[..., Any], task: tuple[Any, ...], tells: bool) -> Any:
-    """One task in a worker process."""
+    """Run one task in a worker process."""
     return function(*task, lambda *report: _reports.put(report)) if tells else function(*task)
 
 
 def _hear(reports: Any) -> None:
-    """Set the receiver of a task's progress."""
+    """Set the queue for the progress reports of tasks."""
     global _reports
     _reports = reports
 
 
 def _begin_work(parent: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> None:
-    """Begin as a pool's process: left to itself it would wait for ever, and a thread a processor would take turns."""
+    """Prepare a process of a pool: it ends with its parent, and uses one thread since the pool uses all processors."""
     leave_to_parent(parent)
     threadpool_limits(limits=1, user_api="blas")
     begin(*arguments)
 
 
 def leave_to_parent(parent: int) -> None:
-    """In a child process: leave an interruption to the parent, and end with it, were it killed, or when it says so."""
+    """Prepare a child process: interruptions are left to the parent, and the child ends with it or on termination."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a fork has the parent's, which tells of it
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a forked process inherits the parent's handler, which prints
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -142,9 +142,9 @@ def leave_to_parent(parent: int) -> None:
 
 @contextmanager
 def cluster(address: str) -> Iterator[tuple[Any, int]]:
-    """Client of the Dask cluster whose scheduler is at ``address``, and how many threads its workers have.
+    """Client of the Dask cluster with its scheduler at ``address``, and the number of threads of its workers.
 
-    Raises ``InputError`` where there is no Dask, no such cluster, or no worker in it.
+    Raises ``InputError`` if Dask is not installed, no such cluster answers, or it has no worker.
     """
     try:
         from distributed import Client
@@ -165,5 +165,5 @@ def cluster(address: str) -> Iterator[tuple[Any, int]]:
             )
         yield client, count
     finally:
-        with suppress(Exception):  # a lost cluster does not say good-bye
+        with suppress(Exception):  # a lost cluster cannot be closed properly
             client.close(timeout=2)

@@ -1,8 +1,8 @@
-"""Files from anywhere are checked before memory is asked for: sizes, links, kinds of numbers, nested texts.
+"""Checks of files of unknown origin before memory is allocated: sizes, links, types of numbers, nesting.
 
-A file states the shapes of its arrays, and a damaged or hostile one may state any. An array takes at most
-:data:`EXPANSION` times the bytes of its file, which is what the best compression of zeros reaches, and at most half of
-the machine's memory. All checks raise ``ValueError``, for which a reader says which file is damaged.
+A file states the shapes of its arrays, and a damaged or hostile file may state any shape. An array may take at most
+:data:`EXPANSION` times the bytes of its file, which is the best compression of zeros, and at most half of the machine's
+memory. All checks raise ``ValueError``; the reader turns this into a message with the file's name.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ from cranktrain.core.reduced_body import ReducedBody, check, rigid_coordinates
 from cranktrain.core.rigid_slices import rigid_motion, skew
 
 EXPANSION = 1100
-"""Bytes that one byte of a compressed file may become: deflate reaches 1032."""
+"""Largest expansion of a compressed file, in bytes per byte; deflate reaches 1032."""
 FREE = 1 << 20
-"""Bytes that every file may ask for."""
+"""Number of bytes that a file of any size may take."""
 NUMBERS = "biufc"
-"""Kinds of NumPy's types that are numbers."""
+"""NumPy's codes of number types."""
 LEAST_INERTIA = -1e-3
-"""Least principal moment of inertia over the largest: a line of masses has none about its axis, and a superelement's
-matrices have as few digits as their file."""
+"""Lower bound of the least principal moment of inertia over the largest. A line of masses has no moment about its axis,
+and the matrices of a superelement have only the digits of their file."""
 ROUNDING = 1e-3
-"""Relative difference of what is to be equal in a body: a superelement's matrices have as few digits as their file."""
+"""Relative tolerance for equal values in a body, since a superelement's matrices have only their file's digits."""
 MOST = 1e15
-"""Largest number of a body, SI: squares of such numbers, and their sums, are finite."""
+"""Largest number in a body, SI; squares of such numbers and their sums are finite."""
 DAMAGED = (
     KeyError, OSError, ValueError, TypeError, AttributeError, EOFError, IndexError, RuntimeError, OverflowError,
     MemoryError, NotImplementedError, zipfile.BadZipFile,
 )  # fmt: skip
-"""Errors of libraries that read what is damaged; RecursionError is a RuntimeError."""
+"""Errors that libraries raise for damaged files; RecursionError is a RuntimeError."""
 
 
 def memory() -> int:
-    """Bytes of this machine's memory; 8 GiB where the system does not say."""
+    """Bytes of this machine's memory; 8 GiB if the system does not state it."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
@@ -54,13 +54,13 @@ def memory() -> int:
 
 
 def check_size(asked: int, size: int, what: str) -> None:
-    """Refuse to take ``asked`` bytes for a part ``what`` of a file of ``size`` bytes."""
+    """Raise ``ValueError`` if the part ``what`` of a file of ``size`` bytes would take ``asked`` bytes, too many."""
     if asked > min(EXPANSION * size + FREE, memory() // 2):
         raise ValueError(f"{what} states {asked:.3g} bytes, the file has {size:.3g}")
 
 
 def json_of(text: str | bytes) -> Any:
-    """Value of a JSON text; ``ValueError`` also where it is nested too deeply."""
+    """Value of a JSON text; ``ValueError`` also if it is nested too deeply."""
     try:
         return json.loads(text)
     except RecursionError:
@@ -68,9 +68,9 @@ def json_of(text: str | bytes) -> Any:
 
 
 def check_tree(file: Any, size: int) -> None:
-    """Check all groups and arrays of an open HDF5 file of ``size`` bytes, which is to have hard links only.
+    """Check all groups and arrays of an open HDF5 file of ``size`` bytes, which may contain hard links only.
 
-    A soft or external link would lead elsewhere, or nowhere. Arrays are numbers, or texts that name them.
+    A soft or external link could lead to another file, or nowhere. Arrays must be numbers, or texts that name numbers.
     """
     asked = 0
     for name, item in _items(file):
@@ -85,12 +85,12 @@ def check_tree(file: Any, size: int) -> None:
 
 
 def rising(values: NDArray[Any], last: float = -math.inf) -> bool:
-    """Whether numbers (n,) are finite, each above the one before and all above ``last``."""
+    """True if numbers (n,) are finite and increase, starting above ``last``."""
     return bool(np.isfinite(values).all() and np.all(np.diff(values, prepend=last) > 0.0))
 
 
 def _items(group: Any, above: str = "", seen: frozenset[Any] = frozenset()) -> Iterator[tuple[str, Any]]:
-    """Names and objects below a group; ``ValueError`` where a link is none of a tree."""
+    """Names and objects below a group; ``ValueError`` for a link that is not part of a tree."""
     for name in group:
         place = f"{above}{name}"
         if type(group.get(name, getlink=True)).__name__ != "HardLink":
@@ -104,7 +104,7 @@ def _items(group: Any, above: str = "", seen: frozenset[Any] = frozenset()) -> I
 
 
 def archive_arrays(path: Path, names: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
-    """Arrays of NumPy's archive by name, those of ``names`` where given, each as large as its entry at most."""
+    """Arrays of a NumPy archive by name (only those in ``names`` if given); none may be larger than its entry."""
     size = path.stat().st_size
     with zipfile.ZipFile(path) as archive:
         check_size(sum(entry.file_size for entry in archive.infolist()), size, "the archive")
@@ -120,7 +120,7 @@ def archive_arrays(path: Path, names: Collection[str] | None = None) -> dict[str
 
 
 def matrix(path: Path, shape: tuple[int, int] | None = None) -> NDArray[Any]:
-    """A matrix of a Matrix Market file, full, of a given shape; without one, the file is to hold every entry."""
+    """Full matrix from a Matrix Market file, with a given shape; without a shape the file must contain every entry."""
     rows, columns, entries, kind, field, _ = mminfo(path)
     stated, size = (int(rows), int(columns)), path.stat().st_size
     if shape is not None and stated != shape:
@@ -135,7 +135,7 @@ def matrix(path: Path, shape: tuple[int, int] | None = None) -> NDArray[Any]:
 
 
 def real(array: Any) -> NDArray[np.float64]:
-    """Numbers of a file as real ones; ``ValueError`` for complex ones and texts, which NumPy would convert."""
+    """Real numbers of a file's array; ``ValueError`` for complex numbers and texts, which NumPy would convert."""
     found = np.asarray(array)
     if found.dtype.kind not in "iuf":
         raise ValueError(f"real numbers are needed, found {found.dtype}")
@@ -143,7 +143,7 @@ def real(array: Any) -> NDArray[np.float64]:
 
 
 def check_body(body: ReducedBody) -> None:
-    """Raise ``StoreError`` where numbers of a stored body cannot belong to a body that has mass."""
+    """Raise ``StoreError`` if the numbers of a stored body cannot belong to a body with mass."""
     check(body)
 
     def refuse(text: str) -> None:
@@ -173,10 +173,10 @@ def check_body(body: ReducedBody) -> None:
 
 
 def _rigid_terms_fit(body: ReducedBody) -> bool:
-    """Whether mass, centre, inertia, translation and rigid shapes are those of the six rigid modes.
+    """True if mass, centre, inertia, translation and rigid shapes agree with the six rigid modes.
 
-    The modes are orthonormal in the mass, so unit motions F = R⁻¹ of the frame's origin have the rigid mass FᵀF, and a
-    unit acceleration field acts on no elastic mode.
+    The modes are orthonormal with respect to mass. So unit motions F = R⁻¹ of the frame's origin have the rigid mass
+    FᵀF, and a unit acceleration field does not excite elastic modes.
     """
     rigid = rigid_coordinates(body)
     if np.linalg.cond(rigid) > 1.0 / np.finfo(float).eps:

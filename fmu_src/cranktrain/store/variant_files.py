@@ -1,11 +1,11 @@
-"""Variants of a study in a folder of Parquet files, and a journal of those that no Parquet file holds yet.
+"""Variants of a study in a folder of Parquet files, with a journal of those not yet in a Parquet file.
 
     _study.json          digest of the study, its values, outputs, units and speeds
-    part-00000.parquet   a row for each finished variant: number, values, outputs, what failed and why
-    _journal.jsonl       a line for each variant that was finished since, added at once
+    part-00000.parquet   a row for each finished variant: number, values, outputs, reason of a failure
+    _journal.jsonl       a line for each variant that was finished since then, added at once
 
-Pandas, Polars, DuckDB and Dask read the folder as one table; names that begin with _ are none of it. A line that was
-half-written when the process was killed ends the journal. Everything is in SI; fields name their units.
+Pandas, Polars, DuckDB and Dask read the folder as one table; they ignore names that begin with _. A line that was
+half-written when the process was killed ends the journal. All values are in SI; fields name their units.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from cranktrain.store.whole_file import TEMPORARY, marked, whole_file
 HEAD, JOURNAL, PART = "_study.json", "_journal.jsonl", "part-{:05d}.parquet"
 FORMAT = "cranktrain variants 1"
 ROWS = 1000
-"""Variants of a Parquet file, and the most that memory holds while a study runs."""
+"""Number of variants in a Parquet file, which is also the most that memory holds during a study."""
 NUMBER, REASON, CURVE = "variant", "failed", " over speed"
-"""Columns of the variant's number and of why it failed; ending of columns with a value for each speed."""
+"""Names of the columns of a variant's number and of its failure; ending of columns with a value for each speed."""
 
 
 class Column(NamedTuple):
-    """An output: its name, SI unit, whether it has a value for each speed, and which of these is the worst."""
+    """An output: name, SI unit, True if it has a value for each speed, and whether its ``least`` value is the worst."""
 
     name: str
     unit: str
@@ -45,7 +45,7 @@ class Column(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A finished variant: its number, values (d,), outputs, and why it failed (empty where it did not)."""
+    """A finished variant: number, values (d,), outputs, and reason of a failure (empty if there is none)."""
 
     number: int
     values: Array
@@ -55,15 +55,15 @@ class Row(NamedTuple):
 
 @dataclass
 class VariantFiles:
-    """The folder of a study.
+    """The folder of a study with its files.
 
     Attributes
     ----------
-    folder : where it is
+    folder : path of the folder
     names, units : varied values, (d,), and their SI units
     columns : outputs
     speeds : (s,) rad/s
-    about : further facts of the study
+    about : further data of the study
     """
 
     folder: Path
@@ -78,7 +78,7 @@ class VariantFiles:
 
     @classmethod
     def open(cls, folder: str | Path) -> VariantFiles:
-        """A folder that exists; ``StoreError``: missing, damaged or foreign."""
+        """Open an existing folder; ``StoreError`` if it is missing, damaged or foreign."""
         folder = Path(folder)
         try:
             head = json_of((folder / HEAD).read_text("utf-8"))
@@ -93,9 +93,9 @@ class VariantFiles:
         return found
 
     def begin(self, digest: str, anew: bool) -> set[int]:
-        """Numbers of the variants that the folder holds, after what a killed run left is in order.
+        """Prepare the folder, also after a killed run; returns the numbers of the variants that it already contains.
 
-        Raises ``InputError`` for a folder of another study, unless it is to be replaced, or of something else.
+        Raises ``InputError`` for a folder with other files, or of another study unless ``anew`` replaces it.
         """
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError(f"{self.folder}: exists and is no folder; name another --output")
@@ -118,7 +118,7 @@ class VariantFiles:
         if not (self.folder / HEAD).is_file():
             with whole_file(self.folder / HEAD, marked("head of a study", FORMAT)) as place:
                 place.write_text(json.dumps(head), "utf-8")
-        # One that is lost leaves its number free, so that no later one is replaced.
+        # The number of a lost part file is not reused below the highest one, so no later part is replaced.
         names = [re.fullmatch(r"part-(\d{1,9})\.parquet", place.name) for place in self.folder.iterdir()]
         self._parts = max((int(found[1]) + 1 for found in names if found), default=0)
         held = {int(n) for table in self._tables([NUMBER]) for n in table.column(NUMBER).to_numpy()}
@@ -127,7 +127,7 @@ class VariantFiles:
         return held | {row.number for row in self._waiting}
 
     def keep(self, row: Row) -> None:
-        """Keep a finished variant; from then on it survives the process."""
+        """Store a finished variant, which then survives the end of the process."""
         self._waiting.append(row)
         assert self._journal is not None
         self._journal.write(_line(row))
@@ -136,7 +136,7 @@ class VariantFiles:
             self.write()
 
     def write(self) -> None:
-        """Write the variants of the journal as a Parquet file."""
+        """Write the variants of the journal to a Parquet file."""
         if not self._waiting:
             return
         arrow, files = parquet()
@@ -148,7 +148,7 @@ class VariantFiles:
         self._open_journal(rewrite=True)
 
     def close(self) -> None:
-        """Write what is left, and close the journal."""
+        """Write the remaining variants, and close the journal."""
         self.write()
         if self._journal is not None:
             self._journal.close()
@@ -157,13 +157,13 @@ class VariantFiles:
             (self.folder / JOURNAL).unlink()
 
     def column(self, name: str) -> NDArray[Any]:
-        """A column (n,) by the order of the variants' numbers: a number, a value, an output's worst, why it failed."""
+        """Column (n,) in the order of variant numbers: number, value, an output's worst value, or reason of failure."""
         found = [table.column(name).to_numpy() for table in self._tables([name])]
         whole = np.concatenate(found) if found else np.zeros(0)
         return np.asarray(whole[self._order()])
 
     def curve(self, name: str, first: int = 0, last: int | None = None) -> Array:
-        """Values (n, k) of an output at the speeds from ``first`` to before ``last``, by the order of numbers."""
+        """Values (n, k) of an output at speeds ``first`` to ``last`` (exclusive), in the order of variant numbers."""
         cut = slice(first, last)
         found = []
         for table in self._tables([name + CURVE]):
@@ -186,7 +186,7 @@ class VariantFiles:
                 raise StoreError(f"{place}: cannot be read ({error}); delete it and run the study again") from None
 
     def _table(self, arrow: Any, rows: list[Row]) -> Any:
-        """Arrow table of variants."""
+        """Arrow table of the given variants."""
         s = self.speeds.size
         arrays = [arrow.array([row.number for row in rows], arrow.int64())]
         fields = [arrow.field(NUMBER, arrow.int64())]
@@ -209,7 +209,7 @@ class VariantFiles:
         return arrow.table(arrays, schema=arrow.schema(fields, metadata=facts))
 
     def _journal_rows(self) -> Iterator[Row]:
-        """Variants of the journal up to a line that is none."""
+        """Variants in the journal, up to the first invalid line."""
         with suppress(*DAMAGED), (self.folder / JOURNAL).open(encoding="utf-8") as file:
             for line in file:
                 if not line.endswith("\n"):
@@ -221,13 +221,13 @@ class VariantFiles:
                 yield row
 
     def _fits(self, row: Row) -> bool:
-        """Whether a row of the journal is one of this study."""
+        """True if a row of the journal fits this study."""
         sizes = {column.name: self.speeds.size if column.over_speed else 1 for column in self.columns}
         arrays = [(row.values, len(self.names)), *((value, sizes.get(name)) for name, value in row.outputs.items())]
         return all(value.shape == (size,) and value.dtype.kind in "fiu" for value, size in arrays)
 
     def _open_journal(self, rewrite: bool) -> None:
-        """The journal, holding the waiting variants; replaced as a whole, so that none is lost meanwhile."""
+        """Open the journal with the waiting variants; it is replaced as a whole, so no variant is lost meanwhile."""
         if self._journal is not None:
             self._journal.close()
         place, fresh = self.folder / JOURNAL, self.folder / f"{JOURNAL}.new"
@@ -237,7 +237,7 @@ class VariantFiles:
         self._journal = place.open("a", encoding="utf-8")
 
     def _clear(self) -> None:
-        """Remove the files of a study that is replaced."""
+        """Remove the files of a study that is being replaced."""
         journals = (self.folder / JOURNAL, self.folder / f"{JOURNAL}.new")
         for place in (*self.folder.glob("part-*.parquet"), *journals, self.folder / HEAD):
             place.unlink(missing_ok=True)
@@ -249,7 +249,7 @@ def _line(row: Row) -> str:
 
 
 def parquet() -> tuple[Any, Any]:
-    """PyArrow and its module of Parquet files; ``InputError`` that says how to install it."""
+    """PyArrow and its Parquet module; ``InputError`` with installation advice if it is missing."""
     try:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError:
@@ -257,7 +257,7 @@ def parquet() -> tuple[Any, Any]:
 
 
 def _digest(head: Path) -> str:
-    """Digest of the study that a folder is of; empty where its head is damaged."""
+    """Digest of the study in a folder; empty if its head is damaged."""
     try:
         return str(json_of(head.read_text("utf-8"))["digest"])
     except DAMAGED:

@@ -1,4 +1,4 @@
-"""Lines on stderr that say what takes long: nothing for what ends within a second, a line for every longer step."""
+"""Progress lines on stderr: one for each step that takes longer than a second, none for shorter ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cranktrain.core.cache import cache_folder
 from cranktrain.store.side_by_side import BEFORE_PROCESSES
 
 LATE, AGAIN = 1.0, 10.0
-"""Seconds after which a step is told, and between two lines of one step that follows a share."""
+"""Seconds after which a step is printed, and between two progress lines of one step."""
 
 
 def print_line(text: str) -> None:
@@ -23,12 +23,12 @@ def print_line(text: str) -> None:
 
 
 class Waits:
-    """Tells a step by a line once it has taken :data:`LATE`; the next step, or the end, takes its place.
+    """Prints the name of a step once it has taken :data:`LATE` seconds, unless the next step or the end comes first.
 
     Parameters
     ----------
-    title : stands before each step
-    line : takes each line
+    title : text before each step
+    line : function that receives each line
     """
 
     def __init__(self, title: str = "", line: Callable[[str], None] = print_line) -> None:
@@ -39,7 +39,7 @@ class Waits:
         self._lock = threading.Lock()
 
     def tell(self, stage: str) -> None:
-        """A step begins."""
+        """Begin a step."""
         self.end()
         with self._lock:
             self._pending = f"{self._title}: {stage}" if self._title and stage else self._title or stage
@@ -49,19 +49,19 @@ class Waits:
             self._timer.start()
 
     def follow(self, share: float) -> None:
-        """The step has come so far, a share in [0, 1]; a line now and then."""
+        """Report that the fraction ``share`` of a step is done; a line is printed from time to time."""
         if share < 1.0 and time.monotonic() - self._told > AGAIN:
             self._told = time.monotonic()
             self._line(f"{self._title}: {100.0 * share:.0f} %")
 
     def now(self) -> None:
-        """Say at once what is pending: what follows takes long, and bears no thread beside it."""
+        """Print the pending step at once; used before long work that cannot run next to a timer thread."""
         if self._timer is not None:
             self._stop()
             self._say()
 
     def end(self) -> None:
-        """The step has ended; it is not told if it was short."""
+        """End the step; a short step is not printed."""
         self._stop()
         self._pending = ""
 
@@ -80,7 +80,7 @@ class Waits:
 
 @contextmanager
 def waits(title: str = "", line: Callable[[str], None] = print_line) -> Iterator[Waits]:
-    """Tell the steps of a block, and of processes that it starts, see :class:`Waits`."""
+    """Context that prints the steps of its block, also before processes are started; see :class:`Waits`."""
     made = Waits(title, line)
     BEFORE_PROCESSES.append(made.now)
     try:
@@ -91,13 +91,13 @@ def waits(title: str = "", line: Callable[[str], None] = print_line) -> Iterator
 
 
 class _Compiled:
-    """Tells once that kernels compile, when that has taken :data:`LATE` in all; a listener of numba's events."""
+    """Listener of numba's compile events that prints a line when compilation has taken :data:`LATE` seconds in all."""
 
     def __init__(self, told: Waits) -> None:
         self._told, self._depth, self._began, self._spent = told, 0, 0.0, 0.0
 
     def notify(self, event: Any) -> None:
-        """A kernel begins to compile, or ends; kernels that it calls compile within."""
+        """Handle the start or end of a kernel's compilation; the kernels that it calls compile in between."""
         self._depth += 1 if event.is_start else -1
         if event.is_start and self._depth == 1:
             self._began = time.monotonic()
@@ -111,14 +111,14 @@ class _Compiled:
 
 
 def compiling_text(system: str = sys.platform) -> str:
-    """What is said while kernels compile on a system, as ``sys.platform`` names it."""
+    """Message while kernels compile, for a ``system`` named as in ``sys.platform``."""
     untested = "; there is no machine code for macOS, where this program is untested" if system == "darwin" else ""
     folder = cache_folder() / "kernels"
-    return f"compiling kernels, which the machine code of this package does not hold{untested}; kept in {folder}"
+    return f"compiling kernels that are not in this package's machine code{untested}; kept in {folder}"
 
 
 @contextmanager
 def told_compiling(line: Callable[[str], None] = print_line) -> Iterator[None]:
-    """Tell by a line that kernels compile, if they take more than a second."""
+    """Context that prints a line if kernels compile for more than a second."""
     with waits(line=line) as told, heard_compiling(_Compiled(told)):
         yield

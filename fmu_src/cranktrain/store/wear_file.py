@@ -1,4 +1,4 @@
-"""HDF5 files of wear histories: written whole after each increment, refused where they are of another history."""
+"""HDF5 files of wear histories, written completely after each increment; a file of another history is refused."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ REMEDY = "delete it, or name another file, and run 'cranktrain run-in' again"
 def write_wear(
     path: str | Path, datasets: Mapping[str, tuple[NDArray[Any], str]], attributes: Mapping[str, str | int | float]
 ) -> Path:
-    """Write named arrays with their units, and attributes; in place of a file of this kind only, ``InputError``."""
+    """Write named arrays with units, and attributes; replaces only a file of this kind, otherwise ``InputError``."""
     with written(path, WEAR) as file:
         file.attrs.update({"format": FORMAT, "schema": SCHEMA})
         put_attributes(file, "run", attributes)
@@ -29,7 +29,7 @@ def write_wear(
 
 
 def read_wear(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Arrays and attributes that :func:`write_wear` wrote; ``StoreError`` for another or a damaged file."""
+    """Arrays and attributes from a file of :func:`write_wear`; ``StoreError`` for another or a damaged file."""
     with opened(path, FORMAT, SCHEMA, REMEDY) as file:
         data = {name: np.asarray(dataset[()]) for name, dataset in file["data"].items()}
         named = {key.removeprefix("run."): value for key, value in file.attrs.items() if key.startswith("run.")}

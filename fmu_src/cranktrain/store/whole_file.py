@@ -1,8 +1,9 @@
 """Files that are written completely or not at all, and replace only files of their own kind.
 
-Written beside their place, brought to the disk, then moved there. A folder, a link, a device and a file of another kind
-stay as they are. Temporary files of a killed process are removed at the next write into the folder. A temporary file is
-locked as long as its process lives, and the system releases the lock when the process ends for any reason.
+A file is written under a temporary name next to its target, flushed to the disk, then renamed. A folder, a link, a
+device or a file of another kind is never replaced. Temporary files of a killed process are removed at the next write
+into the folder. A temporary file is locked while its process lives; the system releases the lock when the process ends
+for any reason.
 """
 
 from __future__ import annotations
@@ -23,31 +24,31 @@ from cranktrain.core.errors import InputError, StoreError
 
 try:
     import fcntl
-except ImportError:  # Windows: what a killed process leaves stays
+except ImportError:  # Windows: temporary files of a killed process stay
     fcntl = None  # type: ignore[assignment]
 
 HEAD = 4096
-"""Bytes of a file in which its mark stands."""
+"""Number of bytes at the start of a file in which its mark is searched."""
 PREFIX = f".cranktrain-{zlib.crc32(platform.node().encode()):08x}-"
-"""How names of this machine's temporary files begin."""
+"""Beginning of the names of this machine's temporary files."""
 TEMPORARY = re.compile(r"\.cranktrain-[0-9a-f]{8}-[a-z0-9_]{8}(\..*)?")
-"""Names of any machine's temporary files."""
+"""Pattern of the names of any machine's temporary files."""
 WRITTEN: list[Path] = []
-"""Files that this process wrote outside the cache, for what is said of an interrupt."""
+"""Files that this process wrote outside the cache, listed when it is interrupted."""
 DAY = 86400.0
-"""Seconds that another machine's temporary file is left alone: not every shared folder shows its locks to all."""
+"""Seconds before a temporary file of another machine is removed, since not every shared folder shows locks to all."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of a file: its name for people, and what tells whether a file that exists is one."""
+    """A kind of file: its name for messages, and a function that is True for an existing file of this kind."""
 
     name: str
     includes: Callable[[Path], bool]
 
 
 def marked(name: str, mark: str) -> Kind:
-    """Kind of the files that hold ``mark`` within their first ``HEAD`` bytes."""
+    """Kind of the files that contain ``mark`` within their first ``HEAD`` bytes."""
 
     def includes(path: Path) -> bool:
         with path.open("rb") as file:
@@ -58,10 +59,10 @@ def marked(name: str, mark: str) -> Kind:
 
 @contextmanager
 def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
-    """Path of a temporary file that replaces ``path`` once the block ends; after an error nothing is left of it.
+    """Path of a temporary file that replaces ``path`` when the block ends; after an error it is removed.
 
-    The folder is made where it is missing. ``kind`` is that of the file, as :func:`check_place` wants it. Raises
-    ``InputError`` for a place that it must not take, ``StoreError`` where it cannot be written.
+    The folder is made if it is missing. ``kind`` is the kind of file that may be replaced, see :func:`check_place`.
+    Raises ``InputError`` for a path that must not be replaced, ``StoreError`` if it cannot be written.
     """
     target = Path(path)
     check_place(target, kind)
@@ -83,7 +84,7 @@ def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
 
 @contextmanager
 def _temporary(target: Path) -> Iterator[Path]:
-    """Path of a file beside ``target``, locked meanwhile and then removed."""
+    """Path of a temporary file next to ``target``, locked during the block and then removed."""
     handle, temporary = _locked(target)
     try:
         yield temporary
@@ -94,24 +95,24 @@ def _temporary(target: Path) -> Iterator[Path]:
 
 
 def _locked(target: Path) -> tuple[int, Path]:
-    """New file beside ``target``: its descriptor, which holds the lock, and its path."""
+    """New file next to ``target``: its descriptor, which holds the lock, and its path."""
     while True:
         handle, name = tempfile.mkstemp(prefix=PREFIX, suffix=target.suffix, dir=target.parent)
         temporary = Path(name)
         if fcntl is None:
             os.close(handle)  # an open file could not be moved
             return handle, temporary
-        with suppress(OSError):  # a file system without locks has none for who removes either
-            fcntl.flock(handle, fcntl.LOCK_SH)  # as readers of HDF5 do: they are not refused at the end
+        with suppress(OSError):  # on a file system without locks no other process can lock it either
+            fcntl.flock(handle, fcntl.LOCK_SH)  # a shared lock as HDF5 readers take, so they are not refused
         if temporary.exists():
             return handle, temporary
         os.close(handle)  # it was removed before it was locked
 
 
 def _remove_left(folder: Path, own: Path) -> None:
-    """Remove the temporary files of processes that ended before they could, by the age that ``own``, a new one, tells.
+    """Remove temporary files left by killed processes; ``own``, a new file in the folder, tells the present time.
 
-    The folder's stamps count, not this machine's clock, which may be another one than the folder's, or have been set.
+    Time stamps of the folder are compared, because this machine's clock may differ from the folder's or have been set.
     """
     if fcntl is None:
         return
@@ -119,12 +120,12 @@ def _remove_left(folder: Path, own: Path) -> None:
         now = own.stat().st_mtime
         for place in folder.iterdir():
             if TEMPORARY.fullmatch(place.name) and place != own:
-                with suppress(OSError):  # somebody else's, in use, or gone meanwhile
+                with suppress(OSError):  # owned by another user, in use, or already removed
                     _remove_unlocked(place, now)
 
 
 def _remove_unlocked(place: Path, now: float) -> None:
-    """Remove a temporary file; ``OSError`` where a process holds its lock."""
+    """Remove a temporary file; ``OSError`` if a process holds its lock."""
     handle = os.open(place, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
     try:
         found = os.fstat(handle)
@@ -137,7 +138,7 @@ def _remove_unlocked(place: Path, now: float) -> None:
 
 
 def check_kept(path: Path) -> None:
-    """Refuse, before the work, a place in the cache that cannot be written; ``StoreError``."""
+    """Raise ``StoreError``, before any work, if a path in the cache cannot be written."""
     try:
         private_folder()
         check_place(path)
@@ -151,10 +152,10 @@ def check_kept(path: Path) -> None:
 
 
 def check_place(path: str | Path, kind: Kind | None = None) -> None:
-    """Refuse, before the work, a place that a file must not or cannot take; ``InputError``.
+    """Raise ``InputError``, before any work, for a path at which a file must not or cannot be written.
 
-    What exists there must be a regular file, empty or of the given kind; of any kind in a folder of our own, where none
-    is given.
+    An existing file there must be regular, and empty or of the given kind. If ``kind`` is None, as for our own folders,
+    it may be of any kind.
     """
     target = Path(path)
     try:
@@ -172,7 +173,7 @@ def check_place(path: str | Path, kind: Kind | None = None) -> None:
 
 
 def _takes_files(folder: Path) -> bool:
-    """Whether a file can be made in a folder: an administrator may write everywhere, and yet not into ``/proc``."""
+    """True if a file can be made in a folder; an administrator may write everywhere, but not into ``/proc``."""
     try:
         tempfile.TemporaryFile(dir=folder, prefix=PREFIX).close()
     except OSError:
@@ -181,7 +182,7 @@ def _takes_files(folder: Path) -> bool:
 
 
 def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> None:
-    """Refuse to replace what is no regular file, or one of another kind; ``InputError``."""
+    """Raise ``InputError`` if the existing path is not a regular file, or is of another kind."""
     if stat.S_ISDIR(found.st_mode):
         raise InputError(f"{target}: is a folder; name a file, e.g. {target / 'result'}")
     if stat.S_ISLNK(found.st_mode):
@@ -192,13 +193,13 @@ def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> N
         return
     try:
         same = kind.includes(target)
-    except Exception:  # what no reader of its kind can read is not of its kind
+    except Exception:  # a file that its kind's reader cannot read is not of this kind
         same = False
     if not same:
         raise InputError(f"{target}: exists and is no {kind.name}; choose another name, or delete it")
 
 
 def _short(path: Path) -> str:
-    """A path as one line can hold it."""
+    """Path as text that is short enough for a message."""
     text = str(path)
     return text if len(text) <= 120 else f"{text[:60]}…{text[-20:]}"

@@ -1,1 +1,1 @@
-"""Rules that the tables of an engine file must keep, beyond the bounds of single values."""
+"""Checks of an engine's tables against each other, beyond the bounds of single values."""

@@ -1,4 +1,4 @@
-"""Which plain bearings and thrust bearing fit a crankshaft."""
+"""Checks of plain bearings and the thrust bearing against the crankshaft."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cranktrain.engine.quantities import mm, need
 
 
 def check_bearings(engine: Engine) -> None:
-    """Refuse bearings that do not fit their journals: ``InputError`` that starts with ``table.key``."""
+    """Raise ``InputError`` (starting with ``table.key``) for bearings that do not fit their journals."""
     crank, main, big_end = engine.crankshaft, engine.main_bearing, engine.big_end_bearing
     if main is None and engine.main_roller is None:
         raise InputError(
@@ -20,8 +20,8 @@ def check_bearings(engine: Engine) -> None:
         )
     if main is not None and not engine.plain_numbers:
         raise InputError(
-            "main_bearing: stands beside [main_roller]; keep one of the two, or name the mains that run on rollers, as "
-            "main_roller.mains = [1]"
+            "main_bearing: is given together with [main_roller]; keep one of the two, or name the mains that run on "
+            "rollers, as main_roller.mains = [1]"
         )
     if main is None and engine.plain_numbers:
         raise InputError(
@@ -47,7 +47,7 @@ def check_bearings(engine: Engine) -> None:
 
 
 def _check_film(table: str, film: PlainBearing, journal: str, diameter: float, narrowest: float) -> None:
-    """Refuse a plain bearing that does not fit a ``journal`` of ``diameter``, the narrowest of which is so wide."""
+    """Refuse a plain bearing that does not fit journals of ``diameter`` with least width ``narrowest``."""
     of, clearance = partial(need, table), film.clearance
     text = f"{mm(film.diameter)} does not fit the {journal}, {mm(diameter)}"
     of("diameter", abs(film.diameter - diameter) <= 0.01 * diameter, text)

@@ -1,4 +1,4 @@
-"""Which parameters describe an engine block and its mounts: refused in one line before any CAD kernel sees them."""
+"""Checks of an engine block and its mounts; faults are refused in one line before any CAD kernel runs."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from cranktrain.engine.parts import Block, Mounts
 from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths
 
 LEAST_GAP = 1e-3
-"""Least distance between surfaces that must not meet, m: the mesher fails on thinner slivers."""
+"""Least distance between surfaces that must not meet, m; the mesher fails on thinner slivers."""
 FREE = ("along x", "along y", "along z", "about x", "about y", "about z (roll)")
 _of = partial(need, "block")
 
 
 def check_block(engine: Engine, block: Block) -> None:
-    """Refuse a block that leaves no iron, or no room for its cylinders and its crankshaft.
+    """Refuse a block that has no material left, or no room for its cylinders and its crankshaft.
 
-    Raises ``InputError``: one line that starts with the key, e.g. ``block.liner_thickness``.
+    Raises ``InputError``, one line that starts with the key, e.g. ``block.liner_thickness``.
     """
     check_values(block, "block")
     _check_cylinder_room(engine, block)
@@ -35,7 +35,7 @@ def check_block(engine: Engine, block: Block) -> None:
 
 
 def _check_cylinder_room(engine: Engine, b: Block) -> None:
-    """Refuse liners that meet each other, the walls, the bulkheads, or webs that strike the block."""
+    """Refuse liners that meet each other, the walls or the bulkheads, and webs that strike the block."""
     crank, bore, wall = engine.crankshaft, 0.5 * engine.cylinders.bore, b.wall_thickness
     sweep, liner = crank.throw + crank.web_pin_radius, bore + b.liner_thickness
     pitch, nearest, end = _spacing(engine, b)
@@ -73,19 +73,19 @@ def _check_cylinder_room(engine: Engine, b: Block) -> None:
 
 
 def _check_housings(engine: Engine, b: Block) -> None:
-    """Refuse housings of the main bores without iron around them, or beyond the crankcase."""
+    """Refuse housings of the main bores that have no material around the bore, or reach beyond the crankcase."""
     main, wall, tall = 0.5 * max(engine.main_bores), b.wall_thickness, b.foot_height - b.wall_thickness
     width, inside, outside = b.housing_half_width, b.crankcase_half_width - wall, engine.thrust.outer_diameter
     text = f"{mm(width)} leaves no iron beside the main bore, {mm(2.0 * main)}"
     _of("housing_half_width", width > main + wall, text)
-    # A width that is derived from the same two values may differ by rounding.
+    # A width derived from the same two values may differ by rounding.
     _of(
         "housing_half_width",
         width <= inside + 1e-9,
         f"{mm(width)} goes through the crankcase's walls, {mm(inside)} inside",
     )
     between = f"must lie between the main bore with a wall, {mm(main + wall)}, and"
-    # Above the crank axis the feet of leaning banks stand higher.
+    # Above the crank axis the feet of inclined banks are higher.
     above = min(tall / max(math.cos(angle), 0.5) for angle in engine.cylinders.bank_angles)
     text = f"{mm(b.housing_height)} {between} the foot of the banks, {mm(above)}"
     _of("housing_height", main + wall < b.housing_height <= above, text)
@@ -98,7 +98,7 @@ def _check_housings(engine: Engine, b: Block) -> None:
 
 
 def _check_banks(engine: Engine, b: Block) -> None:
-    """Refuse banks that overlap, that leave nothing between foot and deck, or whose pistons leave their liners."""
+    """Refuse banks that overlap or have no height between foot and deck, and pistons that leave their liners."""
     throw, length, tall = engine.crankshaft.throw, engine.rod.length, b.foot_height - b.wall_thickness
     text = f"{mm(b.side_height)} is not below the foot of the banks, {mm(tall)}"
     _of("side_height", b.side_height < tall, text)
@@ -124,14 +124,14 @@ def _check_banks(engine: Engine, b: Block) -> None:
 
 
 def check_mounts(mounts: Mounts) -> None:
-    """Refuse mounts that do not match each other, or leave the engine free to move as a whole.
+    """Refuse mounts whose lists differ in length, or that leave a rigid motion of the engine free.
 
-    Raises ``InputError``: one line that starts with the key, or says which motion is free.
+    Raises ``InputError``, one line that starts with the key, or names the free motion.
     """
     need("mounts", "x", len(mounts.x) > 0, "is empty; give the place of each mount")
     need_equal_lengths(mounts, "mounts")
     stiffness = mount_stiffness(mounts)
-    # Metres and radians are compared at the mounts' own distance from their middle.
+    # To compare metres and radians, rotations are scaled by the mounts' largest distance from their centre.
     places = np.array(mounts.positions)
     reach = max(float(np.linalg.norm(places - places.mean(axis=0), axis=1).max()), 0.1)
     scale = np.array([1.0, 1.0, 1.0, *3 * (1.0 / reach,)])
@@ -145,7 +145,7 @@ def check_mounts(mounts: Mounts) -> None:
 
 
 def mount_stiffness(mounts: Mounts) -> np.ndarray:
-    """Stiffness (6, 6) of all mounts against motion of the engine as a whole about their middle; N/m, N, N m/rad."""
+    """Stiffness (6, 6) of all mounts for rigid motion of the engine about their centre; N/m, N, N m/rad."""
     places = np.array(mounts.positions)
     total = np.zeros((6, 6))
     for (x, y, z), stiffness in zip(places - places.mean(axis=0), mounts.stiffness, strict=True):
@@ -156,7 +156,7 @@ def mount_stiffness(mounts: Mounts) -> np.ndarray:
 
 
 def _spacing(engine: Engine, block: Block) -> tuple[float, float, float]:
-    """Least distance of cylinders in a bank, of a cylinder from a main bearing, and from the block's end, m."""
+    """Least distances between cylinders of a bank, of cylinder and main bearing, and of cylinder and block end, m."""
     cylinders, places = engine.cylinders, engine.cylinder_positions
     pitches = [math.inf]
     for angle in set(cylinders.bank_angles):
@@ -169,7 +169,7 @@ def _spacing(engine: Engine, block: Block) -> tuple[float, float, float]:
 
 
 def _half_sector(bank_angles: tuple[float, ...]) -> float:
-    """Half the least angle between banks, at most that of a bank alone (a right angle, less rounding)."""
+    """Half the least angle between banks; for a single bank slightly less than a right angle."""
     angles = sorted(set(bank_angles))
     return 0.5 * min([b - a for a, b in itertools.pairwise(angles)] + [0.999 * math.pi])
 

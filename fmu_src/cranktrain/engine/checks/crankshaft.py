@@ -1,7 +1,7 @@
-"""Which parameters describe a crankshaft, the rods on its pins and the damper on its pulley.
+"""Checks of a crankshaft, the rods on its pins and the damper on its pulley.
 
-They are refused in one line before any CAD kernel sees them: every cylinder fires once, rods on one pin lie side by
-side.
+Faults are refused in one line before any CAD kernel runs. For example every cylinder fires once, and rods on one pin
+lie side by side.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from cranktrain.engine.quantities import (
     need_table,
 )
 
-# Lightest and heaviest metal a ring may be made of, kg/m³: light alloy to tungsten.
+# Densities of the lightest and heaviest metal of a damper ring, kg/m³: light alloy to tungsten.
 RING_DENSITIES = (2500.0, 19500.0)
 MOST_APART = 0.7
-"""Distance of two pins that meet without a web, over their diameter: their section in common is then a quarter."""
+"""Largest distance of two pins that meet without a web, over their diameter; they then overlap in a quarter section."""
 LEAST_APART = 1e-3
-"""Distance of two pins that are one, over their diameter."""
+"""Distance of two pins, over their diameter, below which they count as one pin."""
 _LENGTHS = ("ring_outer_radius", "ring_inner_radius", "ring_width")
 _GAPS = ("axial_gap", "outer_gap", "inner_gap")
 _cylinders = partial(need, "cylinders")
 
 
 def check_crankshaft(c: Crankshaft) -> None:
-    """Refuse parameters that describe no crankshaft, before any CAD kernel sees them.
+    """Refuse parameters that describe no crankshaft, before any CAD kernel runs.
 
-    Raises ``InputError``: one line that starts with the key, e.g. ``crankshaft.web_pin_radius``.
+    Raises ``InputError``, one line that starts with the key, e.g. ``crankshaft.web_pin_radius``.
     """
     of = partial(need, "crankshaft")
     _check_layout(c)
@@ -75,7 +75,7 @@ def check_crankshaft(c: Crankshaft) -> None:
 
 
 def _check_layout(c: Crankshaft) -> None:
-    """Refuse lists of pins, mains and webs that do not fit each other; ``InputError``."""
+    """Raise ``InputError`` if the lists of pins, mains and webs do not fit each other."""
     of, throws, widths, webs = (
         partial(need, "crankshaft"),
         len(c.throw_angles),
@@ -106,7 +106,7 @@ def _check_layout(c: Crankshaft) -> None:
 
 
 def _check_neighbours(c: Crankshaft, pin: int) -> None:
-    """Refuse pins that meet without a web and hardly overlap; ``pin`` is the first of them."""
+    """Refuse two pins that meet without a web and overlap too little; ``pin`` is the first of them."""
     (first, second), (low, high) = c.throws[pin - 1 : pin + 1], c.throw_angles[pin - 1 : pin + 1]
     apart = math.sqrt(first**2 + second**2 - 2.0 * first * second * math.cos(high - low))
     text = f"pins {pin} and {pin + 1} lie in line; make them one pin, which cylinders.pins may name more than once"
@@ -125,7 +125,7 @@ def check_balance_weights(weights: BalanceWeights, mains: int) -> None:
 
 
 def check_cylinders(engine: Engine) -> None:
-    """Refuse rods, firing orders, pins and banks that do not fit: ``InputError`` that starts with ``table.key``."""
+    """Raise ``InputError`` (starting with ``table.key``) for rods, firing orders, pins and banks that do not fit."""
     crank, length, cylinders = engine.crankshaft, engine.rod.length, engine.cylinders
     pins, n, throws = cylinders.pins, len(cylinders.firing_order), len(crank.throw_angles)
     given = len(cylinders.axis_offsets)
@@ -135,7 +135,7 @@ def check_cylinders(engine: Engine) -> None:
     joint = engine.articulated_rod
     text = 'is there, but no rod hangs on another; write cylinders.rods_on_pin = "articulated", or leave it out'
     need("articulated_rod", "length", joint is None or cylinders.rods_on_pin == ARTICULATED, text)
-    # At bottom dead centre, where the webs lie under the piston.
+    # At bottom dead centre the webs are below the piston.
     lowest, under = length - crank.throw, any(crank.counterweights) and crank.pin_width < cylinders.bore
     text = (
         f"{mm(crank.counterweight_radius)} reaches the piston's pin, which comes within {mm(lowest)} of the crank's "
@@ -163,7 +163,7 @@ def check_cylinders(engine: Engine) -> None:
 
 
 def _check_articulated(engine: Engine) -> None:
-    """Refuse articulated rods that are not described, have no pin to share or do not reach their cylinders."""
+    """Refuse articulated rods that are not described, share no pin with a master or do not reach their cylinders."""
     joint, pins, n = engine.articulated_rod, engine.cylinders.pins, engine.n_cylinders
     _cylinders("rods_on_pin", len(set(pins)) < n, "is articulated, but no pin of cylinders.pins has two rods")
     _cylinders(
@@ -194,7 +194,7 @@ def _check_articulated(engine: Engine) -> None:
 def _check_order(cylinders: Cylinders) -> None:
     """Refuse a firing order in which a cylinder fires twice or never."""
     order, pins, banks = cylinders.firing_order, len(cylinders.pins), len(cylinders.bank_angles)
-    # Two lists that agree say how many cylinders there are; the order may have lost one.
+    # If pins and banks agree on the number of cylinders, the firing order may have lost one.
     n = pins if pins == banks else len(order)
     twice = sorted({c for c in order if order.count(c) > 1})
     never = sorted(set(range(1, n + 1)) - set(order))
@@ -208,7 +208,7 @@ def _check_order(cylinders: Cylinders) -> None:
 
 
 def _check_rods(engine: Engine) -> None:
-    """Refuse rods that share a pin and lie on it neither side by side nor in one plane, as the engine says."""
+    """Refuse rods on a common pin that are neither side by side nor in one plane, as ``rods_on_pin`` states."""
     crank, cylinders, big_end = engine.crankshaft, engine.cylinders, engine.big_end_bearing
     n, offsets, half_pin = len(cylinders.firing_order), cylinders.rod_offsets, 0.5 * crank.pin_width
     one_plane = {"fork-and-blade": "a fork and its blade", ARTICULATED: "a master rod and those that hang on it"}
@@ -223,7 +223,7 @@ def _check_rods(engine: Engine) -> None:
     for pin in sorted(set(cylinders.pins)):
         rods = sorted((engine.rod_offsets[k], k + 1) for k in range(n) if cylinders.pins[k] == pin)
         if rods == [(0.0, rods[0][1])]:
-            continue  # the width of a single big end belongs to the rules of its bearing
+            continue  # the width of a single big end is checked with its bearing
         if cylinders.rods_on_pin in one_plane:
             text = f"rods of {one_plane[cylinders.rods_on_pin]} on pin {pin} lie in one plane; leave rod_offsets out"
             _cylinders("rod_offsets", all(offset == rods[0][0] for offset, _ in rods), text)
@@ -253,7 +253,7 @@ def _check_rods(engine: Engine) -> None:
 
 
 def check_damper(d: Damper) -> None:
-    """Refuse values that describe no damper: ``InputError`` that starts with ``damper.key``."""
+    """Raise ``InputError`` (starting with ``damper.key``) for values that describe no damper."""
     of, lowest, highest = partial(need, "damper"), d.lowest_temperature, d.highest_temperature
     if d.kind == "linear":
         _check_linear_damper(d)
@@ -298,7 +298,7 @@ def check_damper(d: Damper) -> None:
 
 
 def _check_linear_damper(d: Damper) -> None:
-    """Refuse a damper of kind ``linear`` without stiffness and damping, or with columns that do not fit."""
+    """Refuse a damper of kind ``linear`` that lacks stiffness and damping, or whose columns differ in length."""
     of = partial(need, "damper")
     if not d.frequencies:
         of("damping", d.damping > 0.0 or d.stiffness > 0.0, "is missing; a linear damper needs damping or stiffness")

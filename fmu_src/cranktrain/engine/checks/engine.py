@@ -1,6 +1,6 @@
-"""Whether the parts of an engine fit together: values within their fields' bounds, then rules between values.
+"""Checks that the parts of an engine fit together: bounds of single values first, then rules between values.
 
-Values that are possible and unlikely together are warned of by :mod:`cranktrain.engine.checks.plausible`.
+For values that are possible but unlikely together :mod:`cranktrain.engine.checks.plausible` gives warnings.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from cranktrain.engine.roller_bearing import check_rollers
 from cranktrain.engine.torsional_chain import LINE_ENDS, check_chain, gear_speeds
 
 LEAST_EXCHANGE = math.radians(20.0)
-"""Least angle from the opening of the exhaust to the closing of the intake, of the fastest two-strokes."""
+"""Least crank angle from exhaust opening to intake closing, as the fastest two-strokes have."""
 
 
 def check_engine(engine: Engine) -> None:
     """Refuse an engine whose parts do not fit together.
 
-    Raises ``InputError``: one line that starts with ``table.key``.
+    Raises ``InputError``, one line that starts with ``table.key``.
     """
     charts = "BICERA's method reads charts, there is no closed form of it; use ker-wilson, carter or solid"
     source = engine.reduction.torsional_source.lower()
@@ -67,7 +67,7 @@ def check_engine(engine: Engine) -> None:
     check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
-    for text in uneven(engine):  # raises where the throws cannot fire in the order
+    for text in uneven(engine):  # raises if the throws cannot fire in this order
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
@@ -75,13 +75,13 @@ def check_engine(engine: Engine) -> None:
     need("block", "deck_height", engine.block is None or not engine.cylinders.crosshead, text)
     few = len(engine.damping.torsional_ratios) <= 2
     need("damping", "torsional_ratios", few, "has more than two entries; give the first one or two torsional modes")
-    if engine.block is not None:  # after its mounts, whose pads it carries
+    if engine.block is not None:  # after the mounts, whose pads are part of the block
         check_block(engine, engine.block)
-    warn_of_doubts(engine)  # of an engine whose parts fit
+    warn_of_doubts(engine)  # only for an engine whose parts fit
 
 
 def check_drive_line(line: DriveLineChain) -> None:
-    """Refuse lists of unequal length, and what is no drive line from flywheel to dynamometer; ``InputError``."""
+    """Raise ``InputError`` for lists of unequal length, or for no drive line from flywheel to dynamometer."""
     table = "drive_line_chain"
     columns = ("ends", "stiffnesses", "dampings", "loss_factors", "ratios", *FURTHER.values())
     given = [key for key in columns if getattr(line, key)]
@@ -96,7 +96,7 @@ def check_drive_line(line: DriveLineChain) -> None:
 
 
 def _check_points(line: DriveLineChain, table: str) -> None:
-    """Refuse points of shafts that do not rise, belong to no shaft, or whose columns differ in length."""
+    """Refuse points of shafts that do not increase, belong to no shaft, or have columns of different length."""
     keys = ("point_torques", "point_frequencies", "point_stiffnesses", "point_dampings")
     need_equal_lengths(line, table, "point_shafts", *(key for key in keys if getattr(line, key)))
     text = "is missing; give the stiffness of each point"
@@ -117,7 +117,7 @@ def _check_points(line: DriveLineChain, table: str) -> None:
 
 
 def _check_axial_path(path: AxialPath) -> None:
-    """Refuse a spline without the data of its friction; ``InputError``."""
+    """Raise ``InputError`` for a spline without friction data."""
     of = partial(need, "axial_path")
     if path.joint == "spline":
         text = "is missing; a spline slides by friction x torque / spline_radius"
@@ -126,9 +126,9 @@ def _check_axial_path(path: AxialPath) -> None:
 
 
 def _check_gas(engine: Engine) -> None:
-    """Refuse an engine without gas, or with both kinds of it."""
+    """Refuse an engine that has neither or both of combustion and compressor."""
     burn, gas = engine.combustion, engine.compressor
-    both = "stands beside [combustion]; keep one of the two"
+    both = "is given together with [combustion]; keep one of the two"
     need("compressor", "discharge", burn is None or gas is None, both)
     text = "is missing; give [combustion], or [compressor] of cylinders that compress gas"
     need("combustion", "heat", burn is not None or gas is not None, text)
@@ -148,9 +148,9 @@ def _check_gas(engine: Engine) -> None:
 
 
 def _check_combustion(burn: Combustion, cycle: float) -> None:
-    """Refuse valves or ports that are open while the charge burns, and a two-stroke without time for its gas exchange.
+    """Refuse valves or ports open during combustion, and a two-stroke without time for its gas exchange.
 
-    ``cycle`` is its angle, rad.
+    ``cycle`` is the angle of a cycle, rad.
     """
     of, latest = partial(need, "combustion"), 1.5 * math.pi
     text = "must lie before the start of combustion, in (-270, 0) deg after firing dead centre"

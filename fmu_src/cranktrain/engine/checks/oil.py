@@ -1,4 +1,4 @@
-"""Which constants describe an oil, and how thick they make it."""
+"""Checks of an oil's constants and of the viscosity that they give."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from cranktrain.engine.parts import Oil
 from cranktrain.engine.quantities import ZERO_CELSIUS, need, need_table
 
 OIL_VISCOSITIES = (1e-5, 100.0)
-"""Thinnest and thickest oil, Pa s, at the temperatures that an engine's oil has over its speeds."""
+"""Smallest and largest plausible viscosity, Pa s, over the oil temperatures of an engine."""
 
 
 def check_oil(oil: Oil) -> None:
-    """Refuse an oil whose law lacks its constants; ``InputError`` that starts with ``oil.key``."""
+    """Raise ``InputError`` (starting with ``oil.key``) for an oil whose law lacks constants."""
     of, warm, cold = partial(need, "oil"), oil.walther_temperatures, oil.walther_viscosities
     need_table("oil", oil)
     if oil.law == "vogel":
@@ -35,7 +35,7 @@ def check_oil(oil: Oil) -> None:
 
 
 def thickness(oil: Oil, temperature: float) -> float:
-    """Viscosity, Pa s, as :mod:`cranktrain.engine.lubricant` has it; infinite where the law overflows."""
+    """Viscosity, Pa s, by the same laws as :mod:`cranktrain.engine.lubricant`; infinite if the law overflows."""
     try:
         if oil.law == "vogel":
             return oil.vogel_a * math.exp(oil.vogel_b / (temperature - oil.vogel_c))

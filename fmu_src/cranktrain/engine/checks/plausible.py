@@ -1,8 +1,9 @@
-"""Values of an engine file that are possible one by one and unlikely together: one warning each.
+"""Warnings for values of an engine file that are each possible but unlikely together.
 
-A study may need an unlikely engine, so these values are warned of and not refused. Limits are proportions: masses over
-a steel cube as wide as the bore, lengths over bore, throw or journal, heat over the trapped air. They leave room for a
-model aircraft's single, a motorcycle at 15000 rev/min, a low-speed marine engine with crossheads and a compressor.
+A study may need an unlikely engine, so such values cause a warning and no error. Limits are ratios: masses over the
+mass of a steel cube with the bore as edge, lengths over bore, throw or journal, heat over the mass of trapped air. They
+leave room for a model aircraft's single, a motorcycle at 15000 rev/min, a low-speed marine engine with crossheads and a
+compressor.
 """
 
 from __future__ import annotations
@@ -31,36 +32,37 @@ MASSES = {
     "damper.mass": (0.005, 100.0),
     "block.head_mass": (0.01, 100.0),
 }
-"""Least and largest mass of a part, over that of a steel cube as wide as the bore."""
+"""Smallest and largest mass of a part, over the mass of a steel cube with the bore as edge."""
 SOLID_PISTON = 0.6
-"""A cylinder of solid steel, three quarters of its bore tall, over that cube: no trunk piston is heavier."""
+"""Mass of a solid steel cylinder, 3/4 of the bore tall, over that of the cube; no trunk piston is heavier."""
 CROSSHEAD = 3.0
 """Largest mass of piston, piston rod and crosshead over that of the connecting rod."""
 GYRATIONS = {"flywheel": (0.1, 10.0), "pulley": (0.05, 10.0), "clutch": (0.05, 10.0)}
-"""Least and largest radius of gyration about the crank's axis, over the bore."""
+"""Smallest and largest radius of gyration about the crank axis, over the bore."""
 ROD_GYRATION = (0.16, 0.8)
-"""Of the rod about its centre of mass, over its length; two point masses at its ends have 0.5 or less."""
+"""Limits of a rod's radius of gyration about its centre of mass, over its length; two end masses give 0.5 or less."""
 KNUCKLES, WHOLE, MOST_OFF = (1.1, 4.0), (0.75, 1.25), 30.0
-"""Radius of knuckle pins over the crank pin's; length of rod and knuckle over the master rod's; angle off the bank."""
+"""Radius of knuckle pins over that of the crank pin; rod length plus knuckle radius over the master rod's length;
+largest angle (deg) of a knuckle pin from its bank."""
 LONG_STROKE = 2.5
-"""Stroke over bore from which on an engine has crossheads: its rod may be shorter, as it swings beside no skirt."""
+"""Stroke over bore above which an engine has crossheads; its rods may be shorter, since there is no skirt to strike."""
 AIR = 287.0
 """Gas constant of air, J/(kg K)."""
 MOST_HEAT = 5.0e6
-"""Heat that the air at intake can burn, J/kg: 3.5 MJ/kg with hydrogen, and more air than the swept volume's."""
+"""Largest heat that air at intake can burn, J/kg: 3.5 MJ/kg with hydrogen, and more air than the swept volume's."""
 COMPRESSOR = 3.0e4
-"""Heat (J per kg of air) below which nothing burns; a hundredth of what the air can burn."""
+"""Heat (J per kg of air) below which there is no combustion; a hundredth of what the air can burn."""
 RADIANS = "it looks like radians; give deg, or state the unit rad"
 
 
 def warn_of_doubts(engine: Engine) -> None:
-    """Warn of values that are hardly of this engine, one line each: ``table.key``, value, limits, what to check."""
+    """Warn of implausible values, one line each: ``table.key``, value, usual limits, what to check."""
     for text in doubts(engine):
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
 
 
 def doubts(engine: Engine) -> Iterator[str]:
-    """What :func:`warn_of_doubts` says."""
+    """Warnings of :func:`warn_of_doubts`, one text each."""
     yield from _masses(engine)
     yield from _articulated(engine)
     yield from _piston(engine)
@@ -79,7 +81,7 @@ def doubts(engine: Engine) -> Iterator[str]:
 def heat_of_air(engine: Engine) -> float:
     """Heat of a cycle over the mass of air that fills the swept volume at intake pressure and temperature, J/kg.
 
-    Nothing burns in a compressor.
+    The heat is 0 for a compressor.
     """
     burn, swept = engine.combustion, engine.displacement / engine.n_cylinders
     if burn is None:
@@ -93,7 +95,7 @@ def _masses(engine: Engine) -> Iterator[str]:
     for name, (low, high) in MASSES.items():
         table, key = name.split(".")
         own = getattr(getattr(engine, table), key, 0.0)
-        if own and not low * cube <= own <= high * cube:  # a linear damper may state no mass
+        if own and not low * cube <= own <= high * cube:  # a linear damper may have no mass
             yield (
                 f"{name}: {own:.4g} kg with a bore of {mm(bore)}, usual {low * cube:.3g} to {high * cube:.3g} kg; "
                 f"{UNIT}"
@@ -112,7 +114,7 @@ def _masses(engine: Engine) -> Iterator[str]:
 
 
 def _gyration(table: str, rod: Rod) -> Iterator[str]:
-    """A moment of inertia that no rod of such length and mass has."""
+    """Warn of a moment of inertia that is implausible for a rod's length and mass."""
     (low, high), radius = ROD_GYRATION, (rod.inertia / (rod.big_end_mass + rod.small_end_mass)) ** 0.5
     if not low * rod.length <= radius <= high * rod.length:
         yield (
@@ -122,7 +124,7 @@ def _gyration(table: str, rod: Rod) -> Iterator[str]:
 
 
 def _articulated(engine: Engine) -> Iterator[str]:
-    """Knuckle pins within the crank pin or far from it; piston strokes far from those of master rods."""
+    """Warn of knuckle pins inside the crank pin or far from it, and of rods too long or short beside the master rod."""
     joint, pin = engine.articulated_rod, 0.5 * engine.crankshaft.pin_diameter
     if joint is None:
         return
@@ -143,7 +145,7 @@ def _articulated(engine: Engine) -> Iterator[str]:
 
 
 def _piston(engine: Engine) -> Iterator[str]:
-    """A piston heavier than solid steel that is stated as no crosshead's, and whose rod is too light for one."""
+    """Warn of a piston heavier than solid steel without a crosshead, whose rod is also too light for a crosshead."""
     if engine.cylinders.crosshead:
         return
     cube, mass = STEEL * engine.cylinders.bore**3, engine.cylinders.piston_mass
@@ -171,7 +173,7 @@ def _crank(engine: Engine) -> Iterator[str]:
     for width in sorted({min(crank.main_widths), max(crank.main_widths)}):
         what = "width of a journal over its diameter is"
         yield from outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))
-    # Below its pin a piston has at least its bosses.
+    # Below its pin a piston reaches down at least as far as its bosses.
     room, under = rod - crank.throw - 0.2 * bore, crank.pin_width < bore
     if any(crank.counterweights) and under and crank.counterweight_radius > room:
         yield (
@@ -187,7 +189,7 @@ def _crank(engine: Engine) -> Iterator[str]:
 
 
 def _radians(key: str, angles: Sequence[float]) -> Iterator[str]:
-    """Angles that all lie within 6.3 deg and differ by more than rounding."""
+    """Warn of angles within 6.3 deg of each other that differ by more than rounding, because they may be in radians."""
     if len(angles) > 1 and 0.02 < math.degrees(max(angles) - min(angles)) < 6.3:
         yield f"{key}: they differ by {math.degrees(max(angles) - min(angles)):.3g} deg at most; {RADIANS}"
 
@@ -221,7 +223,7 @@ def _cylinders(engine: Engine) -> Iterator[str]:
 
 
 def _lumped(engine: Engine) -> Iterator[str]:
-    """Bodies on the crank's ends far from them, or long and thin."""
+    """Warn of bodies that are far from the crank's ends, or long and thin."""
     crank, bore = engine.crankshaft, engine.cylinders.bore
     ends = {"pulley": crank.nose_length, "flywheel": crank.flange_length, "clutch": crank.flange_length}
     for table, length in ends.items():
@@ -320,7 +322,7 @@ def _combustion(engine: Engine) -> Iterator[str]:
 
 
 def _stiffnesses(engine: Engine) -> Iterator[str]:
-    """Speed of sound of the castings, which metals have in common; damping beyond any structure's."""
+    """Warn of castings whose speed of sound no metal has, and of damping beyond that of structures."""
     for table, part in (("material", engine.material), ("block", engine.block)):
         if part is not None:
             sound = (part.youngs_modulus / part.density) ** 0.5

@@ -1,7 +1,8 @@
-"""Values that a wrong unit or sign makes: radians for degrees, Fahrenheit for Celsius, a radius for a diameter.
+"""Warnings for values that a wrong unit or sign makes: radians for degrees, °F for °C, a radius for a diameter.
 
-Each is possible and unlikely, so one line is said of it. A wrong unit is seen in what follows from two values together:
-the thickness of a steel disc of a body's mass and inertia, the twist of a shaft under the torque of the engine.
+Such values are possible but unlikely, so each causes a warning. A wrong unit is recognised from a quantity derived from
+two values, such as the thickness of a steel disc of a body's mass and inertia, or the twist of a shaft under the
+engine's torque.
 """
 
 from __future__ import annotations
@@ -16,24 +17,24 @@ from cranktrain.engine.quantities import ZERO_CELSIUS, mm
 STEEL = 7850.0
 UNIT = "check its unit"
 THIN, FOIL, RIM = 0.01, 0.0015, 160.0
-"""Thickness over radius of a steel disc below which its rim runs at no more than ``RIM`` m/s, as the thin blades of a
-propeller do; thickness over radius below which there is no such disc."""
+"""``THIN`` is the thickness over radius of a steel disc below which its rim speed is at most ``RIM`` m/s, as for the
+blades of a propeller; ``FOIL`` the thickness over radius below which no disc is made."""
 INSIDE_FLANGE, INSIDE_NOSE = 0.25, 0.5
-"""How far a flywheel may reach behind its flange, in bores, and a pulley behind the crank's nose, in its length."""
+"""Largest reach of a flywheel behind its flange, in bores, and of a pulley behind the crank's nose, in nose lengths."""
 MOST_HEAT = 1.0e7
-"""Heat of a cycle over the swept volume, J/m³: a mean effective pressure of 40 bar."""
+"""Largest heat of a cycle over the swept volume, J/m³: a mean effective pressure of 40 bar."""
 LEAST_HEAT = 1.0e5
-"""Heat of a cycle over the swept volume below which nothing burns, as in a compressor."""
+"""Heat of a cycle over the swept volume, J/m³, below which there is no combustion, as in a compressor."""
 EFFICIENCY = 0.42
-"""Indicated work over heat, for an estimate of the engine's torque."""
+"""Indicated work over heat, to estimate the engine's torque."""
 TWIST, LINE_TWIST, FREE = (0.06, 30.0), (0.002, 360.0), 400.0
-"""Least and largest twist (deg) under the mean torque of the connecting shaft, and of shafts in a drive line; a
-connecting shaft that twists by more than ``FREE`` is meant to leave the flywheel free."""
+"""Smallest and largest twist (deg) under the mean torque, of the connecting shaft and of shafts in a drive line. A
+connecting shaft that twists by more than ``FREE`` is meant to decouple the flywheel."""
 DAMPED = (0.01, 3.0)
-"""Least and largest damping ratio of the connecting shaft between the flywheel and the dynamometer."""
+"""Smallest and largest damping ratio of flywheel and dynamometer on the connecting shaft."""
 PER_DEGREE = "N m/deg is 57.3 N m/rad"
 OIL_DEG_C = (43.0, 160.0)
-"""Least and largest temperature of a warm engine's oil, degC; 176 degF is 80 degC."""
+"""Lowest and highest temperature of a warm engine's oil, degC; 176 degF is 80 degC."""
 OIL_PRESSURE = 0.7e5
 """Least gauge pressure of an oil supply, Pa."""
 LATEST_START = 2.0
@@ -43,14 +44,14 @@ LATEST_START = 2.0
 def outside(
     key: str, what: str, value: float, limits: tuple[float, float], hint: str = UNIT, unit: str = ""
 ) -> Iterator[str]:
-    """The line of a value outside its usual limits."""
+    """Warning for a value outside its usual limits."""
     low, high = limits
     if not low <= value <= high:
         yield f"{key}: {f'{what} {value:.4g}'.lstrip()}{unit}, usual {low:g} to {high:g}{unit}; {hint}"
 
 
 def misread(engine: Engine) -> Iterator[str]:
-    """Doubts of units and signs, one line each."""
+    """Warnings for probable mistakes of units and signs, one line each."""
     yield from _discs(engine)
     yield from _burn(engine)
     yield from _shafts(engine)
@@ -58,7 +59,7 @@ def misread(engine: Engine) -> Iterator[str]:
 
 
 def _discs(engine: Engine) -> Iterator[str]:
-    """Bodies as thin as foil for their mass and inertia, or on the crank's side of its ends; z points to the rear."""
+    """Warn of bodies as thin as foil for their mass and inertia, or inside the crank's ends (z points to the rear)."""
     for name in ("flywheel", "pulley", "clutch"):
         part: LumpedInertia | None = getattr(engine, name)
         if part is None or not part.mass:
@@ -85,7 +86,7 @@ def _discs(engine: Engine) -> Iterator[str]:
 
 
 def _burn(engine: Engine) -> Iterator[str]:
-    """More heat than the swept volume can hold; a burn that starts after dead centre."""
+    """Warn of more heat than the swept volume can hold, and of combustion that starts after dead centre."""
     burn, swept = engine.combustion, engine.displacement / engine.n_cylinders
     if burn is None:
         return
@@ -104,7 +105,7 @@ def _burn(engine: Engine) -> Iterator[str]:
 
 
 def _shafts(engine: Engine) -> Iterator[str]:
-    """Shafts behind the flywheel that the engine's torque hardly twists, or twists by turns."""
+    """Warn of shafts behind the flywheel that the engine's torque hardly twists, or twists by whole turns."""
     burn, line, chain = engine.combustion, engine.drive_line, engine.drive_line_chain
     if burn is None or burn.heat < LEAST_HEAT * engine.displacement / engine.n_cylinders:
         return
@@ -135,7 +136,7 @@ def _shafts(engine: Engine) -> Iterator[str]:
 
 
 def _oil(engine: Engine) -> Iterator[str]:
-    """Oil in degF, and a supply that does not reach the bearings."""
+    """Warn of oil temperatures in degF, and of a supply pressure too low to reach the bearings."""
     warmth = max(engine.oil.temperatures) - ZERO_CELSIUS
     fahrenheit = f"{warmth:.4g} degF is {(warmth - 32.0) / 1.8:.3g} degC"
     yield from outside("oil.temperatures", "the warmest is", warmth, OIL_DEG_C, fahrenheit, " degC")

@@ -1,1 +1,1 @@
-"""The FMU that needs no Python: machine code of the kernels, a C shim over it, and a model's data as one flat file."""
+"""Native FMU, which needs no Python: machine code of the kernels, a C shim, and the model's data as one flat file."""

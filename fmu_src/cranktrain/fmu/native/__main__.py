@@ -1,6 +1,6 @@
 """Make the libraries of machine code of the present sources: ``python -m cranktrain.fmu.native [PLATFORM ...]``.
 
-Done once at an installation. Without a C compiler numba compiles kernels when they are first called, as without this.
+This is done once at an installation. Without a C compiler numba compiles each kernel at its first call instead.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from cranktrain.fmu.native.link import checked_platform, compiler, library
 
 
 def main(given: list[str]) -> int:
-    """Make every kind's library for each platform, this machine's without any.
+    """Make the libraries of all kinds for each platform, by default for this machine.
 
-    2 where one that was asked for cannot be made, 130 after an interrupt, else 0.
+    Returns 2 if a requested platform's library cannot be made, 130 after an interrupt, otherwise 0.
     """
     parser = argparse.ArgumentParser("python -m cranktrain.fmu.native", description="Make libraries of machine code.")
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help="linux64, win64; this machine's without any")
@@ -33,13 +33,13 @@ def main(given: list[str]) -> int:
     try:
         lacking = [platform for platform in platforms if not _made_for(platform, kinds, chosen.package)]
     except KeyboardInterrupt:
-        _say("interrupted; what was finished is kept, and the same command goes on from there")
+        _say("interrupted; finished parts are kept, and the same command continues from there")
         return 130
     return 2 if lacking and chosen.platforms else 0
 
 
 def _made_for(platform: str, kinds: list[str], into_package: bool) -> bool:
-    """Whether the libraries of these kinds for a platform are there now."""
+    """Make the libraries of these kinds for a platform; False if one is missing afterwards."""
     try:
         compiler(checked_platform(platform))
     except InputError as error:
@@ -56,7 +56,7 @@ def _made_for(platform: str, kinds: list[str], into_package: bool) -> bool:
             return False
         return True
 
-    # The first takes longer than all others one after the other.
+    # The first library takes longer than all others together.
     first, *others = kinds
     with ThreadPoolExecutor(1) as beside:
         found = [beside.submit(made, kind) for kind in others]
@@ -68,7 +68,7 @@ def _made_for(platform: str, kinds: list[str], into_package: bool) -> bool:
 
 
 def _put(made: Path, place: Path) -> None:
-    """Copy a library to its place, whole or not at all."""
+    """Copy a library to its place, completely or not at all."""
     if made == place:
         return
     place.parent.mkdir(parents=True, exist_ok=True)

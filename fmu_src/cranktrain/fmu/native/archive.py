@@ -1,4 +1,4 @@
-"""The archive of a native FMU: libraries for the platforms, one file of data, model description, documentation."""
+"""Archive of a native FMU: libraries for the platforms, one file of data, model description, documentation."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from cranktrain.fmu.native.platforms import PLATFORMS
 DATA = "resources/native.bin"
 FMI3 = "3.0"
 PRESSURES, SOURCE = "cylinder.pressure", "gas.source"
-"""Inputs of an engine's pressures, and the parameter that says where the gas comes from, as FMI 3.0 has them."""
+"""Names in FMI 3.0 of the array of an engine's pressure inputs, and of the parameter for the source of the gas."""
 VERSIONS = ("2.0", FMI3)
-"""Of FMI."""
+"""Versions of FMI that FMUs are built for."""
 FOLDERS3 = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "aarch64-linux": "aarch64-linux"}
-"""Folders of binaries that FMI 3.0 names, by those of FMI 2.0."""
+"""Folder names of binaries in FMI 3.0, by those of FMI 2.0."""
 LOG_CATEGORIES = ("logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll")
 NO_GUID = "{00000000-0000-0000-0000-000000000000}"
 
@@ -41,9 +41,9 @@ def write_native_fmu(
     say: Callable[[str], None] = lambda text: None,
     fmi: str = "2.0",
 ) -> Path:
-    """Write a product's native FMU, of a version of FMI, into ``folder``; returns its path and says how large it is.
+    """Write a product's native FMU, of version ``fmi``, into ``folder``; returns its path, and reports its size.
 
-    The file appears whole or not at all. ``InputError`` where a platform's library cannot be made, or clocks cannot be.
+    The file is written completely or not at all. ``InputError`` if a platform's library or the clocks cannot be made.
     """
     path = fmu_path(product, folder)
     groups = grouped(product.variables) if fmi == FMI3 else ()
@@ -72,7 +72,7 @@ def write_native_fmu(
 def native_data(
     product: Product, model: NativeModel, variables: Sequence[Variable], groups: Sequence[Group] = ()
 ) -> Callable[[str], bytes]:
-    """The file of data, made for a GUID; ``groups`` are the variables as FMI 3.0 has them."""
+    """Function that makes the file of data for a GUID; ``groups`` are the variables in the form of FMI 3.0."""
     texts = Texts()
     names = {v.name: name for group in groups for v, name in zip(group.members, group.element_names, strict=True)}
     rows: dict[str, Any] = interface_tables(model, variables, texts, names)
@@ -90,22 +90,22 @@ def native_data(
 
 
 def _gas(groups: Sequence[Group]) -> dict[str, str]:
-    """The entry ``gas`` that ``fmi3_values.c`` reads: references of the array of pressures and of gas.source."""
+    """Entry ``gas`` that ``fmi3_values.c`` reads: references of the array of pressures and of gas.source."""
     places = {group.name: group.members[0].reference for group in groups}
     return {"gas": f"{places[PRESSURES]} {places[SOURCE]}"} if {PRESSURES, SOURCE} <= set(places) else {}
 
 
 def _guid(product: Product, variables: Sequence[Variable], data: bytes) -> str:
-    """Digest of data and interface as a GUID: equal models have equal ones."""
+    """GUID from a digest of data and interface, so that equal models have equal GUIDs."""
     interface = json.dumps([product.interface.units, [repr(v) for v in variables]], sort_keys=True)
     digest = hashlib.sha256(data + interface.encode()).hexdigest()
     return "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
 
 
 def description(product: Product, guid: str, takes_rates: bool) -> Element:
-    """The model description of the Python FMU with the additional capabilities of the binary.
+    """Model description of the Python FMU with the additional capabilities of the binary.
 
-    ``takes_rates``: whether inputs may be given with their rates.
+    ``takes_rates`` is true if inputs may be given with their rates.
     """
     root = Element(
         "fmiModelDescription",

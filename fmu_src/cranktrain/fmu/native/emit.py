@@ -1,11 +1,11 @@
-"""Machine code of kernels as one object file, with no symbols of Python.
+"""Emission of kernels' machine code as one object file without symbols of Python.
 
 Numba produces the LLVM IR of each exported kernel and of all kernels that it calls. They become one program
 (:mod:`.whole_program`), which is optimised once. LLVM emits its object for any supported platform. Arithmetic is never
 reordered, so the code of all platforms gives bit-identical results, except for differences of libm.
 
-Entries have C's calling convention, ``int64_t entry(void *run, double x)``, and read a record at the address that they
-are given; functions keep numba's own, as :data:`cranktrain.core.kernel.call_kernel` calls them.
+Entries have C's calling convention, ``int64_t entry(void *run, double x)``, and read a record at the given address.
+Functions have numba's convention, in which :data:`cranktrain.core.kernel.call_kernel` calls them.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ _RESULTS = {types.int64: "i", types.float64: "f", types.boolean: "b"}
 
 
 class Emission(Compiling):
-    """Kernels on their way into one object file, compiled in its context.
+    """Compilation of kernels into one object file; kernels are compiled in its context.
 
-    Kernels that Python calls meanwhile run at once. Kernels that others call by their address are replaced by a kernel
-    that does nothing.
+    Kernels that Python calls in this context also run at once. Kernels that others call by address are replaced by a
+    kernel that does nothing.
 
     Parameters
     ----------
-    share : begins the names of exports of what Python calls: ``films_call_0``
-    exported : whether a kernel that Python calls is exported, by its name; one that is not is called alone
+    share : prefix of the names of exports that Python calls: ``films_call_0``
+    exported : function that is true for the name of a kernel to be exported; others are called only
 
     Attributes
     ----------
-    symbols : all that is exported, by the names that numba gave
-    called : symbols of the kernels that Python calls, with their ``name|layout of the arguments|kinds of the results``,
-        kinds as of :class:`cranktrain.core.machine_code.Call`
+    symbols : all exports, by the names that numba gave
+    called : symbols of the kernels that Python calls, with ``name|layout of the arguments|kinds of the results``; kinds
+        as in :class:`cranktrain.core.machine_code.Call`
     """
 
     keeps = False
@@ -82,7 +82,7 @@ class Emission(Compiling):
         self._context.close()
 
     def entry(self, symbol: str, run: Any, kernel: Kernel) -> None:
-        """Export a kernel ``kernel(run)`` or ``kernel(run, x)`` on records like ``run`` as an entry."""
+        """Export a kernel ``kernel(run)`` or ``kernel(run, x)``, for records like ``run``, as an entry."""
         read = record_reader(run)
         if kernel.py_func.__code__.co_argcount == 1:
 
@@ -96,16 +96,16 @@ class Emission(Compiling):
         self._export(*_entry(symbol, entry))
 
     def function(self, symbol: str, kernel: Kernel, arguments: tuple[Any, ...]) -> None:
-        """Export a kernel that is called by numba's convention with arguments like these.
+        """Export a kernel that is called by numba's convention with arguments of these types.
 
-        ``TypeError`` where it gives no integer.
+        ``TypeError`` if it does not return an integer.
         """
         compiled = _integral(symbol, overload(kernel, arguments))
         self.symbols[compiled.fndesc.llvm_func_name] = symbol
         self._libraries.append(compiled.library)
 
     def call(self, function: Kernel, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-        """Call a kernel, which becomes an export; ``KeyError`` if its result is not a number."""
+        """Call a kernel and export it; ``KeyError`` if its result is not a number."""
         known = kernel_name(function), layout(arguments)
         if named:
             raise TypeError(f"{known[0]}: a kernel that a library is to have is called without named arguments")
@@ -116,9 +116,9 @@ class Emission(Compiling):
         return self._callable[known][0](arguments)
 
     def python_calls(self, function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, str, Any, Any]:
-        """Export a kernel that Python calls with arguments like these.
+        """Export a kernel that Python calls with arguments of these types.
 
-        Symbol, kinds of the results, library and module of its entry.
+        Returns symbol, kinds of the results, library, and module of its entry.
         """
         name = kernel_name(function)
         kinds, single = _kinds(function, arguments)
@@ -132,7 +132,7 @@ class Emission(Compiling):
         return symbol, kinds, library, entry
 
     def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
-        """Address of a kernel with these arguments that returns 0 and does nothing."""
+        """Address of a kernel with these argument types that returns 0 and does nothing."""
         known = kernel_name(function), layout(arguments)
         if known in self._stand_ins:
             return self._stand_ins[known][0]
@@ -146,11 +146,11 @@ class Emission(Compiling):
         return self._stand_ins[known][0]
 
     def program(self) -> bytes:
-        """LLVM's bitcode of all exports, optimised for the faster processors of this machine's kind."""
+        """LLVM bitcode of all exports, optimised for the faster processors of this machine's platform."""
         whole = linked(*self._libraries, more=self._entries, exports=self.symbols)
         for function in list(whole.functions):
             if not function.is_declaration:
-                function.add_function_attribute("nounwind")  # nothing raises: tables for unwinding are of no use
+                function.add_function_attribute("nounwind")  # nothing raises, so unwind tables are useless
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]
                 function.visibility = "hidden"
@@ -167,7 +167,7 @@ class Emission(Compiling):
 
 
 def _entry(symbol: str, function: Any) -> tuple[str, Any, Any]:
-    """Symbol of an entry, the library of a function of an address and a number, and the module that calls it."""
+    """Symbol of an entry, library of ``function(address, number)``, and the module that calls this function."""
     compiled = _integral(symbol, overload(Kernel(function), (0, 0.0)))
     module = module_of(_ENTRY.format(name=symbol, called=f'"{compiled.fndesc.llvm_func_name}"'))
     return symbol, compiled.library, module
@@ -180,7 +180,7 @@ def _integral(symbol: str, compiled: Any) -> Any:
 
 
 def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: bool) -> Any:
-    """Function of an address and a number that reads a record of results and arguments there and calls a kernel."""
+    """Function of an address and a number that calls a kernel with a record of results and arguments at the address."""
     values = ["result"] * count if single else [f"result[{k}]" for k in range(count)]
     names = [f"given_{k}" for k in range(len(arguments))]
     handed = ", ".join(f"record.{name}" for name in names)
@@ -193,7 +193,7 @@ def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: b
 
 
 def _kinds(function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, bool]:
-    """Kinds of a kernel's results, and whether the result is a single number."""
+    """Kinds of a kernel's results, and True if the result is a single number."""
     given = types.unliteral(overload(function, arguments).signature.return_type)
     if given == types.none:
         return "", True

@@ -1,4 +1,4 @@
-"""Data of an engine for the library of the cranktrain: a variant for every different combination of levels."""
+"""Data of an engine for the cranktrain's library: one variant for each different combination of levels."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
 """Settings on which the structure of a run depends."""
 WARMTH = "film_temperature"
-"""Setting that the Python FMU fulfils by runs before the start, and a native one not at all."""
+"""Setting for which the Python FMU makes runs before the start; a native FMU cannot."""
 LEAVES = {
     "state": "state",
     "inputs": "inputs",
@@ -36,13 +36,13 @@ LEAVES = {
     "input_rates": "work.input_rates",
     "staged": "work.staged",
 }
-"""Leaves of a run that the C side knows."""
+"""Paths of the leaves of a run that the C side uses, by its names for them."""
 
 
 def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] = lambda text: None) -> NativeModel:
-    """A model's runs at all levels that the variables of a product let choose.
+    """Native model with runs at all levels that a product's variables can choose.
 
-    Combinations that do not go together, or whose data the model lacks, are kept as the texts that refuse them.
+    For combinations that are contradictory, or whose data are missing, the message of the refusal is stored.
     """
     variants = _Variants(model, product)
     say(f"{model.engine.name}: levels")
@@ -68,7 +68,7 @@ _SCRATCH = tuple(_LUMPS + name for name in ("room", "vectors", "scratch"))
 
 
 class _Variants:
-    """Variants in the making: one for each different complete combination of levels."""
+    """Collection of variants, one for each different complete combination of levels."""
 
     def __init__(self, model: FlatModel, product: Product) -> None:
         self.model, self.fixed = model, dict(product.fixed)
@@ -80,7 +80,7 @@ class _Variants:
         self._leaves: dict[str, int] = {}
 
     def row(self, chosen: Mapping[str, str]) -> int:
-        """Variant of a combination of levels; ``InputError`` for one that is refused."""
+        """Number of the variant for a combination of levels; ``InputError`` if the combination is refused."""
         if chosen.get(WARMTH, "engine") != "engine":
             raise InputError(
                 f"'{self.names[WARMTH]}' is '{chosen[WARMTH]}', which needs runs before the start; a native FMU makes "
@@ -91,19 +91,19 @@ class _Variants:
         key = tuple(str(getattr(settings, level)) for level in LEVELS)
         if key not in self.known:
             made = Simulation(*levels._replace(gas=self.gas))
-            # Open settings follow from the integrator chosen with the parameters.
+            # Settings that are still open follow from the integrator, which is chosen with the parameters.
             run = make_run(made.engine, made.body, levels.settings, made.gas, made.parts, self.films)
             self.known[key] = self.images.add(run, dict(enumerate(run.numbers.tolist())))
             self._leaves = self._leaves or leaf_numbers(run, LEAVES)
         return self.known[key]
 
     def kind(self) -> str:
-        """Kinds of the kernels that the variants made so far call."""
+        """Kinds of kernels that the variants made so far call."""
         own = WHOLE.partition("+")[0]
         return WHOLE if self.images.called - set(range(len(functions(own)))) else own
 
     def leaves(self) -> dict[str, int]:
-        """Leaves that the C side knows, the same in all variants."""
+        """Numbers of the leaves that the C side uses, the same in all variants."""
         return self._leaves
 
     def tables(self) -> dict[str, Any]:
@@ -112,7 +112,7 @@ class _Variants:
 
 
 def is_constant(path: str) -> bool:
-    """Whether no kernel writes an array of a run or of a law's record: tables of films, constants of lumped data."""
+    """True if no kernel writes an array of a run or of a law's record: film tables, constants of lumped data."""
     if path.startswith(_LUMPS):
         return path not in _SCRATCH
     return ".table." in path or path.endswith(".table")

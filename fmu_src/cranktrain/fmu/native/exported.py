@@ -1,7 +1,7 @@
-"""What a library's kernels are, as text in C: ``struct ct_kernels`` of ``c/kernels.h`` for its shares.
+"""C text that lists a library's kernels: ``struct ct_kernels`` of ``c/kernels.h``, from its parts (shares).
 
-A share's emission tells it in ``SHARE.json``: the symbols of entries, symbols with ``name|layout of the arguments`` of
-functions, and with ``name|layout|kinds of the results`` of what Python calls, and the layout of its run.
+The emission of a share writes ``SHARE.json``: symbols of entries; symbols of functions with ``name|layout``, the layout
+of the arguments; symbols of kernels that Python calls with ``name|layout|kinds of the results``; the layout of its run.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ const struct ct_kernels {table} = {{
 
 
 def exported_text(shares: Sequence[Path]) -> str:
-    """C's text for shares by the files of what they export; the layout is that of the first."""
+    """C text for shares, from the JSON files of their exports; the layout is that of the first."""
     about = [json.loads(path.read_text("utf-8")) for path in shares]
     entries, layout = [name for one in about for name in one["entries"]], about[0]["layout"]
-    # Functions of all shares before the calls: a file of data names functions by their number.
+    # Functions of all shares come before the calls, because data files refer to functions by their number.
     named = {symbol: name for part in ("functions", "calls") for one in about for symbol, name in one[part].items()}
     tables = _table("ct_kernels", "functions", entries, list(named), layout)
     second = _table("ct_fast_kernels", "fast_functions", entries, list(named), layout, FAST)
@@ -59,7 +59,7 @@ def exported_text(shares: Sequence[Path]) -> str:
 
 
 def _table(table: str, functions: str, entries: list[str], symbols: list[str], layout: str, end: str = "") -> str:
-    """C's text of one ``struct ct_kernels`` and of what it names, with this at the end of each name."""
+    """C text of one ``struct ct_kernels`` and of the symbols in it, with ``end`` at the end of each name."""
     declared = [f"extern ct_entry {name}{end};" for name in entries]
     declared += [f"extern void {name}{end}(void);" for name in symbols]
     given = (f"{name}{end}" if name in entries else "NULL" for name in map("ct_{}".format, ENTRIES))

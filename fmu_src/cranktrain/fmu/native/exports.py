@@ -1,4 +1,4 @@
-"""Exports of each share of the kernels: entry points of a run, and functions that kernels call by their address."""
+"""Exports of each share of the kernels: entry points of a run, and functions that kernels call by address."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from cranktrain.modules.register import MODULES, module_files, module_of
 
 
 class Function(NamedTuple):
-    """A kernel that others call by its address, and its arguments for a run of its kind."""
+    """A kernel that others call by address, and a function that gives its arguments for a run of its kind."""
 
     kernel: Any
     arguments: Callable[[Any], tuple[Any, ...]]
 
 
 class Exports(NamedTuple):
-    """A run of the types that entries are compiled for, the kernels of the entries, and functions by name.
+    """Exports of a share: a run with the types of the entries, the kernels of the entries, and functions by name.
 
-    ``calls`` are kernels that Python calls, with arguments; the others it has called by now.
+    ``calls`` are further kernels that Python calls, with arguments; the rest have been called already.
     """
 
     run: Any
@@ -41,7 +41,7 @@ class Exports(NamedTuple):
 
 
 def exports(share: str) -> Exports:
-    """What a share exports, after calls of all kernels that Python calls where it makes runs."""
+    """Exports of a share, after calls of all kernels that Python calls when it makes runs."""
     if share in MODULES:
         package = MODULES[share].running.rpartition(".")[0]
         return Exports(_module_run(share, package), _entries(f"{package}.run_record", *ENTRIES), {})
@@ -63,14 +63,14 @@ def _entries(module: str, *names: str) -> dict[str, Any]:
 
 
 def _module_run(kind: str, package: str) -> Any:
-    """A run of the first file of a module that ships."""
+    """Run of a module, from the first of its shipped files."""
     path = next(path for path in module_files().values() if module_of(path).name == kind)
     data = module_of(path).read(path).data
     return resolve(f"{package}.settings:make_run")(from_bytes(resolve(f"{package}.running:SETTINGS"), data))
 
 
 def functions(kind: str) -> dict[str, Function]:
-    """Functions of a library's kinds by name, in their order there."""
+    """Functions of a library's kinds by name, in their order in the library."""
     shares = [share for part in kind.split("+") for share in shares_of(part)]
     return {name: row for share in shares for name, row in _named().items() if share_of(name) == share}
 
@@ -85,7 +85,7 @@ def _of_hook(place: int, run: Any) -> tuple[Any, ...]:
 
 
 def _functions() -> Iterator[Function]:
-    """Force laws, families of outputs, steps of integrators and their differences from an embedded solution."""
+    """Force laws, output families, integrator steps, and steps' differences from an embedded solution."""
     z = np.zeros
     of_law = (0, 0, 0, z(4), z(4), z(NUMBERS), z(1), z(SIZE))
     for form in forms():

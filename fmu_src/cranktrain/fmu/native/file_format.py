@@ -1,4 +1,4 @@
-r"""Data of a native FMU, ``resources/native.bin``: one flat file of tables that the C side maps and reads in place.
+r"""Format of a native FMU's data, ``resources/native.bin``: a flat file of tables that C maps and reads in place.
 
 Little-endian; sections lie at multiples of 8 bytes, the last one at a multiple of 64::
 
@@ -15,7 +15,7 @@ Little-endian; sections lie at multiples of 8 bytes, the last one at a multiple 
                    the sections
 
 The rows of each section are :data:`SECTIONS`. A *text* is an offset in TEXT; :data:`NONE` stands for "none". Rows of
-one table name those of another by their place; leaves, records and slots of a variant are counted from its first.
+one table refer to rows of another by index; leaves, records and slots of a variant are counted from its first one.
 Equal tables give equal bytes. The C reader is ``c/file.c``; tests compare both.
 """
 
@@ -37,27 +37,27 @@ MAGIC = b"CRNKNAT\0"
 VERSION = 3
 BYTE_ORDER = 0x01020304
 NONE = 0xFFFFFFFF
-"""Place of nothing in a uint32."""
+"""Value of a uint32 index that stands for nothing."""
 REFUSED = 0x80000000
-"""Bit of a row of LEVL that is no variant but the text of a refusal."""
+"""Bit of a row of LEVL that contains the text of a refusal instead of a variant."""
 LARGEST = float(np.finfo(np.float64).max)
-"""Bound of a variable that has none; the other is its negative."""
+"""Stands for the upper bound of a variable without bounds; its negative for the lower one."""
 ALIGNMENT = 64
-"""Of arrays in BLOB, bytes: a line of a processor's cache."""
+"""Alignment of arrays in BLOB, bytes: a cache line of a processor."""
 
 REAL, INTEGER, BOOLEAN, STRING, ENUMERATION = range(5)
 """Types of a variable."""
 INPUT, OUTPUT, PARAMETER, LOCAL = range(4)
 """Causalities of a variable."""
 LEVEL, NUMBER = range(2)
-"""Kinds of a choice: it chooses the variant, or it sets one of ``run.numbers``."""
+"""Kinds of a choice: it selects the variant, or it sets one of ``run.numbers``."""
 ZEROS, COPIED, SHARED, TRANSPOSED = range(4)
-"""Kinds of an array: zeros at the start, a copy for each instance, the file's own for all, and the copy of a matrix of
-eight-byte numbers that lies there with its rows as columns."""
+"""Kinds of an array: zeros at the start; a copy for each instance; the file's own memory, shared by all instances; a
+copy of a matrix of eight-byte numbers that is stored transposed."""
 FUNCTION, RECORD = range(2)
 """Target of a fixup's address: a function of the kernels, a record of the variant."""
 PLAIN, FUNCTION_LEAF, RECORD_LEAF = range(3)
-"""Content of a leaf that is not an array: a number, the address of a function, or of a record."""
+"""Content of a leaf that is not an array: a number, the address of a function, or the address of a record."""
 ERROR, DISCARD = range(2)
 """Meaning of a status of the kernels: refused input, or a failed step."""
 
@@ -68,7 +68,7 @@ _ENTRY = struct.Struct("<8sQQQ")
 
 
 def _row(**columns: str) -> np.dtype[Any]:
-    """Type of a row, its columns without gaps."""
+    """Type of a row with columns without gaps."""
     return np.dtype([(name, f"<{kind}") for name, kind in columns.items()])
 
 
@@ -76,9 +76,9 @@ _ONE = np.dtype("<u4")
 
 SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
     {
-        # UTF-8 texts, each with a zero behind it; "" is at 0
+        # UTF-8 texts, each followed by a zero; "" is at 0
         "TEXT": np.dtype("u1"),
-        # in the order of value references; index: place in run.inputs or run.outputs, slot of run.numbers, row of CHOI
+        # in the order of value references; index: in run.inputs or run.outputs, slot of run.numbers, or row of CHOI
         "VARS": np.dtype(
             [
                 *(("name", "<u4"), ("start_text", "<u4"), ("type", "u1"), ("causality", "u1"), ("pad", "<u2")),
@@ -90,7 +90,7 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
         "FAMS": _ONE,
         # choices of String and Enumeration parameters; index: slot of run.numbers of a NUMBER
         "CHOI": _row(name="u4", first_option="u4", n_options="u4", kind="u4", index="u4"),
-        # value: digit of the variant's key (LEVEL); number: what goes into run.numbers (NUMBER)
+        # value: digit of the variant's key (LEVEL); number: value for run.numbers (NUMBER)
         "OPTN": _row(text="u4", value="u4", number="f8"),
         # variant for each combination of the LEVEL choices, the first one most significant, or REFUSED | text
         "LEVL": _ONE,
@@ -98,7 +98,7 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
             first_leaf="u4", n_leaves="u4", first_slot="u4", n_slots="u4",
             first_record="u4", n_records="u4", first_number="u4", n_numbers="u4",
         ),
-        # numbers that a variant brings, set before the parameters
+        # numbers of a variant, set before the parameters
         "NUMB": _row(slot="u4", pad="u4", value="f8"),
         # row of ARRY of each piece of memory of an instance
         "SLOT": _ONE,
@@ -113,7 +113,7 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
         ),
         # addresses within an array of kind COPIED
         "FIXU": _row(byte_offset="u8", kind="u4", index="u4"),
-        # leaves of Run that the C side knows: state, inputs, outputs, numbers, families, input_rates,
+        # leaves of Run that the C side uses: state, inputs, outputs, numbers, families, input_rates,
         # staged
         "NAME": _row(name="u4", leaf="u4"),
         "STAT": _row(code="i4", text="u4", kind="u4", pad="u4"),
@@ -125,14 +125,14 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
 
 
 class Texts:
-    """Section TEXT in the making."""
+    """Builder of section TEXT."""
 
     def __init__(self) -> None:
         self._bytes = bytearray(b"\0")
         self._known = {"": 0}
 
     def at(self, text: str) -> int:
-        """Offset of a text, each of which is kept once."""
+        """Offset of a text; each text is stored once."""
         if "\0" in text:
             raise StoreError(f"native.bin: the text {text!r} contains a zero byte; leave it out")
         if text not in self._known:
@@ -141,12 +141,12 @@ class Texts:
         return self._known[text]
 
     def table(self) -> NDArray[Any]:
-        """The section."""
+        """Rows of the section."""
         return np.frombuffer(bytes(self._bytes), dtype=SECTIONS["TEXT"])
 
 
 class Blob:
-    """Section BLOB in the making."""
+    """Builder of section BLOB."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -154,7 +154,7 @@ class Blob:
         self._known: dict[bytes, int] = {}
 
     def put(self, array: NDArray[Any]) -> tuple[int, int]:
-        """Offset and length, bytes, of an array's values in C order; equal values are kept once."""
+        """Offset and length, bytes, of an array's values in C order; equal values are stored once."""
         data = np.ascontiguousarray(array).tobytes()
         if data not in self._known:
             padded = data + bytes(-len(data) % ALIGNMENT)
@@ -164,18 +164,18 @@ class Blob:
         return self._known[data], len(data)
 
     def find(self, array: NDArray[Any]) -> int | None:
-        """Offset of an array's values in C order, where they are kept already."""
+        """Offset of an array's values in C order; None if they are not stored yet."""
         return self._known.get(np.ascontiguousarray(array).tobytes())
 
     def table(self) -> NDArray[Any]:
-        """The section."""
+        """Rows of the section."""
         return np.frombuffer(b"".join(self._parts), dtype=SECTIONS["BLOB"])
 
 
 def table(section: str, rows: Iterable[Any]) -> NDArray[Any]:
-    """Rows of a section from numbers, tuples, or from mappings of columns, where those left out are 0.
+    """Rows of a section from numbers, tuples, or mappings of columns; missing columns are 0.
 
-    Raises ``StoreError`` for a column that the section has not.
+    Raises ``StoreError`` for a column that the section does not have.
     """
     dtype = SECTIONS[section]
     listed = list(rows)
@@ -200,8 +200,8 @@ class NativeFile:
     Attributes
     ----------
     digest : 16 hexadecimal digits of the kernels' layout
-    guid : of the FMU, with braces
-    tables : rows by the section's name; sections that are left out are empty
+    guid : GUID of the FMU, with braces
+    tables : rows by section name; missing sections are empty
     """
 
     digest: str
@@ -218,16 +218,16 @@ class NativeFile:
 
 
 def to_bytes(file: NativeFile) -> bytes:
-    """The file in the layout of this module.
+    """Bytes of the file in the layout of this module.
 
     Raises
     ------
     StoreError
-        digest, GUID or a table that do not fit into it
+        a digest, GUID or table that does not fit the layout
     """
     digest, guid = file.digest.encode(), file.guid.encode()
     if len(digest) != 16:
-        raise StoreError(f"native.bin: the digest '{file.digest}' has not 16 digits")
+        raise StoreError(f"native.bin: the digest '{file.digest}' does not have 16 digits")
     if not 0 < len(guid) < 40:
         raise StoreError(f"native.bin: the GUID '{file.guid}' is not one of at most 39 characters")
     directory, sections = [_COUNT.pack(len(SECTIONS), 0)], []
@@ -251,7 +251,7 @@ def to_bytes(file: NativeFile) -> bytes:
 
 
 def _sums(body: bytes) -> tuple[int, int]:
-    """CRC-32, and the sum of the words times their number from 1 on, modulo 2⁶⁴."""
+    """CRC-32, and the sum modulo 2⁶⁴ of the words times their numbers from 1 on."""
     words = np.frombuffer(body, dtype="<u8")
     counts = np.arange(1, words.size + 1, dtype=np.uint64)
     return zlib.crc32(body), int((words * counts).sum(dtype=np.uint64))

@@ -1,4 +1,4 @@
-"""Libraries of machine code that are made when a run first asks for their kernels."""
+"""Making of machine code libraries when a run first needs their kernels."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from cranktrain.store.waits import print_line, told_compiling
 
 @contextmanager
 def made_at_first_use(line: Callable[[str], None] = print_line) -> Iterator[None]:
-    """Make in this block the libraries that lack, for this and all later runs; ``line`` tells what takes long.
+    """Context in which missing libraries are made, for this and all later runs; ``line`` receives messages.
 
-    Where no compiler links them, numba compiles the kernels that are called.
+    If there is no compiler to link them, numba compiles the kernels at their first call.
     """
 
     def make(kind: str) -> bool:

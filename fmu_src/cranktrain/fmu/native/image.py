@@ -1,7 +1,7 @@
 """Images of runs: the arrays of a ``Run`` record in the form in which a library reads them from a file.
 
 A variant is one choice of levels. Variants share arrays of equal contents. There are three kinds of memory: zeros and
-copies, of which each instance has its own, and constants, which all instances read from the file.
+copies, which each instance has of its own, and constants, which all instances read from the file.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from cranktrain.fmu.native.file_format import COPIED, FUNCTION, NONE, PLAIN, REC
 
 MOST_DIMENSIONS = 4
 WORD = 8
-"""Bytes of a number of a matrix that may be kept as its transposed."""
+"""Bytes of a number in a matrix that may be stored transposed."""
 
 Row = dict[str, Any]
 
 
 class Images:
-    """Tables of variants in the making, by section.
+    """Tables of all variants added so far, by section.
 
     Parameters
     ----------
-    functions : number of each function of the library, by its name
-    constant : whether an array, by its path in the run (``model.gas``) or in a record (``RigidBore.table.force``), is
-        never written by kernels
+    functions : number of each function of the library, by name
+    constant : function that is true for the path of an array in the run (``model.gas``) or in a record
+        (``RigidBore.table.force``) that kernels never write
 
     Attributes
     ----------
-    called : numbers of the functions that the variants so far name
+    called : numbers of the functions that the variants so far refer to
     """
 
     def __init__(self, functions: Mapping[str, int], constant: Callable[[str], bool]) -> None:
@@ -50,7 +50,7 @@ class Images:
         self._lasting: dict[int, tuple[NDArray[Any], int]] = {}
 
     def add(self, run: Any, numbers: Mapping[int, float]) -> int:
-        """Add a variant: a run before its preparation, and the numbers, by slot, that it brings. Returns its number."""
+        """Add a variant: an unprepared run, and its numbers by slot. Returns the variant's number."""
         made = _Variant(self, run)
         first = {name: len(rows) for name, rows in self.tables.items()}
         self.tables["LEAF"] += made.leaves
@@ -70,20 +70,20 @@ class Images:
         return first["VARI"]
 
     def sections(self) -> dict[str, Any]:
-        """The sections of all variants so far."""
+        """Sections of all variants added so far."""
         return {**self.tables, "BLOB": self.blob.table()}
 
     def row(self, array: NDArray[Any], path: str, fixups: tuple[tuple[int, int, int], ...], lasts: bool = False) -> int:
-        """Row of ARRY of an array's contents, without the addresses in it: (byte offset, what, number) each.
+        """Row of ARRY for an array's contents without the addresses in it, which are (byte offset, kind, number) each.
 
-        ``lasts``: whether the array is the same object, of the same contents, in the variants that have it.
+        ``lasts`` is true if the array is the same object with the same contents in all variants that have it.
         """
         if not array.flags.c_contiguous or array.ndim > MOST_DIMENSIONS:
-            raise ValueError(f"{path} has strides {array.strides} and shape {array.shape}, which no file holds")
+            raise ValueError(f"{path} has strides {array.strides} and shape {array.shape}, which a file cannot hold")
         kind = SHARED if self.constant(path) else COPIED
         if fixups or not (lasts or kind == SHARED):
             return self._kept_row(array, kind, fixups)
-        # Hundreds of variants have a table of megabytes in common, which is looked at once.
+        # Hundreds of variants share a table of megabytes, whose contents are examined only once.
         if id(array) not in self._lasting:
             self._lasting[id(array)] = array, self._kept_row(array, kind, fixups)
         return self._lasting[id(array)][1]
@@ -118,7 +118,7 @@ class Images:
 
 
 class _Variant:
-    """One variant under way: leaves of its run, its slots, and the records that its arrays name."""
+    """One variant in preparation: leaves of its run, its slots, and the records to which its arrays refer."""
 
     def __init__(self, images: Images, run: Any) -> None:
         self.images = images
@@ -131,13 +131,13 @@ class _Variant:
         self._refuse_overlaps()
 
     def _leaf(self, path: str, leaf: Any, of_record: bool = False) -> tuple[int, int, int]:
-        """Row of LEAF."""
+        """Row of LEAF for an array or a number."""
         if isinstance(leaf, np.ndarray):
             return self._slot(path, leaf, of_record), PLAIN, 0
         return NONE, PLAIN, number_word(leaf) % 2**64
 
     def _slot(self, path: str, array: NDArray[Any], of_record: bool) -> int:
-        # An array of nothing has no place of its own.
+        # An empty array has no address of its own.
         address = address_of(array) if array.size else -len(self.slots) - 1
         own = self._known.get((address, array.shape))
         if own is None:
@@ -171,14 +171,14 @@ class _Variant:
         return self._numbers[address]
 
     def _refuse_overlaps(self) -> None:
-        """``ValueError`` for arrays that share a part of their memory, which an instance would duplicate."""
+        """Raise ``ValueError`` for arrays that overlap in memory, which an instance would duplicate."""
         taken = sorted(self._taken)
         for (start, size, path), (after, _, other) in pairwise(taken):
             if start + size > after:
-                raise ValueError(f"{path} and {other} share memory, which a file cannot tell")
+                raise ValueError(f"{path} and {other} share memory, which a file cannot represent")
 
 
 def leaf_numbers(run: Any, paths: Mapping[str, str]) -> dict[str, int]:
-    """Numbers of leaves of a run by names for their paths."""
+    """Numbers of a run's leaves, by the names given to their paths."""
     numbers = {path: k for k, (path, _) in enumerate(leaves(run))}
     return {name: numbers[path] for name, path in paths.items()}

@@ -1,4 +1,4 @@
-"""Tables of a native FMU's interface: variables, choices, statuses, as the C side reads them."""
+"""Tables of a native FMU's interface for the C side: variables, choices, statuses."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ class NativeModel:
 
     Attributes
     ----------
-    kind : gives the kinds of kernels that the variants call, see :data:`cranktrain.core.machine_code.RESTS_ON`
+    kind : function that returns the kinds of kernels that the variants call, see
+        :data:`cranktrain.core.machine_code.RESTS_ON`
     inputs, outputs : names in the run's order
-    slots : place in ``run.numbers`` of each setting that a Real parameter fills; those that are not named must stay at
-        their start
-    options : of each setting that a String fills and that is a number to the kernels, the slot and the number of each
-        text
-    levels : of each setting that chooses the variant, its texts
-    variant : row of a combination of levels, ``{setting: text}``; ``InputError`` for one that is refused
-    families : of each output, in order, rows of the families that are observed for it
-    statuses : texts of statuses, and whether a step failed (or something was refused)
+    slots : index in ``run.numbers`` of each setting that a Real parameter sets; other parameters must stay at their
+        start value
+    options : for each String setting that is a number to the kernels, the slot and the number of each text
+    levels : for each setting that selects the variant, its texts
+    variant : function from a combination of levels, ``{setting: text}``, to its row; ``InputError`` if it is refused
+    families : for each output in order, the rows of the output families to be evaluated for it
+    statuses : texts of statuses, and True for a failed step (False for refused input)
     about : further entries of INFO
-    leaves : gives the numbers of the leaves of a run that the C side knows, by its names for them
-    tables : gives the sections of the variants, once all of them were asked for
+    leaves : function that returns the numbers of the leaves of a run that the C side uses, by its names for them
+    tables : function that returns the sections of the variants, after ``variant`` was called for all of them
     """
 
     kind: Callable[[], str]
@@ -58,7 +58,7 @@ def interface_tables(
 ) -> dict[str, list[Any]]:
     """Sections VARS, FAMS, CHOI, OPTN, LEVL, STAT and NAME of a model with these variables.
 
-    ``shown`` are names that messages have in place of some variables' own.
+    ``shown`` has names that messages use instead of the variables' own.
     """
     tables: dict[str, list[Any]] = {name: [] for name in ("VARS", "FAMS", "CHOI", "OPTN", "LEVL")}
     levels: list[tuple[str, Sequence[str]]] = []
@@ -81,7 +81,7 @@ def interface_tables(
 
 
 def _number(model: NativeModel, variable: Variable, texts: Texts, families: list[int]) -> dict[str, Any]:
-    """Row of VARS of a Real, without its name."""
+    """Row of VARS for a Real, without its name."""
     row = _row(variable, texts)
     if variable.causality == "input":
         row["index"] = list(model.inputs).index(variable.name)
@@ -99,7 +99,7 @@ def _choice(
     model: NativeModel, variable: Variable, texts: Texts, tables: dict[str, list[Any]],
     levels: list[tuple[str, Sequence[str]]],
 ) -> dict[str, Any]:  # fmt: skip
-    """Row of VARS of a String parameter or an enumeration, with its rows of CHOI and OPTN."""
+    """Row of VARS for a String parameter or an enumeration, with its rows of CHOI and OPTN."""
     setting = str(variable.setting)
     choice = {"name": texts.at(variable.name), "first_option": len(tables["OPTN"])}
     if setting in model.levels:
@@ -110,7 +110,7 @@ def _choice(
     else:
         slot, numbers = model.options[setting]
         choice |= {"kind": at.NUMBER, "index": slot}
-        # In the order of the description, whose items an enumeration counts.
+        # Options are in the order of the description, because an enumeration counts its items.
         ordered = variable.choices if set(variable.choices) == set(numbers) else numbers
         options = [{"text": texts.at(name), "number": numbers[name]} for name in ordered]
     tables["OPTN"] += options

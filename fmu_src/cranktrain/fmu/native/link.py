@@ -1,8 +1,8 @@
-"""Shared libraries of machine code: the objects of the kernels and the C shim, compiled once per state of the sources.
+"""Shared libraries of machine code: objects of the kernels and the C shim, compiled once per state of the sources.
 
-A library is valid for every engine, level and module file of its kinds; the differences are data (:mod:`.image`). Kinds
-are emitted each for itself, and kept: an edit of solved films leaves the other kernels as they are.
-Libraries are kept in the user's cache under a digest of their sources, or are part of the package in ``LIBRARIES``.
+A library is valid for every engine, level and module file of its kinds; the differences are data (:mod:`.image`). Each
+kind is emitted separately and kept, so an edit of solved films does not recompile the other kernels. Libraries are kept
+in the user's cache under a digest of their sources, or are part of the package in ``LIBRARIES``.
 """
 
 from __future__ import annotations
@@ -45,29 +45,29 @@ from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = "-std=c11", "-Os", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off"
-"""Small code: the time of a step is the kernels' time."""
+"""Flags of the C compiler. The shim is optimised for size, because the kernels take nearly all time of a step."""
 TABLELESS = "-fno-asynchronous-unwind-tables", "-fno-unwind-tables"
-"""Nothing is thrown through our code. Not for Windows, whose C library does not compile without unwind tables."""
+"""Flags without unwind tables, since no exceptions pass through our code; Windows' C library needs the tables."""
 SETTINGS = {
     "NUMBA_DISABLE_INTEL_SVML": "1",
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     OFF: "1",
 }
-"""Of numba where it emits. It tries types by errors, whose colours take time."""
+"""Environment of numba for emission. It finds types by trial and error, and colours in its errors take time."""
 
 
 def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None, emit: bool = True) -> Path:
-    """Path of a library for a platform; made now where there is none of the present sources.
+    """Path of a library for a platform; it is made if there is none for the present sources.
 
     Parameters
     ----------
-    kind : of its kernels; several with ``+`` between them
-    emit : False: kernels are not compiled, which takes a minute or two; what is there is linked
+    kind : kind of its kernels; several with ``+`` between them
+    emit : False if kernels must not be compiled, which takes a minute or two; existing programs are linked
 
     Raises
     ------
     InputError
-        a platform that is not known or that no compiler here makes, or kernels whose machine code is not there yet
+        an unknown platform or one for which there is no compiler, or kernels without machine code yet
     OSError
         a cache that cannot be written
     """
@@ -86,10 +86,10 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
 
 
 def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]:
-    """Programs of the shares of kinds; those that lack are emitted now, side by side, each in a process of its own.
+    """Programs of the shares of kinds; missing ones are emitted in parallel, each in a process of its own.
 
-    These processes compile for the least processor, whatever this one compiles for. ``InputError`` where kernels may
-    not be emitted, or were not.
+    These processes compile for the oldest supported processor, whatever this one compiles for. ``InputError`` if
+    kernels must not be emitted, or emission failed.
     """
     programs = [_program(kind, share) for kind in kinds for share in shares_of(kind)]
     with ExitStack() as stack:
@@ -115,7 +115,7 @@ def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]
 
 @contextmanager
 def _process(module: Sequence[str], **given: Any) -> Iterator[subprocess.Popen[Any]]:
-    """A Python process of a module with arguments, which ends with the block where it has not ended before."""
+    """Python process that runs a module with arguments; it is killed at the end of the block if it still runs."""
     with subprocess.Popen([sys.executable, "-m", *module], **given) as process:
         try:
             yield process
@@ -124,19 +124,19 @@ def _process(module: Sequence[str], **given: Any) -> Iterator[subprocess.Popen[A
 
 
 def _program(kind: str, share: str) -> Path:
-    """File of a share's program, LLVM's bitcode; beside it lies what it exports."""
+    """File of a share's program in LLVM bitcode; the list of its exports is next to it."""
     return private_folder("native", code_digest(kind), "programs") / f"{share}.bc"
 
 
 @cache
 def _shim_digest() -> str:
-    """Digest of the C side and of how it is linked, which stands behind a library's code."""
+    """Digest of the C side and of how it is linked, which is appended to a library's code."""
     files = [*sorted(SOURCES.glob("*.[ch]")), Path(__file__), Path(exported.__file__)]
     return "shim" + sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:8]
 
 
 def checked_platform(platform: str) -> Platform:
-    """Row of a platform; ``InputError`` for one that is not known."""
+    """Row of a platform; ``InputError`` if it is unknown."""
     if platform.endswith(("darwin", "darwin64")):
         raise InputError(
             "there is no machine code for macOS, where this program is untested; numba compiles there. Platforms of a "
@@ -149,7 +149,7 @@ def checked_platform(platform: str) -> Platform:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Let one process after the other work in a folder, where the system can lock files."""
+    """Lock that admits one process at a time to a folder, if the system can lock files."""
     with (folder / "lock").open("w") as stream:
         if fcntl is not None:
             fcntl.flock(stream, fcntl.LOCK_EX)
@@ -165,14 +165,14 @@ def _is_made(path: Path, kind: str) -> bool:
 
 
 def _environment() -> dict[str, str]:
-    """That of a process with this package."""
+    """Environment for a process that uses this package."""
     given = os.environ.get("PYTHONPATH")
     place = str(Path(__file__).parents[3])
     return {**os.environ, "PYTHONPATH": place if not given else os.pathsep.join((place, given))}
 
 
 def emitting() -> dict[str, str]:
-    """Environment in which kernels are emitted: for the least processor, so that every machine emits the same."""
+    """Environment for emission: for the oldest supported processor, so that every machine emits the same code."""
     least = PLATFORMS.get(this_platform())
     return SETTINGS | ({"NUMBA_CPU_NAME": least.cpu, "NUMBA_CPU_FEATURES": ""} if least else {})
 
@@ -180,7 +180,7 @@ def emitting() -> dict[str, str]:
 def _objects(programs: Sequence[Path], platform: Platform) -> list[Path]:
     """Object files of programs for a platform, and for its faster processors.
 
-    They are made side by side, each in a process of its own, because LLVM serves one thread at a time.
+    They are made in parallel, each in a process of its own, because LLVM works in one thread at a time.
     """
     variants = ("", exported.FAST) if platform.fast else ("",)
     wanted = {
@@ -200,7 +200,7 @@ def _objects(programs: Sequence[Path], platform: Platform) -> list[Path]:
                 )
         for path, (made, process) in running.items():
             said = process.communicate()[1].strip().splitlines()[-1:]
-            if process.returncode:  # cut short, or of another LLVM
+            if process.returncode:  # the program is cut short, or was made by another LLVM
                 program, _ = wanted[path]
                 program.with_suffix(".json").unlink(missing_ok=True)
                 raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({''.join(said)})")
@@ -213,11 +213,11 @@ _OWN_COMPILERS = {
     "win64": ("x86_64-w64-mingw32-gcc",),
     "aarch64-linux": ("aarch64-linux-gnu-gcc",),
 }
-"""C compilers of one platform, tried in order where there is none for all."""
+"""C compilers for each platform, tried in order if the compiler for all platforms is not installed."""
 
 
 def compiler(platform: Platform) -> list[str]:
-    """Command of a C compiler for a platform; ``InputError`` where there is none."""
+    """Command of a C compiler for a platform; ``InputError`` if there is none."""
     if importlib.util.find_spec("ziglang") is not None:
         return [sys.executable, "-m", "ziglang", "cc", "-target", platform.zig]
     for name in _OWN_COMPILERS[platform.folder]:
@@ -230,16 +230,16 @@ def compiler(platform: Platform) -> list[str]:
 
 
 def _link(command: Sequence[str], kind: str, platform: Platform, programs: Sequence[Path], target: Path) -> None:
-    """Compile the shim and link it with the objects; the library appears whole or not at all."""
+    """Compile the shim and link it with the objects; the library is written completely or not at all."""
     digests = " ".join(map(code_digest, kind.split("+")))
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         made, table = Path(folder) / target.name, Path(folder) / "exported.c"
         table.write_text(exported.exported_text([path.with_suffix(".json") for path in programs]), encoding="utf-8")
         sources = [*sorted(SOURCES.glob("*.c")), table, *_objects(programs, platform)]
-        # Windows: the compiler's own C library is 150 kB smaller without what debuggers read, and code counts there.
+        # Windows: without debug information the compiler's own C library is 150 kB smaller, and -Os matters there.
         own = ["-s", "-Os"]
         if platform.suffix == ".so":
-            # Zig's linker does not know the last flag, and does so anyway: code and data share pages, in smaller files.
+            # Zig's linker does not know the last flag but does the same: code and data share pages, in smaller files.
             pages = "" if "ziglang" in command else ",-z,noseparate-code"
             own = [*TABLELESS, "-s", "-lm", f"-Wl,-z,relro,-z,now,-z,noexecstack{pages}", "-fPIC"]
         run = [
@@ -257,7 +257,7 @@ def _link(command: Sequence[str], kind: str, platform: Platform, programs: Seque
         done = subprocess.run(run, capture_output=True, text=True)
         if done.returncode:
             raise InputError(f"the C compiler failed for {platform.folder}: {done.stderr.strip() or run}")
-        # Digest of the C side after the code, where no linker removes it.
+        # The digest of the C side is appended to the file, where no linker removes it.
         content = made.read_bytes() + _shim_digest().encode()
         made.write_bytes(content + checksum(content))
         os.replace(made, target)

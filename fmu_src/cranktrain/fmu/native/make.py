@@ -1,4 +1,4 @@
-"""Emit a share of the kernels: ``python -m cranktrain.fmu.native.make SHARE FOLDER``.
+"""Emission of one share of the kernels: ``python -m cranktrain.fmu.native.make SHARE FOLDER``.
 
 This runs in a process of its own, whose kernels are compiled for the oldest supported processor. The process ends when
 its standard input closes, that is, with its parent.
@@ -27,7 +27,7 @@ from cranktrain.fmu.native.exports import exports
 
 
 def make(share: str, folder: Path) -> None:
-    """Write a share's program, ``SHARE.bc``, and last what it exports, ``SHARE.json``; see :mod:`.exported`."""
+    """Write a share's program, ``SHARE.bc``, then the list of its exports, ``SHARE.json``; see :mod:`.exported`."""
     with Emission(share, lambda name: share_of(name) == share) as emission:
         made = exports(share)
         entries = {f"ct_{name}": row for name, row in made.entries.items()}
@@ -40,7 +40,7 @@ def make(share: str, folder: Path) -> None:
         ]
         steps += [partial(emission.python_calls, *call) for call in made.calls]
         console = Console(file=unfiltered(sys.stderr))
-        shown = console.is_terminal and share == "stages"  # the others are made beside it
+        shown = console.is_terminal and share == "stages"  # only one of the parallel shares shows its progress
         for step in track(steps, f"{share}: machine code", console=console, disable=not shown):
             step()
         _write(folder / f"{share}.bc", emission.program())

@@ -1,4 +1,4 @@
-"""Data of a module other than the cranktrain for its library."""
+"""Data for the library of a module other than the cranktrain."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from cranktrain.modules.register import Module
 from cranktrain.modules.statuses import FAILED
 
 LEAVES = ("state", "inputs", "outputs", "numbers")
-"""Leaves of a run that the C side knows."""
+"""Leaves of a run that the C side uses."""
 
 
 def module_model(module: Module, product: Product) -> NativeModel:
-    """A module's run with the settings of a product's data, without levels."""
+    """Native model of a module's run, with the settings of a product's data and without levels."""
     package = module.running.rpartition(".")[0]
     settings = from_bytes(resolve(f"{module.running}:SETTINGS"), product.data, product.model)
     run = resolve(f"{package}.settings:make_run")(settings)

@@ -1,4 +1,4 @@
-"""Object files of a program of kernels, for any platform that LLVM knows, without numba.
+"""Object files of a program of kernels, for any platform that LLVM supports, without numba.
 
 ``python -m cranktrain.fmu.native.objects PROGRAM PLATFORM OBJECT [fast]`` writes one.
 """
@@ -17,12 +17,12 @@ FAST = "_fast"
 
 
 def object_code(program: bytes, platform: Platform, fast: bool = False) -> bytes:
-    """Object file of a program, LLVM's bitcode, for a platform; all platforms know the same layout of data.
+    """Object file of a program in LLVM bitcode for a platform; the layout of data is the same on all platforms.
 
     Parameters
     ----------
-    program : of :meth:`cranktrain.fmu.native.emit.Emission.program`
-    fast : for the platform's faster processors, in place of all
+    program : result of :meth:`cranktrain.fmu.native.emit.Emission.program`
+    fast : True for the platform's faster processors, False for all
     """
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()

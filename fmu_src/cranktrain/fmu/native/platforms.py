@@ -1,4 +1,4 @@
-"""Platforms that a native FMU can be made for."""
+"""Platforms for which a native FMU can be made."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Platform:
-    """Where machine code is to run.
+    """A platform on which machine code runs.
 
     Attributes
     ----------
-    folder : of an FMU's binaries, as FMI 2.0 names it
-    suffix : of a shared library
-    triple : as LLVM names the platform
-    cpu : least processor
-    fast : processor of a second, faster code, chosen where the library is loaded; empty for none
-    zig : as ``zig cc -target`` names it
+    folder : name of an FMU's folder of binaries in FMI 2.0
+    suffix : suffix of a shared library
+    triple : LLVM's name of the platform
+    cpu : oldest supported processor
+    fast : processor of a second, faster code, selected when the library is loaded; empty for none
+    zig : name of the platform for ``zig cc -target``
     """
 
     folder: str
@@ -35,4 +35,4 @@ PLATFORMS = {
         Platform("aarch64-linux", ".so", "aarch64-unknown-linux-gnu", "generic", "", "aarch64-linux-gnu.2.17"),
     )
 }
-"""FMI 2.0 names no folder for ARM; the last is FMI 3.0's."""
+"""Supported platforms by folder. FMI 2.0 names no folder for ARM, so the last has the name of FMI 3.0."""

@@ -33,14 +33,14 @@ ENGINE = "diesel_i6"
 
 
 def typical_run() -> Run:
-    """Run of an engine with a body in place of its crankshaft: types do not follow from what is in it."""
+    """Run of an engine with a stand-in for its crankshaft; the types of a run do not depend on its contents."""
     engine = load_engine(ENGINE)
     settings = Settings(crank="rigid", bearings="linear")
     return make_run(engine, stand_in(engine), settings, GasTrace.from_engine(engine), Parts())
 
 
 def typical_calls(run: Run) -> None:
-    """Call, with arrays like those of a run, the kernels that Python calls when it makes and judges runs."""
+    """Call the kernels that Python calls when it makes and evaluates runs, with arrays like those of a run."""
     engine = load_engine(ENGINE)
     loaded = Settings(crank="rigid", bearings="impedance", big_ends="impedance", damper="fitted", boundary="torque")
     simulation = Simulation(engine, stand_in(engine), loaded)
@@ -50,13 +50,13 @@ def typical_calls(run: Run) -> None:
     relief(0.9, (1.0e-6, 0.5, 2.0))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
-    # Rods about a rigid rotation: steady states in the frequency domain, Campbell diagrams, modes in motion.
+    # Rods about a rigid rotation are used by steady states in the frequency domain, Campbell diagrams, modes in motion.
     rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
     turns.take_turns(*turns.no_turns())
 
 
 def stage_calls(run: Run) -> Iterator[tuple[Any, tuple[Any, ...]]]:
-    """Kernels that Python calls at states of a run, with arguments; settling is for maps of stability."""
+    """Kernels that Python calls at states of a run, with arguments; settling is for stability maps."""
     yield ports_at_state, (run.model, run.work, run.state)
     yield evaluate_at_state, (run.model, run.work, 0.0, 0.0)
     yield end_step_here, (run.model, run.work, run.state)
@@ -64,16 +64,16 @@ def stage_calls(run: Run) -> Iterator[tuple[Any, tuple[Any, ...]]]:
 
 
 def film_calls() -> None:
-    """Call likewise those that Python calls where it makes the data of solved films and of tables."""
+    """Call the kernels that Python calls when it makes the data of solved films and of tables."""
     stretched(0.9)
     fill_gaps(np.zeros((2, 6)), np.zeros(CONSTANTS), np.zeros((2, 2)))
     slice_resultants(0.04, 4.0e-5, 0.03, np.full(CONSTANTS, 1.0e-6), contact_table())
 
 
 def stand_in(engine: Engine) -> ReducedBody:
-    """Six rigid modes of unit mass and inertia; pins are at their throw from the axis, all else at the origin.
+    """Body with six rigid modes of unit mass and inertia, with pins at their throw and all else at the origin.
 
-    A pin on the axis has no angle about it, by which its cylinder's gas goes.
+    A pin must not be on the axis, because the pressure of its cylinder needs the pin's angle.
     """
     throws, mains = len(engine.crankshaft.throw_angles), len(engine.crankshaft.main_widths)
     names = (

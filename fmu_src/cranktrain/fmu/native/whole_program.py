@@ -1,4 +1,4 @@
-"""Kernels as one program in LLVM's text, optimised once, in place of numba's code for each of them.
+"""Linking of kernels to one program as LLVM text, optimised once, in place of numba's code for each kernel.
 
 Numba links all called kernels into every kernel, optimises it and makes machine code of it, again for each caller.
 Compiling a program of some hundred kernels in this way takes several times as long as compiling its text once. Here the
@@ -18,7 +18,7 @@ from numba.core.registry import cpu_target
 
 
 class Text(JITCodeLibrary):
-    """Numba's output for a kernel without machine code: its own functions, neither optimised nor linked."""
+    """Numba's output for a kernel as LLVM text, not machine code: its own functions, neither optimised nor linked."""
 
     def finalize(self) -> None:
         """Take numba's output unchanged."""
@@ -26,7 +26,7 @@ class Text(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """None of its functions can be called by itself: 0."""
+        """Always 0, because none of its functions can be called separately."""
         self._ensure_finalized()
         return 0
 
@@ -34,13 +34,13 @@ class Text(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def _get_module_for_linking(self) -> Any:
-        """With all called kernels, for a library that numba makes by itself."""
+        """Module with all called kernels, for a library that numba makes by itself."""
         return linked(self)
 
 
 @contextmanager
 def texts_alone() -> Iterator[None]:
-    """Make numba stop at LLVM text for kernels compiled meanwhile."""
+    """Context in which numba stops at LLVM text for the kernels that it compiles."""
     codegen = cpu_target.target_context.codegen()
     kind, setter = codegen._library_class, codegen.set_env
     codegen._library_class, codegen.set_env = Text, lambda name, env: None
@@ -51,20 +51,20 @@ def texts_alone() -> Iterator[None]:
 
 
 def module_of(text: str) -> Any:
-    """LLVM's module of a text, of this machine's layout of data."""
+    """LLVM module from a text, with this machine's layout of data."""
     module = llvm.parse_assembly(text)
     module.data_layout = cpu_target.target_context.codegen()._data_layout
     return module
 
 
 def linked(*libraries: Any, more: Iterable[Any] = (), exports: Iterable[str] = ()) -> Any:
-    """One module of libraries, of all that they call, and of ``more`` modules; of no export, all can be linked on."""
+    """One module of libraries, all that they call, and ``more`` modules; without exports it can be linked further."""
     exported = set(exports)
     whole = module_of("")
     for module in (*more, *(library._final_module for library in _reached(libraries))):
         added = module.clone()
         for value in _defined(added):
-            # Numba's helpers are in several libraries, each time the same.
+            # Numba's helpers are contained in several libraries, always the same.
             if value.linkage == llvm.Linkage.external and value.name not in exported:
                 value.linkage = "linkonce_odr"
         whole.link_in(added)
@@ -80,7 +80,7 @@ def _defined(module: Any) -> list[Any]:
 
 
 def _reached(libraries: Iterable[Any]) -> list[Any]:
-    """Libraries and all that they link, each once; callers first, whose text tells what of a callee is needed."""
+    """Libraries and all that they link, each once; callers come first, since they determine the needed callees."""
     seen: set[int] = set()
     callees_first: list[Any] = []
 
@@ -113,11 +113,11 @@ def optimise(module: Any, machine: Any, level: int) -> None:
 
 
 class Loaded:
-    """A module's functions in this process, made quickly, run slowly.
+    """Functions of a module loaded into this process, compiled fast without optimisation.
 
     Attributes
     ----------
-    address : of a function by its name
+    address : method that returns the address of a function by its name
     """
 
     def __init__(self, module: Any) -> None:
@@ -129,5 +129,5 @@ class Loaded:
         self._engine.finalize_object()
 
     def address(self, name: str) -> int:
-        """Address of a function."""
+        """Address of a function by its name."""
         return int(self._engine.get_function_address(name))

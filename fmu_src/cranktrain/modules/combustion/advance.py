@@ -1,4 +1,4 @@
-"""All cylinders over one communication step, and the outputs at its end."""
+"""Advance of all cylinders over one communication step, and the outputs at its end."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ N_OUTPUTS, N_OF_CYLINDER = len(at.OUTPUTS), len(at.CYLINDER_OUTPUTS)
 
 @kernel
 def hold_inputs(model, work, inputs):
-    """Copy the values common to all cylinders over a communication step."""
+    """Copy the inputs common to all cylinders, which are constant over a communication step."""
     now = work.now
     now[at.NOW_INTAKE_P] = inputs[at.INTAKE_P]
     now[at.NOW_INTAKE_T] = inputs[at.INTAKE_T]
@@ -37,7 +37,7 @@ def hold_inputs(model, work, inputs):
 
 @kernel
 def take_lifts(model, work, state, inputs):
-    """Note whether lifts are given: always, never, or from when one first differs from 0."""
+    """Set whether lifts are taken from the inputs: always, never, or from the first one that differs from 0."""
     source = model.choices[at.GIVEN_LIFT]
     if source == at.ONCE_SEEN and state[at.LIFTS_SEEN] == 0.0:
         for i in range(model.firing.shape[0]):
@@ -45,7 +45,7 @@ def take_lifts(model, work, state, inputs):
             if inputs[place + at.LIFT_IN] != 0.0 or inputs[place + at.LIFT_OUT] != 0.0:
                 state[at.LIFTS_SEEN] = 1.0
         if state[at.LIFTS_SEEN] > 0.0:
-            # They have no slope yet.
+            # The first lifts received have no slope yet.
             for i in range(model.firing.shape[0]):
                 place, base = at.FIRST_CYLINDER + i * at.OF_CYLINDER, N_HEAD + i * at.SIZE
                 for k in range(2):
@@ -56,7 +56,7 @@ def take_lifts(model, work, state, inputs):
 
 @kernel
 def follow_lifts(model, work, state, base, place, inputs, interval):
-    """Lifts at the begin of a communication step and their slopes: on from, or up to, the samples received."""
+    """Lifts at the beginning of a communication step and their slopes, extrapolated from samples or leading to them."""
     now = work.now
     for k in range(2):
         sample, last = max(inputs[place + at.LIFT_IN + k], 0.0), state[base + at.LAST_LIFT_IN + k]
@@ -72,7 +72,7 @@ def follow_lifts(model, work, state, base, place, inputs, interval):
 
 @kernel
 def advance(model, work, state, inputs, interval):
-    """Advance all cylinders by an interval, s; a status; ``work.counters`` says which cylinder failed."""
+    """Advance all cylinders by an interval, s; returns a status. ``work.counters`` has a failed cylinder's number."""
     hold_inputs(model, work, inputs)
     take_lifts(model, work, state, inputs)
     turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
@@ -95,7 +95,7 @@ def advance(model, work, state, inputs, interval):
 
 @kernel
 def fill_all(model, work, state, inputs):
-    """Cylinders at rest, filled with gas of the intake; angles from the inputs."""
+    """Fill all cylinders at rest with intake gas, and set angles from the inputs."""
     hold_inputs(model, work, inputs)
     state[at.OWN_ANGLE] = inputs[at.ANGLE]
     state[at.PARTNER_ANGLE] = inputs[at.ANGLE]
@@ -120,7 +120,7 @@ def fill_all(model, work, state, inputs):
 
 @kernel
 def observe(model, work, state, out):
-    """Outputs, in the order of ``OUTPUTS`` and, cylinder by cylinder, of ``CYLINDER_OUTPUTS``, into ``out``."""
+    """Write the outputs in the order of ``OUTPUTS``, then of ``CYLINDER_OUTPUTS`` for each cylinder, into ``out``."""
     n, count = model.numbers, model.firing.shape[0]
     for k in range(N_OUTPUTS):
         out[k] = 0.0

@@ -1,4 +1,4 @@
-"""Events within a cycle: sampling of the fuel, injection, ignition, the ends of burns, a new cycle.
+"""Events within a cycle: sampling of the fuel, injection, ignition, ends of the burns, beginning of a new cycle.
 
 Fuel and start of injection are sampled at ``SAMPLED``, before firing dead centre. A seeded scatter, new in each cycle
 of each cylinder, acts on the fuel's mass, on the start of injection and on the durations of the burns. Its numbers
@@ -20,13 +20,13 @@ from cranktrain.modules.combustion.cylinder import lifts, volume
 from cranktrain.modules.combustion.volume_deviation import deviation
 
 SAMPLED = -math.radians(100.0)
-"""Crank angle at which a cycle's fuel and timing are sampled."""
+"""Crank angle at which the fuel and injection timing of a cycle are sampled, rad."""
 LATEST = math.radians(60.0)
-"""Crank angle at which a charge that has not ignited never will."""
+"""Crank angle after which a charge does not ignite any more, rad."""
 MOST_BURNT = 0.999
-"""Fraction of the air that can burn."""
+"""Largest fraction of the air that can burn."""
 _AHEAD = 1.0e-9
-"""Crank angle, rad, at which a valve that begins to open is open."""
+"""Crank angle, rad, by which the valves are looked up ahead, so that a valve that begins to open counts as open."""
 _WEYL = np.uint64(0x9E3779B97F4A7C15)
 _MIX_A, _MIX_B = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _SHIFTS = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
@@ -35,7 +35,7 @@ _SHIFT_A, _SHIFT_B, _SHIFT_C, _SHIFT_D = _SHIFTS
 
 @kernel
 def mixed(value):
-    """Next value of the hash from a 64-bit one."""
+    """Next value of the hash from a 64-bit integer."""
     z = value + _WEYL
     z = (z ^ (z >> _SHIFT_A)) * _MIX_A
     z = (z ^ (z >> _SHIFT_B)) * _MIX_B
@@ -44,7 +44,7 @@ def mixed(value):
 
 @kernel
 def normal(seed, cylinder, cycle, which):
-    """Standard normal number of a seed, cylinder, cycle and use; never beyond ±3, where it is cut."""
+    """Standard normal number for a seed, cylinder, cycle and purpose, limited to ±3."""
     z = mixed(np.uint64(np.int64(seed)))
     z = mixed(z ^ np.uint64(np.int64(cylinder)))
     z = mixed(z ^ np.uint64(np.int64(cycle)))
@@ -57,7 +57,7 @@ def normal(seed, cylinder, cycle, which):
 
 @kernel
 def next_angle(model, work, state, base):
-    """The next crank angle at which a step has to end, rad."""
+    """Next crank angle at which a step must end, rad."""
     phi, phase = state[base + at.PHI], state[base + at.PHASE]
     goal = 2.0 * math.pi
     if phase == at.WAITING and phi < SAMPLED:
@@ -98,7 +98,7 @@ def pass_angle(model, state, i, base, inputs, angle):
 
 @kernel
 def sample(model, state, i, base, inputs):
-    """Take the cycle's fuel and start of injection from the inputs."""
+    """Take the fuel and start of injection of a cycle from the inputs, with scatter."""
     n, seed, cycle = model.numbers, model.numbers[at.SEED], state[base + at.CYCLE]
     place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
     fuel = inputs[place + at.FUEL_MASS] * (1.0 + n[at.SCATTER_FUEL] * normal(seed, i, cycle, 0))
@@ -133,7 +133,7 @@ def ignite(model, state, i, base):
     slower = (max(ratio, LEANEST) / n[at.REFERENCE_RATIO]) ** DURATION_BY_RATIO
     slower *= (max(turning, 1.0) / n[at.REFERENCE_SPEED]) ** DURATION_BY_SPEED
     scattered = 1.0 + n[at.SCATTER_BURN] * normal(n[at.SEED], i, state[base + at.CYCLE], 2)
-    # Whatever the speed: burnt before the next charge is sampled.
+    # At any speed the charge must be burnt before the next one is sampled.
     longest = 2.0 * math.pi - 0.1 - state[base + at.PHI]
     state[base + at.IGNITION] = state[base + at.PHI]
     state[base + at.PREMIXED_FUEL] = share * fuel
@@ -146,14 +146,14 @@ def ignite(model, state, i, base):
 
 @kernel
 def new_cycle(state, base, angle):
-    """Begin a cycle at a crank angle."""
+    """Begin a new cycle at a crank angle."""
     state[base + at.PHI] = angle
     state[base + at.PHASE] = at.WAITING
 
 
 @kernel
 def _count(model, state, base):
-    """Keep the figures of the cycle that has ended."""
+    """Store the results of the cycle that has ended."""
     state[base + at.CYCLE] += 1.0
     state[base + at.CYCLE_WORK] = state[base + at.WORK] - state[base + at.WORK_START]
     state[base + at.CYCLE_WALL] = state[base + at.WALL] - state[base + at.WALL_START]
@@ -169,7 +169,7 @@ def _count(model, state, base):
 
 @kernel
 def closed_or_open(model, work, state, base, time):
-    """Follow the valves: whether they have just all closed, or begin to open; the state of a closed charge is kept."""
+    """Update the valve state; True if all valves have just closed or one opens. Stores the state of a closed charge."""
     inward, outward = lifts(model, work.now, state[base + at.PHI] + _AHEAD, time)
     closed = 1.0 if inward <= 0.0 and outward <= 0.0 else 0.0
     changed = closed != state[base + at.CLOSED]

@@ -1,4 +1,4 @@
-"""One cylinder: its geometry, and the rates of its integrated quantities."""
+"""One cylinder: geometry, and rates of its integrated quantities."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from cranktrain.modules.combustion.wall_heat import (
 )
 
 OK, COLD = 0, 1
-"""Status of an evaluation: done, or a state that no temperature belongs to, or without a volume."""
+"""Statuses of an evaluation: done; no temperature fits the energy, or the mass or volume is not positive."""
 POOL_SHARE = 1.0e-3
-"""Gas blown back into the intake, over a charge, below which fresh gas mixes with it."""
+"""Mass of blown-back intake gas, over a charge, below which fresh gas is mixed in."""
 
 
 @inlined_kernel
@@ -33,7 +33,7 @@ def swept_volume(numbers):
 
 @inlined_kernel
 def volume(numbers, phi):
-    """Volume above the piston of rigid parts, m³, at a crank angle after firing dead centre, rad."""
+    """Volume above the piston for rigid parts, m³, at a crank angle after firing dead centre, rad."""
     area = 0.25 * math.pi * numbers[at.BORE] ** 2
     r, length, offset = 0.5 * numbers[at.STROKE], numbers[at.ROD_LENGTH], numbers[at.PIN_OFFSET]
     x = -r * math.sin(phi) - offset
@@ -44,7 +44,7 @@ def volume(numbers, phi):
 
 @inlined_kernel
 def volume_rate(numbers, phi):
-    """dV/dφ, m³/rad."""
+    """Rate dV/dφ for rigid parts, m³/rad."""
     area = 0.25 * math.pi * numbers[at.BORE] ** 2
     r, length, offset = 0.5 * numbers[at.STROKE], numbers[at.ROD_LENGTH], numbers[at.PIN_OFFSET]
     x = -r * math.sin(phi) - offset
@@ -53,7 +53,7 @@ def volume_rate(numbers, phi):
 
 @inlined_kernel
 def lifts(model, now, phi, time):
-    """Lifts of intake and exhaust valve, m, at a crank angle and a time since the communication step began."""
+    """Lifts of intake and exhaust valve, m, at a crank angle and a time since the start of the communication step."""
     if now[at.LIFTS_GIVEN] > 0.0:
         return now[at.NOW_LIFT_IN] + now[at.SLOPE_IN] * time, now[at.NOW_LIFT_OUT] + now[at.SLOPE_OUT] * time
     n = model.numbers
@@ -65,7 +65,7 @@ def lifts(model, now, phi, time):
 
 @inlined_kernel
 def burn_rate(model, state, base, phi):
-    """Fuel that burns, kg/rad, at a crank angle after firing dead centre within a step from the state."""
+    """Burn rate of the fuel, kg/rad, at a crank angle after firing dead centre, during a step from the state."""
     n = model.numbers
     premixed = _burning(state, base, at.PREMIXED_FOR, phi, n[at.PREMIXED_EXPONENT])
     diffusion = _burning(state, base, at.DIFFUSION_FOR, phi, n[at.DIFFUSION_EXPONENT])
@@ -74,9 +74,10 @@ def burn_rate(model, state, base, phi):
 
 @inlined_kernel
 def _burning(state, base, lasts, phi, exponent):
-    """Rate of one burn, 1/rad. Steps end at its end, where it drops to 0: it is on for a step that begins before that.
+    """Rate of one burn, 1/rad, for a step that begins at the state; 0 if the burn is over there.
 
-    The angle of such a step's last stage lies there but for rounding, which must not decide.
+    The rate drops to 0 at the end of the burn, where a step ends. Rounding of the angle of that step's last stage must
+    not switch the burn off, so the beginning of the step decides.
     """
     start, duration = state[base + at.IGNITION], state[base + lasts]
     if state[base + at.PHI] >= start + duration:
@@ -103,9 +104,10 @@ def wall_flow(model, now, state, base, pressure, temperature, volume):
 
 @kernel
 def rates(model, work, state, base, phi, time, values, out):
-    """Rates (N_INTEGRATED,) by time of the integrated ``values`` of the cylinder at ``base`` into ``out``; a status.
+    """Time derivatives (N_INTEGRATED,) of ``values`` of the cylinder at ``base``, written to ``out``; returns a status.
 
-    ``phi`` is the crank angle after firing dead centre, rad, ``time`` that since the communication step began, s.
+    ``phi`` is the crank angle after firing dead centre, rad, ``time`` that since the start of the communication step,
+    s.
     """
     n, now, gas = model.numbers, work.now, model.gas
     mass = values[at.MASS]
@@ -151,7 +153,7 @@ def rates(model, work, state, base, phi, time, values, out):
 def intake_flow(model, now, phi, time, values, p, t, out):
     """Flow into the cylinder through the intake valve, kg/s, its enthalpy, J/kg, and its fraction of products.
 
-    Gas that flows back stays in the port and returns first; ``out`` gets the rates of this pool.
+    Gas that flows back stays in the port as a pool and returns first; ``out`` gets the rates of this pool.
     """
     n, gas = model.numbers, model.gas
     area = valve_area(
@@ -179,7 +181,7 @@ def intake_flow(model, now, phi, time, values, p, t, out):
     c = heat_capacity(gas, fresh, now[at.NOW_INTAKE_T])
     flow = nozzle_flow(area, now[at.NOW_INTAKE_P], now[at.NOW_INTAKE_T], r, c / (c - r), p)
     pool = max(values[at.POOL], 0.0)
-    # Per mass of the pool and of the gas mixed with it: no division by an empty pool.
+    # The factor is per mass of pool and mixed gas, which avoids a division by an empty pool.
     part = 1.0 / (pool + POOL_SHARE * n[at.MASS_SCALE])
     taken = pool * part
     h = values[at.POOL_ENTHALPY] * part + (1.0 - taken) * now[at.INTAKE_H]
@@ -194,7 +196,7 @@ def intake_flow(model, now, phi, time, values, p, t, out):
 def exhaust_flow(model, now, phi, time, values, p, t, out):
     """Flow out of the cylinder through the exhaust valve, kg/s, its enthalpy, J/kg, and its fraction of products.
 
-    Gas that flows back has the manifold's temperature and the fraction of products of the port, which follows the
+    Gas that flows back has the manifold's temperature and the port's fraction of products, which follows that of the
     outflow.
     """
     n, gas = model.numbers, model.gas
@@ -219,7 +221,7 @@ def exhaust_flow(model, now, phi, time, values, p, t, out):
 
 @kernel
 def fill(model, state, base, phi, pressure, temperature, share):
-    """Fill a cylinder with gas of a pressure (Pa), temperature (K) and fraction of products."""
+    """Fill a cylinder with gas of a given pressure (Pa), temperature (K) and fraction of products."""
     gas = model.gas
     space = volume(model.numbers, phi) + state[base + at.DEVIATION]
     mass = pressure * space / (gas_constant(gas, share) * temperature)

@@ -1,8 +1,8 @@
 """Module files of combustion: tables of values with units and origins, geometry from the engine's own file.
 
-Bore, stroke, rod, compression ratio and firing angles are those of the engine file, its table ``[combustion]`` gives
+Bore, stroke, rod, compression ratio and firing angles come from the engine file. Its table ``[combustion]`` also gives
 intake and wall temperature, the angles at which the intake closes and the exhaust opens, and the manifold pressures
-where the module file has none. :class:`.CycleSettings` gives the table and key of each setting.
+unless the module file states them. :class:`.CycleSettings` lists the table and key of each setting.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ FILE = ModuleFile(
     "modules/combustion/data/combustion_i6.toml",
     {
         "fuel": "Fuel CH_y: lower heating value, and y.",
-        "injection": "What the inputs start from: fuel of a cylinder and cycle, start of injection after dead centre.",
+        "injection": "Initial inputs: fuel of a cylinder and cycle, start of injection after dead centre.",
         "ignition": "Delay A φ^−k p^−n exp(T_A/T), p in bar: factor A, exponent n, temperature T_A, by_ratio k.",
-        "premixed": "Watson's share 1 − a φ^b/τ^c, and the Wiebe function of the premixed burn.",
+        "premixed": "Watson's fraction 1 − a φ^b/τ^c, and the Wiebe function of the premixed burn.",
         "diffusion": "Wiebe function of the diffusion burn at its reference equivalence ratio and speed.",
-        "valves": "Valves of one cylinder: sizes, coefficients of curtain and port, the built-in lifts' other ends.",
+        "valves": "Valves of one cylinder: sizes, coefficients of curtain and port, the angles of the built-in lifts.",
         "manifolds": "Exhaust temperature, fraction of products in the intake, and pressures in place of the engine's.",
         "walls": "Factor on Woschni's coefficient, and swirl c_u/c_m.",
     },
 )
-"""What a module file has."""
+"""Tables of a combustion module file."""
 load = FILE.load

@@ -1,4 +1,4 @@
-"""Properties of cylinder gas: a mixture of air and of the products of stoichiometric combustion, ideal, by temperature.
+"""Properties of cylinder gas: an ideal mixture of air and stoichiometric combustion products, over temperature.
 
 Lean products of a fuel CH_y are the mixture, by mass, of stoichiometric products (fraction y) and air (1 − y):
 
@@ -20,13 +20,13 @@ from cranktrain.core.kernel import inlined_kernel
 from cranktrain.core.types import Array
 
 UNIVERSAL = 8.31446
-"""Gas constant, J/(mol K)."""
+"""Universal gas constant, J/(mol K)."""
 REFERENCE, MIDDLE, LOWEST, HIGHEST = 298.15, 1000.0, 200.0, 3500.0
-"""Temperatures, K: of no sensible enthalpy, between the ranges, and the ends of the polynomials."""
+"""Temperatures, K: zero of the sensible enthalpy, border of the two ranges, ends of the polynomials."""
 AIR = {"N2": 0.7808, "O2": 0.2095, "Ar": 0.0097}
 """Mole fractions of dry air; carbon dioxide counts as argon."""
 MOLAR_MASS = {"N2": 28.0134e-3, "O2": 31.9988e-3, "Ar": 39.948e-3, "CO2": 44.0095e-3, "H2O": 18.0153e-3}
-"""kg/mol."""
+"""Molar masses, kg/mol."""
 CARBON, HYDROGEN = 12.0107e-3, 1.00794e-3
 POLYNOMIALS = {
     "N2": (
@@ -54,16 +54,16 @@ RISE = 5
 H_0 = 10
 R_GAS = 11
 COLUMNS = 12
-"""Columns of a gas in :func:`gas_table`: c_p by powers of T, those of its integral, its constant, gas constant."""
+"""Columns of a gas in :func:`gas_table`: coefficients of c_p and of its integral, its constant, gas constant."""
 AIR_ROW, PRODUCTS_ROW = 0, 2
-"""First of the two rows, below and above 1000 K, of each gas."""
+"""First of each gas's two rows; the first is for below 1000 K, the second for above."""
 CONVERGED = 1.0e-6
-"""Change of a temperature, over itself, behind which Newton's next one is rounding."""
+"""Relative change of a temperature after which Newton's next iterate differs by rounding only."""
 _NEWTON = 30
 
 
 def stoichiometric_air(hydrogen_per_carbon: float) -> float:
-    """Mass of air that a mass of the fuel CH_y needs."""
+    """Mass of air that burns one mass unit of the fuel CH_y completely."""
     air = sum(share * MOLAR_MASS[name] for name, share in AIR.items()) / AIR["O2"]
     return (1.0 + 0.25 * hydrogen_per_carbon) * air / (CARBON + hydrogen_per_carbon * HYDROGEN)
 
@@ -77,12 +77,12 @@ def products(hydrogen_per_carbon: float) -> dict[str, float]:
 
 
 def gas_table(hydrogen_per_carbon: float) -> Array:
-    """Table (4, COLUMNS) of air and of stoichiometric products for the kernels, in J, kg and K."""
+    """Table (4, COLUMNS) of air and stoichiometric products for the kernels, in J, kg and K."""
     return np.vstack([_rows(AIR), _rows(products(hydrogen_per_carbon))])
 
 
 def _rows(shares: dict[str, float]) -> Array:
-    """Two rows of one mixture, whose enthalpy is 0 at 298.15 K and continuous at 1000 K."""
+    """Two rows of a mixture, whose enthalpy is 0 at 298.15 K and continuous at 1000 K."""
     mass = sum(share * MOLAR_MASS[name] for name, share in shares.items())
     rows = np.zeros((2, COLUMNS))
     for k in range(2):
@@ -121,7 +121,7 @@ def enthalpy_and_capacity(gas, share, temperature):
 
 @inlined_kernel
 def heat_capacity(gas, share, temperature):
-    """c_p of a mixture at a temperature, J/(kg K)."""
+    """Heat capacity c_p of a mixture at a temperature, J/(kg K)."""
     return enthalpy_and_capacity(gas, share, temperature)[1]
 
 
@@ -139,7 +139,7 @@ def internal_energy(gas, share, temperature):
 
 @inlined_kernel
 def temperature_of(gas, share, energy, guess):
-    """Temperature, K, at which a mixture has an internal energy, J/kg, by Newton's method; −1 where there is none."""
+    """Temperature, K, of a mixture with a given internal energy, J/kg, by Newton's method; −1 if there is none."""
     r = gas_constant(gas, share)
     t = guess
     for _ in range(_NEWTON):

@@ -1,4 +1,4 @@
-"""Description of a combustion run for callers without Python: names, choices, texts of its statuses."""
+"""Description of a combustion run for callers without Python: names, choices and status texts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEND_DEVIATION = "the clearance volume; give the deviation (m3) from the volume 
 
 
 def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """Contents of a run of these settings; ``names`` are the user's names of fields of the settings."""
+    """Interface of a run with these settings; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}]." for i in range(count)]
     inputs = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))
@@ -33,8 +33,8 @@ def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = 
             "rod_length does not exceed crank radius and pin offset; lengthen it or shorten the stroke",
         ),
         NO_COMPRESSION: (REFUSED, "compression_ratio must be above 1; diesels have 14 to 20"),
-        INTAKE_ANGLES: (REFUSED, f"intake_opens does not go with the intake valve's closing; {MEND_INTAKE}"),
-        EXHAUST_ANGLES: (REFUSED, f"exhaust_opens does not go with the exhaust valve's closing; {MEND_EXHAUST}"),
+        INTAKE_ANGLES: (REFUSED, f"intake_opens does not fit the intake valve's closing; {MEND_INTAKE}"),
+        EXHAUST_ANGLES: (REFUSED, f"exhaust_opens does not fit the exhaust valve's closing; {MEND_EXHAUST}"),
     }
     for k in range(at.INTAKE_P, at.EXHAUST_T + 1):
         known[INPUT_NOT_POSITIVE + k] = REFUSED, f"{inputs[k]} must be above 0; it is absolute"

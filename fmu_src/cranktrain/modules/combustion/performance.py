@@ -2,13 +2,13 @@
 
     λ = m_air/(m_fuel L),   ratio = p_max/p_motored,   b_e = m_fuel/(p_me V_h),   p_me = p_mi − p_mf
 
-m_air is the fresh air that is trapped, p_motored the peak of the same cylinder without fuel, p_mi includes the gas
-exchange. The module itself has no friction; the cranktrain includes the friction of its bearings and pistons' skirts.
-The total friction with rings, valve train, pumps and injection is estimated by the form of Chen and Flynn,
+m_air is the trapped fresh air, p_motored the peak pressure of the same cylinder without fuel; p_mi includes the gas
+exchange. The module itself has no friction; the cranktrain includes the friction of bearings and piston skirts. The
+total friction with rings, valve train, pumps and injection is estimated by the form of Chen and Flynn,
 
     p_mf = 0.4 bar + 0.005 p_max + 0.09 bar s/m c_m + 0.0009 bar s²/m² c_m²
 
-with the values that are usual for engine cycle simulation today; c_m is the mean piston speed.
+with values that are usual in engine cycle simulation today; c_m is the mean piston speed.
 
 Source: S. K. Chen, P. F. Flynn, Development of a Single Cylinder Compression Ignition Research Engine, SAE 650733
 (1965).
@@ -30,19 +30,19 @@ FRICTION = 0.4e5, 0.005, 0.09e5, 0.0009e5
 """Chen and Flynn's constant (Pa) and factors of peak pressure (1), mean piston speed (Pa s/m) and its square."""
 STEP = math.radians(0.5)
 CLOSED = math.radians(-100.0)
-"""Angle after firing dead centre, rad, at which the trapped air is read: valves closed and fuel not yet burning."""
+"""Angle after firing dead centre, rad, at which the trapped air is read; valves are closed and no fuel burns yet."""
 SETTLE = 5.0
-"""Cycles before the one that counts."""
+"""Number of cycles before the evaluated one."""
 
 
 @dataclass(frozen=True)
 class Performance:
-    """One operating point; SI.
+    """Results at one operating point (SI).
 
-    speed, rad/s; trapped fresh air over what the fuel needs; peak pressure, Pa, and its angle after firing dead centre,
-    rad; peak pressure without fuel, Pa; indicated (with gas exchange) and friction mean effective pressure, Pa; torque
-    of all cylinders less friction, N m; fuel over brake work, kg/J; fraction of the fuel's heat
-    that goes to the walls.
+    Speed, rad/s; trapped fresh air over the air that the fuel needs; peak pressure, Pa, and its angle after firing dead
+    centre, rad; peak pressure without fuel, Pa; indicated (with gas exchange) and friction mean effective pressure, Pa;
+    torque of all cylinders minus friction, N m; fuel per brake work, kg/J; fraction of the fuel's heat that goes to the
+    walls.
     """
 
     speed: float
@@ -58,7 +58,7 @@ class Performance:
 
     @property
     def peak_ratio(self) -> float:
-        """Peak pressure over that without fuel."""
+        """Peak pressure over the peak pressure without fuel."""
         return self.peak_pressure / self.motored_pressure
 
     @property
@@ -68,13 +68,13 @@ class Performance:
 
 
 def friction_pressure(peak: float, piston_speed: float) -> float:
-    """Friction mean effective pressure, Pa, with auxiliaries, from peak pressure (Pa) and mean piston speed (m/s)."""
+    """Friction mean effective pressure, Pa, auxiliaries included, from peak pressure (Pa), mean piston speed (m/s)."""
     constant, by_peak, by_speed, by_square = FRICTION
     return constant + by_peak * peak + by_speed * piston_speed + by_square * piston_speed**2
 
 
 def performance(settings: CycleSettings, speed: float) -> Performance:
-    """The operating point with the settings' fuel, timing and manifolds at a speed, rad/s; all cylinders are equal."""
+    """Performance at a speed, rad/s, with the settings' fuel, timing and manifolds; all cylinders are equal."""
     fired, motored = _cycle(settings, speed), _cycle(replace(settings, fuel_mass=0.0), speed)
     swept = 0.25 * math.pi * settings.bore**2 * settings.stroke
     closed = round((CLOSED + 4.0 * math.pi) / STEP) - 1
@@ -98,7 +98,7 @@ def performance(settings: CycleSettings, speed: float) -> Performance:
 
 
 def _cycle(settings: CycleSettings, speed: float) -> dict[str, NDArray[np.float64]]:
-    """Outputs of one cylinder's settled cycle from firing dead centre on, by name."""
+    """Outputs of one cylinder's settled cycle, starting at firing dead centre, by name."""
     alone = replace(settings, firing_angles=(0.0,), start_cycles=SETTLE, angle_source="speed")
     simulation = CombustionSimulation(alone)
     simulation.inputs[simulation.input_names.index("crank.speed")] = speed

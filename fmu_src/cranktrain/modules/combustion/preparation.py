@@ -1,4 +1,4 @@
-"""Preparation of a model from a run's numbers: its numbers, firing angles and choices, checked."""
+"""Preparation of a model from a run's numbers: its numbers, firing angles and choices, after a check."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from cranktrain.modules.combustion.gas import gas_constant, internal_energy
 from cranktrain.modules.crank_angle import ANGLES, TIMES, choice_status, numbers_status
 
 SHORT_ROD, NO_COMPRESSION, INTAKE_ANGLES, EXHAUST_ANGLES = 20, 21, 22, 23
-"""Statuses of numbers that no engine has together."""
+"""Statuses of numbers that cannot belong to one engine together."""
 PORT_SHARE = 0.5
-"""Volume of the exhaust port in which the outflow of a cylinder mixes, over the swept volume; chosen."""
+"""Volume of the exhaust port in which a cylinder's outflow mixes, over the swept volume; chosen."""
 _N_LIFTS, _N_ANGLES, _N_TIMES = len(at.LIFTS), len(ANGLES), len(TIMES)
 
 
 @kernel
 def check_numbers(numbers):
-    """Whether an engine may have a run's numbers: a status."""
+    """Status of a run's numbers: OK if an engine may have them."""
     status = numbers_status(numbers)
     if status == OK:
         status = choice_status(numbers, at.LIFT_SOURCE, _N_LIFTS)
@@ -43,7 +43,7 @@ def check_numbers(numbers):
 
 @kernel
 def prepare_model(numbers, model):
-    """Fill a model from a run's numbers; returns a status. Refused numbers change nothing; the gas table stays."""
+    """Fill a model from a run's numbers; returns a status. If they are refused the model stays. The gas table stays."""
     status = check_numbers(numbers)
     if status != OK:
         return status
@@ -64,7 +64,7 @@ def prepare_model(numbers, model):
 
 @kernel
 def take_choices(numbers, model):
-    """Set the model's choices as the run's numbers say."""
+    """Set the model's choices from the run's numbers."""
     model.choices[at.GIVEN_LIFT] = int(numbers[at.LIFT_SOURCE])
     model.choices[at.GIVEN_ANGLE] = int(numbers[at.ANGLE_SOURCE])
     model.choices[at.ENDS] = int(numbers[at.INPUTS_AT])

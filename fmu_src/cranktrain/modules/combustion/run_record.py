@@ -1,6 +1,7 @@
-"""All of a run in one record, and the four kernels by which it is run: from Python, and from a library without it.
+"""Record of a combustion run, and the four kernels that operate it, from Python or from a library without Python.
 
-Each returns a status: 0, or a number whose text is in :mod:`.native`. If it is not 0, model and state are unchanged.
+Each kernel returns a status: 0, or a number whose text is in :mod:`.native`. If it is not 0, model and state are
+unchanged.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from cranktrain.modules.combustion.preparation import prepare_model, take_choice
 from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE, copy_state, inputs_status, step_status
 
 CYLINDER_FAILED = 100
-"""Status to which the number of the cylinder is added, 1 for the first."""
+"""Status of a failed cylinder, minus its number (from 1)."""
 DEVIATION_TOO_LARGE = 200
-"""The same of a cylinder whose volume would deviate by more than its clearance volume."""
+"""Status of a volume deviation beyond the clearance volume, minus the cylinder's number (from 1)."""
 
 
 @record
@@ -52,10 +53,10 @@ class Work(NamedTuple):
 
 @record
 class Run(NamedTuple):
-    """A run: its model and workspace, state, inputs and outputs, and the numbers that its parameters set.
+    """A run: model and workspace, state, inputs and outputs, and the numbers that its parameters set.
 
-    ``numbers`` are in the order of ``slots.RUN_NUMBERS`` with the firing angles, rad, behind; a choice is its place in
-    ``LIFTS``, ``ANGLES`` or ``TIMES``.
+    ``numbers`` are in the order of ``slots.RUN_NUMBERS``, followed by the firing angles, rad. A choice is stored as its
+    index in ``LIFTS``, ``ANGLES`` or ``TIMES``.
     """
 
     model: Model
@@ -68,16 +69,16 @@ class Run(NamedTuple):
 
 @kernel
 def prepare(run):
-    """Fill the model from the run's numbers: a status."""
+    """Fill the model from the run's numbers; returns a status."""
     return prepare_model(run.numbers, run.model)
 
 
 @kernel
 def start(run, time):
-    """Start at a time, s, under the present inputs, ``start_cycles`` cycles after a filling: a status.
+    """Start at a time, s, with the present inputs, after ``start_cycles`` cycles from filling; returns a status.
 
-    Fuel and manifolds are those of the inputs, valves the built-in ones. At rest cylinders stay filled with gas of the
-    intake.
+    The cycles use fuel and manifolds of the inputs and the built-in valve lifts. If the crank is at rest, cylinders
+    stay filled with intake gas.
     """
     status = check_inputs(run.model, run.inputs)
     if status != OK:
@@ -107,7 +108,7 @@ def start(run, time):
 
 @kernel
 def advance_run(run, t_end):
-    """Advance to ``t_end``, s, and write the outputs: a status."""
+    """Advance to ``t_end``, s, and write the outputs; returns a status."""
     model, state, trial, inputs = run.model, run.state, run.work.trial, run.inputs
     status = check_inputs(model, inputs)
     if status == OK:
@@ -118,7 +119,7 @@ def advance_run(run, t_end):
     if advance(model, run.work, trial, inputs, t_end - state[at.TIME]) != OK:
         return CYLINDER_FAILED + run.work.counters[0]
     observe(model, run.work, trial, run.outputs)
-    # Not the sum of the steps, which rounding would take off the master's time.
+    # The time is not the sum of the steps, because rounding would make it drift from the master's time.
     trial[at.TIME] = t_end
     copy_state(trial, state)
     return OK
@@ -126,13 +127,13 @@ def advance_run(run, t_end):
 
 @kernel
 def observe_run(run):
-    """Write the outputs of the present state: a status."""
+    """Write the outputs of the present state; returns a status."""
     return observe(run.model, run.work, run.state, run.outputs)
 
 
 @kernel
 def check_inputs(model, inputs):
-    """Whether an engine may have such inputs: a status."""
+    """Status of the inputs: OK if an engine may have them."""
     status = inputs_status(inputs)
     if status != OK:
         return status
@@ -148,7 +149,7 @@ def check_inputs(model, inputs):
 
 @kernel
 def count_from_here(model, state, i, inputs):
-    """Set all sums of a cylinder to 0, and its lifts to those of the inputs."""
+    """Reset all sums of a cylinder to 0, and its last lifts to those of the inputs."""
     base, place = N_HEAD + i * at.SIZE, at.FIRST_CYLINDER + i * at.OF_CYLINDER
     state[base + at.WORK_START] -= state[base + at.WORK]
     state[base + at.WALL_START] -= state[base + at.WALL]

@@ -1,4 +1,4 @@
-"""Settings of a combustion model: one frozen record in SI, and the run made from it."""
+"""Settings of a combustion model as one frozen record in SI, and the run made from them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from cranktrain.modules.combustion.stepping import ROWS, STAGES
 from cranktrain.modules.crank_angle import ANGLES, TIMES
 from cranktrain.modules.module_settings import check_values, run_numbers, stated
 
-if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
+if TYPE_CHECKING:  # an FMU contains the settings without the quantities of module files
     from cranktrain.engine import quantities as q
     from cranktrain.modules.combustion import quantities as own
 
@@ -43,9 +43,10 @@ MEND_EXHAUST = "it opens before it closes, both between 0 and 720 deg after firi
 class CycleSettings:
     """Geometry, fuel, burn, valves and manifolds of one engine's cylinders, in SI (angles rad, masses kg).
 
-    Angles count from a cylinder's firing dead centre, opening and closing ones between −2π and 4π with the intake's
-    before, the exhaust's behind it; ``firing_angles`` are the crank's angles at those dead centres. ``fuel_mass`` and
-    ``injection_angle`` are what the inputs start from, ``start_cycles`` the cycles run before the start.
+    Angles are counted from a cylinder's firing dead centre. Opening and closing angles are within −4π to 0 for the
+    intake and 0 to 4π for the exhaust. ``firing_angles`` are the crank angles of the cylinders' firing dead centres.
+    ``fuel_mass`` and ``injection_angle`` are initial inputs; ``start_cycles`` is the number of cycles run before the
+    start.
     """
 
     name: str
@@ -107,10 +108,10 @@ class CycleSettings:
 
 
 def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
-    """A run, prepared: its inputs start as the settings say, its state is yet to be started.
+    """Prepared run: its inputs are those of the settings, its state is not started yet.
 
-    ``gas`` replaces air and products by another table, as of :func:`.gas.gas_table`. Raises ``InputError`` for values
-    that do not go together.
+    ``gas`` replaces air and products by another table in the form of :func:`.gas.gas_table`. Raises ``InputError`` for
+    contradictory values.
     """
     count = len(settings.firing_angles)
     model, work = build_model(settings, gas), make_work(count)
@@ -143,13 +144,13 @@ def make_work(cylinders: int) -> Work:
 
 
 def numbers_of(settings: CycleSettings) -> Array:
-    """Numbers of a run, in the order of ``slots.RUN_NUMBERS`` with the firing angles behind."""
+    """Numbers of a run in the order of ``slots.RUN_NUMBERS``, followed by the firing angles."""
     air = stoichiometric_air(settings.hydrogen_per_carbon)
     return run_numbers(settings, at.RUN_NUMBERS, CHOICES, air_demand=air)
 
 
 def dormand_prince() -> tuple[Array, Array, Array]:
-    """Tableau (7, 7) whose last row is the solution of fifth order, its nodes, and defects to the fourth-order one."""
+    """Tableau (7, 7) with the fifth-order solution in the last row, its nodes, and differences to the fourth order."""
     rows = (
         (),
         (1 / 5,),
@@ -167,7 +168,7 @@ def dormand_prince() -> tuple[Array, Array, Array]:
 
 
 def check_settings(settings: CycleSettings) -> None:
-    """Refuse values that no engine has together; ``InputError`` names the one and what it must be."""
+    """Raise ``InputError`` for contradictory values; the message names the value and what it must be."""
     check_values(settings, CHOICES)
     status = check_numbers(numbers_of(settings))
     if status != OK:
@@ -175,7 +176,7 @@ def check_settings(settings: CycleSettings) -> None:
 
 
 def _refusal(settings: CycleSettings, status: int) -> str:
-    """Meaning of a status of :mod:`.preparation` for these settings."""
+    """Message for a status of :mod:`.preparation` with these settings."""
     s, turns = settings, 180.0 / math.pi
     if status == SHORT_ROD:
         reach = 0.5 * s.stroke + abs(s.pin_offset)

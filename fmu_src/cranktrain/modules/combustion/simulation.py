@@ -1,4 +1,4 @@
-"""The object that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
+"""Combustion simulation that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class CombustionSimulation(SteppedModule):
 
     Parameters
     ----------
-    settings : the engine's cylinders
-    gas : table of another gas than air and products, as :func:`.gas.gas_table` makes it
+    settings : settings of the engine's cylinders
+    gas : table of another gas than air and products, in the form of :func:`.gas.gas_table`
 
     Attributes
     ----------
     input_names, output_names : names as in the FMU
-    inputs : values in their order (SI); they start as the settings say
-    outputs : valid after ``initialize`` and after each step
+    inputs : values in the order of ``input_names`` (SI); initially those of the settings
+    outputs : values in the order of ``output_names`` (SI); valid after ``initialize`` and after each step
     """
 
     _kind: ClassVar[str] = "combustion"
@@ -42,11 +42,11 @@ class CombustionSimulation(SteppedModule):
 
     @property
     def bases(self) -> list[int]:
-        """Where each cylinder's block begins in the state."""
+        """Index in the state at which each cylinder's block begins."""
         return [N_HEAD + i * at.SIZE for i in range(self.n_cylinders)]
 
     def of_cylinder(self, slot: int) -> Array:
-        """A quantity of all cylinders, (cylinders,), by its slot of :mod:`.slots`."""
+        """A quantity of all cylinders, (cylinders,), by its slot in :mod:`.slots`."""
         return self._current()[[base + slot for base in self.bases]]
 
     def _refusal(self, status: int, t_end: float) -> str:

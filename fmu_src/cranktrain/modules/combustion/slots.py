@@ -1,6 +1,6 @@
-"""Places of the combustion module's numbers, inputs and states in their arrays.
+"""Indices of the combustion module's numbers, inputs and states in their arrays.
 
-A state vector is a head and, for each cylinder, ``INTEGRATED`` quantities and the memory of its cycle.
+A state vector is a head, followed for each cylinder by its ``INTEGRATED`` quantities and the ``MEMORY`` of its cycle.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ GIVEN = (
     "intake_opens", "intake_closes", "intake_lift", "exhaust_opens", "exhaust_closes", "exhaust_lift",
     "scatter_fuel", "scatter_timing", "scatter_burn", "seed", "tolerance", "wall_factor",
 )  # fmt: skip
-"""Fields of the settings that kernels read while they step; ``air_demand`` follows from the fuel."""
+"""Fields of the settings that kernels read during steps; ``air_demand`` is derived from the fuel."""
 N_GIVEN = len(GIVEN)
 NUMBERS = (*GIVEN, "port_mass", "mass_scale", "energy_scale")
 """A model's numbers: given values, and scales derived from them."""
@@ -35,7 +35,7 @@ RUN_NUMBERS = (
     *GIVEN, "intake_pressure", "intake_temperature", "exhaust_pressure", "exhaust_temperature", "start_cycles",
     "start_speed", "lift_source", "angle_source", "inputs_at",
 )  # fmt: skip
-"""A run's numbers: given values, values for preparation and start only, and after them the firing angles."""
+"""A run's numbers: given values, then values for preparation and start only; the firing angles follow them."""
 (
     CHARGE_PRESSURE, CHARGE_TEMPERATURE, BACK_PRESSURE, BACK_TEMPERATURE, START_CYCLES, START_SPEED, LIFT_SOURCE,
     ANGLE_SOURCE, INPUTS_AT,
@@ -43,9 +43,9 @@ RUN_NUMBERS = (
 FIRING = len(RUN_NUMBERS)
 
 LIFTS = ("built-in", "input", "auto")
-"""Where lifts come from: the built-in ones, the inputs, or the inputs as soon as one is not 0."""
+"""Sources of the lifts: built-in, the inputs, or the inputs from the first one that is not 0."""
 CHOICES = ("given_lift", "given_angle", "ends")
-"""Choices of a model: places in ``LIFTS``, and in ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
+"""Choices of a model: index in ``LIFTS``, and in ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
 GIVEN_LIFT, GIVEN_ANGLE, ENDS = range(len(CHOICES))
 _NEVER, ALWAYS, ONCE_SEEN = range(3)
 
@@ -56,7 +56,7 @@ SPEED, ANGLE, INTAKE_P, INTAKE_T, EXHAUST_P, EXHAUST_T = range(len(COMMON_INPUTS
 CYLINDER_INPUTS = (
     "fuel_mass", "injection_angle", "intake_lift", "exhaust_lift", "volume_deviation", "volume_deviation_rate",
 )  # fmt: skip
-"""Inputs of each cylinder, behind the common ones."""
+"""Inputs of each cylinder, which follow the common ones."""
 FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT, DEVIATION_IN, DEVIATION_RATE_IN = range(len(CYLINDER_INPUTS))
 OF_CYLINDER = len(CYLINDER_INPUTS)
 FIRST_CYLINDER = len(COMMON_INPUTS)
@@ -70,7 +70,7 @@ INTEGRATED = (
     "mass", "products", "energy", "delay", "burnt", "work", "wall", "intake", "exhaust", "intake_enthalpy",
     "exhaust_enthalpy", "pool", "pool_products", "pool_enthalpy", "port",
 )  # fmt: skip
-"""Quantities of a cylinder that are integrated: gas, fuel burnt, balances, gas blown back into the ports."""
+"""Integrated quantities of a cylinder: gas, burnt fuel, balances, and gas blown back into the ports."""
 (
     MASS, PRODUCTS, ENERGY, DELAY, BURNT, WORK, WALL, INTAKE, EXHAUST, INTAKE_ENTHALPY,
     EXHAUST_ENTHALPY, POOL, POOL_PRODUCTS, POOL_ENTHALPY, PORT,
@@ -85,7 +85,7 @@ MEMORY = (
     "first_mass", "first_energy", "first_volume", "deviation", "deviation_rate", "last_deviation",
     "last_deviation_rate",
 )  # fmt: skip
-"""Values that a cylinder stores over its cycle."""
+"""Values that a cylinder stores during its cycle."""
 (
     PHI, PRESSURE, TEMPERATURE, STEP, PHASE, CYCLE, FUEL, SOI, SOI_TIME, CLOCK, IGNITION, RATIO,
     PREMIXED_FUEL, DIFFUSION_FUEL, PREMIXED_FOR, DIFFUSION_FOR, CLOSED, CLOSED_PRESSURE,
@@ -96,7 +96,7 @@ MEMORY = (
 SIZE = N_INTEGRATED + len(MEMORY)
 
 WAITING, ARMED, DELAYED, BURNING = 0.0, 1.0, 2.0, 3.0
-"""Phases of a cylinder's cycle: before its fuel is known, before injection, before ignition, burning or burnt."""
+"""Phases of a cylinder's cycle: fuel not sampled yet, before injection, before ignition, burning or burnt."""
 
 OUTPUTS = (
     "pressure.angle", "indicated.torque", "indicated.torque_mean", "indicated.pressure_mean", "heat.released",
@@ -107,7 +107,7 @@ CYLINDER_OUTPUTS = (
     "pressure", "temperature", "mass", "products", "pressure_mean", "pressure_peak", "peak_angle", "heat_released",
     "wall_heat", "ignition_delay", "deviation_taken",
 )  # fmt: skip
-"""Outputs of each cylinder; from the fifth to the tenth those of its last whole cycle."""
+"""Outputs of each cylinder; the fifth to the tenth refer to its last complete cycle."""
 
 NOW = (
     "speed", "intake_p", "intake_t", "exhaust_p", "exhaust_t", "lift_in", "lift_out", "slope_in", "slope_out",

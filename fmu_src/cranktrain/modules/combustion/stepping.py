@@ -1,8 +1,8 @@
-"""Advancing a cylinder over a communication step: Dormand and Prince's method with step control in crank angle.
+"""Integration of a cylinder over a communication step by Dormand and Prince's method with step control.
 
-Steps end at the events of a cycle: a new cycle, the fuel's sampling, the start of injection, the edges of the built-in
-lifts, the ends of the burns. The angle of ignition is not known beforehand; a step ends at the root of the delay's
-integral. Error estimates are relative to the scales of a charge.
+Steps end at the events of a cycle: new cycle, sampling of the fuel, start of injection, edges of the built-in lifts,
+ends of the burns. The angle of ignition is not known beforehand; a step ends at the root of the delay's integral. Error
+estimates are relative to the scales of a charge.
 
 Source: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19.
 """
@@ -18,33 +18,33 @@ from cranktrain.modules.combustion.cylinder import OK, rates
 
 STAGES = 7
 FIRST, TRIAL, LAST = 0, STAGES, STAGES - 1
-"""Rows of the workspace: rates of the stages, then the values of a stage or of the step's end."""
+"""Rows of the workspace: rates of the stages, then values of a stage or of the end of the step."""
 ROWS = STAGES + 1
 LONGEST = math.radians(2.0) * (1.0 + 1.0e-9)
-"""Longest step, rad of crank angle: two degrees, rounding included."""
+"""Longest step, rad of crank angle: two degrees with a margin for rounding."""
 STABLE = 2.0
-"""Longest step over the time in which a valve's flow evens out nearly equal pressures: damped; 3.3 would be stable."""
+"""Longest step over the time constant of valve flow between nearly equal pressures; the stability limit is 3.3."""
 MOST_PASSES = 2_000_000
-"""Steps of one cylinder in a communication step, beyond which it has failed: seconds at most."""
+"""Largest number of steps of one cylinder in a communication step (seconds of work); more count as a failure."""
 SHORTEST = 1.0e-13
-"""Shortest step, s: below it a step that is still refused has failed."""
+"""Shortest step, s; if it is still rejected, the integration has failed."""
 FAILED = 2
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 5.0
 _AT_REST = 1.0e-4
-"""First step, s, of a cylinder whose crank is at rest."""
+"""First step, s, of a cylinder while the crank is at rest."""
 
 
 @inlined_kernel
 def stage(model, work, state, base, phi, time, row):
-    """Rates at ``work.rows[TRIAL]`` into a row; a status."""
+    """Compute the rates at the values ``work.rows[TRIAL]`` into a row; returns a status."""
     return rates(model, work, state, base, phi, time, work.rows[TRIAL], work.rows[row])
 
 
 @kernel
 def attempt(model, work, state, base, time, h):
-    """One step of length h, s, from the state and the rates of row FIRST; its error over the tolerance, −1 on failure.
+    """Try a step of length h, s, from the state and the rates in row FIRST; returns its error over tolerance.
 
-    The values of the step's end are in row TRIAL, their rates in row LAST.
+    Row TRIAL receives the values at the end of the step, row LAST their rates. Returns −1 on failure.
     """
     rows, a, c, e = work.rows, model.tableau, model.nodes, model.defects
     phi, speed = state[base + at.PHI], work.now[at.NOW_SPEED]
@@ -76,7 +76,7 @@ def attempt(model, work, state, base, time, h):
 
 @kernel
 def ignition_step(work, state, base, h):
-    """Part of a step of length h, s, after which the delay's integral is 1, by its cubic between both ends."""
+    """Length, s, from a step of length h to the root where the delay's integral is 1, by its cubic over the step."""
     start, end = state[base + at.DELAY], work.rows[TRIAL, at.DELAY]
     first, last = h * work.rows[FIRST, at.DELAY], h * work.rows[LAST, at.DELAY]
     low, high = 0.0, 1.0
@@ -93,7 +93,7 @@ def ignition_step(work, state, base, h):
 
 @kernel
 def accept(model, work, state, base, time, h, phi):
-    """Take over the end of a step; ``phi`` is the crank angle reached."""
+    """Store the end of a step in the state; ``phi`` is the crank angle reached."""
     for k in range(at.N_INTEGRATED):
         state[base + k] = work.rows[TRIAL, k]
         work.rows[FIRST, k] = work.rows[LAST, k]
@@ -109,16 +109,16 @@ def accept(model, work, state, base, time, h, phi):
 
 @kernel
 def first_rates(model, work, state, base, time):
-    """Rates at the state into row FIRST; a status."""
+    """Compute the rates at the state into row FIRST; returns a status."""
     for k in range(at.N_INTEGRATED):
         work.rows[TRIAL, k] = state[base + k]
-    work.now[at.FOUND_T] = state[base + at.TEMPERATURE]  # what Newton's method sets out from is part of the state
+    work.now[at.FOUND_T] = state[base + at.TEMPERATURE]  # initial guess of Newton's method, kept in the state
     return stage(model, work, state, base, state[base + at.PHI], time, FIRST)
 
 
 @kernel
 def advance_cylinder(model, work, state, i, base, inputs, interval):
-    """Advance cylinder i, whose block begins at ``base``, by a time, s, at the speed of the workspace; a status."""
+    """Advance cylinder i with its block at ``base`` by ``interval``, s, at the workspace's speed; returns a status."""
     speed = work.now[at.NOW_SPEED]
     time, again, passes = 0.0, True, 0
     while time < interval * (1.0 - 1.0e-14):

@@ -1,12 +1,13 @@
-"""Deviation of a cylinder's volume from that of rigid parts at the crank's angle, over a communication step.
+"""Deviation of a cylinder's volume from that of rigid parts, over a communication step.
 
-A crank twists and bends, its journals move in their films and a block moves: each piston follows its own pin. The
-cranktrain gives the deviation D of each volume (m³) and its rate (m³/s) with the crank's angle. The zone's volume is
-then V(φ) + D, so that the work of its gas is that which the pistons take. Where nobody gives a deviation, it is 0.
+A crank twists and bends, journals move in their films and a block moves, so each piston follows its own pin. The
+cranktrain outputs the deviation D of each volume (m³) and its rate (m³/s) together with the crank angle. The volume of
+the zone is then V(φ) + D, so the work of the gas equals the work on the piston. D is 0 if no deviation is connected.
 
-Over a communication step D is a cubic in time. It begins as the last one ended and ends at the value and rate that
-belong to the step's end: those that are given (``inputs.at = end``), or the extrapolation of the cubic through the
-last two given values and rates. After a step that is much shorter, or without one, the extrapolation is a line.
+Within a communication step D is a cubic in time. It starts with the value and rate at the end of the last step. It ends
+with the given value and rate if these belong to the end of the step (``inputs.at = end``), else with the extrapolation
+of the cubic through the last two given values and rates. Without a last step, or after a much shorter one, the
+extrapolation is a straight line.
 """
 
 from __future__ import annotations
@@ -18,25 +19,25 @@ from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.crank_angle import MOST_LONGER
 
 FARTHEST = math.radians(10.0)
-"""Turn of a communication step, rad, up to which a deviation is extrapolated; it is held over longer ones."""
+"""Largest crank rotation in a communication step, rad, for which a deviation is extrapolated; else it is held."""
 
 
 @inlined_kernel
 def deviation(now, time):
-    """D, m³, at a time since the communication step began, s."""
+    """Deviation D, m³, at a time since the start of the communication step, s."""
     bent = now[at.DEVIATION_BEND] + time * now[at.DEVIATION_TWIST]
     return now[at.NOW_DEVIATION] + time * (now[at.DEVIATION_SLOPE] + time * bent)
 
 
 @inlined_kernel
 def deviation_rate(now, time):
-    """dD/dt, m³/s."""
+    """Rate dD/dt, m³/s."""
     return now[at.DEVIATION_SLOPE] + time * (2.0 * now[at.DEVIATION_BEND] + 3.0 * time * now[at.DEVIATION_TWIST])
 
 
 @kernel
 def follow_deviation(model, work, state, base, place, inputs, interval):
-    """Fill the cubic of the cylinder at ``base`` for a communication step, from its inputs at ``place``."""
+    """Set the cubic of the cylinder at ``base`` for a communication step, from its inputs at ``place``."""
     now = work.now
     given, rate = inputs[place + at.DEVIATION_IN], inputs[place + at.DEVIATION_RATE_IN]
     begin, slope = state[base + at.DEVIATION], state[base + at.DEVIATION_RATE]
@@ -59,15 +60,15 @@ def follow_deviation(model, work, state, base, place, inputs, interval):
 
 @kernel
 def extrapolated(last, last_rate, given, rate, past, interval):
-    """Value and rate after ``interval`` (s) of the cubic through a given value and rate and those ``past`` (s) before.
+    """Value and rate after ``interval`` (s) by the cubic through the given values and rates, now and ``past`` (s) ago.
 
-    A line where the step before was much shorter or there is none.
+    The extrapolation is a straight line if there was no step before, or a much shorter one.
     """
     if not past * MOST_LONGER >= interval:
         return given + rate * interval, rate
     x = interval / past
     difference = (given - last) / past
-    # By powers of the time since the given value, over the step before.
+    # The polynomial is in the time since the given value, over the length of the last step.
     bend = last_rate + 2.0 * rate - 3.0 * difference
     twist = last_rate + rate - 2.0 * difference
     value = given + interval * (rate + x * (bend + x * twist))

@@ -1,8 +1,8 @@
-"""The valve train over one communication step, its static start, and the outputs.
+"""Valve train over one communication step: advance, static start, and outputs.
 
-The crank turns uniformly within a communication step. ``valvetrain.torque`` is the torque at the step's end, for
-partners that extrapolate it. ``valvetrain.torque_step`` is the mean over the step, for partners that hold it, with the
-same work as the drive.
+The crank rotates uniformly within a communication step. ``valvetrain.torque`` is the torque at the end of the step, for
+partners that extrapolate it. ``valvetrain.torque_step`` is the mean over the step, for partners that hold it, and does
+the same work as the drive.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from cranktrain.modules.valve_train.stepping import (
 
 FAILED = 1
 MOST_PASSES = 5_000_000
-"""Steps of one communication step, beyond which it has failed: seconds at most."""
+"""Largest number of steps in a communication step (seconds of work); more count as a failure."""
 _AT_END = 1.0e-12
-"""Crank angle, rad, before a cycle's end that counts as the end."""
+"""Crank angle, rad, before the end of a cycle that counts as the end."""
 _STILL = 100
 """Iterations of the static start; each reduces the residual by a factor of a thousand or more."""
 
 
 @kernel
 def advance(model, work, state, inputs, interval):
-    """Advance by an interval, s; a status."""
+    """Advance by an interval, s; returns a status."""
     turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
     speed = turn / interval
     state[at.CRANK_SPEED] = speed
@@ -56,7 +56,7 @@ def advance(model, work, state, inputs, interval):
             break
         if 2.0 * math.pi - state[crank.OWN_ANGLE] <= _AT_END:
             end_crank_cycle(state)
-        # A step ends where the cycle does.
+        # A step ends at the end of the cycle.
         left, to_end = interval - done, 2.0 * math.pi - state[crank.OWN_ANGLE]
         ends = speed * left > to_end
         if ends:
@@ -77,7 +77,7 @@ def advance(model, work, state, inputs, interval):
 
 @kernel
 def one_step(model, work, state, speed, left):
-    """One step of the crank at a speed, rad/s, within the time left, s: its length, −1 where there is none."""
+    """Take one step at a crank speed, rad/s, within the time left, s; returns its length, −1 if it has no solution."""
     wanted = min(state[at.STEP], LONGEST)
     if speed * wanted > LONGEST_TURN:
         wanted = LONGEST_TURN / speed
@@ -87,7 +87,7 @@ def one_step(model, work, state, speed, left):
         if 0.0 <= error <= 1.0:
             remember(model, work, state, h)
             keep_step(work, state)
-            # A step that was cut short says little about longer ones.
+            # A step that was cut short is no measure for longer steps.
             longer = next_size(error, h)
             state[at.STEP] = max(longer, state[at.STEP]) if longer >= GROW * h else longer
             return h
@@ -98,7 +98,7 @@ def one_step(model, work, state, speed, left):
 
 @kernel
 def rest_place(model, row):
-    """Static lift, m, of a line on its present cam, and its slope by the train's lift."""
+    """Static lift, m, of a valve line on its present cam position, and its derivative by the train's lift."""
     n = model.numbers
     z = n[at.RATIO] * row[at.R_LIFT] - n[at.LASH]
     closed = -n[at.PRELOAD] / (n[at.SEAT] + n[at.RATE])
@@ -112,7 +112,7 @@ def rest_place(model, row):
 
 @kernel
 def stand(model, work, state, inputs):
-    """Camshaft and valves in static balance at the crank's angle, with the velocities that its speed gives them."""
+    """Put camshaft and valves in static balance at the crank's angle, with velocities that follow from its speed."""
     n = model.numbers
     state[crank.OWN_ANGLE] = cycle_angle(inputs[crank.ANGLE])
     state[crank.PARTNER_ANGLE] = inputs[crank.ANGLE]
@@ -140,7 +140,7 @@ def stand(model, work, state, inputs):
 
 @kernel
 def energy(model, work, state):
-    """Kinetic and elastic energy, J."""
+    """Kinetic and elastic energy of the valve train, J."""
     n = model.numbers
     place(model, work, state)
     depth = max(abs(0.5 * state[crank.OWN_ANGLE] - state[at.CAM_ANGLE]) - n[at.HALF_GAP], 0.0)
@@ -152,7 +152,7 @@ def energy(model, work, state):
 
 @kernel
 def place(model, work, state):
-    """Rows of the workspace at the state: places, velocities and the cams' lifts."""
+    """Set the workspace's rows to the state: positions, velocities and the cams' lifts."""
     load_rows(model, work, state)
     for i in range(work.rows.shape[0]):
         row = work.rows[i]
@@ -163,7 +163,7 @@ def place(model, work, state):
 
 @kernel
 def observe(model, work, state, out):
-    """Outputs, in the order of ``OUTPUTS`` and, line by line, of ``LINE_OUTPUTS``, into ``out``."""
+    """Write the outputs in the order of ``OUTPUTS``, then of ``LINE_OUTPUTS`` for each line, into ``out``."""
     n = model.numbers
     gained = energy(model, work, state) - state[at.FIRST_ENERGY]
     lag = 0.5 * state[crank.OWN_ANGLE] - state[at.CAM_ANGLE]
@@ -191,7 +191,7 @@ def observe(model, work, state, out):
 
 @kernel
 def observe_line(n, row, state, base, out):
-    """Outputs of a line whose row is at the state."""
+    """Write the outputs of a line whose row is set to the state."""
     force, _, _, _, _ = train_force(n, row, state[at.CAM_SPEED])
     on_cam = n[at.RATIO] * force
     out[at.OUT_LIFT] = max(row[at.R_X], 0.0)

@@ -1,11 +1,13 @@
-"""A cam: its lift from few numbers, three times continuously differentiable, and the contact with its follower.
+"""A cam: three times continuously differentiable lift from a few numbers, and the contact with its follower.
 
-Symmetric about its nose, the cam rises from the base circle on a ramp and goes on as a polynomial, u = |ψ|/half:
+The cam is symmetric about its nose. It rises from the base circle on a ramp and then follows a polynomial in
+u = |ψ|/half:
 
     s = lift + u² (c₁ + d (c₂ + d (c₃ + d c₄))),   d = u^(p−2),
 
-the exponents 2, p, 2p − 2, 3p − 4 of a polydyne cam. Its four coefficients let lift, slope, curvature and third
-derivative go on from the ramp's at u = 1. The ramp's slope rises over its first half by 10 t³ − 15 t⁴ + 6 t⁵ and stays.
+with the exponents 2, p, 2p − 2, 3p − 4 of a polydyne cam. Its four coefficients make lift, slope, curvature and third
+derivative continuous with the ramp at u = 1. Over the ramp's first half its slope rises by 10 t³ − 15 t⁴ + 6 t⁵, then
+it is constant.
 
 Source: D. A. Stoddart, Polydyne cam design, Machine Design 25 (1953), January to March; R. L. Norton, Cam Design and
 Manufacturing Handbook (2002), chapters 4, 7 and 12 (radii of curvature and line contact).
@@ -19,28 +21,28 @@ from cranktrain.core.kernel import kernel
 from cranktrain.modules.valve_train import slots as at
 
 STRAIGHT = 0.75
-"""Height of a ramp over its slope times its angle."""
+"""Height of a ramp over the product of its final slope and its angle."""
 TERMS = 4
-"""Powers of a cam's polynomial."""
+"""Number of powers of a cam's polynomial."""
 SAMPLES = 2001
-"""Angles of a cam at which its slope and curvature are looked at."""
+"""Number of angles at which a cam's slope and curvature are evaluated."""
 
 
 @kernel
 def wrapped(angle):
-    """A cam's angle within (−π, π], rad."""
+    """Cam angle reduced to (−π, π], rad."""
     return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
 
 
 @kernel
 def set_cam(cam, half, ramp, ramp_height, lift, power):
-    """Fill a cam's numbers, by the slots of ``CAM``, but for the mass.
+    """Fill a cam's numbers, in the slots of ``CAM``, except for the mass.
 
     Parameters
     ----------
-    half, ramp : angles of the cam from its nose to a ramp's end, and of the ramp, rad
-    ramp_height, lift : of the follower, m
-    power : p
+    half, ramp : angle from the cam's nose to the end of a ramp, and angle of the ramp, rad
+    ramp_height, lift : lift of the follower on the ramp, and its largest lift, m
+    power : exponent p
     """
     cam[at.HALF] = half
     cam[at.RAMP] = ramp
@@ -61,7 +63,7 @@ def set_cam(cam, half, ramp, ramp_height, lift, power):
 
 @kernel
 def cam_lift(cam, psi):
-    """Lift of the follower, m, and its first two derivatives by the cam's angle, at an angle after the nose, rad."""
+    """Lift of the follower, m, and its first two derivatives by the cam angle, at an angle after the nose, rad."""
     a = abs(psi)
     half, ramp = cam[at.HALF], cam[at.RAMP]
     if a >= half + ramp:
@@ -116,13 +118,13 @@ def steepest(cam):
 
 @kernel
 def smallest_radius(cam, base_radius, roller_radius):
-    """Smallest convex radius of curvature of a cam, m; 0 or less where the follower would undercut it."""
+    """Smallest convex radius of curvature of a cam, m; 0 or less if the follower would undercut it."""
     found, span = math.inf, cam[at.HALF] + cam[at.RAMP]
     for k in range(SAMPLES):
         psi = -span + k * (span / (SAMPLES - 1)) if k < SAMPLES - 1 else 0.0
         lift, slope, curve = cam_lift(cam, psi)
         radius = cam_radius(base_radius, roller_radius, lift, slope, curve)
-        # Under a roller a hollow flank has a radius below −roller_radius.
+        # A hollow flank under a roller has a radius below −roller_radius.
         if not (roller_radius > 0.0 and radius < -roller_radius) and radius < found:
             found = radius
     return found

@@ -1,4 +1,4 @@
-"""Values stored over a cycle: seating, bounce, loss of contact, separation of the drive, the crank's work.
+"""Values stored over a cycle: seating, bounce, loss of contact, separation of the drive, work of the crank.
 
 A line's cycle ends half a turn after its cam's nose; the cycle of drive and work ends with the crank's cycle.
 """
@@ -15,7 +15,7 @@ from cranktrain.modules.valve_train.cam import wrapped
 
 @kernel
 def remember(model, work, state, h):
-    """Add a step of h, s, whose end is in the workspace and not yet in the state, to the stored values."""
+    """Update the stored values for a step of h, s, whose end is in the workspace and not yet in the state."""
     n, shaft = model.numbers, work.shaft
     turn = abs(shaft[at.S_ANGLE] - shaft[at.S_ANGLE0])
     for i in range(work.rows.shape[0]):
@@ -40,7 +40,7 @@ def remember(model, work, state, h):
 
 @kernel
 def end_cycle(state, base):
-    """Keep the figures of a line's cycle that has ended, and begin the next."""
+    """Store the results of a line's cycle that has ended, and begin the next one."""
     state[base + at.IMPACT] = state[base + at.IMPACT_NOW]
     state[base + at.LOSS] = state[base + at.LOSS_NOW]
     state[base + at.BOUNCE] = state[base + at.BOUNCE_NOW]
@@ -50,7 +50,7 @@ def end_cycle(state, base):
 
 @kernel
 def end_crank_cycle(state):
-    """The crank has turned a cycle: keep the drive's figures; angles of crank and camshaft go back together."""
+    """Store the drive's results of a crank cycle that has ended; angles of crank and camshaft are wrapped together."""
     state[at.APART] = state[at.APART_NOW]
     state[at.TORQUE_MEAN] = state[at.CYCLE_WORK] / (4.0 * math.pi)
     state[at.APART_NOW] = 0.0

@@ -1,8 +1,8 @@
 """Module files of valve trains: tables of values with units and origins, firing angles from the engine's own file.
 
 The angles at which the intake closes and the exhaust opens are in the engine file's table ``[combustion]``, as for the
-combustion module. The combustion's own file has the other two angles; a test compares the valves of both modules.
-:class:`.TrainSettings` gives the table and key of each setting.
+combustion module. The other two angles are also in the combustion module's file; a test compares the valves of both
+modules. :class:`.TrainSettings` lists the table and key of each setting.
 """
 
 from __future__ import annotations
@@ -49,5 +49,5 @@ FILE = ModuleFile(
     },
     {"spring.preset": q.Length},
 )
-"""What a module file has."""
+"""Tables of a valve-train module file."""
 load = FILE.load

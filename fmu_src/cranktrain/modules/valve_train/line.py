@@ -1,7 +1,7 @@
-"""Contacts that only push, and forces on cam, train and valve at a position and a velocity.
+"""Contacts that only push, and forces on cam, train and valve at a given position and velocity.
 
-A contact of depth δ has F = k δ (1 + χ δ̇), 0 where that is not positive, with χ one over the damping velocity. It is
-continuous at touch, so that a method of second order keeps its order over it. A mass that meets it at v leaves at v':
+A contact of depth δ has F = k δ (1 + χ δ̇), or 0 if this is not positive; χ is one over the damping velocity. The force
+is continuous at first contact, so a second-order method keeps its order. A mass that hits it at v leaves at v':
 
     χ v − ln(1 + χ v) = −χ v' − ln(1 − χ v').
 
@@ -18,12 +18,12 @@ from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.cam import cam_lift, wrapped
 
 SLOW = 0.1
-"""Speed of the camshaft, rad/s, about which friction changes its sense."""
+"""Speed of the camshaft, rad/s, around which friction reverses its sign smoothly."""
 
 
 @kernel
 def contact(depth, rate, stiffness, damping):
-    """Force of a contact, N, and its derivatives by depth and rate; also in N m of an angle."""
+    """Force of a contact, N, and its derivatives by depth and rate; in N m if depth is an angle."""
     share = 1.0 + damping * rate
     if depth <= 0.0 or share <= 0.0:
         return 0.0, 0.0, 0.0
@@ -32,7 +32,7 @@ def contact(depth, rate, stiffness, damping):
 
 @kernel
 def drive_torque(n, lead, rate):
-    """Torque of the drive on the camshaft, N m, at a lead of the crank (rad, at the camshaft), and its derivatives."""
+    """Torque of the drive on the camshaft, N m, for a lead of the crank (rad, at the camshaft), and its derivatives."""
     gap = n[at.HALF_GAP]
     if lead > gap:
         return contact(lead - gap, rate, n[at.DRIVE], n[at.DRIVE_DAMPING])
@@ -42,7 +42,7 @@ def drive_torque(n, lead, rate):
 
 @kernel
 def friction_arm(n, lift, speed):
-    """Torque of friction over the train's force, m, and its derivatives by the cam's lift and the camshaft's speed."""
+    """Friction torque over the train's force, m, and its derivatives by the cam's lift and the camshaft's speed."""
     moving = math.sqrt(speed * speed + SLOW * SLOW)
     share, radius = n[at.FRICTION] * n[at.RATIO] / moving, n[at.BASE_RADIUS] + lift
     return share * speed * radius, share * speed, share * (SLOW / moving) ** 2 * radius
@@ -50,7 +50,7 @@ def friction_arm(n, lift, speed):
 
 @kernel
 def follow_cam(cam, row, angle):
-    """Lift of the cam and its slopes at a camshaft's angle, rad, into the row."""
+    """Write the cam's lift and its two derivatives at a camshaft angle, rad, into the row."""
     lift, slope, curve = cam_lift(cam, wrapped(angle - row[at.R_NOSE]))
     row[at.R_LIFT] = lift
     row[at.R_SLOPE] = slope
@@ -59,7 +59,7 @@ def follow_cam(cam, row, angle):
 
 @kernel
 def train_force(n, row, speed):
-    """Force of the train on the valve at the row's place, N, its derivatives by depth and rate, and z′ and z″."""
+    """Force of the train on the valve at the row's position, N, its derivatives by depth and rate, and z′ and z″."""
     first, second = n[at.RATIO] * row[at.R_SLOPE], n[at.RATIO] * row[at.R_CURVE]
     depth = n[at.RATIO] * row[at.R_LIFT] - n[at.LASH] - row[at.R_X]
     force, by_depth, by_rate = contact(depth, first * speed - row[at.R_V], n[at.STIFFNESS], n[at.DAMPING])

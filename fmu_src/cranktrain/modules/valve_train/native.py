@@ -1,4 +1,4 @@
-"""Description of a valve train's run for callers without Python: names, choices, texts of its statuses."""
+"""Description of a valve train's run for callers without Python: names, choices and status texts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NO_SOLUTION = (
 
 
 def native_interface(settings: TrainSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """Contents of a run of these settings; ``names`` are the user's names of fields of the settings."""
+    """Interface of a run with these settings; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}].{kind}_" for i in range(count) for kind in at.KINDS]
     outputs = (*at.OUTPUTS, *(head + name for head in of_each for name in at.LINE_OUTPUTS))
@@ -27,7 +27,7 @@ def native_interface(settings: TrainSettings, names: Mapping[str, str] | None = 
     known: Statuses = {FAILED: (STEP_FAILED, NO_SOLUTION)}
     for k, kind in enumerate(at.KINDS):
         known |= {
-            VALVE_ANGLES + k: (REFUSED, f"{kind}_opens does not go with {kind}_closes; {MEND_ANGLES[k]}"),
+            VALVE_ANGLES + k: (REFUSED, f"{kind}_opens does not fit {kind}_closes; {MEND_ANGLES[k]}"),
             NO_SEAT_TIME + k: (REFUSED, f"ramp of the cam leaves the {kind} valve no time on its seat; {MEND_RAMP}"),
             SMALL_BASE + k: (REFUSED, f"base_radius is too small for the {kind} cam; {MEND_BASE}"),
         }

@@ -1,7 +1,7 @@
-"""Preparation of a model from a run's numbers: its numbers, cams, noses and choices, checked.
+"""Preparation of a model from a run's numbers: its numbers, cams, noses and choices, after a check.
 
-A spring is a uniform bar between the head and the retainer, u(s) = s x + Σ q_n sin nπs: its modes' frequencies with the
-valve at rest are n/2 √(k/m), their masses m/2, and m (−1)ⁿ⁺¹/(nπ) couples them to the valve.
+A spring is a uniform bar between the head and the retainer, u(s) = s x + Σ q_n sin nπs. With the valve at rest its
+modes have frequencies n/2 √(k/m) and masses m/2; the coupling mass m (−1)ⁿ⁺¹/(nπ) couples them to the valve.
 
 Source: J. P. Den Hartog, Mechanical Vibrations, 4th ed. (1956), section 4.4 (bars); of springs in valve trains: H. A.
 Rothbart (ed.), Cam Design Handbook (2004), chapter 12.
@@ -17,13 +17,13 @@ from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.cam import set_cam, smallest_radius, steepest
 
 VALVE_ANGLES, NO_SEAT_TIME, SMALL_BASE = 20, 30, 40
-"""Statuses of numbers that no valve train has together; to each is added 1 for the exhaust."""
+"""Statuses of numbers that cannot belong to one valve train together; plus 1 for the exhaust."""
 _N_KINDS, _N_ANGLES, _N_TIMES = len(at.KINDS), len(ANGLES), len(TIMES)
 
 
 @kernel
 def check_numbers(numbers, cams):
-    """Whether a valve train may have a run's numbers: a status. The cams that it would have are in ``cams`` then."""
+    """Status of a run's numbers: OK if a valve train may have them; the resulting cams are written to ``cams``."""
     status = numbers_status(numbers)
     if status == OK:
         status = choice_status(numbers, at.ANGLE_SOURCE, _N_ANGLES)
@@ -47,9 +47,9 @@ def check_numbers(numbers, cams):
 
 @kernel
 def make_cam(numbers, kind, cam):
-    """Fill the numbers of a kind's cam: ramps take up lash and the deformation by the preload.
+    """Fill the numbers of the cam of a valve kind; its ramps take up lash and the deformation by the preload.
 
-    A valve that opens slowly thus begins to lift at the ramp's end, and reaches its lift at the nose.
+    At low speed the valve therefore begins to lift at the end of the ramp, and reaches its lift at the nose.
     """
     first, ratio = at.FIRST_KIND + kind * at.N_OF_KIND, numbers[at.RATIO]
     held = numbers[at.LASH] + numbers[at.PRELOAD] / numbers[at.STIFFNESS]
@@ -61,7 +61,7 @@ def make_cam(numbers, kind, cam):
 
 @kernel
 def prepare_model(numbers, model, cams):
-    """Fill a model from a run's numbers, or leave it where these are refused: a status. ``cams`` are tried first."""
+    """Fill a model from a run's numbers, unless they are refused; returns a status. ``cams`` is trial workspace."""
     status = check_numbers(numbers, cams)
     if status != OK:
         return status
@@ -89,7 +89,7 @@ def prepare_model(numbers, model, cams):
 
 @kernel
 def set_modes(numbers, n):
-    """Set the surge modes of a spring among the model's numbers ``n``."""
+    """Set the numbers of a spring's surge modes among the model's numbers ``n``."""
     mass = numbers[at.SPRING_MASS]
     n[at.MODAL_MASS] = 0.5 * mass
     sign = 1.0
@@ -104,6 +104,6 @@ def set_modes(numbers, n):
 
 @kernel
 def take_choices(numbers, model):
-    """Set the model's choices as the run's numbers say."""
+    """Set the model's choices from the run's numbers."""
     model.choices[at.GIVEN_ANGLE] = int(numbers[at.ANGLE_SOURCE])
     model.choices[at.ENDS] = int(numbers[at.INPUTS_AT])

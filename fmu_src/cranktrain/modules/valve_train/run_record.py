@@ -1,6 +1,7 @@
-"""All of a run in one record, and the four kernels by which it is run: from Python, and from a library without it.
+"""Record of a valve-train run, and the four kernels that operate it, from Python or from a library without Python.
 
-Each returns a status: 0, or a number whose text is in :mod:`.native`. If it is not 0, model and state are unchanged.
+Each kernel returns a status: 0, or a number whose text is in :mod:`.native`. If it is not 0, model and state are
+unchanged.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from cranktrain.modules.valve_train.preparation import prepare_model, take_choic
 
 @record
 class Model(NamedTuple):
-    """Constants of a run: numbers by their slots, a cam of each kind, the lines' noses at the camshaft, choices."""
+    """Constants of a run: numbers by slot, a cam of each kind, camshaft angles of the lines' noses, choices."""
 
     numbers: Array
     cams: Array
@@ -33,7 +34,7 @@ class Model(NamedTuple):
 
 @record
 class Work(NamedTuple):
-    """Workspace of the kernels: a row for each line, the camshaft, and cams and a state that are tried."""
+    """Workspace of the kernels: a row for each line, the camshaft, trial cams and a trial state."""
 
     rows: Array
     shaft: Array
@@ -44,10 +45,10 @@ class Work(NamedTuple):
 
 @record
 class Run(NamedTuple):
-    """A run: its model and workspace, state, inputs and outputs, and the numbers that its parameters set.
+    """A run: model and workspace, state, inputs and outputs, and the numbers that its parameters set.
 
-    ``numbers`` are in the order of ``slots.RUN_NUMBERS`` with the firing angles, rad, behind; a choice is its place in
-    ``ANGLES`` or ``TIMES``.
+    ``numbers`` are in the order of ``slots.RUN_NUMBERS``, followed by the firing angles, rad. A choice is stored as its
+    index in ``ANGLES`` or ``TIMES``.
     """
 
     model: Model
@@ -60,15 +61,15 @@ class Run(NamedTuple):
 
 @kernel
 def prepare(run):
-    """Fill the model from the run's numbers: a status."""
+    """Fill the model from the run's numbers; returns a status."""
     return prepare_model(run.numbers, run.model, run.work.cams)
 
 
 @kernel
 def start(run, time):
-    """Start at a time, s, and the present inputs: in static balance at rest, else ``start_cycles`` cycles behind it.
+    """Start at a time, s, with the present inputs; returns a status.
 
-    A status.
+    At rest the valve train starts in static balance, otherwise after ``start_cycles`` cycles from there.
     """
     status = inputs_status(run.inputs)
     if status != OK:
@@ -96,7 +97,7 @@ def start(run, time):
 
 @kernel
 def advance_run(run, t_end):
-    """Advance to ``t_end``, s, and write the outputs: a status."""
+    """Advance to ``t_end``, s, and write the outputs; returns a status."""
     model, state, trial, inputs = run.model, run.state, run.work.trial, run.inputs
     status = inputs_status(inputs)
     if status == OK:
@@ -107,7 +108,7 @@ def advance_run(run, t_end):
     if advance(model, run.work, trial, inputs, t_end - state[crank.TIME]) != OK:
         return FAILED
     observe(model, run.work, trial, run.outputs)
-    # Not the sum of the steps, which rounding would take off the master's time.
+    # The time is not the sum of the steps, because rounding would make it drift from the master's time.
     trial[crank.TIME] = t_end
     copy_state(trial, state)
     return OK
@@ -115,5 +116,5 @@ def advance_run(run, t_end):
 
 @kernel
 def observe_run(run):
-    """Write the outputs of the present state: a status."""
+    """Write the outputs of the present state; returns a status."""
     return observe(run.model, run.work, run.state, run.outputs)

@@ -1,4 +1,4 @@
-"""Settings of a valve train: one frozen record in SI, and the run made from it."""
+"""Settings of a valve train as one frozen record in SI, and the run made from them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from cranktrain.modules.valve_train.preparation import (
 )
 from cranktrain.modules.valve_train.run_record import Model, Run, Work
 
-if TYPE_CHECKING:  # an FMU carries the settings without what their module file measures
+if TYPE_CHECKING:  # an FMU contains the settings without the quantities of module files
     from cranktrain.engine import quantities as q
     from cranktrain.modules.valve_train import quantities as own
 
@@ -44,11 +44,11 @@ MEND_BASE = "enlarge it, open for longer or lift less"
 class TrainSettings:
     """Cams, lines, seats, drive and camshaft of one engine, in SI (angles rad).
 
-    Opening and closing angles count from a cylinder's firing dead centre, the intake's before, the exhaust's behind it;
-    ``firing_angles`` are the crank's angles at those dead centres. Masses, forces and stiffnesses are those of the
-    valves that one cam drives, together and at the valve; a ``damping_velocity`` is the closing velocity at which
-    damping doubles a contact's force. ``roller_radius`` 0 is a flat follower, ``start_cycles`` cycles are run before
-    the start.
+    Opening and closing angles are counted from a cylinder's firing dead centre: those of the intake are before it,
+    those of the exhaust after it. ``firing_angles`` are the crank angles of these dead centres. Masses, forces and
+    stiffnesses are at the valve, for all valves of one cam together. A ``damping_velocity`` is the closing velocity at
+    which damping doubles a contact's force. ``roller_radius`` 0 is a flat follower; ``start_cycles`` cycles are run
+    before the start.
     """
 
     name: str
@@ -95,9 +95,9 @@ class TrainSettings:
 
 
 def make_run(settings: TrainSettings) -> Run:
-    """A run, prepared: its inputs are 0, its state is yet to be started.
+    """Prepared run: its inputs are 0, its state is not started yet.
 
-    Raises ``InputError`` for values that do not go together.
+    Raises ``InputError`` for contradictory values.
     """
     model, lines = build_model(settings), len(at.KINDS) * len(settings.firing_angles)
     work = make_work(lines)
@@ -126,24 +126,24 @@ def _cams() -> Array:
 
 
 def numbers_of(settings: TrainSettings) -> Array:
-    """Numbers of a run, in the order of ``slots.RUN_NUMBERS`` with the firing angles behind."""
+    """Numbers of a run in the order of ``slots.RUN_NUMBERS``, followed by the firing angles."""
     return run_numbers(settings, at.RUN_NUMBERS, CHOICES)
 
 
 def cam_of(settings: TrainSettings, kind: str) -> Array:
-    """Numbers of a cam, ``intake`` or ``exhaust``, by the slots of ``CAM``."""
+    """Numbers of the ``intake`` or ``exhaust`` cam, in the slots of ``CAM``."""
     cam = np.zeros(len(at.CAM))
     make_cam(numbers_of(settings), at.KINDS.index(kind), cam)
     return cam
 
 
 def smallest_radius(settings: TrainSettings, kind: str) -> float:
-    """Smallest convex radius of curvature of a cam, m; 0 or less where the follower would undercut it."""
+    """Smallest convex radius of curvature of a cam, m; 0 or less if the follower would undercut it."""
     return float(cams.smallest_radius(cam_of(settings, kind), settings.base_radius, settings.roller_radius))
 
 
 def check_settings(settings: TrainSettings) -> None:
-    """Refuse values that no valve train has together; ``InputError`` names the one and what it must be."""
+    """Raise ``InputError`` for contradictory values; the message names the value and what it must be."""
     check_values(settings, CHOICES)
     status = check_numbers(numbers_of(settings), _cams())
     if status != OK:
@@ -151,7 +151,7 @@ def check_settings(settings: TrainSettings) -> None:
 
 
 def _refusal(settings: TrainSettings, status: int) -> str:
-    """Meaning of a status of :mod:`.preparation` for these settings."""
+    """Message for a status of :mod:`.preparation` with these settings."""
     s, k, degrees = settings, status % 10, 180.0 / math.pi
     kind = at.KINDS[k]
     if status == NO_SEAT_TIME + k:

@@ -1,4 +1,4 @@
-"""The object that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
+"""Valve-train simulation that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class ValveTrainSimulation(SteppedModule):
     Attributes
     ----------
     input_names, output_names : names as in the FMU
-    inputs : values in their order (SI), 0 at first
-    outputs : valid after ``initialize`` and after each step
+    inputs : values in the order of ``input_names`` (SI), initially 0
+    outputs : values in the order of ``output_names`` (SI); valid after ``initialize`` and after each step
     """
 
     _kind: ClassVar[str] = "valvetrain"

@@ -1,7 +1,7 @@
-"""Places of the valve train's numbers, inputs and states in their arrays.
+"""Indices of the valve train's numbers, inputs and states in their arrays.
 
-A state vector is a head and, for each line, ``LINE`` quantities. A line is a cam with all that it drives; those of
-cylinder i are 2 i (intake) and 2 i + 1 (exhaust).
+A state vector is a head, followed by ``LINE`` quantities for each line. A line is a cam with all parts that it drives.
+Cylinder i has the lines 2 i (intake) and 2 i + 1 (exhaust).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ GIVEN = (
     "roller_radius", "cam_width", "modulus", "drive_stiffness", "drive_radius", "camshaft_inertia", "camshaft_drag",
     "tolerance",
 )  # fmt: skip
-"""Fields of the settings that kernels read while they step."""
+"""Fields of the settings that kernels read during steps."""
 N_GIVEN = len(GIVEN)
 NUMBERS = (
     *GIVEN, "damping", "seat_damping", "drive_damping", "half_gap", "velocity", "coupling_1", "coupling_2",
@@ -27,23 +27,23 @@ NUMBERS = (
     MODAL_MASS, MODAL_STIFFNESS, MODAL_STIFFNESS_2, MODAL_DAMPING, MODAL_DAMPING_2,
 ) = range(len(NUMBERS))  # fmt: skip
 MODES = 2
-"""Surge modes of a spring; their numbers lie side by side."""
+"""Number of surge modes of a spring; the numbers of all modes are adjacent."""
 
 CAM = ("mass", "half", "ramp", "ramp_speed", "step_power", "lift", "c_1", "c_2", "c_3", "c_4")
-"""Of a cam and what it drives: mass at the valve; see :mod:`.cam`."""
+"""Numbers of a cam: mass of the driven parts at the valve, and its shape; see :mod:`.cam`."""
 MASS, HALF, RAMP, RAMP_SPEED, STEP_POWER, LIFT, C_1, C_2, C_3, C_4 = range(len(CAM))
 INTAKE, EXHAUST = range(2)
 KINDS = ("intake", "exhaust")
 
 OF_KIND = ("opens", "closes", "lift", "mass")
-"""Of each kind's valves, among a run's numbers; see :mod:`.settings`."""
+"""Numbers of each kind of valves among a run's numbers; see :mod:`.settings`."""
 OPENS, CLOSES, HIGHEST, OWN_MASS = range(len(OF_KIND))
 RUN_NUMBERS = (
     *GIVEN, *(f"{kind}_{name}" for kind in KINDS for name in OF_KIND), "ramp", "power", "train_mass",
     "damping_velocity", "spring_mass", "spring_damping", "seat_damping_velocity", "drive_damping_speed", "backlash",
     "rated_speed", "start_cycles", "start_speed", "angle_source", "inputs_at",
 )  # fmt: skip
-"""A run's numbers: given values, values for preparation and start only, and after them the firing angles."""
+"""A run's numbers: given values, then values for preparation and start only; the firing angles follow them."""
 FIRST_KIND, N_OF_KIND = N_GIVEN, len(OF_KIND)
 (
     CAM_RAMP, POWER, TRAIN_MASS, DAMPING_VELOCITY, SPRING_MASS, SPRING_DAMPING, SEAT_VELOCITY, DRIVE_SPEED, BACKLASH,
@@ -52,7 +52,7 @@ FIRST_KIND, N_OF_KIND = N_GIVEN, len(OF_KIND)
 FIRING = len(RUN_NUMBERS)
 
 CHOICES = ("given_angle", "ends")
-"""Choices of a model: places in ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
+"""Choices of a model: indices in ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
 GIVEN_ANGLE, ENDS = range(len(CHOICES))
 
 INPUTS = ("crank.speed", "crank.angle")
@@ -65,7 +65,8 @@ HEAD = (
     CRANK_SPEED, CAM_ANGLE, CAM_SPEED, CAM_ACCELERATION, STEP, STEPS, REJECTED, WORK, FRICTION_WORK,
     DAMPED, FIRST_ENERGY, TORQUE, FRICTION_POWER, APART_NOW, APART, CYCLE_WORK, TORQUE_MEAN,
 ) = range(len(CRANK_HEAD), len(HEAD))  # fmt: skip
-"""Camshaft, steps, energies since the start, the last communication step's torque and friction power, the cycle."""
+"""State of camshaft, steps, energies since the start, torque and friction power of the last communication step,
+values of the cycle."""
 N_HEAD = len(HEAD)
 
 LINE = (
@@ -87,7 +88,7 @@ OUTPUTS = (
 LINE_OUTPUTS = (
     "lift", "cam_force", "cam_pressure", "spring_force", "seat_force", "seating_velocity", "contact_loss", "bounce",
 )  # fmt: skip
-"""Outputs of each line, those of the intake first: ``cylinder[i].intake_lift``; the last three of the last cycle."""
+"""Outputs of each line, intake first: ``cylinder[i].intake_lift``; the last three refer to the last cycle."""
 N_OUTPUTS, N_LINE_OUTPUTS = len(OUTPUTS), len(LINE_OUTPUTS)
 (
     OUT_TORQUE, OUT_TORQUE_STEP, OUT_TORQUE_MEAN, OUT_LAG, OUT_SPEED, OUT_DRIVE_TORQUE, OUT_DRIVE_FORCE,
@@ -103,7 +104,7 @@ ROW = (
     "x_hat", "v_hat", "linear", "constant", "a", "a_1", "b_1", "b_2",
     "force", "seat_force", "arm", "lift", "slope", "curve", "correction", "by_shaft", "nose",
 )  # fmt: skip
-"""Workspace of a line in a step: its start, the present stage, what is known of it, accelerations, forces."""
+"""Workspace of a line in a step: start values, present stage, known parts of the stage, accelerations, forces."""
 (
     R_X0, R_V0, R_Q0, R_Q0_2, R_W0, R_W0_2,
     R_X, R_V, R_Q, R_Q_2, R_W, R_W_2,
@@ -115,7 +116,7 @@ SHAFT = (
     "angle0", "speed0", "angle", "speed", "alpha", "alpha_1", "angle_hat", "speed_hat", "torque", "crank_angle",
     "crank_speed", "impulse", "friction", "damped",
 )  # fmt: skip
-"""Workspace of the camshaft in a step; angle and speed of the crank are those that its drive sees, halved."""
+"""Workspace of the camshaft in a step; angle and speed of the crank are halved, as at the drive's camshaft end."""
 (
     S_ANGLE0, S_SPEED0, S_ANGLE, S_SPEED, S_ALPHA, S_ALPHA1, S_ANGLE_HAT, S_SPEED_HAT, S_TORQUE, S_CRANK_ANGLE,
     S_CRANK_SPEED, S_IMPULSE, S_FRICTION_WORK, S_DAMPED_WORK,

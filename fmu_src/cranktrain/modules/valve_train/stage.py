@@ -1,4 +1,4 @@
-"""One implicit stage: accelerations of camshaft and valves that are in balance at its end, by Newton's method.
+"""One implicit stage: accelerations that balance camshaft and valves at the stage's end, by Newton's method.
 
 With X = x̂ + (γh)² A and V = v̂ + γh A the spring's modes are linear in A and are eliminated first, so each line has
 one unknown. The lines are coupled through the camshaft only and are eliminated next, so one equation for the camshaft
@@ -13,14 +13,14 @@ from cranktrain.modules.valve_train.line import drive_torque, follow_cam, fricti
 
 OK, UNSOLVED = 0, 1
 MOST_ITERATIONS = 12
-"""Iterations after which a stage is given up, and its step taken shorter."""
+"""Iterations after which a stage has failed and the step is shortened."""
 SOLVED = 1.0e-3
-"""Largest correction of a stage's velocities over the tolerance of a step."""
+"""Largest correction of the velocities at convergence, over the tolerance of a step."""
 
 
 @kernel
 def open_stage(model, work, gh):
-    """Make of each row's predicted place and velocity the linear part of its equation; modes are eliminated."""
+    """Compute the linear part of each row's equation from its predicted position and velocity; eliminate the modes."""
     n = model.numbers
     for i in range(work.rows.shape[0]):
         row = work.rows[i]
@@ -43,7 +43,7 @@ def open_stage(model, work, gh):
 
 @kernel
 def close_stage(model, work, gh):
-    """Places and velocities of the stage's end from its accelerations, those of the modes too."""
+    """Compute positions and velocities at the end of the stage from its accelerations, those of the modes included."""
     n = model.numbers
     for i in range(work.rows.shape[0]):
         row = work.rows[i]
@@ -60,20 +60,20 @@ def close_stage(model, work, gh):
 
 @kernel
 def move_shaft(shaft, gh):
-    """Angle and speed of the camshaft by its present acceleration."""
+    """Compute angle and speed of the camshaft from its present acceleration."""
     shaft[at.S_ANGLE] = shaft[at.S_ANGLE_HAT] + gh * gh * shaft[at.S_ALPHA]
     shaft[at.S_SPEED] = shaft[at.S_SPEED_HAT] + gh * shaft[at.S_ALPHA]
 
 
 @kernel
 def solve_stage(model, work, gh):
-    """Solve the stage that ``open_stage`` has prepared, from the accelerations of before; a status."""
+    """Solve the stage prepared by ``open_stage`` with the previous accelerations as initial guess; returns a status."""
     n, shaft = model.numbers, work.shaft
     enough = SOLVED * n[at.TOLERANCE] * n[at.VELOCITY]
     for _ in range(MOST_ITERATIONS):
         move_shaft(shaft, gh)
         rest, tangent = shaft_balance(n, shaft, gh)
-        # A line's correction is −(own balance + slope Δα): slope and correction wait in its row.
+        # The correction of a line is −(own residual + slope Δα); both parts are stored in its row.
         for i in range(work.rows.shape[0]):
             by_line, by_shaft = line_balance(model, work.rows[i], i % 2, shaft, gh)
             rest += by_line
@@ -93,7 +93,7 @@ def solve_stage(model, work, gh):
 
 @kernel
 def shaft_balance(n, shaft, gh):
-    """Balance of the camshaft without its cams, N m, and its derivative by the acceleration."""
+    """Residual of the camshaft's equation of motion without cams, N m, and its derivative by the acceleration."""
     lead, rate = shaft[at.S_CRANK_ANGLE] - shaft[at.S_ANGLE], shaft[at.S_CRANK_SPEED] - shaft[at.S_SPEED]
     torque, by_lead, by_rate = drive_torque(n, lead, rate)
     shaft[at.S_TORQUE] = torque
@@ -103,9 +103,9 @@ def shaft_balance(n, shaft, gh):
 
 @kernel
 def line_balance(model, row, kind, shaft, gh):
-    """Contribution of a line, with its own correction eliminated, to the camshaft's balance and derivative.
+    """Contribution of a line, after elimination of its own correction, to the camshaft's residual and derivative.
 
-    Into the row: the correction of its acceleration at a camshaft that stays, and by the camshaft's.
+    The row receives the correction of the line's acceleration at fixed camshaft, and its derivative by the camshaft's.
     """
     n = model.numbers
     row[at.R_X] = row[at.R_X_HAT] + gh * gh * row[at.R_A]
@@ -132,5 +132,5 @@ def line_balance(model, row, kind, shaft, gh):
     own = by_shaft * arm + gh * force * (by_speed + gh * (second + by_lift * row[at.R_SLOPE]))
     row[at.R_CORRECTION] = -rest / slope
     row[at.R_BY_SHAFT] = by_shaft / slope
-    # The line follows: ΔA = −rest/slope + by_shaft/slope Δα, and its torque falls by by_line arm ΔA.
+    # The line's correction is ΔA = −rest/slope + by_shaft/slope Δα; its torque decreases by by_line arm ΔA.
     return torque + by_line * arm * rest / slope, own - by_line * arm * by_shaft / slope

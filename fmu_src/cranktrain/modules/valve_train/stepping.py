@@ -1,9 +1,9 @@
 """Steps of the whole valve train: a singly diagonally implicit Runge–Kutta method of two stages, with step control.
 
-γ = 1 − 1/√2 makes it of second order, L-stable and stiffly accurate. Contacts are continuous at touch, so steps need
-not end there; the error estimate includes them. It is that of the velocities, 0.0404 h³ d³v/dt³, with the derivative
-from the accelerations of the step's start and both stages. Stages follow the crank's angle within the step. Work and
-losses are integrated by the same weights.
+With γ = 1 − 1/√2 it is of second order, L-stable and stiffly accurate. Contacts are continuous at first touch, so steps
+need not end there; the error estimate includes them. The estimate is that of the velocities, 0.0404 h³ d³v/dt³, with
+the derivative from the accelerations at the start of the step and in both stages. Stages follow the crank angle within
+the step. Work and losses are integrated with the same weights.
 
 Source: R. Alexander, Diagonally implicit Runge–Kutta methods for stiff O.D.E.'s, SIAM J. Numer. Anal. 14 (1977) 1006.
 """
@@ -22,15 +22,15 @@ LEADING = 4.0 * GAMMA**3 + 3.0 * GAMMA**2 * (1.0 - 2.0 * GAMMA) - 1.0 / 6.0
 LONGEST_TURN = math.radians(2.0)
 """Longest step as crank angle, rad."""
 LONGEST, SHORTEST = 1.0e-3, 1.0e-11
-"""Longest and shortest step, s; below the latter a step that is still refused has failed."""
+"""Longest and shortest step, s; if the shortest is still rejected, the step has failed."""
 GROW = 3.0
-"""Most that a step grows by."""
+"""Largest growth factor of a step."""
 _SAFETY, _SHRINK = 0.9, 0.2
 
 
 @kernel
 def load_rows(model, work, state):
-    """Take places and velocities from the state into the workspace."""
+    """Load positions and velocities from the state into the workspace."""
     for i in range(work.rows.shape[0]):
         row, base = work.rows[i], at.N_HEAD + i * at.N_LINE
         for k in range(6):
@@ -45,9 +45,9 @@ def load_rows(model, work, state):
 
 @kernel
 def attempt(model, work, state, crank, speed, h):
-    """One step of h, s, from the crank's halved angle (rad) at its halved speed; its error over the tolerance.
+    """Try a step of h, s, from half the crank angle (rad) at half the crank speed; returns error over tolerance.
 
-    The end is in the rows and the shaft of the workspace; −1 where a stage has no solution.
+    The end of the step is in the rows and the shaft of the workspace. Returns −1 if a stage has no solution.
     """
     load_rows(model, work, state)
     shaft, gh = work.shaft, GAMMA * h
@@ -77,7 +77,7 @@ def attempt(model, work, state, crank, speed, h):
 
 @kernel
 def second_start(work, part):
-    """Where the second stage begins: the step's start, moved on by the first stage's rates over ``part``, s."""
+    """Set the start of the second stage: the step's start plus the first stage's rates times ``part``, s."""
     for i in range(work.rows.shape[0]):
         row = work.rows[i]
         row[at.R_A1] = row[at.R_A]
@@ -94,7 +94,7 @@ def second_start(work, part):
 
 @kernel
 def take_powers(model, work, weight):
-    """Add a stage's work of the drive, of friction and of dampers, by its weight, s."""
+    """Add the work of drive, friction and dampers in a stage, with its weight, s."""
     n, shaft = model.numbers, work.shaft
     lead, rate = shaft[at.S_CRANK_ANGLE] - shaft[at.S_ANGLE], shaft[at.S_CRANK_SPEED] - shaft[at.S_SPEED]
     if lead < 0.0:
@@ -117,13 +117,13 @@ def take_powers(model, work, weight):
 
 @kernel
 def damped_power(depth, rate, stiffness, force):
-    """Power that a contact dissipates, W, also where a mass leaves it faster than its force could follow."""
+    """Power that a contact dissipates, W; also if the mass leaves faster than the contact force could follow."""
     return (force - stiffness * depth) * rate if depth > 0.0 else 0.0
 
 
 @kernel
 def step_error(model, work, state, h):
-    """Largest error of a velocity in a step over the tolerance."""
+    """Largest error of a velocity in a step, over the tolerance."""
     n, shaft = model.numbers, work.shaft
     worst = abs(third(state[at.CAM_ACCELERATION], shaft[at.S_ALPHA1], shaft[at.S_ALPHA])) * n[at.DRIVE_RADIUS]
     for i in range(work.rows.shape[0]):
@@ -135,13 +135,13 @@ def step_error(model, work, state, h):
 
 @kernel
 def third(a, b, c):
-    """h² times the second derivative of a quantity with values a at the start, b at γh and c at h."""
+    """Second derivative times h² of a quantity with values a at the start, b at γh and c at h."""
     return 2.0 * ((c - b) / (1.0 - GAMMA) - (b - a) / GAMMA)
 
 
 @kernel
 def keep_step(work, state):
-    """Take a step's end into the state."""
+    """Store the end of a step in the state."""
     shaft = work.shaft
     for i in range(work.rows.shape[0]):
         row, base = work.rows[i], at.N_HEAD + i * at.N_LINE
@@ -159,6 +159,6 @@ def keep_step(work, state):
 
 @kernel
 def next_size(error, h):
-    """Length of the next step, s, after one of h with this error over the tolerance."""
+    """Length of the next step, s, after a step of h with this error over tolerance."""
     factor = GROW if error <= 0.0 else min(max(_SAFETY * error ** (-1.0 / 3.0), _SHRINK), GROW)
     return h * factor

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* Names of the members of Run, and whether Run must have them. */
+/* Names of the members of Run; true if Run must have the member. */
 static const struct {
     char name[15];
     bool needed;
@@ -12,9 +12,9 @@ static const struct {
     [CT_FAMILIES] = {"families", false},   [CT_INPUT_RATES] = {"input_rates", false},
     [CT_STAGED] = {"staged", false},
 };
-static const uint64_t LARGEST = (uint64_t)1 << 40; /* bytes of an array: more is no data of ours */
+static const uint64_t LARGEST = (uint64_t)1 << 40; /* bytes of an array; a larger one is not our data */
 
-/* How many there are of what variables refer to, in every variant. */
+/* Numbers of the rows that variables refer to, equal in every variant. */
 struct counts {
     uint64_t inputs, outputs, numbers, families;
 };
@@ -151,7 +151,7 @@ static const char *check_choices(const struct ct_file *file, const struct counts
     return NULL;
 }
 
-/* Whether the start text of a String or Enumeration is among its options. */
+/* True if the start text of a String or Enumeration is among its options. */
 static bool starts_at_option(const struct ct_file *file, const struct ct_variable *variable) {
     const struct ct_choice *choice = file->choices + variable->index;
     for (uint32_t k = 0; k < choice->n_options; ++k) {

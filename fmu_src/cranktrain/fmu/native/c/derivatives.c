@@ -1,11 +1,11 @@
-/* Derivatives: of inputs and outputs by time, of outputs by inputs. */
+/* Derivatives of inputs and outputs by time, and of outputs by inputs. */
 #include <math.h>
 #include <string.h>
 
 #include "instance.h"
 
 enum { REALS = 1 << CT_REAL };
-static const double MOVE = 1e-4; /* of an input's nominal size: squared it is below what the solvers leave over */
+static const double MOVE = 1e-4; /* over an input's nominal size; its square is below the solvers' residual */
 
 /* ---------------------------------------------------------------- by time */
 
@@ -47,7 +47,7 @@ ct_result ct_set_rates(struct ct_instance *one, const uint32_t *references, size
     return CT_OK;
 }
 
-/* Values of the model's outputs at these references, 0 of those that it has not. */
+/* Values of the model's outputs at these references; 0 for references that are not its outputs. */
 static void read_outputs(const struct ct_instance *one, const uint32_t *references, size_t n, double *values) {
     for (size_t i = 0; i < n; ++i) {
         const uint32_t place = one->file.variables[references[i]].index;
@@ -61,7 +61,7 @@ static size_t outputs_bytes(const struct ct_instance *one) {
 
 static size_t point_bytes(const struct ct_instance *one) { return one->now->n_point * sizeof(double); }
 
-/* Present point and outputs are put aside, so that the model can stand elsewhere for a while; NULL without memory. */
+/* Save present point and outputs, so that the model can be at another point for a while; NULL without memory. */
 static double *put_aside(struct ct_instance *one) {
     double *outputs = ct_allocate(&one->host, outputs_bytes(one) + 1);
     if (outputs == NULL) return NULL;
@@ -76,8 +76,8 @@ static void take_back(struct ct_instance *one, double *outputs) {
     ct_release(&one->host, outputs);
 }
 
-/* Derivatives at the last of up to three points, (n,) values behind each other from the last back: of second order in
-   the distances, which may differ; of first order between two points, zero at one. */
+/* Derivatives at the last of up to three points: second order in the distances, which may differ; first order between
+   two points; zero at one. The (n,) values of the points are consecutive, from the last one backwards. */
 static void backward_difference(const double *times, uint32_t n_points, const double *points, size_t n, double *rates) {
     const double last = n_points > 1 ? times[0] - times[1] : 1.0, before = n_points > 2 ? times[1] - times[2] : 1.0;
     for (size_t i = 0; i < n; ++i) {
@@ -119,7 +119,7 @@ ct_result ct_get_rates(struct ct_instance *one, const uint32_t *references, size
 
 /* ---------------------------------------------------------------- by inputs */
 
-/* Changes of inputs, and how much of them is one move. */
+/* Changes of inputs, and the multiple of them that is one move. */
 struct direction {
     const uint32_t *references;
     const double *changes;
@@ -127,7 +127,7 @@ struct direction {
     double move;
 };
 
-/* Places, in moves, at which outputs are taken, and their weights: at both sides, or at the one where there is room. */
+/* Positions, in moves, at which outputs are evaluated, and their weights: both sides, or the side within bounds. */
 static const struct rule {
     int n;
     double at[3], weights[3];
@@ -138,7 +138,7 @@ static const struct rule {
 };
 enum { N_RULES = sizeof RULES / sizeof RULES[0] };
 
-/* Input that led to the present point: over the last step, or at the start. */
+/* Input that led to the present point: that of the last step, or that of the start. */
 static double given(const struct ct_instance *one, uint32_t k) {
     return one->now->n_past > 0 ? one->before[(size_t)(one->model.inputs - one->state) + one->inputs[k].place]
                                 : one->origin[k];
@@ -150,7 +150,7 @@ static uint32_t input_of(const struct ct_instance *one, uint32_t reference) {
     return k;
 }
 
-/* Size that an input has: its nominal one, or what it starts at, or 1. Not its value: angles grow without end. */
+/* Size of an input: its nominal value, else its start value, else 1. The present value is unfit, as angles grow. */
 static double size_of(const struct ct_instance *one, uint32_t reference) {
     const struct ct_variable *variable = one->file.variables + reference;
     const double start = fabs(variable->start);
@@ -173,7 +173,7 @@ static ct_result check_direction(const struct ct_instance *one, const struct dir
     return CT_OK;
 }
 
-/* The move at which the input that changes most for its size does so by MOVE; 0 where none changes. */
+/* The move at which the input with the largest relative change changes by MOVE; 0 if no input changes. */
 static double move_of(const struct ct_instance *one, const struct direction *towards) {
     double most = 0.0;
     for (size_t i = 0; i < towards->n; ++i) {
@@ -182,7 +182,7 @@ static double move_of(const struct ct_instance *one, const struct direction *tow
     return most > 0.0 ? MOVE / most : 0.0;
 }
 
-/* Inputs that are moved, (n_inputs,); false where one leaves its bounds. */
+/* Moved inputs, (n_inputs,); false if one leaves its bounds. */
 static bool moved(const struct ct_instance *one, const struct direction *towards, double at, double *inputs) {
     for (uint32_t k = 0; k < one->n_inputs; ++k) inputs[k] = given(one, k);
     for (size_t i = 0; i < towards->n; ++i) {
@@ -198,7 +198,7 @@ static int64_t restart(struct ct_instance *one, const double *inputs) {
     return ct_start_model(one, &one->model, one->file.variants + one->now->variant, inputs);
 }
 
-/* Do again, under moved inputs, what led to the present point: the last step, or the start. */
+/* Repeat with moved inputs the last step, or the start, that led to the present point. */
 static int64_t redo(struct ct_instance *one, const double *inputs) {
     const size_t n_state = (size_t)ct_member_array(&one->file, one->file.variants + one->now->variant, CT_STATE)->bytes;
     int64_t status;
@@ -213,15 +213,15 @@ static int64_t redo(struct ct_instance *one, const double *inputs) {
     return one->file.kernels->advance(one->model.run, one->now->end_time);
 }
 
-/* Memory of a difference: inputs, the present outputs wanted, those at one place, and the sum. */
+/* Memory of a difference: inputs, the wanted outputs at present, those at one position, and the sum. */
 struct work { double *inputs, *present, *there, *sum; };
 
-/* Apply a rule; status of the kernels, or -1 where an input would leave its bounds. */
+/* Apply a rule; returns the status of the kernels, or -1 if an input would leave its bounds. */
 static int64_t difference(struct ct_instance *one, const struct rule *rule, const struct direction *towards,
                           const uint32_t *unknowns, size_t n, const struct work *work) {
     for (size_t i = 0; i < n; ++i) work->sum[i] = 0.0;
     for (int p = 0; p < rule->n; ++p) {
-        /* The present outputs may be interpolated, those of moved inputs never are: all are computed in one way. */
+        /* The present outputs may be interpolated, outputs for moved inputs are not, so all are computed in one way. */
         const bool interpolated = one->now->n_past > 0 && one->each_point != CT_NONE;
         const bool here = fabs(rule->at[p]) < 0.5 && !interpolated;
         if (!moved(one, towards, rule->at[p], work->inputs)) return -1;
@@ -243,7 +243,7 @@ static ct_result differentiate(struct ct_instance *one, const struct direction *
         status = difference(one, RULES + k, towards, unknowns, n, work);
         if (status > 0) failed = status;
     }
-    if (one->now->n_past == 0) restart(one, one->origin); /* what the preparation has written */
+    if (one->now->n_past == 0) restart(one, one->origin); /* restore what the moved starts have changed */
     if (status == 0) return CT_OK;
     ct_log(&one->host, CT_DISCARD, "no directional derivative at %.9g s: %s", one->before[0],
            failed > 0 ? ct_status_text(&one->file, failed, &kind) : "the inputs cannot be moved within their bounds");

@@ -15,7 +15,7 @@ struct header {
     uint64_t size;
     char digest[DIGEST_BYTES], guid[GUID_BYTES];
     uint64_t sums[2];
-    uint32_t n_sections, pad; /* the sums are from here on */
+    uint32_t n_sections, pad; /* the sums begin here */
 };
 struct entry {
     char name[8];
@@ -31,7 +31,7 @@ _Static_assert(sizeof(struct ct_record) == 8 && sizeof(struct ct_array) == 72, "
 _Static_assert(sizeof(struct ct_fixup) == 16 && sizeof(struct ct_well_known) == 8, "layout of the file");
 _Static_assert(sizeof(struct ct_status) == 16 && sizeof(struct ct_info) == 8, "layout of the file");
 
-/* Where the rows of each section and their number go, and the size of a row. */
+/* Pointers to the rows of each section and to their number, and the size of a row. */
 #define SECTION(name, member) {name, offsetof(struct ct_file, member), offsetof(struct ct_file, n_##member), \
                                sizeof(*((struct ct_file *)0)->member)}
 static const struct {
@@ -46,7 +46,7 @@ static const struct {
 };
 enum { N_SECTIONS = sizeof SECTIONS / sizeof SECTIONS[0] };
 
-/* Remainders of CRC-32 (IEEE 802.3) for a byte that 0 to 7 other bytes follow. */
+/* Remainders of CRC-32 (IEEE 802.3) for a byte that is followed by 0 to 7 other bytes. */
 static void fill_remainders(uint32_t remainders[8][256]) {
     for (uint32_t byte = 0; byte < 256; ++byte) {
         uint32_t r = byte;
@@ -70,7 +70,7 @@ void ct_sums(const void *bytes, size_t n_words, uint64_t sums[2]) {
         uint64_t word;
         memcpy(&word, at, sizeof word);
         second += (i + 1) * word;
-        word ^= crc; /* the order of bytes is that of the file, little end first */
+        word ^= crc; /* the byte order is that of the file, little-endian */
         crc = 0;
         for (int k = 0; k < 8; ++k) crc ^= remainders[7 - k][(word >> (8 * k)) & 0xFF];
     }
@@ -78,7 +78,7 @@ void ct_sums(const void *bytes, size_t n_words, uint64_t sums[2]) {
     sums[1] = second;
 }
 
-/* What is wrong with the header of a file of this size, NULL where nothing is. */
+/* Fault in the header of a file of this size, NULL if there is none. */
 static const char *check_header(const struct header *header, size_t size) {
     uint64_t sums[2];
     if (size < sizeof *header || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0) {
@@ -93,7 +93,7 @@ static const char *check_header(const struct header *header, size_t size) {
     return NULL;
 }
 
-/* Find each section once; what is wrong, or NULL. */
+/* Find each section once; returns a fault, or NULL. */
 static const char *find_sections(struct ct_file *file, const struct header *header) {
     const struct entry *entries = (const struct entry *)(const void *)(header + 1);
     uint32_t found = 0;
@@ -117,7 +117,7 @@ static const char *find_sections(struct ct_file *file, const struct header *head
     return NULL;
 }
 
-/* Whether the binary has the solved films that the data may be made for: their digest is the second. */
+/* True if the binary has the solved films that the data may need; their digest is the second. */
 static bool has_films(const struct ct_file *file) {
     const char *films = ct_info_text(file, "films"), *second = strchr(file->kernels->digest, ' ');
     return films == NULL || (second != NULL && strcmp(second + 1, films) == 0);

@@ -1,12 +1,12 @@
-/* resources/native.bin, mapped and checked: the tables of an FMU. What they mean is said in file_format.py. */
+/* resources/native.bin, mapped and checked: the tables of an FMU, whose meaning is described in file_format.py. */
 #ifndef CT_FILE_H
 #define CT_FILE_H
 
 #include "kernels.h"
 #include "resource.h"
 
-#define CT_NONE 0xFFFFFFFFu    /* place of nothing */
-#define CT_REFUSED 0x80000000u /* bit of a row of LEVL that is the text of a refusal */
+#define CT_NONE 0xFFFFFFFFu    /* index that refers to nothing */
+#define CT_REFUSED 0x80000000u /* bit of a row of LEVL that contains the text of a refusal */
 enum { CT_ALIGNMENT = 64, CT_MOST_DIMENSIONS = 4 };
 
 enum ct_type { CT_REAL, CT_INTEGER, CT_BOOLEAN, CT_STRING, CT_ENUMERATION, CT_TYPES };
@@ -20,8 +20,8 @@ enum ct_status_kind { CT_STATUS_ERROR, CT_STATUS_DISCARD, CT_STATUS_KINDS };
 struct ct_variable {
     uint32_t name, start_text;
     uint8_t type, causality, pad[2];
-    uint32_t index; /* place in run.inputs or run.outputs, slot of run.numbers, row of the choices */
-    double start, min, max, nominal; /* nominal: size that values have, 0 where it is not known */
+    uint32_t index; /* index in run.inputs or run.outputs, slot of run.numbers, row of the choices */
+    double start, min, max, nominal; /* nominal: typical size of values, 0 if unknown */
     uint32_t first_family, n_families;
 };
 struct ct_choice { uint32_t name, first_option, n_options, kind, index; };
@@ -41,16 +41,16 @@ struct ct_well_known { uint32_t name, leaf; };
 struct ct_status { int32_t code; uint32_t text, kind, pad; };
 struct ct_info { uint32_t name, text; };
 
-/* Leaves of Run that this side reads or writes. */
+/* Leaves of Run that the C side reads or writes. */
 enum ct_member { CT_STATE, CT_INPUTS, CT_OUTPUTS, CT_NUMBERS, CT_FAMILIES, CT_INPUT_RATES, CT_STAGED, CT_MEMBERS };
-enum { CT_WANTED = 4 }; /* column of families: whether anybody reads them */
-/* Columns of the first row of ``staged``: stages whose inputs are given, how many there are, the internal step, rad.
-   The rows after it are those of the stages: share of a step, then the inputs there. */
+enum { CT_WANTED = 4 }; /* column of families: true if any output of the family is read */
+/* Columns of the first row of ``staged``: stages with given inputs, their number, the internal step, rad.
+   Each further row is for one stage: its fraction of the step, then its inputs. */
 enum { CT_STAGES_GIVEN, CT_STAGES_THERE, CT_STAGE_STEP, CT_STAGED_COLUMNS };
 
 struct ct_file {
     struct ct_map map;
-    const struct ct_kernels *kernels; /* that its addresses stand for */
+    const struct ct_kernels *kernels; /* kernels to which its addresses refer */
     const char *guid;
     const char *texts;
     const struct ct_variable *variables;
@@ -71,23 +71,23 @@ struct ct_file {
     const unsigned char *blob;
     uint64_t n_texts, n_variables, n_families, n_choices, n_options, n_levels, n_variants, n_numbers, n_slots, n_leaves,
         n_records, n_arrays, n_fixups, n_well_known, n_statuses, n_infos, n_blob;
-    uint32_t members[CT_MEMBERS]; /* leaf of each, CT_NONE where Run has none */
+    uint32_t members[CT_MEMBERS]; /* leaf of each member, CT_NONE if Run does not have it */
 };
 
-/* Map and check native.bin of a resources folder. False where it is not to be used, with the reason in the log. */
+/* Map and check native.bin of a resources folder. False if it cannot be used, with the reason in the log. */
 bool ct_open_file(const struct ct_host *host, const char *location, const char *guid, struct ct_file *file);
 void ct_close_file(struct ct_file *file);
 
 static inline const char *ct_text(const struct ct_file *file, uint32_t offset) { return file->texts + offset; }
 
-/* Array of a member of a variant's Run; NULL where there is none. */
+/* Array of a member of a variant's Run; NULL if Run does not have it. */
 const struct ct_array *ct_member_array(const struct ct_file *file, const struct ct_variant *variant,
                                        enum ct_member member);
 
-/* Text of an entry of INFO; NULL where there is none. */
+/* Text of an entry of INFO; NULL if there is none. */
 const char *ct_info_text(const struct ct_file *file, const char *name);
 
-/* CRC-32 (IEEE 802.3) of n words, and the sum of the words times their number from 1 on, modulo 2^64. */
+/* CRC-32 (IEEE 802.3) of n words, and the sum modulo 2^64 of the words times their numbers from 1 on. */
 void ct_sums(const void *bytes, size_t n_words, uint64_t sums[2]);
 
 #endif

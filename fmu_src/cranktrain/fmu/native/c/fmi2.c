@@ -1,7 +1,7 @@
-/* The interface of FMI 2.0.4 for co-simulation: which call is allowed when, and what it does.
+/* The interface of FMI 2.0.4 for co-simulation: allowed calls in each phase, and their actions.
 
-   A call that is refused returns fmi2Error, says why in one line and changes nothing: the instance goes on from where
-   it stands. A step without a solution returns fmi2Discard, with the state of before the step. Nothing is fatal. */
+   A refused call returns fmi2Error, logs the reason in one line and changes nothing: the instance continues from its
+   present state. A step without a solution returns fmi2Discard, with the state before the step. Nothing is fatal. */
 #include "fmi2.h"
 
 #include "instance.h"
@@ -13,8 +13,8 @@ enum call {
 enum {
     AFTER_START = CT_STEPPED | CT_FAILED | CT_TERMINATED,
     ANY = CT_INSTANTIATED | CT_INITIALIZING | AFTER_START,
-    /* More than the standard asks: nothing of a failed step is kept, so inputs may be set and a step be tried again
-       from there without a state that was saved before. */
+    /* More than the standard requires: a failed step changes nothing, so inputs may be set and another step be tried
+       from the same state without saving it before. */
     STEPPABLE = CT_STEPPED | CT_FAILED
 };
 
@@ -37,12 +37,12 @@ static const struct ct_call CALLS[] = {
 };
 static bool allowed(const struct ct_instance *one, enum call call) { return ct_allowed(one, CALLS + call); }
 
-/* Both count alike. */
+/* Both have the same effect. */
 static fmi2Status of(ct_result result) { return (fmi2Status)result; }
 
 typedef void (*logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
 
-/* A line to the host's logger, which takes it for a format of printf. */
+/* Pass a line to the host's logger, which interprets it as a format of printf. */
 static void write_line(const struct ct_host *host, ct_result result, const char *category, const char *line) {
     char escaped[2 * CT_LONGEST_LINE];
     size_t n = 0;
@@ -100,7 +100,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t n
 fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop) {
     struct ct_instance *one = component;
-    (void)tolerance_defined; /* the model's own step and integrator decide */
+    (void)tolerance_defined; /* the model's own step and integrator determine the accuracy */
     (void)tolerance;
     return allowed(one, SETUP_EXPERIMENT) ? of(ct_set_experiment(one, start, stop_defined != 0, stop)) : fmi2Error;
 }
@@ -210,7 +210,7 @@ fmi2Status fmi2CancelStep(fmi2Component component) {
 
 /* ---------------------------------------------------------------- status */
 
-/* Whether a status can be asked for; what cannot be told is discarded, as the standard says. */
+/* True if a status can be queried; a status that is not available is discarded, as the standard requires. */
 static fmi2Status tell(fmi2Component component, const void *value, bool known) {
     const struct ct_instance *one = component;
     if (!allowed(one, GET_STATUS)) return fmi2Error;
@@ -246,6 +246,6 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fm
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind kind, fmi2String *value) {
-    (void)kind; /* of a step that is pending; none ever is */
+    (void)kind; /* kind of a pending step; no step is ever pending */
     return tell(component, value, false);
 }

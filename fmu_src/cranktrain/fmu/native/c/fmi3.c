@@ -1,6 +1,6 @@
 /* The interface of FMI 3.0.2 for co-simulation: life, steps and states; fmi3_values.c has the variables.
 
-   As in fmi2.c a call that is refused returns fmi3Error, says why in one line and changes nothing, and a step without a
+   As in fmi2.c a refused call returns fmi3Error, logs the reason in one line and changes nothing, and a step without a
    solution returns fmi3Discard. */
 #include <math.h>
 #include <stdio.h>
@@ -10,12 +10,12 @@
 
 static const double UPDATE = 0.5;     /* degrees of crank angle between intermediate updates */
 static const double DEGREE = 3.14159265358979323846 / 180.0;
-static const double ROUNDING = 1e-6;  /* of that, by which the last of them may be longer */
+static const double ROUNDING = 1e-6;  /* relative, by which the last interval may be longer */
 
 enum {
     AFTER_START = CT_STEPPED | CT_FAILED | CT_TERMINATED | CT_EVENT,
     ANY = CT_INSTANTIATED | CT_INITIALIZING | AFTER_START,
-    STEPPABLE = CT_STEPPED | CT_FAILED /* more than the standard asks, see fmi2.c */
+    STEPPABLE = CT_STEPPED | CT_FAILED /* more than the standard requires, see fmi2.c */
 };
 
 /* Section 4.2.1 of the standard. */
@@ -24,7 +24,7 @@ static const struct ct_call CALLS[] = {
     [EXIT_INITIALIZATION] = {"exitInitializationMode", CT_INITIALIZING},
     [TERMINATE] = {"terminate", STEPPABLE | CT_EVENT},
     [RESET] = {"reset", ANY},
-    [DO_STEP] = {"doStep", ANY}, /* ct_check_step says more of it */
+    [DO_STEP] = {"doStep", ANY}, /* ct_check_step refuses more */
     [GET] = {"getting values", CT_INITIALIZING | AFTER_START},
     [SET] = {"setting values", CT_INSTANTIATED | CT_INITIALIZING | STEPPABLE | CT_EVENT},
     [GET_RATES] = {"getOutputDerivatives", AFTER_START},
@@ -36,7 +36,7 @@ static const struct ct_call CALLS[] = {
     [UPDATE_DISCRETE_STATES] = {"updateDiscreteStates", CT_EVENT},
     [GET_CLOCK] = {"getClock", CT_INITIALIZING | CT_EVENT},
 };
-/* What a host may call while it is called. */
+/* Calls that a host may make inside its callback. */
 enum { IN_UPDATE = 1 << GET | 1 << SET | 1 << GET_RATES | 1 << GET_DERIVATIVES | 1 << SET_LOGGING };
 
 bool ct_unit_allowed(const struct unit *unit, enum unit_call call) {
@@ -72,7 +72,7 @@ static struct ct_host host_of(fmi3String name, bool logging, void *environment, 
     return host;
 }
 
-/* Release what there is of a unit. */
+/* Release all memory of a unit. */
 static void dissolve(struct unit *unit, const struct ct_host *host) {
     if (unit == NULL) return;
     ct_release(host, unit->lengths);
@@ -104,7 +104,7 @@ static struct unit *made(const struct ct_host *host, fmi3String token, fmi3Strin
     return NULL;
 }
 
-/* In one piece: the arguments are the standard's. */
+/* Not split further, because the arguments are the standard's. */
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                          fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
                                          const fmi3ValueReference required[], size_t n_required,
@@ -146,7 +146,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
     return NULL;
 }
 
-/* In one piece: the arguments are the standard's. */
+/* Not split further, because the arguments are the standard's. */
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
                                                fmi3Boolean visible, fmi3Boolean logging,
                                                fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
@@ -170,7 +170,7 @@ void fmi3FreeInstance(fmi3Instance instance) {
         ct_refuse(&unit->model->host, "freeInstance inside an intermediate update; return from it first");
         return;
     }
-    const struct ct_host host = {.name = NULL}; /* a host of FMI 3.0 gives no memory: it is the C library's */
+    const struct ct_host host = {.name = NULL}; /* FMI 3.0 has no memory functions: the C library's */
     dissolve(unit, &host);
 }
 
@@ -185,7 +185,7 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t n, 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop) {
     struct unit *unit = instance;
-    (void)tolerance_defined; /* the model's own step and integrator decide */
+    (void)tolerance_defined; /* the model's own step and integrator determine the accuracy */
     (void)tolerance;
     if (!ct_unit_allowed(unit, SET_EXPERIMENT)) return fmi3Error;
     if (ct_set_experiment(unit->model, start, stop_defined, stop) != CT_OK) return fmi3Error;
@@ -226,7 +226,7 @@ fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state) {
     struct unit *unit = instance;
     if (!ct_unit_allowed(unit, STATES) || ct_set_state(unit->model, state) != CT_OK) return fmi3Error;
     struct ct_snapshot *now = unit->model->now;
-    if (!unit->events && (now->phase == CT_EVENT || now->ticks != 0)) ct_end_events(now); /* of a host that uses them */
+    if (!unit->events && (now->phase == CT_EVENT || now->ticks != 0)) ct_end_events(now); /* saved with events */
     return fmi3OK;
 }
 
@@ -252,8 +252,8 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[]
 
 /* ---------------------------------------------------------------- steps */
 
-/* Call the host at a time, which the model has reached or not; returns where the step is to end then, at most ``end``.
-   What lies ahead has inputs, but no outputs yet. */
+/* Call the host at a time that the model may not have reached yet; returns the new end of the step, at most ``end``.
+   At a time not reached yet inputs can be set, but there are no outputs. */
 static double updated(struct unit *unit, double time, bool reached, double end) {
     const bool may_return = reached && unit->may_return;
     fmi3Boolean early = false;
@@ -265,8 +265,8 @@ static double updated(struct unit *unit, double time, bool reached, double end) 
     return early_time > time ? fmin(early_time, end) : time;
 }
 
-/* Step to a time. Where the model takes inputs at the stages of its integrator, the host is called for each of them
-   beforehand, in the order of their times; what it has set before the step is that at the begin. */
+/* Step to a time. If the model takes inputs at the stages of its integrator, the host is called for each of them
+   beforehand, in the order of their times; the inputs set before the step are those at its beginning. */
 static ct_result step_part(struct unit *unit, double *end) {
     struct ct_instance *one = unit->model;
     const double begin = ct_time(one);
@@ -285,8 +285,8 @@ static ct_result step_part(struct unit *unit, double *end) {
     return ct_step_to_event(unit, end);
 }
 
-/* Step to a time in parts, with the host called between them; ``end`` is where a host wants it to end. Parts are of
-   UPDATE, or internal steps where inputs are given at their stages. */
+/* Step to a time in parts, with calls of the host between them; ``end`` is where the host wants to end the step. Parts
+   have the length UPDATE, or that of internal steps if inputs are given at their stages. */
 static ct_result step_in_parts(struct unit *unit, double time, double step, double *end) {
     const double longest = ct_stages(unit->model) > 0 ? unit->model->model.staged[CT_STAGE_STEP] / DEGREE : UPDATE;
     const double share = ct_degrees(unit->model, step) / longest;
@@ -327,7 +327,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step,
     if (result != CT_OK) unit->model->now->ticks = 0;
     *event = unit->model->now->ticks != 0;
     *early = result == CT_OK && end < time + step;
-    /* The model may lag by a sliver of time, which is no news to a host. */
+    /* The model may lag by a tiny time difference, which is not reported to the host. */
     *last_time = result == CT_OK ? end : ct_time(unit->model);
     return ct_status3(result);
 }

@@ -138,7 +138,7 @@ CT_EXPORT fmi3Status fmi3DoStep(fmi3Instance, fmi3Float64 time, fmi3Float64 step
                                 fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early,
                                 fmi3Float64 *last_time);
 
-/* ---------------------------------------------------------------- what this unit has not */
+/* functions that this unit does not support */
 
 CT_EXPORT fmi3Status fmi3EnterConfigurationMode(fmi3Instance);
 CT_EXPORT fmi3Status fmi3ExitConfigurationMode(fmi3Instance);

@@ -1,4 +1,4 @@
-/* Functions of FMI 3.0.2 that this FMU for co-simulation has no use for: each says so and is refused. */
+/* Functions of FMI 3.0.2 that this FMU for co-simulation does not support; each logs this and is refused. */
 #include "fmi3_unit.h"
 
 static fmi3Status refused(fmi3Instance instance, const char *call, const char *lacking) {

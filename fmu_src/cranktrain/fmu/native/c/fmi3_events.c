@@ -1,9 +1,8 @@
-/* Dead centres by FMI 3.0: output clocks that tick where cylinders reach their firing dead centres, and the event mode
-   in which a host learns of them.
+/* Dead centres in FMI 3.0: output clocks that tick when cylinders reach their firing dead centres, and event mode.
 
-   A cylinder passes its dead centre where floor((angle - its firing angle) / cycle) changes, whichever way the crank
-   turns. A step that passes one is taken back and taken anew to the time at which false position expects it, until the
-   crank stands at the dead centre or less than NEAR behind it. The next step begins there. */
+   A cylinder passes its dead centre when floor((angle - its firing angle) / cycle) changes, in either direction of
+   rotation. A step that passes a dead centre is undone and repeated to the time predicted by false position, until the
+   crank is at the dead centre or less than NEAR behind it. The next step begins there. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +10,7 @@
 #include "fmi3_unit.h"
 
 static const double NEAR = 1e-6;     /* rad */
-static const double SHORTEST = 4e-9; /* s: shorter steps are left to the next one */
+static const double SHORTEST = 4e-9; /* s: a shorter step is added to the next one */
 static const double TURN = 2.0 * 3.14159265358979323846;
 enum { MOST_CLOCKS = 64, MOST_TURNS = 2, BISECTED = 8, MOST_TRIALS = 64 };
 
@@ -37,9 +36,9 @@ bool ct_find_clocks(struct unit *unit) {
 
 /* ---------------------------------------------------------------- steps */
 
-/* What a step to a time led to. */
+/* Result of a step to a time. */
 struct trial {
-    double angle;    /* of the crank at its end */
+    double angle;    /* crank angle at its end */
     uint64_t passed; /* bits of the cylinders that passed their dead centres */
     double first;    /* angle of the first of these dead centres */
 };
@@ -62,14 +61,14 @@ static ct_result try_step(struct unit *unit, double end, double from, struct tri
     if (result == CT_OK) {
         look(unit, from, trial);
     } else {
-        ct_forget_outputs(unit->model); /* may be those of another trial */
+        ct_forget_outputs(unit->model); /* they may belong to another trial */
     }
     return result;
 }
 
-/* Be where the last step began, in an instance that was ``before`` then. */
+/* Return to the beginning of the last step, at which the instance was as in ``before``. */
 static void take_back(struct ct_instance *one, const struct ct_snapshot *before) {
-    if (one->now->latest == before->latest) return; /* a sliver of time: it has not moved */
+    if (one->now->latest == before->latest) return; /* the time step was too short to move the model */
     memcpy(one->state, ct_past(one, 0), one->now->n_point * sizeof(double));
     one->now->latest = before->latest;
     one->now->n_past = before->n_past;

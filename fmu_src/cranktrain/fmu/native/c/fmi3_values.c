@@ -1,4 +1,4 @@
-/* Variables by FMI 3.0: arrays become their elements, types those of the model. */
+/* Variables in FMI 3.0: arrays are mapped to their elements, types to those of the model. */
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -8,13 +8,13 @@
 
 /* ---------------------------------------------------------------- arrays */
 
-/* Whether the model's variables from ``first`` on, ``count`` of them, can be an array. */
+/* True if the ``count`` variables of the model from ``first`` on can be an array. */
 static bool can_be_array(const struct unit *unit, unsigned long first, unsigned long count) {
     const struct ct_variable *variables = unit->model->file.variables;
     if (count == 0 || first >= unit->n || count > unit->n - first) return false;
     for (unsigned long k = first; k < first + count; ++k) {
         if (variables[k].type != CT_REAL || variables[k].causality != variables[first].causality) return false;
-        if (unit->lengths[k] != 1) return false; /* another array's */
+        if (unit->lengths[k] != 1) return false; /* belongs to another array */
     }
     return true;
 }
@@ -68,7 +68,7 @@ static void note_inputs(struct unit *unit, const fmi3ValueReference references[]
 
 void ct_warn_without_gas(struct unit *unit) {
     if (unit->gas == CT_NONE || unit->given || !unit->driven || unit->model->values[unit->source] != 0.0) return;
-    unit->given = true; /* told */
+    unit->given = true; /* warn only once */
     ct_log(&unit->model->host, CT_WARNING,
            "no pressures are set, though other inputs are: the built-in gas goes on. Pressures are one array here, whose "
            "first of %u elements is '%s'; a table for FMI 2.0 has other columns. gas.source builtin says that it is meant",
@@ -79,8 +79,8 @@ void ct_warn_without_gas(struct unit *unit) {
 
 static const char TYPE_NAMES[][12] = {"Float64", "Int32", "Boolean", "String", "Enumeration"};
 
-/* The elements of variables of one type into unit->list; refused unless they are as many as the values. ``orders``,
-   where there are any, are one for each variable and go to unit->integers. */
+/* Put the elements of variables of one type into unit->list; refused unless their number is that of the values.
+   ``orders``, if any, has one entry for each variable and goes to unit->integers. */
 static ct_result expand(struct unit *unit, enum ct_type type, const fmi3ValueReference references[], size_t n,
                         size_t n_values, const fmi3Int32 *orders) {
     const struct ct_host *host = &unit->model->host;
@@ -109,18 +109,18 @@ static ct_result expand(struct unit *unit, enum ct_type type, const fmi3ValueRef
                      "modelDescription.xml", (double)n_values, (double)found);
 }
 
-/* Times and the reals between them, each group in one call. */
+/* The time, and the reals before and after it, each group in one call. */
 static ct_result get_reals(struct unit *unit, const fmi3ValueReference references[], size_t n, double values[],
                            size_t n_values) {
     size_t first = 0, done = 0;
-    if (n > (size_t)unit->n + 1) { /* before any is read: the count may be wrong */
+    if (n > (size_t)unit->n + 1) { /* checked before any value is read, because the count may be wrong */
         return ct_refuse(&unit->model->host, "more than %u Float64 values at once; the FMU has no more", unit->n + 1);
     }
     for (size_t i = 0; references != NULL && values != NULL && i < n; ++i) {
         if (references[i] != unit->n) continue;
         size_t elements = 0;
         for (size_t k = first; k < i; ++k) elements += references[k] < unit->n ? unit->lengths[references[k]] : 0;
-        if (elements >= n_values - done) break; /* no place for the time: refused below */
+        if (elements >= n_values - done) break; /* no space for the time; refused below */
         if (expand(unit, CT_REAL, references + first, i - first, elements, NULL) != CT_OK) return CT_ERROR;
         if (ct_get_reals(unit->model, unit->list, elements, values + done) != CT_OK) return CT_ERROR;
         values[done + elements] = ct_time(unit->model);
@@ -138,7 +138,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference refere
     return ct_unit_allowed(unit, GET) ? ct_status3(get_reals(unit, references, n, values, n_values)) : fmi3Error;
 }
 
-/* Whether a call is allowed now and its variables are of a type; their elements are in unit->list then. */
+/* True if a call is allowed now and its variables are of a type; their elements are then in unit->list. */
 static bool begun(struct unit *unit, enum unit_call call, enum ct_type type, const fmi3ValueReference references[],
                   size_t n, size_t n_values) {
     return ct_unit_allowed(unit, call) && expand(unit, type, references, n, n_values, NULL) == CT_OK;
@@ -171,7 +171,7 @@ fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference referen
 
 static int within_int(int64_t value) { return value > INT_MAX ? INT_MAX : value < INT_MIN ? INT_MIN : (int)value; }
 
-/* The model counts in int. Int32, Int64 (of enumerations) and Boolean share these two. */
+/* The model uses int. Int32, Int64 (for enumerations) and Boolean share these two functions. */
 static fmi3Status get_whole(struct unit *unit, const fmi3ValueReference references[], size_t n, void *values,
                             size_t n_values, enum ct_type type) {
     if (!begun(unit, GET, type, references, n, n_values)) return fmi3Error;
@@ -224,7 +224,7 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
     return ct_status3(ct_get_rates(unit->model, unit->list, n_values, expanded, values));
 }
 
-/* Elements of the knowns, behind which follow those of the unknowns; NULL where they are refused. */
+/* Elements of the knowns, followed by those of the unknowns; NULL if they are refused. */
 static uint32_t *sides(struct unit *unit, const fmi3ValueReference knowns[], size_t n_knowns, size_t n_inputs,
                        const fmi3ValueReference unknowns[], size_t n_unknowns, size_t n_outputs) {
     if (expand(unit, CT_REAL, knowns, n_knowns, n_inputs, NULL) != CT_OK) return NULL;

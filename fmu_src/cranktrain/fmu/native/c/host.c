@@ -14,7 +14,7 @@ enum { ALL = 5, N_CATEGORIES = 6 };
 void *ct_allocate(const struct ct_host *host, size_t bytes) {
     if (host->allocate == NULL || host->release == NULL) return calloc(1, bytes);
     void *memory = host->allocate(1, bytes);
-    if (memory != NULL) memset(memory, 0, bytes); /* the standard demands zeros; not every host keeps to it */
+    if (memory != NULL) memset(memory, 0, bytes); /* the standard requires zeros, which not every host provides */
     return memory;
 }
 
@@ -38,7 +38,7 @@ static void log_line(const struct ct_host *host, ct_result result, const char *f
     const int head = snprintf(line, sizeof line, "%s: ", host->name);
     if (head > 0 && (size_t)head < sizeof line) vsnprintf(line + head, sizeof line - (size_t)head, format, values);
     for (char *c = line; *c != '\0'; ++c) {
-        if ((unsigned char)*c < ' ') *c = ' '; /* one line */
+        if ((unsigned char)*c < ' ') *c = ' '; /* keep the message on one line */
     }
     if (host->write == NULL) {
         fprintf(stderr, "cranktrain: %s\n", line);
@@ -90,7 +90,7 @@ const char *ct_number(char text[CT_NUMBER], double value) {
     }
     if (strchr(text, 'e') != NULL && size >= 1.0 && size < 1e16) snprintf(text, CT_NUMBER, "%.1f", value);
     for (char *c = text; *c != '\0'; ++c) {
-        if (*c == ',') *c = '.'; /* the host's locale */
+        if (*c == ',') *c = '.'; /* comma of the host's locale */
     }
     if (strpbrk(text, ".e") == NULL) strcat(text, ".0");
     return text;

@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double CLOSE = 1e-9; /* relative difference that a value may have from being written as text */
+static const double CLOSE = 1e-9; /* relative tolerance for values that were written as text */
 
 /* ---------------------------------------------------------------- life */
 
-/* Float64 numbers of the longest point of any variant. */
+/* Number of Float64 values in the longest point of any variant. */
 static uint64_t longest_point(const struct ct_file *file) {
     uint64_t most = 0;
     for (const struct ct_variant *variant = file->variants; variant < file->variants + file->n_variants; ++variant) {
@@ -24,7 +24,7 @@ static uint64_t count_inputs(const struct ct_file *file) {
     return n;
 }
 
-/* Memory of the values: false where there is none. */
+/* Memory for the values: false if there is none. */
 static bool take_memory(struct ct_instance *one) {
     const uint64_t n = one->n_variables, n_point = longest_point(&one->file);
     const uint64_t snapshot = sizeof(struct ct_snapshot) + (n + 2 * one->n_inputs) * sizeof(double);
@@ -46,7 +46,7 @@ static bool take_memory(struct ct_instance *one) {
     return true;
 }
 
-/* Place in the state that an information of the data names; CT_NONE where there is none. */
+/* Index in the state stated by an entry of INFO; CT_NONE if there is none. */
 static uint32_t place_of(const struct ct_instance *one, const char *name) {
     const char *text = ct_info_text(&one->file, name);
     const double place = text != NULL ? strtod(text, NULL) : -1.0;
@@ -108,7 +108,7 @@ void ct_free_instance(struct ct_instance *one) {
     ct_release(&host, (void *)(uintptr_t)host.name);
 }
 
-/* Place among its options that a String or Enumeration starts at. */
+/* Index, among its options, of the start value of a String or Enumeration. */
 static double start_option(const struct ct_file *file, const struct ct_variable *variable) {
     if (variable->index == CT_NONE) return 0.0;
     const struct ct_choice *choice = file->choices + variable->index;
@@ -156,7 +156,7 @@ void ct_forget_outputs(struct ct_instance *one) {
 
 /* ---------------------------------------------------------------- the model of the values */
 
-/* Reference of the variable that is a choice; CT_NONE where none is, and its first option holds. */
+/* Reference of the variable that is a choice; CT_NONE if there is none, and the first option applies. */
 static uint32_t variable_of(const struct ct_instance *one, uint64_t choice) {
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
@@ -180,7 +180,7 @@ uint32_t ct_level(const struct ct_instance *one) {
     return one->file.levels[row];
 }
 
-/* Refuse values of parameters that the FMU's data were made for and that differ from these. */
+/* Refuse values of parameters that differ from the values for which the FMU's data were made. */
 static ct_result check_fixed(const struct ct_instance *one) {
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
@@ -198,7 +198,7 @@ static ct_result check_fixed(const struct ct_instance *one) {
     return CT_OK;
 }
 
-/* Numbers of the variant, then those of parameters and choices. */
+/* Numbers of the variant, overwritten by those of parameters and choices. */
 static void set_numbers(const struct ct_instance *one, const struct ct_variant *variant, double *numbers) {
     for (uint32_t k = 0; k < variant->n_numbers; ++k) {
         const struct ct_slot_number *number = one->file.numbers + variant->first_number + k;
@@ -289,14 +289,14 @@ void ct_give_stage(struct ct_instance *one, uint32_t stage) {
 int64_t ct_advance_model(struct ct_instance *one, double end) {
     struct ct_snapshot *now = one->now;
     const size_t bytes = now->n_point * sizeof(double);
-    if (!(end > one->state[0])) return 0; /* the master's rounding has made nothing of the step */
+    if (!(end > one->state[0])) return 0; /* the step vanished in the master's rounding */
     const uint32_t next = (now->latest + 1) % CT_PLACES;
     double *before = one->state + (1 + next) * (size_t)now->n_point;
     memcpy(before, one->state, bytes);
     pass_inputs(one);
     const int64_t status = one->file.kernels->advance(one->model.run, end);
     if (status == 0) one->model.observed = true;
-    if (status != 0 || !(one->state[0] > before[0])) { /* failed, or a sliver of time that is left to the next step */
+    if (status != 0 || !(one->state[0] > before[0])) { /* failed, or a tiny step that is left to the next one */
         memcpy(one->state, before, bytes);
         memset(before, 0, bytes);
         return status;

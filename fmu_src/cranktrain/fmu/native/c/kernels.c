@@ -6,7 +6,7 @@
 
 static const unsigned YMM = 0x6; /* the system saves vectors of 128 and of 256 bits */
 
-/* What LLVM's x86-64-v3 takes for granted. */
+/* Processor features that LLVM's x86-64-v3 assumes. */
 static bool is_v3(void) {
     const unsigned first = bit_FMA | bit_MOVBE | bit_OSXSAVE | bit_AVX | bit_F16C;
     const unsigned second = bit_AVX2 | bit_BMI | bit_BMI2;

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-/* What a point is made of, in this order, each part from a multiple of 64 bytes on. */
+/* Parts of a point, in this order, each aligned to 64 bytes. */
 static const enum ct_member POINT[] = {CT_STATE, CT_INPUTS, CT_INPUT_RATES};
 enum { N_POINT = sizeof POINT / sizeof POINT[0] };
 
@@ -40,7 +40,7 @@ static uint64_t words_of(const struct ct_file *file, const struct ct_variant *va
 
 static uint64_t address_of(const void *pointer) { return (uint64_t)(uintptr_t)pointer; }
 
-/* Image of a tuple's leaves as numba lays them out: an array is its meminfo and parent (none), items, bytes of an
+/* Image of a tuple's leaves as numba lays them out. An array is its meminfo and parent (none), items, bytes of an
    item, address, shape and strides. */
 static void write_image(const struct ct_file *file, const struct ct_variant *variant, uint32_t first, uint32_t n,
                         const uint64_t *slots, const uint64_t *records, uint64_t *image) {
@@ -67,7 +67,7 @@ static void write_image(const struct ct_file *file, const struct ct_variant *var
     }
 }
 
-/* A matrix of words of eight bytes from one that has its rows as columns. */
+/* Transpose a matrix of eight-byte words that is stored with its rows as columns. */
 static void transpose(const struct ct_array *array, const unsigned char *from, unsigned char *memory) {
     const uint64_t rows = array->shape[0], columns = array->shape[1];
     for (uint64_t i = 0; i < rows; ++i) {
@@ -119,7 +119,7 @@ static void find_members(struct ct_instance *one, const struct ct_variant *varia
     if (model->families != NULL) model->columns = ct_member_array(&one->file, variant, CT_FAMILIES)->shape[1];
 }
 
-/* Bytes of a variant's block: addresses of slots and records, images, arrays; 0 where there are too many. */
+/* Bytes of a variant's block: addresses of slots and records, images, arrays; 0 if there are too many. */
 static uint64_t block_bytes(const struct ct_file *file, const struct ct_variant *variant) {
     uint64_t bytes = ct_padded(((uint64_t)variant->n_slots + variant->n_records) * sizeof(uint64_t));
     bytes += ct_padded(words_of(file, variant, variant->first_leaf, variant->n_leaves) * sizeof(uint64_t));
@@ -135,7 +135,7 @@ static uint64_t block_bytes(const struct ct_file *file, const struct ct_variant 
     return bytes + CT_ALIGNMENT;
 }
 
-/* Where the instance keeps a slot as part of its present point; NULL where it is none. */
+/* Address of a slot in the instance's present point; NULL if the slot is not part of it. */
 static unsigned char *place_in_point(const struct ct_instance *one, const struct ct_variant *variant, uint32_t slot) {
     unsigned char *place = (unsigned char *)one->state;
     for (int part = 0; part < N_POINT; ++part) {

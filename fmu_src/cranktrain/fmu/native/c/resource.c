@@ -25,7 +25,7 @@ static int digit(char c) {
     return -1;
 }
 
-/* Whether a text begins so, in capitals or not; ``begin`` is in small letters. */
+/* True if a text begins with ``begin`` (small letters), in any case. */
 static bool begins(const char *text, const char *begin) {
     for (; *begin != '\0'; ++text, ++begin) {
         if ((*text >= 'A' && *text <= 'Z' ? *text - 'A' + 'a' : *text) != *begin) return false;
@@ -33,14 +33,14 @@ static bool begins(const char *text, const char *begin) {
     return true;
 }
 
-/* Path that a location means: a file URI, percent-encoded or, as some hosts write it, not; or a plain path. */
+/* Path of a location: a file URI, percent-encoded or, as some hosts write it, not; or a plain path. */
 static bool path_of(const char *location, char *path) {
     const bool uri = begins(location, "file:");
     if (uri) {
         location += strlen("file:");
         if (begins(location, "//localhost/")) location += strlen("//localhost");
 #ifdef _WIN32
-        /* file:///C:/x and file://C:/x are paths, file://server/x is one of another machine: \\server\x. */
+        /* file:///C:/x and file://C:/x are paths; file://server/x is on another machine: \\server\x. */
         const char *drive = location;
         while (*drive == '/') ++drive;
         if (drive[0] != '\0' && drive[1] == ':') location = drive;

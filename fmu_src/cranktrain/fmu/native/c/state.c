@@ -1,4 +1,4 @@
-/* FMU states: copies of what an instance has in ``now``. */
+/* FMU states: copies of an instance's ``now``. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -19,7 +19,7 @@ static ct_result no_state(const struct ct_instance *one) {
 
 static bool is_running(const struct ct_snapshot *state) { return state->phase >= CT_STEPPED; }
 
-/* Bytes of a state before its points. */
+/* Length of a state before its points, bytes. */
 static uint64_t head_bytes(const struct ct_instance *one) { return (uint64_t)((char *)one->state - (char *)one->now); }
 
 static uint64_t point_bytes(const struct ct_snapshot *state) {
@@ -63,7 +63,7 @@ ct_result ct_state_size(struct ct_instance *one, const void *state, size_t *size
     return CT_OK;
 }
 
-/* Whether a variable can have a value; outputs are found anew. */
+/* True if a variable can have a value; outputs are computed again. */
 static bool can_be(const struct ct_file *file, const struct ct_variable *variable, double value) {
     if (variable->type == CT_STRING || variable->type == CT_ENUMERATION) {
         const uint32_t n = variable->index == CT_NONE ? 1 : file->choices[variable->index].n_options;
@@ -73,7 +73,7 @@ static bool can_be(const struct ct_file *file, const struct ct_variable *variabl
     return isfinite(value) && variable->min <= value && value <= variable->max;
 }
 
-/* Whether numbers of a state are such that an instance could have: a serialized one may have been made by anybody. */
+/* True if an instance could have the numbers of a state; a serialized state may come from anywhere. */
 static bool has_sound_numbers(const struct ct_instance *one, const struct ct_snapshot *state) {
     const double *values = (const double *)(const void *)(state + 1);
     const double *rates = values + one->n_variables, *origin = rates + one->n_inputs;
@@ -96,7 +96,7 @@ static bool has_sound_numbers(const struct ct_instance *one, const struct ct_sna
     return true;
 }
 
-/* Why a state of this length cannot be set, NULL where it can. */
+/* Reason why a state of this length cannot be set, NULL if it can. */
 static const char *check_state(const struct ct_instance *one, const struct ct_snapshot *state, uint64_t bytes) {
     const uint32_t phase = state->phase;
     if (!is_state(state)) return FOREIGN;
@@ -116,7 +116,7 @@ static const char *check_state(const struct ct_instance *one, const struct ct_sn
     return has_sound_numbers(one, state) ? NULL : IMPOSSIBLE;
 }
 
-/* Whether the model of the instance is the one that a state was taken from. */
+/* True if the model of the instance is the one that a state was taken from. */
 static bool same_model(const struct ct_instance *one, const struct ct_snapshot *state) {
     const double *values = (const double *)(const void *)(state + 1);
     const double *origin = values + one->n_variables + one->n_inputs;
@@ -140,7 +140,7 @@ ct_result ct_set_state(struct ct_instance *one, const void *given) {
     const char *problem = check_state(one, state, state->bytes);
     if (problem != NULL) return ct_refuse(&one->host, "%s", problem);
     if (is_running(state) && !same_model(one, state)) {
-        /* Prepare the model of the state's values, whose start then makes way for the state's points. */
+        /* Prepare the model of the state's values; its start is then overwritten by the state's points. */
         struct ct_snapshot *before = ct_allocate(&one->host, (size_t)one->now->capacity);
         if (before == NULL) return ct_refuse(&one->host, "no memory to set an FMU state");
         memcpy(before, one->now, (size_t)one->now->capacity);
@@ -191,7 +191,7 @@ ct_result ct_deserialize(struct ct_instance *one, const void *bytes, size_t size
     copy->sums[0] = copy->sums[1] = 0;
     ct_sums(copy, (size_t)head.bytes / sizeof(uint64_t), sums);
     const char *problem = sums[0] != head.sums[0] || sums[1] != head.sums[1] ? DAMAGED : NULL;
-    /* What comes from another build is told apart first: there the rest may well be different. */
+    /* A state of another build is recognised first, because its other contents may differ as well. */
     if (head.version != one->now->version || memcmp(head.guid, one->now->guid, sizeof head.guid) != 0) {
         problem = OTHER_BUILD;
     }

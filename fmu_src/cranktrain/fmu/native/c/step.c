@@ -1,13 +1,13 @@
-/* Phases of an instance and its steps, as every version of FMI has them. */
+/* Phases of an instance and its steps, common to all versions of FMI. */
 #include <math.h>
 #include <string.h>
 
 #include "instance.h"
 
-static const double LONGEST_STEP = 1.0; /* s: beyond it inputs held or extrapolated have no meaning */
-static const double LATEST = 1e6;       /* s, eleven days: beyond it a time has no room for the digits of a step */
+static const double LONGEST_STEP = 1.0; /* s: over longer steps held or extrapolated inputs are meaningless */
+static const double LATEST = 1e6;       /* s, eleven days: later times cannot resolve a step */
 static const double COARSE_STEP = 3.0;  /* degrees of crank angle: pressures change by bars within it */
-static const double ROUNDING = 1e-6;    /* relative, of a step that a master calls just so coarse */
+static const double ROUNDING = 1e-6;    /* relative tolerance of the limit of a coarse step */
 static const double DEGREE = 3.14159265358979323846 / 180.0;
 
 /* ---------------------------------------------------------------- phases */
@@ -85,7 +85,7 @@ static void warn_if_coarse(struct ct_instance *one, double step) {
            step, degrees, DEGREE / speed, DEGREE / speed);
 }
 
-/* Say once that a step took all the work that it may. */
+/* Warn once that a step reached its limit of work. */
 static void warn_if_limited(struct ct_instance *one, double time) {
     if (one->told_limit || one->limited >= one->now->n_point || one->state[one->limited] == 0.0) return;
     one->told_limit = true;
@@ -104,7 +104,7 @@ ct_result ct_check_step(struct ct_instance *one, double time, double step) {
         return ct_refuse(&one->host, "doStep on an instance that is terminated; reset it, or set a state");
     }
     const double stands = one->state[0];
-    /* The model lags by what slivers of time it has left to the next step. */
+    /* The model lags by tiny time differences that it has left to the next step. */
     const double tolerance = 2e-9 + 1e-6 * fabs(time) + 1e-3 * step;
     if (!(step > 0.0)) {
         return ct_refuse(&one->host, "communication step of %s s at time %s s; it must be positive, in seconds",
@@ -132,7 +132,7 @@ ct_result ct_check_step(struct ct_instance *one, double time, double step) {
     return CT_OK;
 }
 
-/* What became of a step that the kernels did not take. */
+/* Result of a step that the kernels did not take. */
 static ct_result failed_step(struct ct_instance *one, int64_t code) {
     enum ct_status_kind kind;
     const char *text = ct_status_text(&one->file, code, &kind);
@@ -150,7 +150,7 @@ ct_result ct_step_to(struct ct_instance *one, double end) {
     }
     const int64_t code = ct_advance_model(one, end);
     if (code != 0) return failed_step(one, code);
-    if (one->model.input_rates != NULL) { /* they held for this step */
+    if (one->model.input_rates != NULL) { /* they were valid for this step */
         for (uint32_t k = 0; k < one->n_inputs; ++k) one->rates[k] = NAN;
     }
     one->now->phase = CT_STEPPED;

@@ -1,4 +1,4 @@
-/* Getting and setting variables: which, when, between which bounds. */
+/* Getting and setting variables: allowed variables, phases and bounds. */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -43,7 +43,7 @@ static bool is_output(const struct ct_variable *variable) {
     return variable->causality == CT_OUTPUT && variable->index != CT_NONE;
 }
 
-/* Let the families of these outputs be observed from now on; whether one was not before. */
+/* Compute the families of these outputs from now on; returns true if one was not computed before. */
 static bool want_families(struct ct_instance *one, const uint32_t *references, size_t n) {
     bool more = false;
     for (size_t i = 0; i < n; ++i) {
@@ -76,7 +76,7 @@ ct_result ct_observe_outputs(struct ct_instance *one, const uint32_t *references
     return CT_OK;
 }
 
-/* Make variables readable at their places: outputs are computed by the model, which a start makes first. */
+/* Make variables readable at their addresses; outputs are computed by the model, after a start if necessary. */
 static ct_result make_ready(struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
                              const void *values) {
     if (ct_check_references(one, types, references, n, values) != CT_OK) return CT_ERROR;
@@ -136,7 +136,7 @@ ct_result ct_get_strings(struct ct_instance *one, const uint32_t *references, si
 
 /* ---------------------------------------------------------------- setting */
 
-/* Inputs at any time, parameters before the initialization is complete. */
+/* Inputs at any time, parameters only before the initialization is complete. */
 static ct_result check_settable(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
                                  const void *values) {
     if (ct_check_references(one, types, references, n, values) != CT_OK) return CT_ERROR;
@@ -165,7 +165,7 @@ static ct_result check_number(const struct ct_instance *one, uint32_t reference,
                      ct_number(text, value), ct_time(one), span);
 }
 
-/* Values were set: in initialization mode the start is to be found anew. */
+/* Values were set, so in initialization mode the start must be computed again. */
 static ct_result have_set(struct ct_instance *one) {
     if (one->now->phase == CT_INITIALIZING && one->made) {
         one->made = false;
@@ -174,7 +174,7 @@ static ct_result have_set(struct ct_instance *one) {
     return CT_OK;
 }
 
-/* Whether these are Real inputs within their bounds: what a master sets before each step. */
+/* True if these are Real inputs within their bounds, the usual call of a master before each step. */
 static bool are_sound_inputs(const struct ct_instance *one, const uint32_t *references, size_t n, const double *values) {
     bool sound = references != NULL && values != NULL && n <= one->n_variables;
     for (size_t i = 0; sound && i < n; ++i) {
@@ -239,7 +239,7 @@ ct_result ct_set_booleans(struct ct_instance *one, const uint32_t *references, s
     return have_set(one);
 }
 
-/* Place of a text among a String's options; CT_NONE where it is none of them. */
+/* Index of a text among a String's options; CT_NONE if it is not among them. */
 static uint32_t find_option(const struct ct_instance *one, uint32_t reference, const char *text) {
     uint32_t n, k = 0;
     const struct ct_option *options = options_of(one, reference, &n);
