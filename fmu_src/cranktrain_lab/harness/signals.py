@@ -59,34 +59,34 @@ class Signals:
         self._curves, self._time = curves, 0.0
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         self._read = [self._curves[name] for name in outputs]
 
     def initialize(self, time: float) -> None:
-        """See the protocol."""
+        """Prepare for steps, see ``Unit.initialize``."""
         self._time = time
 
     def write(self, values: Array) -> None:
-        """See the protocol."""
+        """Set the linked inputs, see ``Unit.write``."""
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         return np.array([curve.at(self._time) for curve in self._read])
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._time = time + size
 
     def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
+        """Return the state, see ``Unit.keep``."""
         return self._time
 
     def restore(self, state: Any) -> None:
-        """See the protocol."""
+        """Restore a kept state, see ``Unit.restore``."""
         self._time = state
 
     def close(self) -> None:
-        """See the protocol."""
+        """Release the unit, see ``Unit.close``."""
 
 
 class Noisy:
@@ -141,13 +141,13 @@ class Faulty(Around):
         self._fault, self._now = fault, -math.inf
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         wrong = [k for k, name in enumerate(outputs) if self._fault.output in ("", name)]
         self._wrong = wrong if self._fault.kind == NAN else []
         super().link(inputs, outputs)
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         found = super().read()
         if self._wrong and self._now > self._fault.begin:
             found = found.copy()
@@ -155,7 +155,7 @@ class Faulty(Around):
         return found
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._now = _JUST * (time + size)
         # A fault belongs to the step in which its time lies, for all kinds alike.
         if self._now > self._fault.begin:
