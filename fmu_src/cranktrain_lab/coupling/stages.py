@@ -157,7 +157,7 @@ class AtStages(Updates):
             master.start[: before.size] = before + (begin - self._begin) / self._size * change
 
     def _parabola(self) -> Array:
-        """Return coefficients (3, outputs) of the last unit's outputs as parabolas of the time since the newest point."""
+        """Return coefficients (3, outputs) of parabolas of the last unit's outputs over time since the newest point."""
         samples = self._master._samples
         nodes, values = samples.places, samples.values[:, self._part]
         found = np.zeros((3, values.shape[1]))
