@@ -1,7 +1,7 @@
 """Recognition of a crankshaft's dimensions in the surface of a solid.
 
-Journals and pins are full cylinders about parallel axes. The main axis is the axis whose cylinders extend farthest along
-it; cylinders off this axis are pins. Disc-shaped webs are distinguished from journals, because the axis of a pin lies
+Journals and pins are full cylinders about parallel axes. The main axis is the axis whose cylinders extend farthest
+along it; cylinders off this axis are pins. Disc-shaped webs are distinguished from journals, because the axis of a pin lies
 within them. Journals end at the planes of their webs; the gap between cylinder and plane is the fillet.
 
 In the crank's frame z runs from the pulley to the flywheel, z = 0 is the middle of main journal 1, and pin 1 points
@@ -34,7 +34,7 @@ LEAST_PIN = 0.3
 ORBIT, ALIKE = 0.02, 1.4
 """Relative difference of the throws of pins of different diameters, and the largest ratio of these diameters."""
 REACH = 0.35
-"""Largest distance of a web's plane from the end of its journal's cylinder (the fillet), as a fraction of the radius."""
+"""Largest distance of a web's plane from the end of its journal's cylinder (the fillet), relative to the radius."""
 LISTED = 12
 """Largest number of journals whose sizes a note lists."""
 COLLAR = 1.05
@@ -116,8 +116,8 @@ class Found(NamedTuple):
 def find_crank(solid: StepSolid, given: Given = Given()) -> Found:  # noqa: B008 - nothing is stated
     """Find journals, pins and ends of a crankshaft.
 
-    Raises ``InputError`` if the solid is no crankshaft, or is ambiguous and needs :class:`Given`. The message states what
-    was found.
+    Raises ``InputError`` if the solid is no crankshaft, or is ambiguous and needs :class:`Given`. The message states
+    what was found.
     """
     faces = classified(solid)
     direction = _axis_direction(solid, faces)

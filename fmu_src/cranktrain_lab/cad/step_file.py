@@ -35,7 +35,7 @@ EDGES_ALONG = 30
 READ_SECONDS = 300.0
 MESH_GRADING = 0.5
 RETRIES = ((1.0, 0.4), (1.5, 0.3))
-"""Edges per radius of curvature and growth for further attempts if meshing fails, because small bores need finer edges."""
+"""Edges per radius of curvature and growth for further attempts if meshing fails; small bores need finer edges."""
 LEAST_LENGTH, LARGEST_LENGTH = 30.0, 25000.0
 """Limits of the length of crankshafts, mm."""
 

@@ -42,7 +42,7 @@ MATCHED = 12
 
 
 class Match(NamedTuple):
-    """Modes beside the targets.
+    """Modes matched with the targets.
 
     ``hz`` (t,) are frequencies, ``deviations`` (t,) those in tolerances for the search, ``places`` (t,) indices of
     modes in their list, ``extra`` frequencies of unmatched modes below the last target, ``penalties`` further residuals
@@ -59,8 +59,8 @@ class Match(NamedTuple):
 class Problem:
     """Calibration problem: engine, fast matrices of its cranktrain, and task.
 
-    ``dimensions`` are values that change the bodies, as in the bodies of ``train``. ``stand_ins`` are values of the block
-    for formulas. ``held`` are values of the targets file that are no longer free.
+    ``dimensions`` are values that change the bodies, as in the bodies of ``train``. ``stand_ins`` are values of the
+    block for formulas. ``held`` are values of the targets file that are no longer free.
     """
 
     engine: Engine

@@ -79,7 +79,7 @@ class _Search:
         return found
 
     def slopes(self, scaled: Array) -> Array:
-        """Return derivatives (m, p) of the residuals by differences of :data:`SMOOTH_STEP`, away from the nearer bound."""
+        """Return derivatives (m, p) of residuals by differences of :data:`SMOOTH_STEP`, away from the nearer bound."""
         at, columns = self.residuals(scaled), []
         for k in range(scaled.size):
             step = SMOOTH_STEP if scaled[k] < 0.5 else -SMOOTH_STEP

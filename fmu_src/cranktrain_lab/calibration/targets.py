@@ -95,8 +95,9 @@ class TargetsTable(Table, kw_only=True):
 class Target:
     """Target frequency, Hz, with relative ``tolerance``; ``number`` 0: matched by shape, 1 or 2: torsional mode.
 
-    With ``of`` motion it is the first torsional frequency about the settled cycle of a run. ``order`` is the order whose
-    critical speed was given, 0 if the frequency was given. ``basis`` states whether the source measured or computed it.
+    With ``of`` motion it is the first torsional frequency about the settled cycle of a run. ``order`` is the order
+    whose critical speed was given, 0 if the frequency was given. ``basis`` states whether the source measured or
+    computed it.
     """
 
     name: str

@@ -98,7 +98,7 @@ class Train:
             self._scale = films.hz / self._first_in_motion(engine, self.in_motion(engine, {}))
 
     def crankshaft(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
-        """Return matrices of the free crankshaft with attached parts; ``dimensions`` are differences from the bodies."""
+        """Return matrices of the free crankshaft with attached parts; ``dimensions`` are changes of the bodies."""
         found = self._bare(self.crank, CRANK, dimensions)
         for name, part in attached_parts(engine):
             inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])

@@ -3,8 +3,8 @@
 Differential evolution (:func:`scipy.optimize.differential_evolution`) searches the box of the varied values without
 derivatives, because the largest value over speeds is not differentiable where two peaks are equal, and the optimum
 often lies there. Then Powell's linear approximation (COBYLA), which handles limits, and the Nelder-Mead simplex refine
-the best variant. Variants that meet all limits rank first, by the output. Then follow the others, by the relative excess
-over limits, and last those that failed. Values over more than a decade are searched in their logarithm.
+the best variant. Variants that meet all limits rank first, by the output. Then follow the others, by the relative
+excess over limits, and last those that failed. Values over more than a decade are searched in their logarithm.
 
 Each evaluation is stored like a variant. The search depends only on its seed, so a repeated study continues where it
 ended.

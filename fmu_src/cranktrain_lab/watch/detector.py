@@ -12,7 +12,7 @@ explains. Both are compared with random draws of r without a change. The varianc
 of the variances from healthy recordings, so the false-alarm rate is met with few recordings too. The alarm uses the
 smaller of the two probabilities, compared with the same quantity of the draws, so the rate holds for both together.
 
-To identify the defect, residuals of path i have the covariance C + E(Δ), because the model's signatures have errors too,
+To identify the defect, residuals of path i get the covariance C + E(Δ), because signatures have errors too, with
 
     E = δ² (|Δ_o|² + (R/5)²)/2   for each part of order o,   R the root mean square of |Δ_o| at the point,
 
