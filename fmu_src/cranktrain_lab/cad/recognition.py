@@ -1,7 +1,7 @@
 """Recognition of a crankshaft's dimensions in the surface of a solid.
 
 Journals and pins are full cylinders about parallel axes. The main axis is the axis whose cylinders extend farthest
-along it; cylinders off this axis are pins. Disc-shaped webs are distinguished from journals, because the axis of a pin lies
+along it; cylinders off this axis are pins. Disc-shaped webs differ from journals, because the axis of a pin lies
 within them. Journals end at the planes of their webs; the gap between cylinder and plane is the fillet.
 
 In the crank's frame z runs from the pulley to the flywheel, z = 0 is the middle of main journal 1, and pin 1 points

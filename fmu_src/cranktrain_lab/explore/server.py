@@ -59,7 +59,7 @@ class Token(AuthProvider):
 
     @property
     def get_login_url(self) -> Callable[[Any], str]:
-        """Function that refuses requests, because there is no login page."""
+        """Function that returns the page's own address, because there is no login page."""
         return lambda handler: "/"
 
     @property

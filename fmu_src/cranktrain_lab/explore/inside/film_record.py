@@ -1,8 +1,8 @@
 """Recording of film pressure in bearings over a cycle, from a running simulation.
 
 Only films that are solved online have pressure at nodes. An elastic film (levels ``ehd``) stores its nodes. A film of
-level ``reynolds`` does not, so its law is evaluated once more at the journal's recorded motion. Levels that read a force
-from a map or a table have no nodes.
+level ``reynolds`` does not, so its law is evaluated once more at the journal's recorded motion. Levels that read a
+force from a map or a table have no nodes.
 """
 
 from __future__ import annotations
