@@ -34,4 +34,4 @@ def _lazily(name: str) -> Callable[[bool, Progress], StabilityMap]:
 
 
 MAPS: dict[str, Callable[[bool, Progress], StabilityMap]] = {name: _lazily(name) for name in NAMES}
-"""Functions that compute the maps, by name, with arguments ``quick`` (coarse map, at most some 20 s) and ``progress``."""
+"""Functions that compute the maps, by name, with arguments ``quick`` (coarse map, some 20 s) and ``progress``."""

@@ -58,8 +58,8 @@ NEWTON_STEPS = 60
 class Start:
     """Result of one start: success, steps of the search, failed sub-steps, and final position.
 
-    ``released`` and ``released_rejected`` are success and failed sub-steps of the cycle without a search. ``place`` (b,)
-    is the complex position of each main journal in space over its clearance after the cycle.
+    ``released`` and ``released_rejected`` are success and failed sub-steps of the cycle without a search. ``place``
+    (b,) is the complex position of each main journal in space over its clearance after the cycle.
     """
 
     succeeded: bool
