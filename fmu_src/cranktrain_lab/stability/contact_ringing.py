@@ -81,7 +81,7 @@ def with_radius(rho: float) -> Array:
 
 
 def linear_forces(table: Array, omega_h: float, count: int) -> Array:
-    """Return linear contact forces, up to a factor, by powers of the step matrix of a method that stores acceleration."""
+    """Return linear contact forces, up to a factor, by powers of a method's step matrix, with acceleration as state."""
     matrix = step_matrix(table, 1.0, constant(np.array([[omega_h**2]]), np.zeros((1, 1)))).real
     state, found = np.eye(matrix.shape[0])[0], np.empty(count)
     for k in range(count):
