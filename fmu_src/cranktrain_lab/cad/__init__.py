@@ -1,1 +1,1 @@
-"""Crankshafts of STEP files: what is found in their faces, and the engine file that follows."""
+"""Crankshafts from STEP files: recognition of dimensions in their faces, and the resulting engine file."""

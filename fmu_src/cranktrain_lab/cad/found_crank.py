@@ -1,4 +1,4 @@
-"""A crank found in a solid as the dimensions of an engine file, and its mesh with named surfaces."""
+"""Conversion of a crank found in a solid to dimensions of an engine file and a mesh with named surfaces."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ Integers = NDArray[np.integer[Any]]
 
 MM = 1e-3
 DECIMALS = 7
-"""Decimals of lengths in m: a ten-thousandth of a millimetre, above the noise of the surface's points."""
+"""Decimals of lengths in m (1e-4 mm), above the noise of the surface's points."""
 ANGLE_DECIMALS = 8
 LEAST_FILLET = 0.01
-"""Fillet over the main diameter where the solid has none: the engine file wants one."""
+"""Fillet as a fraction of the main diameter if the solid has none, because the engine file requires one."""
 FIT = 1e-5
-"""Distance between a journal of the solid and of the dimensions from which the user is told, m."""
+"""Distance, m, between journals of solid and dimensions above which the user is warned."""
 THRUST_REACH = 1.3
-"""Least outer radius of the thrust faces over that of the main journal."""
+"""Least ratio of the thrust faces' outer radius to the radius of the main journal."""
 LEAST_FINENESS = 0.42
-"""Sides to a radius of curvature: as on the fillets that an engine file has by rule, where a solid has none."""
+"""Element edges per radius of curvature for a solid without fillets, as on default fillets of engine files."""
 CLEAR = 1.001
 """Factor by which a radius exceeds the one that it must."""
 
 
 class Dimensions(NamedTuple):
-    """Dimensions of an engine file, what about them does not fit the solid, and the webs that they come from."""
+    """Dimensions of an engine file, deviations from the solid, and the webs from which they follow."""
 
     crankshaft: Crankshaft
     doubts: tuple[str, ...]
@@ -45,10 +45,10 @@ class Dimensions(NamedTuple):
 
 
 def dimensions(found: Found, mesh_size: float) -> Dimensions:
-    """Crankshaft of an engine file, m and rad, nearest to the one found.
+    """Return the crankshaft of an engine file, m and rad, nearest to the one found.
 
-    What the file states once and the solid has in several sizes is the median. Widths of mains are then changed so that
-    every main lies where it was found. Raises ``InputError``: where that is no crankshaft of the file's form.
+    A dimension that the file states once is the median of the solid's values. Widths of mains are then changed so that
+    every main has its position in the solid. Raises ``InputError`` if the file format cannot describe the crankshaft.
     """
     webs = web_shapes(found)
     doubts = list(found.doubts)
@@ -117,12 +117,12 @@ def _metres(value: float) -> float:
 
 
 def _beside_main(found: Found) -> list[bool]:
-    """Whether each web joins a main journal; the others are flying ones."""
+    """Return for each web True if it joins a main journal, False for flying webs."""
     return [k in (0, count) for count in found.bays for k in range(count + 1)]
 
 
 def _widths(found: Found, one: float, pitch: float) -> tuple[float, ...]:
-    """Widths (m) nearest to the mains' own with which each main lies where it was found; ``one``: webs and pin, mm."""
+    """Return widths (m), nearest to the found ones, that give each main its position; ``one``: webs and pin, mm."""
     own = np.array([journal.width for journal in found.mains])
     places = np.array([0.5 * (journal.start + journal.end) for journal in found.mains])
     bays = np.array([one + (count - 1) * pitch for count in found.bays])
@@ -132,7 +132,7 @@ def _widths(found: Found, one: float, pitch: float) -> tuple[float, ...]:
 
 
 def _misplaced(found: Found, made: Crankshaft) -> list[str]:
-    """What lies elsewhere by the dimensions than in the solid."""
+    """Return warnings on journals whose positions by the dimensions differ from the solid."""
     z = np.array([0.5 * (journal.start + journal.end) for journal in found.pins])
     off = np.abs(MM * z - np.array(made.pin_positions))
     if off.max() < FIT:
@@ -141,7 +141,7 @@ def _misplaced(found: Found, made: Crankshaft) -> list[str]:
 
 
 def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_main: int) -> tuple[int, int]:
-    """Write a mesh of the solid (Gmsh 2.2, m) with named surfaces in the crank's frame: numbers of nodes and elements.
+    """Write a mesh of the solid (Gmsh 2.2, m) with named surfaces in the crank's frame; return node and element counts.
 
     The largest edge and the edges on fillets are those of the parametric crank.
     """
@@ -166,7 +166,7 @@ def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_ma
 
 
 def _flywheel_plane(found: Found) -> float:
-    """Place along z, mm, of the face that the flywheel sits on: the largest that looks away behind the last main."""
+    """Return z, mm, of the flywheel's face: the largest rearward face behind the last main."""
     faces, last = found.faces, found.mains[-1]
     middles = np.array([points[:, 2].mean() if len(points) else -np.inf for points in faces.corners])
     looking = faces.plane & (faces.normal[:, 2] > 0.999) & (middles > last.end - 1e-3 * last.cylinder.radius)
@@ -176,7 +176,7 @@ def _flywheel_plane(found: Found) -> float:
 def _surfaces(
     found: Found, crankshaft: Crankshaft, thrust_main: int, nodes: Array, triangles: Integers, faces: Integers
 ) -> dict[str, Integers]:
-    """Triangles (k, 3) of each interface."""
+    """Return the triangles (k, 3) of each interface."""
     chosen = {f"main[{k}]": one.cylinder.faces for k, one in enumerate(found.mains, 1)}
     chosen |= {f"pin[{k}]": one.cylinder.faces for k, one in enumerate(found.pins, 1)}
     named = {name: triangles[np.isin(faces, own)] for name, own in chosen.items()}

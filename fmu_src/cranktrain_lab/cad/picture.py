@@ -1,4 +1,4 @@
-"""Picture of what was found in a STEP file: the crank from the side and from its pulley end, with its dimensions."""
+"""Picture of a crank found in a STEP file, from the side and along its axis, with dimensions."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The dimensions of a crankshaft, found in the surface of a solid.
+"""Recognition of a crankshaft's dimensions in the surface of a solid.
 
-Journals and pins are full cylinders about parallel axes. The main axis is that of the cylinders that reach farthest
-along it; cylinders off the axis are pins. Webs that are discs are told from journals because the axis of a pin lies
-within them. Journals end at the planes of their webs; the rest between cylinder and plane is the fillet.
+Journals and pins are full cylinders about parallel axes. The main axis is the axis whose cylinders extend farthest
+along it; cylinders off this axis are pins. Disc-shaped webs differ from journals, because the axis of a pin lies
+within them. Journals end at the planes of their webs; the gap between cylinder and plane is the fillet.
 
 In the crank's frame z runs from the pulley to the flywheel, z = 0 is the middle of main journal 1, and pin 1 points
 along y.
@@ -26,23 +26,23 @@ Integers = NDArray[np.integer[Any]]
 
 PARALLEL = np.cos(np.radians(0.2))
 FULL = 0.75
-"""Least part of a full cylinder that a journal's faces have: oil bores and keyways take a little."""
+"""Least fraction of a full cylinder in a journal's faces, because oil bores and keyways remove a little."""
 SAME_RADIUS, SAME_AXIS = 5e-3, 2e-3
-"""Deviation of radii, and distance of axes over the radius, below which cylinders are one."""
+"""Relative deviation of radii, and distance of axes as a fraction of the radius, below which cylinders are equal."""
 LEAST_PIN = 0.3
-"""Radius of a pin over that of the largest journal on the axis; thinner cylinders are dowels."""
+"""Least ratio of a pin's radius to that of the largest journal on the axis; thinner cylinders are dowels."""
 ORBIT, ALIKE = 0.02, 1.4
 """Relative difference of the throws of pins of different diameters, and the largest ratio of these diameters."""
 REACH = 0.35
-"""Distance of a web's plane from the end of its journal's cylinder, over its radius: the largest fillet."""
+"""Largest distance of a web's plane from the end of its journal's cylinder (the fillet), relative to the radius."""
 LISTED = 12
-"""Journals up to which a note lists the size of each."""
+"""Largest number of journals whose sizes a note lists."""
 COLLAR = 1.05
-"""Radius over that of the mains from which an end is a flange."""
+"""Ratio of an end's radius to that of the mains above which the end is a flange."""
 
 
 class Given(NamedTuple):
-    """What the user states where the solid leaves it open: diameters in mm, number of mains, end of the pulley."""
+    """User's statements on an ambiguous solid: diameters in mm, number of mains, end of the pulley."""
 
     main_diameter: float | None = None
     pin_diameter: float | None = None
@@ -51,7 +51,7 @@ class Given(NamedTuple):
 
 
 class Round(NamedTuple):
-    """A full cylinder: axis (x, y), radius and ends along z, mm, and its faces."""
+    """Full cylinder: axis (x, y), radius and ends along z, mm, and its faces."""
 
     axis: tuple[float, float]
     radius: float
@@ -66,13 +66,13 @@ class Round(NamedTuple):
 
 
 class Journal(NamedTuple):
-    """A main journal or a pin.
+    """Main journal or pin.
 
     Attributes
     ----------
-    cylinder : its running surface
+    cylinder : running surface
     start, end : planes of its webs along z, mm
-    fillets : extent of each fillet along z, mm; 0 where the cylinder ends at the plane
+    fillets : extent of each fillet along z, mm; 0 if the cylinder ends at the plane
     """
 
     cylinder: Round
@@ -82,22 +82,22 @@ class Journal(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Between the webs, mm."""
+        """Width between the webs, mm."""
         return self.end - self.start
 
 
 class Found(NamedTuple):
-    """What was found in a solid, in the crank's frame, mm.
+    """Crank found in a solid, in the crank's frame, mm.
 
     Attributes
     ----------
     solid, faces : surface and faces in the crank's frame
-    turn, shift : points of the file p become turn @ p + shift
+    turn, shift : rotation and shift of points p of the file, turn @ p + shift
     mains, pins : from the pulley to the flywheel
     bays : number of pins from each main to the next
-    nose, flange : cylinder at either end; None where the shaft ends with the journal
+    nose, flange : cylinder at either end; None if the shaft ends with the journal
     ends : z of both ends
-    doubts : what does not fit the engine file's form, for the user
+    doubts : warnings on features that the engine file cannot describe
     """
 
     solid: StepSolid
@@ -114,9 +114,9 @@ class Found(NamedTuple):
 
 
 def find_crank(solid: StepSolid, given: Given = Given()) -> Found:  # noqa: B008 - nothing is stated
-    """Journals, pins and ends of a crankshaft.
+    """Find journals, pins and ends of a crankshaft.
 
-    Raises ``InputError``: where the solid is no crankshaft, or leaves open what :class:`Given` states. The line says
+    Raises ``InputError`` if the solid is no crankshaft, or is ambiguous and needs :class:`Given`. The message states
     what was found.
     """
     faces = classified(solid)
@@ -133,7 +133,7 @@ def find_crank(solid: StepSolid, given: Given = Given()) -> Found:  # noqa: B008
 
 
 def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Given) -> Found:
-    """The crank in its frame, whose z axis is the main axis from the pulley to the flywheel."""
+    """Return the crank in its frame, whose z axis is the main axis from the pulley to the flywheel."""
     rounds = _rounds(_moved(faces, turn, shift))
     on_axis, off_axis = _by_axis(rounds)
     mains, pins = _mains_and_pins(solid, on_axis, off_axis, given)
@@ -164,7 +164,7 @@ def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Gi
 
 
 def _moved(faces: Faces, turn: Array, shift: Array) -> Faces:
-    """Faces in other axes."""
+    """Return faces in other axes."""
     return faces._replace(
         normal=faces.normal @ turn.T,
         centre=faces.centre @ turn.T + shift,
@@ -173,7 +173,7 @@ def _moved(faces: Faces, turn: Array, shift: Array) -> Faces:
 
 
 def _axis_direction(solid: StepSolid, faces: Faces) -> Array:
-    """Direction that most cylinders are parallel to, by their area; along the largest component positive."""
+    """Return the direction of most cylinders by area, with its largest component positive."""
     chosen = np.flatnonzero(faces.round)
     if chosen.size == 0:
         raise InputError(
@@ -184,7 +184,7 @@ def _axis_direction(solid: StepSolid, faces: Faces) -> Array:
     near = np.abs(directions @ directions.T) > PARALLEL
     best = int(np.argmax(near @ area))
     own = directions[near[best]] * np.sign(directions[near[best]] @ directions[best])[:, None]
-    # Long and wide faces state their direction best.
+    # Large faces have the most accurate direction.
     weight = area[near[best]] ** 2
     mean = (weight[:, None] * own).sum(axis=0)
     mean = mean / np.linalg.norm(mean)
@@ -192,7 +192,7 @@ def _axis_direction(solid: StepSolid, faces: Faces) -> Array:
 
 
 def _rounds(faces: Faces) -> list[Round]:
-    """Full cylinders along z: faces of one axis and radius that adjoin, if they go round."""
+    """Return full cylinders along z, from adjoining faces with equal axis and radius."""
     chosen = [int(k) for k in np.flatnonzero(faces.round & (np.abs(faces.normal[:, 2]) > PARALLEL))]
     pieces = []
     for k in chosen:
@@ -222,14 +222,14 @@ def _rounds(faces: Faces) -> list[Round]:
 
 
 def _by_axis(rounds: Sequence[Round], origin: tuple[float, float] = (0.0, 0.0)) -> tuple[list[Round], list[Round]]:
-    """Cylinders on an axis and off it."""
+    """Split cylinders into those on an axis and those off it."""
     off = [np.hypot(one.axis[0] - origin[0], one.axis[1] - origin[1]) > 0.02 * one.radius for one in rounds]
     on_axis = [one for one, away in zip(rounds, off, strict=True) if not away]
     return on_axis, [one for one, away in zip(rounds, off, strict=True) if away]
 
 
 def _main_axis(solid: StepSolid, faces: Faces) -> tuple[float, float]:
-    """Place across z of the main axis, mm: that whose cylinders reach farthest along it."""
+    """Return x, y of the main axis, mm, which is the axis whose cylinders extend farthest along it."""
     rounds = _rounds(faces)
     if not rounds:
         raise InputError(
@@ -247,7 +247,7 @@ def _main_axis(solid: StepSolid, faces: Faces) -> tuple[float, float]:
 def _mains_and_pins(
     solid: StepSolid, on_axis: list[Round], off_axis: list[Round], given: Given
 ) -> tuple[list[Round], list[Round]]:
-    """Main journals and pins among the full cylinders; ``InputError`` says what was found."""
+    """Return main journals and pins among the full cylinders; ``InputError`` states what was found."""
     said = f"{solid.path}: no crankshaft"
     largest = max(on_axis, key=lambda one: one.radius * (one.end - one.start)).radius
     pins = [one for one in off_axis if one.radius > LEAST_PIN * largest and not _is_disc(one, largest)]
@@ -290,9 +290,9 @@ def _mains_and_pins(
 
 
 def _thinnest(off_axis: list[Round], pins: list[Round], largest: float) -> list[Round]:
-    """Pins among cylinders off the axis: the thinnest ones, and those of another diameter on an orbit like theirs.
+    """Return pins among cylinders off the axis: the thinnest, and those of other diameter with an equal throw.
 
-    Collars and round webs about a pin's axis adjoin a thinner cylinder, which is the pin.
+    Collars and round webs about a pin's axis are excluded, because they adjoin a thinner cylinder, the pin.
     """
     least = min(one.radius for one in pins)
     surest = [one for one in pins if one.radius < 1.02 * least]
@@ -307,19 +307,19 @@ def _thinnest(off_axis: list[Round], pins: list[Round], largest: float) -> list[
 
 
 def _adjoins(one: Round, other: Round) -> bool:
-    """Whether a thinner cylinder about the same axis adjoins, with no more than a fillet between."""
+    """True if a thinner cylinder about the same axis adjoins, with at most a fillet between."""
     apart = np.hypot(one.axis[0] - other.axis[0], one.axis[1] - other.axis[1])
     gap = max(one.start, other.start) - min(one.end, other.end)
     return bool(other.radius < 0.98 * one.radius and apart < SAME_AXIS * 10.0 * one.radius and gap < REACH * one.radius)
 
 
 def _is_disc(one: Round, main_radius: float) -> bool:
-    """Whether a cylinder off the axis surrounds the main journal, as a round web does."""
+    """True if a cylinder off the axis surrounds the main journal, as a round web does."""
     return float(np.hypot(*one.axis)) + 0.9 * main_radius < one.radius
 
 
 def _of_diameter(solid: StepSolid, rounds: list[Round], diameter: float | None, what: str) -> list[Round]:
-    """Cylinders of a stated diameter, mm, to one per cent; all where none is stated."""
+    """Return cylinders of a stated diameter, mm, within one per cent; all if none is stated."""
     if diameter is None:
         return rounds
     own = [one for one in rounds if abs(2.0 * one.radius - diameter) < 0.01 * diameter]
@@ -332,7 +332,7 @@ def _of_diameter(solid: StepSolid, rounds: list[Round], diameter: float | None, 
 
 
 def _merged(rounds: list[Round]) -> list[Round]:
-    """Cylinders of one axis and radius with a groove between them made one."""
+    """Merge cylinders of equal axis and radius with a groove between them."""
     found: list[Round] = []
     for one in sorted(rounds, key=lambda each: each.middle):
         if found:
@@ -347,7 +347,7 @@ def _merged(rounds: list[Round]) -> list[Round]:
 
 
 def _main_radius(before: list[Round], after: list[Round], between: list[Round]) -> float:
-    """Radius of the mains: of the most area between pins, else the nearest that both sides have in common."""
+    """Return the radius of the mains: that with most area between pins, else the nearest common to both sides."""
     if between:
         return _commonest(between)
     for one in sorted(before, key=lambda each: -each.end):
@@ -365,13 +365,13 @@ def _commonest(rounds: list[Round]) -> float:
 
 
 def _nearest(rounds: list[Round], radius: float, z: float) -> Round:
-    """The cylinder of a radius that is nearest to a place along z; the nearest at all where none has it."""
+    """Return the cylinder of a radius nearest to a position along z; the nearest of any radius if there is none."""
     same = _merged([one for one in rounds if abs(one.radius - radius) < 0.02 * radius])
     return min(same or rounds, key=lambda one: abs(one.middle - z))
 
 
 def _flip(solid: StepSolid, given: Given, turn: Array, on_axis: list[Round], mains: list[Round]) -> bool:
-    """Whether the pulley is at the end of larger z; ``InputError`` where ends do not tell and nobody states it."""
+    """True if the pulley is at the end of larger z; ``InputError`` if the ends are ambiguous and it is not stated."""
     axis = int(np.argmax(np.abs(turn[2])))
     sign = 1.0 if turn[2, axis] > 0.0 else -1.0
     low, high = ("-" if sign > 0 else "+") + "xyz"[axis], ("+" if sign > 0 else "-") + "xyz"[axis]
@@ -394,7 +394,7 @@ def _flip(solid: StepSolid, given: Given, turn: Array, on_axis: list[Round], mai
 
 
 def _journal(faces: Faces, cylinder: Round) -> Journal:
-    """A cylinder with the planes of its webs and its fillets."""
+    """Return a cylinder with the planes of its webs and its fillets."""
     planes = np.flatnonzero(faces.plane & (np.abs(faces.normal[:, 2]) > PARALLEL))
     reach = REACH * cylinder.radius
     touching = []
@@ -414,7 +414,7 @@ def _journal(faces: Faces, cylinder: Round) -> Journal:
 
 
 def _doubts(mains: tuple[Journal, ...], pins: tuple[Journal, ...]) -> tuple[str, ...]:
-    """What the engine file states once and the crank has in several sizes."""
+    """Return warnings on dimensions with several values in the crank and one in the engine file."""
     found = []
     for what, values in (
         ("main journals have diameters", [2.0 * one.cylinder.radius for one in mains]),

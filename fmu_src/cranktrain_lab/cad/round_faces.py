@@ -1,8 +1,8 @@
-"""Cylinders and planes of a solid's surface, found from points on its faces.
+"""Cylinders and planes in a solid's surface, recognised from points on its faces.
 
-A face is a cylinder if all its points lie at one distance from a line, which is fitted by Gauss–Newton from the
-direction that its normals turn about. Splines and faces of extrusions are therefore found like cylinders of the CAD
-program. Points lie on the surface to the accuracy of the CAD kernel, so radii and places are as accurate.
+A face is a cylinder if all its points have equal distance from a line, which is fitted by Gauss–Newton with the axis of
+rotation of the face's normals as initial guess. Splines and extruded faces are therefore recognised like cylinders of
+the CAD program. Points lie on the surface to the accuracy of the CAD kernel, and so do radii and positions.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from cranktrain_lab.cad.step_file import StepSolid
 Integers = NDArray[np.integer[Any]]
 
 FLAT = 1e-7
-"""Largest share of a plane's normals, squared, across its own."""
+"""Largest squared fraction of a plane's normals perpendicular to its mean normal."""
 ROUND = 5e-4
-"""Largest deviation of a cylinder's points from its radius, as a fraction of it."""
+"""Largest relative deviation of a cylinder's points from its radius."""
 LEAST_TURN = 0.02
-"""Smallest share of normals, squared, in the second direction: an arc of about 30 degrees."""
+"""Least squared fraction of normals in the second direction, which is an arc of about 30 degrees."""
 ITERATIONS = 8
 
 
 class Faces(NamedTuple):
-    """What the faces of a solid are, f of them.
+    """Kinds and geometry of a solid's f faces.
 
     Attributes
     ----------
     area : (f,) mm²
-    plane : (f,) whether flat
-    round : (f,) whether a cylinder that bounds material inside of it
-    normal : (f, 3) of a plane, outwards; of a cylinder its direction
+    plane : (f,) True for planes
+    round : (f,) True for cylinders with material inside
+    normal : (f, 3) outward normal of a plane, or direction of a cylinder
     centre : (f, 3) mm, a point of the plane, or of the cylinder's axis
-    radius : (f,) mm, 0 of a plane
+    radius : (f,) mm, 0 for a plane
     corners : points (k, 3) mm of each face
     """
 
@@ -50,7 +50,7 @@ class Faces(NamedTuple):
 
 
 def classified(solid: StepSolid) -> Faces:
-    """What each face of a solid is."""
+    """Classify the faces of a solid."""
     corners = solid.nodes[solid.triangles]
     across = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(across, axis=1)
@@ -82,7 +82,7 @@ def classified(solid: StepSolid) -> Faces:
 
 
 def _cylinder(points: Array, direction: Array) -> tuple[Array, Array, float] | None:
-    """Point on the axis, direction and radius of the cylinder through points (k, 3); None where there is none."""
+    """Return point on the axis, direction and radius of the cylinder through points (k, 3), or None."""
     middle = points.mean(axis=0)
     centre, d = middle.copy(), direction / np.linalg.norm(direction)
     u, v = across(d)
@@ -115,7 +115,7 @@ def _cylinder(points: Array, direction: Array) -> tuple[Array, Array, float] | N
 
 
 def across(direction: Array) -> tuple[Array, Array]:
-    """Two unit vectors that make a right-handed system with a direction, (u, v, d)."""
+    """Return two unit vectors that form a right-handed system with a direction, (u, v, d)."""
     least = np.eye(3)[int(np.argmin(np.abs(direction)))]
     u = np.cross(least, direction)
     u = u / np.linalg.norm(u)

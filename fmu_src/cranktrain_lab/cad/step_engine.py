@@ -1,7 +1,7 @@
-"""An engine from a crankshaft that was found in CAD: its layout, bore and rod, by the rules of a first design.
+"""Engine from a crankshaft found in CAD, with layout, bore and rod by the rules of a first design.
 
-The throws tell the layout. Where several have the same crank (an in-line six and a V12), the in-line one is taken and
-the user told; where none of them is in line, the user is asked.
+The throws determine the layout. If several layouts have the same crank (an in-line six and a V12), the in-line one is
+used with a remark. If none of them is in line, an error asks for the layout.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from cranktrain_lab.cad.recognition import Found, Journal
 from cranktrain_lab.cad.step_file import stated_unit
 
 MATCH_DEG = 0.5
-"""Deviation of a throw's angle from a layout's, deg."""
+"""Largest deviation of a throw's angle from a layout's, deg."""
 MESH_SIZE = 0.17
-"""Largest edge of the mesh over the bore, as of engine files by rule."""
+"""Largest edge of the mesh as a fraction of the bore, as in generated engine files."""
 OF_BORE, JOURNALS = (0.25, 2.0), (3e-3, 1.2)
-"""Diameters of main journals over the bore, and in m, beyond which the file's unit is wrong."""
+"""Limits of main journal diameters relative to the bore, and in m; outside them the file's unit is wrong."""
 _UNIT_WORDS = {1e3: "m", 10.0: "cm", 1.0: "mm", 25.4: "inches", 1e-3: "um"}
 STROKE_MM = 0.1
-"""Deviation of a stated stroke from twice the throw, mm."""
+"""Largest deviation of a stated stroke from twice the throw, mm."""
 
 
 class Stated(NamedTuple):
-    """What the user states of the engine (SI, deg); None where the crank or a rule gives it."""
+    """User's statements on the engine (SI, deg); None if the crank or a rule determines the value."""
 
     layout: str | None = None
     bank_deg: float | None = None
@@ -46,7 +46,7 @@ class Stated(NamedTuple):
 
 
 class StepEngine(NamedTuple):
-    """Sizes of the engine, its crank turned as the layout has it, its dimensions, and what the user is told."""
+    """Sizes of the engine, crank rotated to the layout, its dimensions, and remarks for the user."""
 
     sizes: Sizes
     found: Found
@@ -55,7 +55,7 @@ class StepEngine(NamedTuple):
 
 
 def step_engine(found: Found, stated: Stated) -> StepEngine:
-    """Sizes of the engine of a crank; ``InputError`` where what is stated does not fit it."""
+    """Return the engine of a crank; ``InputError`` if the user's statements do not fit the crank."""
     angles = np.degrees([math.atan2(-one.cylinder.axis[0], one.cylinder.axis[1]) for one in found.pins])
     layout, told = _layout(found, angles, stated)
     offsets = np.radians(np.array(layout.throws_deg) - angles)
@@ -85,7 +85,7 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
 
 
 def _check_unit(found: Found, diameter: float, bore: float | None) -> None:
-    """Refuse main journals, m, of another order of size than the bore, or than of any engine; ``InputError``."""
+    """Raise ``InputError`` for main journal diameters, m, that are implausible for the bore or for any engine."""
     low, high = (OF_BORE[0] * bore, OF_BORE[1] * bore) if bore is not None else JOURNALS
     if low <= diameter <= high:
         return
@@ -104,7 +104,7 @@ def _check_unit(found: Found, diameter: float, bore: float | None) -> None:
 
 
 def turned(found: Found, angle: float) -> Found:
-    """A crank turned about its axis by an angle, rad."""
+    """Return a crank rotated about its axis by an angle, rad."""
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -128,7 +128,7 @@ def turned(found: Found, angle: float) -> Found:
 
 
 def _layout(found: Found, angles: np.ndarray, stated: Stated) -> tuple[Layout, tuple[str, ...]]:
-    """Layout of the throws (deg), and what the user is told of it."""
+    """Return the layout of the throws (deg), and remarks for the user."""
     fitting = {}
     for row in _rows(stated):
         own = next((one for one in (row, _mirrored(row)) if one is not None and _fits(one, found, angles)), None)
@@ -162,7 +162,7 @@ def _layout(found: Found, angles: np.ndarray, stated: Stated) -> tuple[Layout, t
 
 
 def _rows(stated: Stated) -> list[Layout]:
-    """Layouts that are looked at, with the stated bank angle."""
+    """Return candidate layouts, with the stated bank angle."""
     rows = [row for row in LAYOUTS.values() if stated.layout in (None, row.name)]
     if stated.bank_deg is None:
         return rows
@@ -172,7 +172,7 @@ def _rows(stated: Stated) -> list[Layout]:
 
 
 def _fits(row: Layout, found: Found, angles: np.ndarray) -> bool:
-    """Whether throws (deg) are those of a layout, turned by any angle, with as many pins between mains."""
+    """True if throws (deg) match a layout up to rotation, with equal numbers of pins between mains."""
     throws = np.array(row.throws_deg)
     if throws.size != angles.size or (row.split and set(found.bays) != {2}):
         return False
@@ -183,7 +183,7 @@ def _fits(row: Layout, found: Found, angles: np.ndarray) -> bool:
 
 
 def _mirrored(row: Layout) -> Layout | None:
-    """The layout on a crank of the other hand, which fires in the reverse order; None of a boxer's."""
+    """Return the layout with mirrored crank, which fires in reverse order; None for a boxer."""
     back = tuple((CYCLE_DEG - angle) % CYCLE_DEG for angle in row.firing_deg)
     half = row.cylinders // 2
     if row.form == BOXER:
@@ -198,7 +198,7 @@ def _mirrored(row: Layout) -> Layout | None:
 
 
 def _own_layout(angles: np.ndarray) -> Layout:
-    """An in-line engine on throws (deg) of no listed layout, as even as they allow."""
+    """Return an in-line layout for throws (deg) of no listed layout, with firing as even as possible."""
     n = angles.size
     free = [round(k * CYCLE_DEG / n, 3) for k in range(n)]
     firing: list[float] = []

@@ -1,6 +1,6 @@
-"""A solid of a STEP file as netgen's CAD kernel reads it: its surface with numbered faces, and its mesh.
+"""Solid of a STEP file read by netgen's CAD kernel: surface with numbered faces, and mesh.
 
-The kernel converts every unit of a STEP file to mm. It runs in a process of its own, because a broken file can end it.
+The kernel converts every unit of a STEP file to mm. It runs in a separate process, because a broken file can crash it.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ Integers = NDArray[np.integer[Any]]
 
 SUFFIXES = (".step", ".stp")
 FINENESS, GRADING = 1.5, 0.7
-"""Sides to a radius of curvature, and growth of edges, of the surface in which a crank is looked for."""
+"""Edges per radius of curvature, and growth of edges, of the surface used for recognition."""
 EDGES_ALONG = 30
-"""Largest edges of that surface over the length of the solid."""
+"""Ratio of the solid's length to the largest edge of this surface."""
 READ_SECONDS = 300.0
 MESH_GRADING = 0.5
 RETRIES = ((1.0, 0.4), (1.5, 0.3))
-"""Sides to a radius of curvature and growth of edges where the mesher fails: small bores want finer edges."""
+"""Edges per radius of curvature and growth for further attempts if meshing fails; small bores need finer edges."""
 LEAST_LENGTH, LARGEST_LENGTH = 30.0, 25000.0
-"""Lengths of crankshafts, mm."""
+"""Limits of the length of crankshafts, mm."""
 
 
 class StepSolid(NamedTuple):
@@ -46,7 +46,7 @@ class StepSolid(NamedTuple):
     Attributes
     ----------
     nodes : (n, 3) mm, on the surface
-    triangles : (k, 3) into nodes, normals outwards
+    triangles : (k, 3) node indices, with outward normals
     faces : (k,) number of each triangle's face in the file, from 0
     volume : mm³
     """
@@ -57,14 +57,14 @@ class StepSolid(NamedTuple):
     faces: Integers
     volume: float
     scale: float = 1.0
-    """mm of these nodes over mm of the CAD kernel."""
+    """Factor from coordinates of the CAD kernel to these nodes, for a corrected unit."""
 
 
 def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
-    """Read the one solid of a STEP file, whose unit the file states; ``unit`` where it states a wrong one.
+    """Read the single solid of a STEP file; ``unit`` overrides the file's unit if it is wrong.
 
-    Raises ``InputError``: for a file that is missing or no STEP file, is cut short, holds no solid or several, or whose
-    surface is not closed. The line says what was found.
+    Raises ``InputError`` for a missing, truncated or other file, for no solid or several, or for a surface that is not
+    closed. The message states what was found.
     """
     source = Path(path).expanduser()
     if unit is not None and unit not in UNITS:
@@ -83,7 +83,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
             solid = StepSolid(source, data["nodes"], data["triangles"], data["faces"], float(data["volume"]))
     _check_closed(solid)
     length = float(np.ptp(solid.nodes, axis=0).max())
-    # A stated unit counts for the numbers of the file, which the kernel has converted from the file's own.
+    # A given unit applies to the numbers of the file, which the kernel has converted from the file's own unit.
     factor = 1.0 if unit is None else 1e3 * UNITS[unit] / stated_unit(source)
     if not LEAST_LENGTH <= factor * length <= LARGEST_LENGTH:
         raise InputError(
@@ -94,7 +94,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
 
 
 def stated_unit(path: Path) -> float:
-    """Unit of length that a STEP file states, mm."""
+    """Return the unit of length that a STEP file states, mm."""
     text = " ".join(path.read_text(errors="replace").split())
     converted = re.search(r"CONVERSION_BASED_UNIT ?\( ?'(?:INCH|IN)'", text, re.IGNORECASE)
     if converted:
@@ -106,14 +106,14 @@ def stated_unit(path: Path) -> float:
 def step_mesh(
     solid: StepSolid, turn: Array, shift: Array, largest_edge: float, fineness: float
 ) -> tuple[Array, Integers, Integers, Integers]:
-    """Mesh of the solid: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
+    """Mesh the solid; returns nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each triangle.
 
     Parameters
     ----------
-    turn, shift : rotation (3, 3) and shift (3,) mm that are applied first; the mesher's grid follows the axes, and an
-        elongated solid across them gets a coarser mesh
-    largest_edge : mm
-    fineness : sides to a radius of curvature
+    turn, shift : rotation (3, 3) and shift (3,) mm to apply first, because the mesher's grid is aligned to the axes and
+        gives an inclined long solid a coarser mesh
+    largest_edge : largest edge, mm
+    fineness : edges per radius of curvature
     """
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy = Path(folder) / "crank.step"
@@ -139,7 +139,7 @@ def step_mesh(
 
 
 def _axis_and_angle(turn: Array) -> list[float]:
-    """Axis and angle, rad, of a rotation (3, 3)."""
+    """Return axis and angle, rad, of a rotation (3, 3)."""
     from scipy.spatial.transform import Rotation
 
     vector = Rotation.from_matrix(turn).as_rotvec()
@@ -148,7 +148,7 @@ def _axis_and_angle(turn: Array) -> list[float]:
 
 
 def _check_text(path: Path) -> None:
-    """Refuse what is no whole STEP file; ``InputError``."""
+    """Raise ``InputError`` for a file that is not a complete STEP file."""
     check_file(path, f"{path}", "give a STEP file of the crankshaft")
     try:
         with path.open("rb") as file:
@@ -165,7 +165,7 @@ def _check_text(path: Path) -> None:
 
 
 def _check_closed(solid: StepSolid) -> None:
-    """Refuse a surface with open edges; ``InputError`` says where."""
+    """Raise ``InputError``, with the position, for a surface with open edges."""
     edges = np.sort(np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1)
     once, count = np.unique(edges, axis=0, return_counts=True)
     if (count == 1).any():
@@ -177,12 +177,12 @@ def _check_closed(solid: StepSolid) -> None:
 
 
 def _read_shape(path: str) -> Any:
-    """Shape of a file, in the child; ``ValueError`` says what the file holds where that is not one solid."""
+    """Return the shape of a file (in the child process); ``ValueError`` states the contents if not one solid."""
     from netgen.occ import OCCGeometry
 
     try:
         shape = OCCGeometry(path).shape
-    # netgen's own exception derives from nothing more special.
+    # netgen's exception derives directly from Exception.
     except Exception as reason:
         text = Path(path).read_text(errors="replace")
         kinds = ("MANIFOLD_SOLID_BREP", "SHELL_BASED_SURFACE_MODEL", "GEOMETRIC_CURVE_SET", "TESSELLATED_SOLID")
@@ -206,7 +206,7 @@ def _read_shape(path: str) -> Any:
 
 
 def surface_child() -> None:
-    """Work of the child: the file that stdin names, its surface to the file that the first argument names."""
+    """Main function of the child process: read the file named on stdin, write its surface to the first argument."""
     from netgen.meshing import MeshingStep
     from netgen.occ import OCCGeometry
 
@@ -238,7 +238,7 @@ def surface_child() -> None:
 
 
 def _solid(values: Mapping[str, Any]) -> tuple[Any, float, float, float]:
-    """Shape, largest edge, fineness and grading, in the child that meshes."""
+    """Return shape, largest edge, fineness and grading (in the child process that meshes)."""
     from netgen.occ import Axis, Pnt, Vec, gp_Dir
 
     shape = _read_shape(os.fspath(values["path"]))

@@ -1,8 +1,8 @@
-"""Outlines of the webs of a crank that was found in a solid, as the radii and widths that an engine file has.
+"""Outlines of webs of a crank found in a solid, as radii and widths of an engine file.
 
-In the plane of a web η points along its pin and ξ across. Of a web drawn as the engine file's (the hull of two circles,
-with a part of a disc as counterweight) the values are exact. Of any other web they are those of the outline that has
-the same reach along the pin, the same width at the main axis, and the same reach and width opposite to the pin.
+In the plane of a web η points towards its pin and ξ across. The values are exact for a web with the shape of engine
+files (hull of two circles, with a part of a disc as counterweight). For other webs they describe the outline with equal
+reach towards the pin, equal width at the main axis, and equal reach and width opposite to the pin.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from cranktrain_lab.cad.recognition import SAME_AXIS, Found, Journal
 Integers = NDArray[np.integer[Any]]
 
 UPRIGHT = 1e-4
-"""Largest component along z of the normals of a face that stands upright."""
+"""Largest z component of the normals of a face parallel to the axis."""
 SHORT_ARC, EXACT = np.radians(40.0), 1e-5
-"""Angle of an arc up to which nodes that have one distance from the axis tell its radius, and their relative
+"""Largest angle of an arc whose radius is found from nodes at equal distance from the axis, and their relative
 deviation."""
 WEIGHT = 1.02
-"""Radius opposite to the pin over that about the main axis from which a web has a counterweight."""
+"""Ratio of the radius opposite to the pin to that about the main axis above which a web has a counterweight."""
 
 
 class WebShape(NamedTuple):
-    """A web: thickness, radii about main and pin axis, and the counterweight's radius and half width, mm.
+    """Shape of a web: thickness, radii about main and pin axis, and the counterweight's radius and half width, mm.
 
-    ``main_radius`` and what follows is 0 of a flying web; ``weight_radius`` is 0 without a counterweight.
+    ``main_radius`` and the following values are 0 for a flying web; ``weight_radius`` is 0 without a counterweight.
     """
 
     thickness: float
@@ -41,7 +41,7 @@ class WebShape(NamedTuple):
 
 
 def web_shapes(found: Found) -> tuple[WebShape, ...]:
-    """Each web, flying ones included, from the pulley to the flywheel."""
+    """Return all webs, including flying ones, from the pulley to the flywheel."""
     ordered = sorted([*found.mains, *found.pins], key=lambda journal: journal.cylinder.middle)
     mains = set(found.mains)
     return tuple(_web(found, a, b, a in mains or b in mains) for a, b in itertools.pairwise(ordered))
@@ -66,7 +66,7 @@ def _web(found: Found, before: Journal, after: Journal, beside_main: bool) -> We
     width = _width(edges, 1e-3 * pin.cylinder.radius)
     upper = reach[points[:, 1] > -1e-6 * throw]
     near = float(upper.min()) if upper.size else width
-    # Corners alone say nothing of a straight side; a point of the arc about the main axis is nearest to it.
+    # Corners do not show a straight side. The nearest point to the main axis lies on the arc about it.
     main_radius = near if near < 1.01 * width else width
     lower = points[:, 1] < 1e-6 * throw
     weight = float(reach[lower].max()) if lower.any() else 0.0
@@ -80,7 +80,7 @@ def _web(found: Found, before: Journal, after: Journal, beside_main: bool) -> We
 
 
 def _arcs(found: Found, numbers: Integers, axis: tuple[float, float]) -> list[float]:
-    """Radii of the faces that are cylinders about an axis along z, mm."""
+    """Return radii of the cylindrical faces about an axis along z, mm."""
     faces = found.faces
     own = [int(k) for k in numbers if faces.round[k] and abs(faces.normal[k, 2]) > 1.0 - UPRIGHT]
     return [
@@ -89,16 +89,16 @@ def _arcs(found: Found, numbers: Integers, axis: tuple[float, float]) -> list[fl
 
 
 def _short_arcs(found: Found, numbers: Integers) -> list[float]:
-    """Radii of upright faces of few triangles that are arcs about the main axis, mm.
+    """Return radii of faces parallel to the axis, with few triangles, that are arcs about the main axis, mm.
 
     A web whose radii about main and pin axis differ little shows some degrees of the arc about the main axis. Its face
-    has one or two triangles a side, too few to be fitted as a cylinder, but its nodes are exact.
+    has one or two triangles per side, too few to fit a cylinder, but its nodes are exact.
     """
     faces, radii = found.faces, []
     for k in numbers.tolist():
         if faces.round[k] or faces.plane[k]:
             continue
-        # Nodes of the triangles lie on the face, points of their sides do not.
+        # Nodes of the triangles lie on the face, but points on their sides do not.
         nodes = found.solid.nodes[found.solid.triangles[found.solid.faces == k], :2].reshape(-1, 2)
         reach, angle = np.hypot(*nodes.T), np.arctan2(nodes[:, 1], nodes[:, 0])
         wide = float(np.ptp(np.angle(np.exp(1j * (angle - angle[0])))))
@@ -108,7 +108,7 @@ def _short_arcs(found: Found, numbers: Integers) -> list[float]:
 
 
 def _width(edges: Array, eta: float) -> float:
-    """Largest |ξ| at which edges (k, 2, 2) of an outline cross a line of constant η."""
+    """Return the largest |ξ| at which edges (k, 2, 2) of an outline cross a line of constant η."""
     a, b = edges[:, 0], edges[:, 1]
     crossing = (a[:, 1] - eta) * (b[:, 1] - eta) < 0.0
     a, b = a[crossing], b[crossing]
@@ -117,13 +117,14 @@ def _width(edges: Array, eta: float) -> float:
 
 
 def _outline(found: Found, z: float) -> tuple[Array, Array, Integers]:
-    """Points (p, 2) on the outline of the section at z, its edges (k, 2, 2), mm, and the numbers of its faces.
+    """Return points (p, 2) on the outline of the section at z, its edges (k, 2, 2), mm, and its face numbers.
 
-    Points are corners of upright faces, which lie exactly on the outline, and where edges of others cross the plane.
+    Points are corners of faces parallel to the axis, which lie exactly on the outline, and intersections of edges of
+    other faces with the plane.
     """
     corners = found.solid.nodes[found.solid.triangles]
     low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-    # Bores are no outline.
+    # Bores do not belong to the outline.
     bored = (found.faces.radius > 0.0) & ~found.faces.round
     cut = (low < z) & (high > z) & ~bored[found.solid.faces]
     edges = np.array([_crossing(triangle, z) for triangle in corners[cut]]).reshape(-1, 2, 2)
@@ -138,7 +139,7 @@ def _outline(found: Found, z: float) -> tuple[Array, Array, Integers]:
 
 
 def _crossing(triangle: Array, z: float) -> Array:
-    """The two points (2, 2) at which the sides of a triangle (3, 3) cross a plane of constant z."""
+    """Return the two points (2, 2) at which the sides of a triangle (3, 3) cross a plane of constant z."""
     above = triangle[:, 2] > z
     lone = int(np.flatnonzero(above)[0] if above.sum() == 1 else np.flatnonzero(~above)[0])
     a = triangle[lone]

@@ -42,7 +42,7 @@ from cranktrain_lab.calibration.train import FilmMeans, Train
 
 CLOSED = "thrust.closed_stiffness"
 RESTS_ON = 0.05
-"""A target rests on the values whose sensitivity is at least this."""
+"""Least sensitivity to a value for which a target is listed as determined by the value."""
 Follow = Callable[[float, float], None]
 
 
@@ -56,25 +56,25 @@ def calibrate(
     say: Progress = lambda stage: None,
     follow: Follow = lambda share, cost: None,
 ) -> dict[str, Any]:
-    """Values of an engine that meet targets: a report, JSON-able, and a new engine file where ``out`` is given.
+    """Calibrate an engine to targets; returns a report for JSON, and writes the new engine file ``out`` if given.
 
-    Raises ``InputError``: files that cannot be used, an ``out`` that exists, dimensions that cannot be meshed.
+    Raises ``InputError`` for unusable files, an ``out`` that exists, or dimensions that cannot be meshed.
 
     Parameters
     ----------
     engine, targets : paths, or the name of a shipped engine
-    seed, evaluations : of the search
-    say, follow : get each stage, and the completed fraction of a search with its cost
+    seed, evaluations : seed and limit of evaluations of the search
+    say, follow : called with each stage, and with the completed fraction of a search and its cost
 
     Returns
     -------
-    ``targets`` (ours, deviation, sensitivities d ln f / d ln p, what each rests on), ``parameters``, ``derived``,
+    ``targets`` (ours, deviation, sensitivities d ln f / d ln p, determining values), ``parameters``, ``derived``,
     ``extra_modes_hz``, ``met``, ``confirmed`` (nothing searched), ``interrupted``, ``evaluations``, ``seed``, ``file``,
     ``refused`` (why the new file was not written, else None)
     """
     base, path = load_engine(engine), engine_path(engine)
     task = load_targets(targets, base)
-    if CLOSED in {p.key for p in task.parameters}:  # which a file may leave open
+    if CLOSED in {p.key for p in task.parameters}:  # this value is optional in engine files
         base = replace(base, thrust=replace(base.thrust, closed_stiffness=base.thrust.closed))
     new = new_path(Path(out)) if out is not None else None
     if new is not None:
@@ -86,7 +86,7 @@ def calibrate(
     report |= {"engine": base.name, "seed": seed, "evaluations": found.evaluations, "interrupted": found.interrupted}
     report |= {"confirmed": found.evaluations == 0, "file": None, "refused": None}
     if new is not None:
-        # Minutes of search are not lost to a file that cannot be: the report is given all the same.
+        # If the file cannot be written, the report of the long search is returned all the same.
         try:
             with whole_file(new, NEW) as temporary:
                 written = written_values(problem, free, report)
@@ -101,7 +101,7 @@ def calibrate(
 def _fitted(
     base: Engine, task: Task, seed: int, evaluations: int, say: Progress, follow: Follow
 ) -> tuple[Problem, Found]:
-    """Values found, and the problem with their bodies; after an interrupt, with the previous bodies."""
+    """Return the fitted values and the problem with their bodies; after an interrupt, with the previous bodies."""
     start = start_values(base, task)
     before = engine_with(base, task, start, {})
     dimensions = dict[str, list[Change]]()
@@ -117,7 +117,7 @@ def _fitted(
             raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} is not possible: {error}") from None
 
     def problem(given: Mapping[str, float]) -> Problem:
-        """Problem at the bodies of given values."""
+        """Return the problem with the bodies of given values."""
         engine = engine_with(base, task, given, {})
         check_engine(engine)
         crank = reduced_crankshaft(engine, progress=say)
@@ -154,9 +154,9 @@ def _fitted(
 
 
 def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
-    """Mean laws of the films of an engine, of films without tilt and on the targets' block level, at full load.
+    """Return mean film laws of an engine at full load, without tilt, at the block level of the targets.
 
-    The speed is that of the largest heat per cycle. Raises ``SolverError`` where the run fails.
+    The speed is that of the largest heat per cycle. Raises ``SolverError`` if the run fails.
     """
     say("a cycle in motion")
     settings = replace(SPRING_LEVELS, block="flexible" if flexible else "ground")
@@ -168,7 +168,7 @@ def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
 
 
 def start_values(engine: Engine, task: Task) -> dict[str, float]:
-    """An engine's own value of each free one, SI; values without a key are fitted to the derived values."""
+    """Return the engine's own free values, SI; values without a key are fitted to the derived values."""
     start = {p.key: values.value(engine, p.key) if p.is_key else 0.5 * (p.low + p.high) for p in task.parameters}
     names = [p for p in task.parameters if not p.is_key]
     if not names:
@@ -191,12 +191,12 @@ def all_met(task: Task, found: Match) -> bool:
 
 
 def axial_hz(task: Task) -> float:
-    """Frequency of the first axial target, Hz; 0 where there is none."""
+    """Return the frequency of the first axial target, Hz, or 0."""
     return min((target.hz for target in task.targets if target.shape == "axial"), default=0.0)
 
 
 def report_of(problem: Problem, free: Array) -> dict[str, Any]:
-    """Report on free values (p,), SI: each target, each value; JSON-able."""
+    """Return the report on free values (p,), SI, with each target and value, for JSON."""
     task, modes = problem.task, problem.modes(free)
     found = match(task.targets, modes)
     slopes = sensitivities(problem, free, modes, found.places)
@@ -234,14 +234,14 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
 
 
 def check_written(path: Path, engine: Engine, task: Task) -> None:
-    """Refuse, before the search, an engine file that has no place for a value; ``InputError``."""
+    """Raise ``InputError``, before the search, for an engine file into which a value cannot be inserted."""
     keys = [*(p.key for p in task.parameters if p.is_key), *(d.key for d in task.derived)]
     own = {key: Written(values.value(engine, key), "calibrated", "") for key in keys}
     rewritten(path.read_text("utf-8"), engine, own)
 
 
 def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> dict[str, Written]:
-    """Values that a new engine file states, by key; a free one names the targets that rest on it, or all."""
+    """Return the values of the new engine file by key; the note of a free value names the targets that determine it."""
     task, engine = problem.task, problem.engine_of(free)
     found = {}
     for p, x in zip(task.parameters, free, strict=True):

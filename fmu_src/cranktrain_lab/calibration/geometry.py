@@ -1,6 +1,6 @@
-"""Bodies under changes of their dimensions: the difference of two finite-element geometries at the interfaces.
+"""Changes of bodies with their dimensions, from the difference of two finite-element geometries at the interfaces.
 
-A free dimension needs one more mesh, at the bound that lies further from the engine's value. Both meshes are condensed
+A free dimension needs one more mesh, at the bound farther from the engine's value. Both meshes are condensed
 on their interfaces, K = Ψᵀ K Ψ and M = Ψᵀ M Ψ with the constraint modes Ψ (Guyan 1965), and their difference per unit
 of the dimension acts at the interfaces of the engine's own reduced body:
 
@@ -42,13 +42,13 @@ class Change(NamedTuple):
 
 
 def digests(engine: Engine, flexible: bool) -> dict[str, str]:
-    """Digest of all that each body's finite elements depend on."""
+    """Return a digest of the data that determine each body's finite elements."""
     found = {CRANK: of_crank.input_digest(engine)}
     return found | ({BLOCK: of_block.input_digest(engine)} if flexible else {})
 
 
 def changes(engine: Engine, other: Engine, step: float, flexible: bool, say: Progress) -> list[Change]:
-    """Changes of the bodies per unit of a dimension that differs by ``step`` in ``other``; none where none change."""
+    """Return changes of the bodies per unit of a dimension that differs by ``step`` in ``other``; may be empty."""
     before, after = digests(engine, flexible), digests(other, flexible)
     found = []
     for body in before:
@@ -64,7 +64,7 @@ def changes(engine: Engine, other: Engine, step: float, flexible: bool, say: Pro
 
 
 def _condensed(body: str, engine: Engine, say: Progress) -> tuple[Array, Array, Array]:
-    """Stiffness and mass of the meshed body at its interfaces, and their places; kept in the user's cache."""
+    """Return stiffness and mass of the meshed body at its interfaces, and their positions; cached for the user."""
     kept = Kept("calibration")
     key = f"{body}-with-places-{digests(engine, body == BLOCK)[body]}"
     found: Mapping[str, Array] | None = kept.arrays(key)

@@ -1,4 +1,4 @@
-"""A calibration problem: engine as a function of free values, frequencies, targets, and deviations to minimise.
+"""Calibration problem: engine as a function of free values, frequencies, targets, and deviations to minimise.
 
 Targets without a number are matched with the lowest modes of the cranktrain, one to one, by the assignment of least
 cost: squared deviations over tolerances, and the energy fraction that a mode lacks for the target's shape. An unmatched
@@ -30,22 +30,22 @@ from cranktrain_lab.calibration.train import Matrices, Modes, Train
 NAME_MARGIN = 0.08
 """Energy fraction by which a mode's own kind must exceed every other kind; a deficit counts like a deviation."""
 EXTRA_REACH = 0.05
-"""Left-over modes count fully below the last target and fade out this far above it."""
+"""Relative distance above the last target over which the weight of unmatched modes falls from 1 to 0."""
 EXTRA_WEIGHT = 2.0
 """Penalty of an extra mode, in tolerances."""
 BAND = 0.2
-"""Half width of the band in which the search looks for a second torsion, over the target."""
+"""Half width of the frequency band for the mean second torsion, as a fraction of the target."""
 LOST = 30.0
 """Deviation, in tolerances, of a mode that cannot be computed."""
 MATCHED = 12
-"""Lowest modes among which targets are matched."""
+"""Number of lowest modes with which targets are matched."""
 
 
 class Match(NamedTuple):
-    """Modes beside the targets.
+    """Modes matched with the targets.
 
-    ``hz`` (t,), ``deviations`` (t,) in tolerances as the search sees them, ``places`` (t,) of each target's mode in its
-    own list, ``extra`` frequencies of left-over modes below the last matched target, ``penalties`` further residuals
+    ``hz`` (t,) are frequencies, ``deviations`` (t,) those in tolerances for the search, ``places`` (t,) indices of
+    modes in their list, ``extra`` frequencies of unmatched modes below the last target, ``penalties`` further residuals
     """
 
     hz: Array
@@ -57,10 +57,10 @@ class Match(NamedTuple):
 
 @dataclass(frozen=True)
 class Problem:
-    """Engine of some free values; the quick matrices of its train; the task.
+    """Calibration problem: engine, fast matrices of its cranktrain, and task.
 
-    ``dimensions`` are those values that change the bodies, as they are in the bodies of ``train``; ``stand_ins`` what
-    formulas know of the block; ``held`` values of the targets file that are no longer free.
+    ``dimensions`` are values that change the bodies, as in the bodies of ``train``. ``stand_ins`` are values of the
+    block for formulas. ``held`` are values of the targets file that are no longer free.
     """
 
     engine: Engine
@@ -77,24 +77,24 @@ class Problem:
 
     @cached_property
     def high(self) -> Array:
-        """Upper bounds."""
+        """Upper bounds of the free values, SI."""
         return np.array([p.high for p in self.task.parameters])
 
     def given(self, free: Array) -> dict[str, float]:
-        """All values of the targets file by key."""
+        """Return all values of the targets file by key."""
         return {**self.held, **{p.key: float(x) for p, x in zip(self.task.parameters, free, strict=True)}}
 
     def holding(self, held: Mapping[str, float]) -> Problem:
-        """The problem with some values not free any more."""
+        """Return the problem with some values fixed."""
         rest = tuple(p for p in self.task.parameters if p.key not in held)
         return replace(self, task=replace(self.task, parameters=rest), held=dict(held))
 
     def engine_of(self, free: Array) -> Engine:
-        """Engine of free values (p,), SI, with all derived values."""
+        """Return the engine of free values (p,), SI, with all derived values."""
         return engine_with(self.engine, self.task, self.given(free), self.stand_ins)
 
     def matrices(self, free: Array) -> tuple[Engine, dict[str, Matrices]]:
-        """Engine of free values, and the bodies that targets are about."""
+        """Return the engine of free values, and matrices of the systems that have targets."""
         engine, given = self.engine_of(free), self.given(free)
         differences = {key: given[key] - start for key, start in self.dimensions.items()}
         found = {"cranktrain": self.train.cranktrain(engine, differences)}
@@ -105,7 +105,7 @@ class Problem:
         return engine, found
 
     def modes(self, free: Array) -> dict[str, Modes]:
-        """Modes of those bodies."""
+        """Return the modes of the systems that have targets."""
         engine, found = self.matrices(free)
         of = {
             "cranktrain": self.train.cranktrain_modes,
@@ -115,7 +115,7 @@ class Problem:
         return {name: of[name](engine, matrices) for name, matrices in found.items()}
 
     def residuals(self, free: Array) -> Array:
-        """All residuals of a search, in tolerances."""
+        """Return all residuals of the search, in tolerances."""
         try:
             found = match(self.task.targets, self.modes(free))
         except (LinAlgError, InputError):
@@ -125,7 +125,7 @@ class Problem:
 
 
 def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_ins: Mapping[str, float]) -> Engine:
-    """Engine with given values by key and what is derived from them; what lacks its ``stand_ins`` stays."""
+    """Return the engine with given and derived values; derived values that lack ``stand_ins`` are unchanged."""
     for key, number in given.items():
         if "." in key:
             engine = values.with_value(engine, key, number)
@@ -133,14 +133,14 @@ def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_in
     for entry in task.derived:
         if all(name in names for name in STAND_INS if name in entry.formula):
             number = values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
-            # A value that differs only by rounding would need bodies of its own.
+            # A value that differs only by rounding must not cause new bodies.
             if not values.holds(engine, entry.key, number):
                 engine = values.with_value(engine, entry.key, number)
     return engine
 
 
 def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
-    """Modes beside the targets."""
+    """Match modes with targets."""
     hz, deviations, places = np.zeros(len(targets)), np.zeros(len(targets)), [0] * len(targets)
     listed = [k for k, target in enumerate(targets) if not target.number]
     penalties, extra = np.zeros(0), list[float]()
@@ -179,21 +179,21 @@ def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
 
 
 def _lacks(own: Array, kind: int) -> Array:
-    """Deficit of modes for a kind, in margins, from fractions (k, kinds) of the crank's energy."""
+    """Return the deficit of modes for a kind, in margins, from energy fractions (k, kinds) of the crank."""
     others = np.delete(own, kind, axis=1).max(axis=1)
     return np.asarray(np.maximum(0.0, others - own[:, kind] + NAME_MARGIN) / NAME_MARGIN)
 
 
 def _mean_torsion(modes: Modes, hz: float) -> float:
-    """Mean frequency around ``hz`` weighted by squared fractions of torsion."""
+    """Return the mean frequency around ``hz``, weighted by squared fractions of torsion."""
     weight = modes.shares[:, KINDS.index("torsional")] ** 2 * (np.abs(modes.hz / hz - 1.0) < BAND)
     return float(weight @ modes.hz / weight.sum()) if weight.sum() > 1e-6 else hz * (1.0 + BAND)
 
 
 def sensitivities(problem: Problem, free: Array, modes: Mapping[str, Modes], places: list[int]) -> Array:
-    """∂ ln f / ∂ ln p of each target's mode and free value, (t, p): xᵀ (∂K/∂p − ω² ∂M/∂p) x p / (2 ω²), xᵀ M x = 1.
+    """Return ∂ ln f / ∂ ln p (t, p) of targets: xᵀ (∂K/∂p − ω² ∂M/∂p) x p / (2 ω²), with modes x, xᵀ M x = 1.
 
-    Differences of the matrices are central, of 1e-4 of the bounds' distance.
+    Derivatives of the matrices are central differences with a step of 1e-4 of the range between bounds.
     """
     targets = problem.task.targets
     result = np.zeros((len(targets), free.size))
@@ -214,7 +214,7 @@ def sensitivities(problem: Problem, free: Array, modes: Mapping[str, Modes], pla
 
 
 def at_bounds(parameters: tuple[Parameter, ...], free: Array) -> list[str]:
-    """Keys of the values within a hundredth of a bound."""
+    """Return keys of the values within a hundredth of a bound."""
     return [
         p.key for p, x in zip(parameters, free, strict=True) if min(x - p.low, p.high - x) < 0.01 * (p.high - p.low)
     ]

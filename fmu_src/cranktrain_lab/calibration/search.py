@@ -1,9 +1,9 @@
 """Search for free values within bounds, by least squares from several starts.
 
-Frequencies matched with modes jump, so calibration looks for its starts by differential evolution. Orders are smooth
-and have local minima, one for each resonance that a peak may be taken for; identification looks for its starts by a
-Sobol sequence. Storn and Price, J. Global Optim. 11 (1997) 341; a bounded trust region (Branch, Coleman and Li 1999),
-as SciPy has it; all on values scaled to their bounds. What was best is kept when the search is interrupted.
+Frequencies matched with modes jump, so calibration finds its starts by differential evolution (Storn and Price, J.
+Global Optim. 11 (1997) 341). Orders are smooth with local minima, one for each resonance that a peak may be mistaken
+for, so identification finds its starts by a Sobol sequence. Least squares use SciPy's bounded trust region (Branch,
+Coleman and Li 1999). Values are scaled to their bounds. An interrupted search returns the best values so far.
 """
 
 from __future__ import annotations
@@ -18,41 +18,41 @@ from scipy.stats import qmc
 from cranktrain.core.reduced_body import Array
 
 POPULATION = 5
-"""Members of a generation for each free value."""
+"""Members of a generation per free value."""
 STARTS = 6
-"""Starts of least squares: the best values found, and others around them."""
+"""Number of starts of least squares: the best values found, and random values around them."""
 SPREAD = 0.1
-"""Standard deviation of those others, over the bounds' distance."""
+"""Standard deviation of the random starts, as a fraction of the range between bounds."""
 STEP = 2e-3
-"""Step of the differences in least squares, over the bounds' distance: wider than the jumps of matched modes."""
+"""Step of differences in least squares, as a fraction of the range; wider than the jumps of matched modes."""
 MET = 1e-10
-"""Cost (sum of squares in tolerances) at which a search ends."""
+"""Cost (sum of squares in tolerances) at which a search stops."""
 GLOBAL_SHARE = 0.7
-"""Part of the evaluations that the evolution may take."""
+"""Largest fraction of the evaluations for differential evolution."""
 
 
 SMOOTH_STEP = 1e-4
-"""Step of the differences of residuals without jumps, over the bounds' distance."""
+"""Step of differences of residuals without jumps, as a fraction of the range between bounds."""
 Follow = Callable[[float, float], None]
 
 
 class Residuals(Protocol):
-    """Problem of a search: bounds (p,) of its free values, and residuals (m,), whose sum of squares is to be least."""
+    """Problem of a search: bounds (p,) of free values, and residuals (m,) whose sum of squares is minimised."""
 
     @property
     def low(self) -> Array:
-        """Lower bounds."""
+        """Lower bounds of the free values."""
 
     @property
     def high(self) -> Array:
-        """Upper bounds."""
+        """Upper bounds of the free values."""
 
     def residuals(self, free: Array) -> Array:
-        """All residuals at free values."""
+        """Return all residuals at free values."""
 
 
 class Found(NamedTuple):
-    """Free values (p,) SI, their cost (sum of squares, tolerances), evaluations, whether the search was interrupted."""
+    """Result of a search: free values (p,) SI, cost (sum of squares in tolerances), evaluations, interrupted or not."""
 
     free: Array
     cost: float
@@ -61,14 +61,14 @@ class Found(NamedTuple):
 
 
 class _Search:
-    """Cost of scaled values, with the best ones so far."""
+    """Evaluation of scaled values, which stores the best so far."""
 
     def __init__(self, problem: Residuals, limit: int, follow: Follow) -> None:
         self.problem, self.limit, self.follow = problem, limit, follow
         self.best, self.cost, self.evaluations = np.full(problem.low.size, 0.5), np.inf, 0
 
     def residuals(self, scaled: Array) -> Array:
-        """Residuals, in tolerances; stores the best values."""
+        """Return residuals, in tolerances, and store the best values."""
         p = self.problem
         found = p.residuals(p.low + np.clip(scaled, 0.0, 1.0) * (p.high - p.low))
         self.evaluations += 1
@@ -79,7 +79,7 @@ class _Search:
         return found
 
     def slopes(self, scaled: Array) -> Array:
-        """Derivatives (m, p) of the residuals by differences of :data:`SMOOTH_STEP`, away from the nearer bound."""
+        """Return derivatives (m, p) of residuals by differences of :data:`SMOOTH_STEP`, away from the nearer bound."""
         at, columns = self.residuals(scaled), []
         for k in range(scaled.size):
             step = SMOOTH_STEP if scaled[k] < 0.5 else -SMOOTH_STEP
@@ -89,7 +89,7 @@ class _Search:
         return np.stack(columns, axis=1)
 
     def total(self, scaled: Array) -> float:
-        """Sum of squares."""
+        """Return the sum of squares."""
         found = self.residuals(scaled)
         return float(found @ found)
 
@@ -101,13 +101,13 @@ def search(
     evaluations: int = 20000,
     follow: Follow = lambda share, cost: None,
 ) -> Found:
-    """Best free values of a problem.
+    """Search the best free values of a problem.
 
     Parameters
     ----------
-    start : (p,) values that the first generation holds; values outside their bounds are moved to them
-    evaluations : limit of both parts together, roughly
-    follow : gets the completed fraction and the cost so far
+    start : (p,) values to include in the first generation; values outside their bounds are clipped
+    evaluations : approximate limit of both parts together
+    follow : called with the completed fraction and the cost so far
     """
     run, rng = _Search(problem, evaluations, follow), np.random.default_rng(seed)
     n, interrupted = problem.low.size, False
@@ -139,15 +139,15 @@ def smooth_search(
     rounds: int = 30,
     follow: Follow = lambda share, cost: None,
 ) -> Found:
-    """Best free values of a problem without jumps: least squares from its start and the best of a Sobol sequence.
+    """Search the best free values of a smooth problem by least squares from its start and the best Sobol points.
 
     Parameters
     ----------
-    start : (p,) first start; values outside their bounds are moved to them
-    points : of the sequence, a power of two; 0: no other starts
-    starts : the best of these points from which least squares start, besides ``start``
-    rounds : most evaluations of a search by least squares, derivatives not counted
-    follow : gets the completed fraction and the cost so far
+    start : (p,) first start; values outside their bounds are clipped
+    points : number of Sobol points, a power of two; 0 for no other starts
+    starts : number of the best points from which least squares start in addition to ``start``
+    rounds : limit of evaluations of a search by least squares, without derivatives
+    follow : called with the completed fraction and the cost so far
     """
     n, interrupted, width = problem.low.size, False, problem.high - problem.low
     run = _Search(problem, points + (starts + 1) * rounds, follow)

@@ -22,9 +22,9 @@ RIGID = 6
 
 
 def stand_ins(engine: Engine, block: ReducedBody, axial_hz: float) -> dict[str, float]:
-    """``bore_stiffness_x``, ``bore_stiffness_y``, ``thrust_face_stiffness``, N/m, of a bare block.
+    """Return ``bore_stiffness_x``, ``bore_stiffness_y``, ``thrust_face_stiffness``, N/m, of a bare block.
 
-    The last is the elastic one alone where ``axial_hz`` is 0, or lies above the frequency at which nothing holds.
+    The last is the elastic stiffness alone if ``axial_hz`` is 0, or above the frequency of zero dynamic stiffness.
     """
     complete = complete_block(engine, block)
 

@@ -51,7 +51,7 @@ LARGEST = 1e15
 
 
 class TargetTable(Table, kw_only=True):
-    """A frequency to be met, or the critical speed of an order."""
+    """Table of a target frequency, or of the critical speed of an order."""
 
     of: Literal[BODIES] = BODIES[0]  # type: ignore[valid-type]
     shape: Literal[KINDS]  # type: ignore[valid-type]
@@ -65,7 +65,7 @@ class TargetTable(Table, kw_only=True):
 
 
 class ParameterTable(Table, kw_only=True):
-    """A free value between two ends, in a unit."""
+    """Table of a free value between two bounds, in a unit."""
 
     measured = ("low", "high")
 
@@ -76,14 +76,14 @@ class ParameterTable(Table, kw_only=True):
 
 
 class DerivedTable(Table, kw_only=True):
-    """A value that follows from others by a formula in SI."""
+    """Table of a value that follows from others by a formula in SI."""
 
     formula: str
     note: str = ""
 
 
 class TargetsTable(Table, kw_only=True):
-    """Targets of a calibration, its free values, and the derived values."""
+    """Whole targets file: targets, free values and derived values of a calibration."""
 
     block: Annotated[str, Meta(extra_json_schema={"enum": list(BLOCKS)})] = GROUND
     targets: dict[str, TargetTable] = field(default_factory=dict)
@@ -93,11 +93,11 @@ class TargetsTable(Table, kw_only=True):
 
 @dataclass(frozen=True)
 class Target:
-    """A frequency to be met: Hz, relative ``tolerance``; ``number`` 0: matched by shape, 1 or 2: that torsion.
+    """Target frequency, Hz, with relative ``tolerance``; ``number`` 0: matched by shape, 1 or 2: torsional mode.
 
-    ``of`` motion it is the first torsional frequency about the settled cycle of a run. ``order`` is that whose critical
-    speed the target is given by, 0 where it is given by its frequency. ``basis`` says whether the number was measured
-    or computed by its source.
+    With ``of`` motion it is the first torsional frequency about the settled cycle of a run. ``order`` is the order
+    whose critical speed was given, 0 if the frequency was given. ``basis`` states whether the source measured or
+    computed it.
     """
 
     name: str
@@ -113,7 +113,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A free value (SI): a key of the engine, or a name of its own; ``unit`` and ``scale`` as the file states it."""
+    """Free value (SI): key of the engine, or an additional name; ``unit`` and ``scale`` of the file."""
 
     key: str
     low: float
@@ -124,13 +124,13 @@ class Parameter:
 
     @property
     def is_key(self) -> bool:
-        """Whether it is a value of the engine file."""
+        """True for a value of the engine file."""
         return "." in self.key
 
 
 @dataclass(frozen=True)
 class Derived:
-    """A key of the engine that follows from others by a formula in SI."""
+    """Key of the engine whose value follows from others by a formula in SI."""
 
     key: str
     formula: str
@@ -148,17 +148,17 @@ class Task:
 
     @property
     def moves(self) -> bool:
-        """Whether a target is one of a running engine."""
+        """True if a target belongs to a running engine."""
         return any(target.of == MOTION for target in self.targets)
 
     @property
     def film_springs(self) -> bool:
-        """Whether anything is derived from the films' stand-in springs."""
+        """True if a value is derived from the films' stand-in springs."""
         return any(name in entry.formula for entry in self.derived for name in FILM_STAND_INS)
 
 
 def targets_path(name_or_path: str | Path) -> Path:
-    """Path of a targets file, by path or by the name of a shipped engine that has one."""
+    """Return the path of a targets file, given by path or by the name of a shipped engine with targets."""
     text = str(name_or_path)
     path = user_path(text) if ending(text) == ".toml" else engine_folder() / f"{text}{SUFFIX}"
     if not file_exists(path):
@@ -168,7 +168,7 @@ def targets_path(name_or_path: str | Path) -> Path:
 
 
 def load_targets(name_or_path: str | Path, engine: Engine) -> Task:
-    """Read and check a targets file for an engine; ``InputError``: one line with file, table and key."""
+    """Read and check a targets file for an engine; ``InputError`` is one line with file, table and key."""
     path = targets_path(name_or_path)
     document = read_toml(path, "targets file", "give its path")
     try:
@@ -202,7 +202,7 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
 
 
 def target_of(name: str, entry: TargetTable) -> Target:
-    """Target of a table; ``InputError``."""
+    """Return the target of a table; ``InputError``."""
     where, moves = f"targets.{name}", entry.of == MOTION
     torsional, number, hz = entry.shape == "torsional", entry.number, entry.hz
     if number not in (0, 1, 2) or (number and not torsional) or (entry.of == "crankshaft" and not number):
@@ -238,7 +238,7 @@ def _parameter(key: str, entry: ParameterTable, engine: Engine) -> Parameter:
 
 
 def _said(fault: Fault, where: str) -> str:
-    """Message for a fault in the file; names of targets may contain dots."""
+    """Return the message for a fault in the file; names of targets may contain dots."""
     place = f"{fault.place}.{fault.key}".lstrip(".")
     if fault.problem == "unknown":
         return f"{place}: is not known; {nearest(fault.key, fault.owner.__struct_encode_fields__)}"

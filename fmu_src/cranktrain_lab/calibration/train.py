@@ -1,7 +1,7 @@
-"""Cranktrain and block in matrices that are quick to build anew: some milliseconds for the modes of an engine.
+"""Cranktrain and block in matrices that are fast to rebuild: some milliseconds for the modes of an engine.
 
-Bare crankshaft and block are cut once at frequencies well above the targets, with their statics kept under all that is
-fixed to them (:func:`cranktrain.core.reduced_body.truncate`). Flywheel, pulley, clutch, balance weights, rods, heads,
+Bare crankshaft and block are truncated once at frequencies well above the targets, with exact statics at all attached
+parts (:func:`cranktrain.core.reduced_body.truncate`). Flywheel, pulley, clutch, balance weights, rods, heads,
 mounts and bearings then follow the engine's values. Definitions are those of :mod:`cranktrain.structure.crank.modal`
 and :mod:`cranktrain.structure.block.modal`, from which frequencies differ by less than 1e-3 below 700 Hz.
 """
@@ -28,11 +28,11 @@ from cranktrain_lab.calibration.geometry import BLOCK, CRANK, Change
 
 CRANK_CUTOFF_HZ, BLOCK_CUTOFF_HZ = 3000.0, 1100.0
 MODES = 32
-"""Modes computed of the cranktrain; those of the free crankshaft are half of it."""
+"""Number of computed modes of the cranktrain; half of it for the free crankshaft."""
 
 
 class Modes(NamedTuple):
-    """Hz (k,), modes of unit modal mass (n, k), shares of the crank's kinds and of the block in the energy (k, 4)."""
+    """Frequencies, Hz (k,), modes of unit modal mass (n, k), and energy fractions of kinds and block (k, 4)."""
 
     hz: Array
     modes: Array
@@ -40,7 +40,7 @@ class Modes(NamedTuple):
 
 
 class Matrices(NamedTuple):
-    """Stiffness and mass of a system; damping where it has any."""
+    """Stiffness and mass of a system, and damping if it has any."""
 
     stiffness: Array
     mass: Array
@@ -48,13 +48,13 @@ class Matrices(NamedTuple):
 
 
 class FilmMeans(NamedTuple):
-    """Linearised films and collar of a run for small motions in the axes of the turning crank.
+    """Linearised films and collar of a run for small motions in the axes of the rotating crank.
 
     Attributes
     ----------
     stiffness, damping : (b, 2, 2) of each main, N/m and N s/m
-    collar : stiffness (N/m) and damping (N s/m) along the axis
-    hz : first torsional frequency of the whole eigenproblem, from which that of the train takes its scale
+    collar : axial stiffness (N/m) and damping (N s/m)
+    hz : first torsional frequency of the complete eigenproblem, to which the frequency of the train is scaled
     """
 
     stiffness: Array
@@ -64,14 +64,14 @@ class FilmMeans(NamedTuple):
 
 
 class Train:
-    """Cranktrain of bare bodies, on ground where there is no ``block``.
+    """Cranktrain of bare bodies, on ground if there is no ``block``.
 
     Parameters
     ----------
-    engine : defines the parts at the interfaces; its values may change later
+    engine : engine that defines the parts at the interfaces; its values may change later
     crank, block : bare reduced bodies
-    changes : of each dimension, per unit
-    films : of a run of the engine, where its modes in motion are wanted
+    changes : changes of the bodies per unit of each dimension
+    films : linearised films of a run, for modes in motion
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Train:
             self._scale = films.hz / self._first_in_motion(engine, self.in_motion(engine, {}))
 
     def crankshaft(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
-        """Free crankshaft with all that is attached; ``dimensions`` as differences from the bodies' own."""
+        """Return matrices of the free crankshaft with attached parts; ``dimensions`` are changes of the bodies."""
         found = self._bare(self.crank, CRANK, dimensions)
         for name, part in attached_parts(engine):
             inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
@@ -110,7 +110,7 @@ class Train:
         return found
 
     def cranktrain(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
-        """Crankshaft with its rods in its bearings, on ground or in its block on mounts."""
+        """Return matrices of the crankshaft with rods in its bearings, on ground or in its block on mounts."""
         free = self.crankshaft(engine, dimensions)
         free.mass[:] += modal.rod_masses(engine, self.crank)
         if self.block is None:
@@ -132,7 +132,7 @@ class Train:
         return Matrices(stiffness + stretch.T @ stretch, block_diag(free.mass, block.mass))
 
     def in_motion(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
-        """Crankshaft with its rods on the mean laws of its films."""
+        """Return matrices of the crankshaft with rods on the mean laws of its films."""
         assert self.films is not None
         free, crank = self.crankshaft(engine, dimensions), self.crank
         free.mass[:] += modal.rod_masses(engine, crank)
@@ -147,12 +147,12 @@ class Train:
         return Matrices(free.stiffness, free.mass, damping + self.films.collar[1] * np.outer(row, row))
 
     def motion_modes(self, engine: Engine, of: Matrices) -> Modes:
-        """First torsional mode in motion; a factor on its frequency corrects for the simplified eigenproblem."""
+        """Return the first torsional mode in motion, with its frequency corrected to the complete eigenproblem."""
         hz = self._scale * self._first_in_motion(engine, of)
         return Modes(np.array([hz]), np.zeros((len(of.mass), 1)), np.array([[0.0, 1.0, 0.0, 0.0]]))
 
     def _first_in_motion(self, engine: Engine, of: Matrices) -> float:
-        """First torsional frequency of the train in motion, Hz."""
+        """Return the first torsional frequency of the train in motion, Hz."""
         assert of.damping is not None
         rest = self.cranktrain_modes(engine, of)
         at_rest = modal.torsional_frequencies(rest.hz, rest.shares)[0]
@@ -165,14 +165,14 @@ class Train:
         return modal.first_torsional(hz, shares, answers=answers)
 
     def crankshaft_modes(self, engine: Engine, of: Matrices) -> Modes:
-        """Elastic modes of the free crankshaft."""
+        """Return elastic modes of the free crankshaft."""
         squares, modes = eigh(*of[:2], subset_by_index=[0, min(MODES // 2 + 5, len(of.mass) - 1)])
         modes = modes[:, 6:]
         shares = modal.energy_shares(engine, self.crank, modes, rods=False)
         return Modes(_hz(squares[6:]), modes, np.column_stack((shares, np.zeros(len(shares)))))
 
     def cranktrain_modes(self, engine: Engine, of: Matrices) -> Modes:
-        """Modes of the cranktrain, free to turn; those of the engine as a whole on its mounts are left out."""
+        """Return modes of the cranktrain with free rotation, without those of the engine as a whole on its mounts."""
         squares, modes = eigh(*of[:2], subset_by_index=[1, min(MODES, len(of.mass) - 1)])
         crank = modes[: self.crank.n_modes]
         mass = of.mass[: self.crank.n_modes, : self.crank.n_modes]
@@ -193,7 +193,7 @@ class Train:
 
 
 def _at_modes(change: Change, body: ReducedBody | None, cutoff_hz: float) -> tuple[Array, Array]:
-    """Stiffness and mass of a change in a body's modes; what answers statically, above the cut-off, gains no mass."""
+    """Return stiffness and mass of a change in a body's modes; static modes above the cut-off gain no mass."""
     assert body is not None
     rows = body.shapes.reshape(-1, body.n_modes)
     moving = rows * (body.frequencies_hz <= cutoff_hz)

@@ -1,4 +1,4 @@
-"""What units have in common whose outputs follow from the crank's angle alone."""
+"""Base class of units whose outputs depend on the crank angle alone."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ ANGLE, SPEED = "crank.angle", "crank.speed"
 
 
 class ByAngle:
-    """See the protocol of :mod:`cranktrain_lab.coupling.unit`, of which ``read`` is left to a unit.
+    """Unit with crank angle and speed as inputs; subclasses add ``read`` (:class:`cranktrain_lab.coupling.unit.Unit`).
 
-    The angle at the end of a step, ``_angle``, is that of its start, moved on by the speed.
+    The angle at the end of a step, ``_angle``, is extrapolated from the angle at its start by the speed.
     """
 
     restorable = True
@@ -29,30 +29,30 @@ class ByAngle:
         self.link((ANGLE, SPEED), list(outputs))
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         self._in = [(ANGLE, SPEED).index(name) for name in inputs]
         self._read = list(outputs)
 
     def initialize(self, time: float) -> None:
-        """See the protocol."""
+        """Prepare for steps, see ``Unit.initialize``."""
         self._angle = float(self._given[0])
 
     def write(self, values: Array) -> None:
-        """See the protocol."""
+        """Set the linked inputs, see ``Unit.write``."""
         self._given[self._in] = values
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._angle = float(self._given[0] + self._given[1] * size)
 
     def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
+        """Return the state, see ``Unit.keep``."""
         return self._angle, self._given.copy()
 
     def restore(self, state: Any) -> None:
-        """See the protocol."""
+        """Restore a kept state, see ``Unit.restore``."""
         self._angle, given = state
         self._given[:] = given
 
     def close(self) -> None:
-        """See the protocol."""
+        """Release the unit, see ``Unit.close``."""

@@ -1,4 +1,4 @@
-"""Connections between units: which output goes to which input, in whose unit, and which of its values is meant."""
+"""Connections from outputs to inputs of units, with conversion of units of measurement and choice of the value."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from cranktrain_lab.coupling.unit import Port, Unit
 
 MEAN, NEWEST, START = "mean", "newest", "start"
 MEANINGS = (MEAN, NEWEST, START)
-"""Which value of an output an input is given for a step: its mean over the step, as the master reconstructs it; the
-newest that is known, for units that reconstruct by themselves; that at the step's start."""
+"""Values of an output that an input can be set to for a step. ``MEAN`` is the master's reconstructed mean over the
+step, ``NEWEST`` the newest known value (for units that reconstruct by themselves), ``START`` the value at its start."""
 
 
 @dataclass(frozen=True)
 class Connection:
-    """One output to one input, each as ``(unit, variable)``.
+    """Connection of one output to one input, each given as ``(unit, variable)``.
 
     ``modify`` computes the written value from the time (s) and the value in the input's unit: noise, a drop-out.
-    ``judged``: whether control of the communication step and scheme ``iterative`` judge the output; not where its unit
-    extrapolates it well enough and a small error of it means nothing, as with deviations of volumes.
+    ``judged``: True if step control and convergence of scheme ``iterative`` consider the output. False is for outputs
+    that their unit extrapolates well and whose small errors do not matter, such as volume deviations.
     """
 
     source: tuple[str, str]
@@ -36,14 +36,14 @@ class Connection:
 
     @property
     def text(self) -> str:
-        """``combustion.cylinder[1].pressure -> cranktrain.cylinder[1].pressure``."""
+        """Text such as ``combustion.cylinder[1].pressure -> cranktrain.cylinder[1].pressure``."""
         return f"{'.'.join(self.source)} -> {'.'.join(self.target)}"
 
 
 class Wiring(NamedTuple):
-    """Values of one unit's linked inputs from the outputs of all: ``scale · values[places] + shift``, within bounds.
+    """Computes one unit's linked inputs from all outputs: ``scale · values[places] + shift``, clipped to bounds.
 
-    ``places`` are indices into one vector: means of all outputs, newest values, and values at the step's start.
+    ``places`` are indices into one vector of means of all outputs, newest values and values at the step's start.
     """
 
     names: tuple[str, ...]
@@ -56,7 +56,7 @@ class Wiring(NamedTuple):
     bounded: bool
 
     def of(self, values: Array, time: float) -> Array:
-        """Inputs (k,) from the values of all outputs (3 n,), for a step that begins at ``time`` (s)."""
+        """Return inputs (k,) from the values of all outputs (3 n,), for a step that begins at ``time`` (s)."""
         found = values[self.places]
         found *= self.scale
         found += self.shift
@@ -68,7 +68,7 @@ class Wiring(NamedTuple):
 
 
 def checked(units: Mapping[str, Unit], connections: Sequence[Connection]) -> None:
-    """Refuse connections that cannot be: ``InputError`` with unit, variable and the nearest there is."""
+    """Raise ``InputError`` for invalid connections, with unit, variable and the nearest valid name."""
     taken: dict[tuple[str, str], Connection] = {}
     for connection in connections:
         ports: list[Port] = []
@@ -89,14 +89,14 @@ def checked(units: Mapping[str, Unit], connections: Sequence[Connection]) -> Non
 
 
 def conversion(source: Port, target: Port, where: str) -> tuple[float, float]:
-    """Factor and shift by which a value in the source's unit becomes one in the target's.
+    """Return factor and shift that convert a value from the source's unit of measurement to the target's.
 
     A variable that has no unit is taken to be in SI units: many FMUs declare none.
 
     Raises
     ------
     InputError
-        units of different dimensions, or different ones of which nothing is known
+        units of different dimensions, or different units of unknown dimensions
     """
     one_unit = source.unit == target.unit and source.dimensions == target.dimensions
     same = source.dimensions is not None and source.dimensions == target.dimensions
@@ -111,7 +111,7 @@ def conversion(source: Port, target: Port, where: str) -> tuple[float, float]:
 def wiring(
     unit: Unit, connections: Sequence[Connection], units: Mapping[str, Unit], at: Mapping[tuple[str, str], int]
 ) -> Wiring:
-    """What a unit takes, with ``at`` the place of each output among those of all."""
+    """Return the wiring of a unit's inputs; ``at`` is the index of each output in the vector of all outputs."""
     own = [connection for connection in connections if connection.target[0] == unit.name]
     ports = [unit.inputs[connection.target[1]] for connection in own]
     pairs = [
@@ -133,7 +133,7 @@ def wiring(
 
 
 def by_name(units: Mapping[str, Unit]) -> list[Connection]:
-    """Connections of every input to the one output of another unit that has its name; none where several have."""
+    """Connect each input to the output of the same name of another unit, if exactly one unit has such an output."""
     found = []
     for target in units.values():
         for name in target.inputs:

@@ -1,4 +1,4 @@
-"""Values of an FMU's variables that one call sets or reads: scalars, and arrays whole, as FMI 3.0 exchanges them."""
+"""Values of FMU variables that one call sets or reads: scalars and, in FMI 3.0, whole arrays."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cranktrain.core.reduced_body import Array
 
 
 class Place(NamedTuple):
-    """An element, or a scalar.
+    """Location of a scalar, or of one element of an array.
 
     Attributes
     ----------
-    reference, kind, variable, shape : value reference of its variable, its type, its name, and its numbers of elements,
-        none for a scalar
-    number : of the element, from 0 on
+    reference, kind, variable, shape : value reference, type, name and shape of the variable; the shape of a scalar is
+        empty
+    number : index of the element, from 0 on
     """
 
     reference: int
@@ -31,28 +31,28 @@ class Place(NamedTuple):
 
     @property
     def of_array(self) -> bool:
-        """Whether its variable is an array."""
+        """True if the variable is an array."""
         return bool(self.shape)
 
     @property
     def size(self) -> int:
-        """Elements of its variable."""
+        """Number of elements of the variable."""
         return prod(self.shape)
 
 
 class ExchangedValues:
-    """Values of some variables, one after the other, and the linked elements among them.
+    """Buffer with the values of several variables, and the linked elements in it.
 
     Attributes
     ----------
-    references, sizes : of each variable its value reference, uint32, and how many elements it has
-    values : of all elements (m,)
-    places : of the linked elements (k,) among ``values``
-    names : of the linked elements
+    references, sizes : value reference (uint32) and number of elements of each variable
+    values : values of all elements (m,)
+    places : indices of the linked elements (k,) in ``values``
+    names : names of the linked elements
     """
 
     def __init__(self, names: Sequence[str], linked: Sequence[Place], starts: Mapping[int, Sequence[float]]) -> None:
-        """The variables of some elements, with start values of all their elements by reference; without them zero."""
+        """Make the buffer for the linked elements; ``starts`` are start values by reference, 0 where none is given."""
         sizes = {place.reference: place.size for place in linked}
         ends = np.cumsum([0, *sizes.values()], dtype=np.int64)
         firsts = dict(zip(sizes, ends.tolist(), strict=False))
@@ -78,11 +78,11 @@ class ExchangedValues:
         self.values[self._linked] = values
 
     def arguments(self, sized: bool) -> tuple[Any, ...]:
-        """C arguments of a call for all variables; ``sized``: with the number of values, as FMI 3.0 has it."""
+        """C arguments of a call for all variables; ``sized`` adds the number of values, as FMI 3.0 requires."""
         return _arguments(self.references, self.values, sized)
 
     def one_by_one(self, sized: bool) -> Iterator[tuple[str, tuple[Any, ...]]]:
-        """For each variable its linked elements, ``name = value, …``, and the arguments of a call for it alone."""
+        """Yield for each variable a text ``name = value, …`` and the C arguments of a call for this variable alone."""
         first = 0
         for k, size in enumerate(self.sizes):
             own = range(first, first + size)

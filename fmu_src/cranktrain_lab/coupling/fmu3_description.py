@@ -1,4 +1,4 @@
-"""A model description of FMI 3.0 as one of scalars: elements of arrays one by one, types as FMI 2.0 calls them."""
+"""Conversion of FMI 3.0 model descriptions to scalars: one variable per array element, types named as in FMI 2.0."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from cranktrain.core.errors import InputError
 from cranktrain_lab.coupling.exchanged_values import Place
 
 MOST_ELEMENTS = 1_000_000
-"""Elements of all arrays: more is no description of a model."""
+"""Limit of the number of array elements in a model description."""
 OWN = "cranktrain"
-"""The tool whose arrays have the number of an element in the middle of its name, as its FMUs of FMI 2.0."""
+"""Generation tool whose element names have the index after the first part (``cylinder[1].pressure``)."""
 _INTEGERS = {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
 
 
 def flattened(description: ModelDescription) -> ModelDescription:
-    """The description with scalars only; ``InputError`` for arrays that are too large."""
+    """Return the description with scalars only; ``InputError`` for arrays that are too large."""
     flat = copy.copy(description)
     total = sum(prod(v.shape or ()) for v in description.modelVariables)
     if total > MOST_ELEMENTS:
@@ -41,12 +41,12 @@ def flattened(description: ModelDescription) -> ModelDescription:
 
 
 def places_of(description: ModelDescription) -> Mapping[str, Place]:
-    """Places of the elements of a flattened description, by name."""
+    """Return the location of each element of a flattened description, by name."""
     return {variable.name: variable.place for variable in description.modelVariables}
 
 
 def _elements(variable: ModelVariable, own: bool) -> list[ModelVariable]:
-    """A variable's elements, each with its ``place``; itself where it is no array."""
+    """Return the elements of a variable, each with its ``place``; a scalar has one."""
     shape = tuple(variable.shape or ())
     size = prod(shape)
     starts = _starts(variable, size)
@@ -62,7 +62,7 @@ def _elements(variable: ModelVariable, own: bool) -> list[ModelVariable]:
 
 
 def element_name(array: str, index: tuple[int, ...], own: bool) -> str:
-    """``array[1]``, ``array[1,2]``; of an array of this program ``cylinder[1].pressure``; the name of a scalar."""
+    """Name of an element, ``array[1,2]``, or ``cylinder[1].pressure`` in FMUs of this program; scalars keep theirs."""
     if not index:
         return array
     number = f"[{','.join(map(str, index))}]"
@@ -80,18 +80,18 @@ def _starts(variable: ModelVariable, size: int) -> list[Any]:
 
 
 def _type(kind: str) -> str:
-    """Type as FMI 2.0 calls it; a type that it has not keeps its name."""
+    """Return the name of a type in FMI 2.0; types that FMI 2.0 lacks keep their name."""
     return "Real" if kind == "Float64" else "Integer" if kind in _INTEGERS else kind
 
 
 def whole_numbers(kind: str) -> tuple[int, int]:
-    """Least and largest number of a type: ``Int8`` to ``UInt64``, and ``Enumeration``, which has 64 bits."""
+    """Least and largest number of an integer type: ``Int8`` to ``UInt64``, and ``Enumeration`` of 64 bits."""
     bits = int(kind.lstrip("UInt") or 64) if kind in _INTEGERS else 64
     return (0, (1 << bits) - 1) if kind.startswith("U") else (-(1 << bits - 1), (1 << bits - 1) - 1)
 
 
 class _Element(ModelVariable):
-    """A copy of a variable that knows its place."""
+    """Copy of a variable with its location, ``place``."""
 
     def __init__(self, variable: ModelVariable, place: Place) -> None:
         for name in (field.name for field in ModelVariable.__attrs_attrs__):

@@ -1,6 +1,6 @@
-"""An FMI 3.0 co-simulation FMU as a unit under a master: reals of 64 bits, scalars and elements of arrays.
+"""FMI 3.0 co-simulation FMU as a unit under a master: 64-bit reals, as scalars or elements of arrays.
 
-Arrays are set and read whole; inputs of one that no connection leads to keep their start values.
+Arrays are set and read as a whole. Elements of an input array without a connection keep their start values.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cranktrain_lab.coupling.unit import UnitError
 
 
 class FMU3CheckedSlave(fmi3.FMU3Slave):
-    """FMPy's unit, which takes a negative status as good."""
+    """FMPy's FMI 3.0 slave, with an error for negative status, which FMPy accepts."""
 
     def _call(self, fname: str, *args: Any) -> Any:
         result = super()._call(fname, *args)
@@ -34,14 +34,14 @@ class FMU3CheckedSlave(fmi3.FMU3Slave):
 
 
 def open_fmu(path: str | Path, name: str, values: Mapping[str, Any] | None = None) -> FmuUnit:
-    """A co-simulation FMU of FMI 2.0 or 3.0 as a unit; see :class:`cranktrain_lab.coupling.fmu_unit.FmuUnit`."""
+    """Open a co-simulation FMU of FMI 2.0 or 3.0; see :class:`cranktrain_lab.coupling.fmu_unit.FmuUnit`."""
     description = described(Path(path))
     kind = Fmu3Unit if str(description.fmiVersion).startswith("3.") else FmuUnit
     return kind(path, name, values, description)
 
 
 class Fmu3Unit(FmuUnit):
-    """See :class:`cranktrain_lab.coupling.unit.Unit`; enumerations may be given by the names of their items."""
+    """FMI 3.0 unit, see :class:`cranktrain_lab.coupling.unit.Unit`; enumerations accept the names of their items."""
 
     _slave = FMU3CheckedSlave
     _version = FMI_3
@@ -50,25 +50,26 @@ class Fmu3Unit(FmuUnit):
 
     @property
     def updates(self) -> bool:
-        """Whether it calls its master at points inside a step."""
+        """True if the FMU calls its master at points inside a step."""
         return bool(self._description.coSimulation.providesIntermediateUpdate)
 
     def listen(self, call: Callable[[float], None], ahead: Callable[[float], None] | None = None) -> None:
-        """Call these with the time, s, at points inside a step where inputs may be set; before ``initialize``.
+        """Register functions to call with the time (s) at points inside a step where inputs may be set.
 
-        ``call`` at points that the unit has reached, ``ahead`` at times for which it asks before it goes there.
+        The unit calls ``call`` at points it has reached, and ``ahead`` with times for which it needs inputs in
+        advance. Use before ``initialize``.
         """
         self._listener, self._asked = call, ahead
 
     @property
     def places(self) -> Mapping[str, Place]:
-        """Places of scalars and of elements of arrays, by name."""
+        """Locations of scalars and of elements of arrays, by name."""
         return Elements(places_of(self._description))
 
     def start_values(self, name: str, given: Mapping[str, Any]) -> list[Any]:
-        """Start values of all elements of the variable to which a name belongs, ``given`` ones among them.
+        """Return start values of all elements of the variable that contains ``name``; ``given`` values override.
 
-        Enumerations have the names of their items. ``InputError`` where an element has no start value.
+        Values of enumerations are the names of their items. ``InputError`` if an element has no start value.
         """
         known = places_of(self._description)
         place = known[self._variables.own(name)]
@@ -96,7 +97,7 @@ class Fmu3Unit(FmuUnit):
         return starts
 
     def initialize(self, time: float) -> None:
-        """See the protocol."""
+        """Prepare for steps, see ``Unit.initialize``."""
         self._load()
         fmu = self._fmu
         known = places_of(self._description)
@@ -113,7 +114,7 @@ class Fmu3Unit(FmuUnit):
         self._try("initialization", fmu.exitInitializationMode)
 
     def _whole(self, place: Place, known: Mapping[str, Place]) -> list[Any]:
-        """Start values of all elements of an array, given ones among them; ``UnitError`` where one has none."""
+        """Return start values of all elements of an array; ``UnitError`` if one is missing."""
         names = [name for name, one in known.items() if one.reference == place.reference]
         values = [self._values.get(name, self._variables[name].start) for name in names]
         lacking = [name for name, value in zip(names, values, strict=True) if value is None]
@@ -123,7 +124,7 @@ class Fmu3Unit(FmuUnit):
         return [convert(value) for value in values]
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol; ``UnitError`` also where it returns early or ends the simulation."""
+        """Take one step, see ``Unit.step``; ``UnitError`` also if the FMU returns early or ends the simulation."""
         event, ended, early = (ctypes.c_bool() for _ in range(3))
         reached = ctypes.c_double()
         told = (ctypes.byref(one) for one in (event, ended, early, reached))
@@ -149,7 +150,7 @@ class Fmu3Unit(FmuUnit):
             self._get_state, self._set_state = library.fmi3GetFMUState, library.fmi3SetFMUState
 
     def _updated(self, environment: Any, time: float, may_set: bool, may_get: bool, *others: Any) -> None:
-        """The FMU's call; the step is never ended early."""
+        """Handle the FMU's intermediate update; an early return is never requested."""
         told = self._listener if may_get else self._asked
         if told is not None and may_set:
             told(time)
@@ -159,7 +160,7 @@ class Fmu3Unit(FmuUnit):
             self.note(message or b"")
 
     def _checked(self, name: str, value: Any) -> Any:
-        """Start value of the right type, the number of an item by its name; ``InputError``."""
+        """Return a start value in the type of its variable, for an item's name its number; ``InputError``."""
         variable = self._variables.get(name)
         if variable is None or variable.type != "Enumeration" or not isinstance(value, str):
             return super()._checked(name, value)
@@ -169,12 +170,12 @@ class Fmu3Unit(FmuUnit):
         return items[value]
 
     def _whole_numbers(self, name: str) -> tuple[int, int]:
-        """Least and largest value that a variable of whole numbers can hold, by its type."""
+        """Return the least and the largest value of an integer variable, from its type."""
         return whole_numbers(places_of(self._description)[self._variables.own(name)].kind)
 
 
 def _complete(told: Told) -> None:
-    """``UnitError`` for a step that did not go to its end, or after which no other may follow."""
+    """Raise ``UnitError`` for a step that returned early or ended the simulation."""
     if told.early or told.ended:
         what = "ended the simulation" if told.ended else "returned early"
         raise UnitError(f"step: it {what} at {told.reached:.9g} s, which no master here handles; correct the unit")

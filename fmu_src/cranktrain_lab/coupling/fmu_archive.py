@@ -1,7 +1,7 @@
-"""Archives of foreign FMUs, checked before anything is extracted: sizes, names, and a description without entities.
+"""Checks of foreign FMU archives before extraction: sizes, names, and a model description without entities.
 
-What an archive states of its entries is enough: Python's reader takes no more bytes of an entry than it states. A bomb
-states what it becomes, in one entry or in many that share their bytes.
+The sizes in the archive's directory can be trusted, because Python's reader extracts no more bytes of an entry than
+stated. An archive bomb therefore states its extracted size, in one entry or in several that share their bytes.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.user_file import ending
 
 MOST_ENTRIES = 20_000
-"""Entries of an archive."""
+"""Limit of the number of entries of an archive."""
 MOST_BYTES = 4 << 30
-"""Bytes of all entries, extracted: the largest FMUs carry a game engine or a Python of 1 to 2 GiB."""
+"""Limit of the extracted size, bytes. The largest FMUs contain a game engine or a Python of 1 to 2 GiB."""
 MOST_RATIO, FREE = 100, 64 << 20
-"""Bytes extracted for a byte of the archive, beyond some that are free: libraries give 2 to 5, texts 10 to 30."""
+"""Limit of the compression ratio, and extracted bytes allowed at any ratio. Usual are 2 to 5, of texts 10 to 30."""
 LARGEST_DESCRIPTION = 64 << 20
-"""Bytes of a model description: some 300,000 variables."""
+"""Limit of the size of a model description, bytes. It suffices for some 300,000 variables."""
 DEEPEST = 64
-"""Elements of a description within one another; FMI has 6."""
+"""Limit of the nesting depth of elements in a model description. FMI needs 6."""
 METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""Compressions that FMI allows."""
+"""Compression methods that FMI allows."""
 DESCRIPTION = "modelDescription.xml"
 LONGEST_NAME = 255
 REMEDY = "use an FMU of a program that you trust"
 
 
 def check_archive(path: Path) -> dict[str, str]:
-    """Attributes of the model description's root, once an archive (or a description, .xml) may be read.
+    """Check an archive (or a description, .xml) and return the root attributes of its model description.
 
     Raises
     ------
     InputError
-        no archive; more or larger entries than an FMU has; entries that lead elsewhere, or that two names share
+        no archive; too many or too large entries; entries outside the folder, or two that would be one file
     """
     try:
         if ending(path) == ".xml":
@@ -55,13 +55,13 @@ def check_archive(path: Path) -> dict[str, str]:
         raise InputError(f"{path}: {error}; {REMEDY}") from None
     except KeyError:
         raise InputError(f"{path}: not a readable FMU (it has no {DESCRIPTION}); use another one") from None
-    except Exception as error:  # whatever a reader of archives says
+    except Exception as error:  # archive readers raise errors of many types
         text = " ".join(str(error).split())[:300] or type(error).__name__
         raise InputError(f"{path}: not a readable FMU ({text}); use another one") from None
 
 
 def check_room(path: Path) -> None:
-    """Refuse an archive that the temporary folder has no room for; ``OSError``."""
+    """Raise ``OSError`` if the temporary folder has no room for the extracted archive."""
     with zipfile.ZipFile(path) as archive:
         needed = sum(entry.file_size for entry in archive.infolist())
     place = tempfile.gettempdir()
@@ -70,7 +70,7 @@ def check_room(path: Path) -> None:
 
 
 def _check_entries(entries: list[zipfile.ZipInfo], size: int) -> None:
-    """Refuse entries by what the archive states of them."""
+    """Raise ``InputError`` for invalid entries in the directory of an archive."""
     if len(entries) > MOST_ENTRIES:
         raise InputError(f"{len(entries)} entries, more than {MOST_ENTRIES}")
     total = sum(entry.file_size for entry in entries)
@@ -99,7 +99,7 @@ def _check_entries(entries: list[zipfile.ZipInfo], size: int) -> None:
 
 
 def _check_name(name: str) -> None:
-    """Refuse a name that does not stay in the folder, or that a file cannot have."""
+    """Raise ``InputError`` for a name that leads outside the folder or is not a valid file name."""
     parts = name.removesuffix("/").split("/")
     leads = name.startswith("/") or "\\" in name or ":" in name or any(part in ("", ".", "..") for part in parts)
     if leads or not name.isprintable() or any(len(part.encode()) > LONGEST_NAME for part in parts):
@@ -111,7 +111,7 @@ def _shown(name: str) -> str:
 
 
 def _root(content: bytes) -> dict[str, str]:
-    """Attributes of the root of a description that declares no entities and is not nested deeply."""
+    """Return the root attributes of a description; ``InputError`` for entities or deep nesting."""
     parser, depth, root = expat.ParserCreate(), 0, {}
 
     def begin(name: str, attributes: dict[str, str]) -> None:

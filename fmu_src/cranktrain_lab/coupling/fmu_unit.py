@@ -1,6 +1,6 @@
-"""An FMI 2.0 co-simulation FMU, anyone's, as a unit under a master; FMPy loads it.
+"""FMI 2.0 co-simulation FMU of any tool as a unit under a master; FMPy loads the FMU.
 
-Functions that are called once per step are called in the library directly, with arrays that are made once.
+Functions needed once per step are called in the library directly, with arrays that are allocated once.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "S
 
 _IDENTIFIER = re.compile(r"[A-Za-z_]\w{0,200}", re.ASCII)
 _MESSAGES = 20
-"""Messages of a unit's log that are kept."""
+"""Number of messages of a unit's log that are kept."""
 _LONGEST = 2000
-"""Characters of a message that are kept."""
+"""Number of characters of a message that are kept."""
 _LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
-"""Units by the names of their instances."""
+"""Loaded units by instance name."""
 
 
 class FMU2CheckedSlave(fmi2.FMU2Slave):
-    """FMPy's unit, which takes a negative status as good; FMPy reads the version off the beginning of its name."""
+    """FMPy's FMI 2.0 slave, with an error for negative status; FMPy reads the version from the start of the name."""
 
     def _call(self, fname: str, *args: Any) -> Any:
         result = super()._call(fname, *args)
@@ -57,10 +57,10 @@ class FMU2CheckedSlave(fmi2.FMU2Slave):
 
 
 class FmuUnit:
-    """See :class:`cranktrain_lab.coupling.unit.Unit`.
+    """FMI 2.0 co-simulation FMU as a :class:`cranktrain_lab.coupling.unit.Unit`.
 
-    ``values`` are start values by name; ``InputError`` for a file that is no such FMU, a platform that it lacks, a
-    variable that does not exist or cannot be set to that.
+    ``values`` are start values by name. ``InputError`` for a file that is no such FMU, an FMU without a binary for
+    this platform, an unknown variable or an invalid value.
     """
 
     _slave: Any = FMU2CheckedSlave
@@ -94,21 +94,21 @@ class FmuUnit:
         self._state = ctypes.c_void_p()
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         given = [self._place(name) for name in inputs]
         self._given = ExchangedValues(inputs, given, self._starts(inputs, given))
         self._taken = ExchangedValues(outputs, [self._place(name) for name in outputs], {})
 
     def _place(self, name: str) -> Place:
-        """Where the value of a real variable is."""
+        """Return the location of the value of a real variable."""
         return Place(self._variables[name].valueReference)
 
     def _starts(self, names: Sequence[str], places: Sequence[Place]) -> Mapping[int, Sequence[float]]:
-        """Start values, by reference, of all elements of the variables that have these elements."""
+        """Return start values of all elements of the variables that contain these elements, by reference."""
         return {place.reference: [self.start(name)] for name, place in zip(names, places, strict=True)}
 
     def initialize(self, time: float) -> None:
-        """See the protocol."""
+        """Prepare for steps, see ``Unit.initialize``."""
         self._load()
         fmu = self._fmu
         for name, value in self._values.items():
@@ -120,56 +120,56 @@ class FmuUnit:
         self._try("initialization", fmu.exitInitializationMode)
 
     def is_real(self, name: str) -> bool:
-        """Whether a variable is there, and real."""
+        """True if the FMU has a real variable of this name."""
         return name in self._variables and self._variables[name].type == "Real"
 
     def port(self, name: str) -> Port:
-        """A real variable as a port, of any causality; ``InputError`` for what is none."""
+        """Return a real variable of any causality as a port; ``InputError`` if it is not real."""
         if not self.is_real(name):
             reals = [key for key, variable in self._variables.items() if variable.type == "Real"]
             raise InputError(f"{self.name}: there is no real variable '{name}'; {nearest(name, reals)}")
         return _port(self._variables[name], _unit_ports(self._description), frozenset())
 
     def start(self, name: str) -> float:
-        """Value that a real variable starts with."""
+        """Return the start value of a real variable."""
         return float(self._values.get(self._variables.own(name), _start(self._variables[name])))
 
     def has(self, name: str) -> bool:
-        """Whether a variable is there."""
+        """True if the FMU has a variable of this name."""
         return name in self._variables
 
     def set_start(self, name: str, value: Any) -> None:
-        """Let a variable start with a value."""
+        """Set the start value of a variable."""
         self._values[self._variables.own(name)] = self._checked(name, value)
 
     def write(self, values: Array) -> None:
-        """See the protocol."""
+        """Set the linked inputs, see ``Unit.write``."""
         self._given.linked = values
         status = self._set_real(self._component, *self._given_at)
         if is_bad(status):
             self._direct(self._refused_input(status), lambda: status)
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         self._direct("its outputs", self._get_real, self._component, *self._taken_at)
         return self._taken.linked
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._direct("step", self._do_step, self._component, time, size, not self.restorable)
 
     def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
+        """Return the state, see ``Unit.keep``."""
         state = self._state if held is None else held
         self._direct("its state", self._get_state, self._component, ctypes.byref(state))
         return state
 
     def restore(self, state: Any) -> None:
-        """See the protocol."""
+        """Restore a kept state, see ``Unit.restore``."""
         self._direct("its state", self._set_state, self._component, state)
 
     def direct(self) -> Direct | None:
-        """See :mod:`cranktrain_lab.coupling.turns`."""
+        """Return the C functions for compiled code, see :mod:`cranktrain_lab.coupling.turns`."""
         functions = (self._set_real, self._do_step, self._get_real)
         set_, step, get = (int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in functions)
         calls = Calls(self._version, set_, step, get, int(self._component))
@@ -183,7 +183,7 @@ class FmuUnit:
         raise AssertionError(failed)
 
     def close(self) -> None:
-        """See the protocol."""
+        """Release the unit, see ``Unit.close``."""
         fmu, self._fmu = self._fmu, None
         failed: UnitError | None = None
         if fmu is not None and not self._lost:
@@ -193,7 +193,7 @@ class FmuUnit:
                 self._try("termination", fmu.terminate)
             except UnitError as error:
                 failed = error if self._lost else EndingError(*error.args)
-            except Exception:  # it has failed before, and said why
+            except Exception:  # the earlier failure has been reported
                 self._lost = True
             with suppress(Exception):
                 if not self._lost:
@@ -208,7 +208,7 @@ class FmuUnit:
         fmu.freeFMUstate(self._state)
 
     def _load(self) -> None:
-        """Extract, load and instantiate."""
+        """Extract, load and instantiate the FMU."""
         self._folder = Path(tempfile.mkdtemp(prefix="cranktrain-fmu-"))
         try:
             check_room(self.path)
@@ -219,9 +219,9 @@ class FmuUnit:
                 modelIdentifier=self._description.coSimulation.modelIdentifier,
                 instanceName=self.name,
             )
-        except Exception as error:  # whatever a loader or an archive says
+        except Exception as error:  # loaders and archives raise errors of many types
             if getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT):
-                raise  # of the temporary folder, not of the FMU
+                raise  # the temporary folder is full, the FMU is not at fault
             raise InputError(
                 f"{self.path}: cannot be loaded ({_line(error)}); use an FMU that is built for this platform"
             ) from None
@@ -232,7 +232,7 @@ class FmuUnit:
         self._given_at, self._taken_at = self._given.arguments(sized), self._taken.arguments(sized)
 
     def _instantiate(self) -> None:
-        """Make the instance, and find the functions that are called once per step."""
+        """Create the instance, and look up the functions that are called once per step."""
         self._callbacks = fmi2.fmi2CallbackFunctions()
         self._callbacks.logger = _LOGGER
         self._callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
@@ -246,11 +246,11 @@ class FmuUnit:
             self._get_state, self._set_state = library.fmi2GetFMUstate, library.fmi2SetFMUstate
 
     def note(self, message: bytes) -> None:
-        """Keep a message of the unit's log, of the last few."""
+        """Append a message to the unit's log, which keeps the last few."""
         self._log = [*self._log[-_MESSAGES:], message[:_LONGEST].decode("utf-8", "replace")]
 
     def _refused_input(self, status: int) -> str:
-        """The input that a unit refuses, if the unit still responds."""
+        """Return ``name = value`` of the input that the unit refuses, if the unit still responds."""
         if status != fmi2.fmi2Fatal:
             for said, arguments in self._given.one_by_one(self._version != FMI_2):
                 if is_bad(self._set_real(self._component, *arguments)):
@@ -258,7 +258,7 @@ class FmuUnit:
         return "its inputs"
 
     def _try(self, what: str, call: Any, *arguments: Any, **named: Any) -> None:
-        """Call by FMPy, which raises where the status is not good."""
+        """Call a function of FMPy, which raises an error for a bad status; ``UnitError``."""
         try:
             call(*arguments, **named)
         except Exception as error:
@@ -266,18 +266,18 @@ class FmuUnit:
             raise UnitError(f"{self.name}: {what}: {self._said(_line(error))}") from None
 
     def _direct(self, what: str, call: Any, *arguments: Any) -> None:
-        """Call the library; ``UnitError`` where the status is not good."""
+        """Call a function of the library; ``UnitError`` for a bad status."""
         status = call(*arguments)
         if is_bad(status):
             self._lost = status == fmi2.fmi2Fatal
             raise UnitError(f"{what}: {self._said(STATUS.get(status, f'status {status}'))}")
 
     def _said(self, otherwise: str) -> str:
-        """The last informative message of the log."""
+        """Return the last message of the log that is not empty, else ``otherwise``."""
         return next((" ".join(text.split()) for text in reversed(self._log) if text.strip()), otherwise)
 
     def _checked(self, name: str, value: Any) -> Any:
-        """Start value of the right type; ``InputError``."""
+        """Return a start value in the type of its variable; ``InputError``."""
         if name not in self._variables:
             raise InputError(f"{self.name}: there is no variable '{name}'; {nearest(name, self._variables)}")
         kind = self._variables[name].type
@@ -292,30 +292,30 @@ class FmuUnit:
         return _TYPES[kind](value)
 
     def _whole_numbers(self, name: str) -> tuple[int, int]:
-        """Least and largest value that a variable of whole numbers can hold."""
+        """Return the least and the largest value of an integer variable."""
         return -(1 << 31), (1 << 31) - 1
 
 
 def _note(environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes | None) -> None:
-    """Give a message to the unit of that name, or to the one loaded last."""
+    """Append a log message to the unit of this instance name, or to the unit loaded last."""
     last = next(reversed(list(_LOADED.values())), None)
     own = _LOADED.get((instance or b"").decode("utf-8", "replace"), last)
     if own is not None and is_bad(status):
         own.note(message or b"")
 
 
-# FMPy's proxy knows one logger in a process, the one given last, and calls it for whatever unit FMPy loads afterwards:
-# it must outlive every unit.
+# FMPy's proxy has one logger per process, the last one set, and calls this logger for all units loaded afterwards. The
+# logger must therefore outlive every unit.
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(_note)
 
 
 def is_bad(status: int) -> bool:
-    """Whether a call failed: its status is neither OK nor warning; FMI knows no negative one."""
+    """True if a call failed, because its status is neither OK nor warning; negative ones are invalid in FMI."""
     return status not in (fmi2.fmi2OK, fmi2.fmi2Warning)
 
 
 def described(path: Path) -> ModelDescription:
-    """Model description of an FMU that can be used here, or of one to be built, .xml; ``InputError``."""
+    """Return the model description of an FMU (or of a file .xml) after checking that it can be used; ``InputError``."""
     if not file_exists(path):
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
     version = check_archive(path).get("fmiVersion", "")
@@ -351,7 +351,7 @@ def described(path: Path) -> ModelDescription:
 
 
 def _unit_ports(description: ModelDescription) -> dict[str, Port]:
-    """Units of a model description as ports."""
+    """Return the units of measurement of a model description, as ports by name."""
     found = {"": Port(dimensions=(0,) * len(DIMENSIONS))}
     for unit in description.unitDefinitions:
         base = unit.baseUnit
@@ -364,7 +364,7 @@ def _unit_ports(description: ModelDescription) -> dict[str, Port]:
 
 
 def _port(variable: ModelVariable, units: Mapping[str, Port], feeds: frozenset[str]) -> Port:
-    """Input or output as a port."""
+    """Return an input or output as a port."""
     name = variable.unit or getattr(variable.declaredType, "unit", None) or ""
     unit = units.get(name, Port(name))
     low = float(variable.min) if variable.min is not None else -np.inf
@@ -373,7 +373,7 @@ def _port(variable: ModelVariable, units: Mapping[str, Port], feeds: frozenset[s
 
 
 def _feeds(description: ModelDescription) -> dict[str, frozenset[str]]:
-    """Outputs that each input changes without a step, by input; an output without a list depends on every input."""
+    """Return the outputs with direct feedthrough by input; an output without dependencies depends on all inputs."""
     inputs = [variable.name for variable in description.modelVariables if variable.causality == "input"]
     found: dict[str, set[str]] = {name: set() for name in inputs}
     for output in description.outputs:

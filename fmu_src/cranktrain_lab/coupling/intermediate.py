@@ -1,11 +1,10 @@
-"""Exchange inside a communication step: the last unit calls its master at intermediate points (FMI 3.0).
+"""Exchange inside a communication step, in which the last unit calls its master at intermediate points (FMI 3.0).
 
-The other units step to the next intermediate point, the last unit gets their outputs there and goes on to that point,
-within one call of ``step``. Each part is a step of scheme ``gauss-seidel``, so values between the points of a part are
-those that the units themselves know at its ends.
+The other units step to the next intermediate point. The last unit gets their outputs there and goes on to that point,
+within one call of ``step``. Each part is a step of scheme ``gauss-seidel``.
 
-An FMU does not announce its intermediate points. For each size of step the master therefore lets the last unit take one
-step that it takes back again, and notes the points. Points at other places later on are an error.
+An FMU does not announce its intermediate points. For each step size the master therefore lets the last unit take one
+trial step, which is undone, and records the points. It is an error if later points differ.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from cranktrain_lab.coupling.unit import Unit, UnitError
 from cranktrain_lab.coupling.updates import Master, Updates
 
 CLOSE = 1.0e-5
-"""Distance of an intermediate point from the expected one, over the length of the step, that is none."""
+"""Tolerance between an intermediate point and the expected one, as a fraction of the step size."""
 DIGITS = 8
-"""Decimal digits to which the sizes of two steps must agree for the same intermediate points."""
+"""Number of digits to which two step sizes must agree to have the same intermediate points."""
 
 
 class Inside(Updates):
-    """Intermediate points of the last unit in a master's order."""
+    """Exchange at intermediate points of the last unit in a master's order."""
 
     def __init__(self, order: Sequence[Unit]) -> None:
-        """Listen to the last unit; ``InputError`` if it has no intermediate points or cannot restore its state."""
+        """Register with the last unit; ``InputError`` if it has no intermediate points or cannot restore its state."""
         super().__init__(order, "intermediate")
         if not self._unit.restorable:
             raise InputError(
@@ -42,7 +41,7 @@ class Inside(Updates):
         self._unit.listen(self._guarded(self._called))
 
     def step(self, master: Master, size: float) -> None:
-        """One communication step (s) of all units; ``UnitError`` names the unit that fails, with the time."""
+        """Take one communication step (s) with all units; ``UnitError`` names the unit that fails, with the time."""
         begin = master.time
         shares = self._found(begin, size)
         self._ends = [begin + size * share for share in shares] + [begin + size]
@@ -59,7 +58,7 @@ class Inside(Updates):
             self._master = None
 
     def _found(self, begin: float, size: float) -> list[float]:
-        """Intermediate points of a step of this size, as fractions of it."""
+        """Return the intermediate points of a step of this size, as fractions of the step."""
         key = f"{size:.{DIGITS}e}"
         if key not in self._shares:
             state = self._unit.keep()
@@ -73,7 +72,7 @@ class Inside(Updates):
         return self._shares[key]
 
     def _called(self, time: float) -> None:
-        """At an intermediate point."""
+        """Handle the last unit's call at an intermediate point."""
         if self._noted is not None:
             self._noted.append(time)
         elif self._master is not None:
@@ -107,6 +106,6 @@ class Inside(Updates):
         self._master._let(READ | MEAN, self._place, self._place + 1, size, place)
 
     def _part(self) -> tuple[float, float, Any]:
-        """Length of the part of the step, s, abscissa of its end, and the known samples."""
+        """Return the length (s) of the current part of the step, the abscissa of its end, and the known samples."""
         size = self._ends[0] - self._master.time
         return size, self._master._place(size), self._master._samples

@@ -6,8 +6,8 @@ step's start. The connections of a unit select its inputs from these vectors. Sc
 update them. Units without inputs take their step first in every scheme, because their outputs do not depend on the
 others.
 
-If an output depends on an input without a step, it must belong to the newest inputs. These inputs are therefore set,
-and the outputs read, once more at the communication point.
+An output with direct feedthrough depends on an input without a step. These inputs are set, and the outputs read, once
+more at the communication point, so that the outputs belong to the newest inputs.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ from cranktrain_lab.coupling.turns import Turns, Vectors
 from cranktrain_lab.coupling.unit import Unit, UnitError
 
 PASSES = 4
-"""Times at most that inputs are handed through outputs which they feed at a communication point."""
+"""Limit of iterations at a communication point, for outputs with direct feedthrough."""
 STEADY = 1.0e-12
-"""Relative change of such outputs that ends this iteration."""
+"""Relative change of the outputs at which this iteration has converged."""
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """How values are exchanged.
+    """Settings of the exchange of values.
 
     Attributes
     ----------
     scheme : a name of :data:`SCHEMES`
     reconstruction : a name of :data:`cranktrain_lab.coupling.reconstruction.DEGREES`
     abscissa : output over which values are reconstructed, ``(unit, variable)``; None: time
-    tolerance : of scheme ``iterative``: change of an output over its range so far that ends a step
-    sweeps : most of them in a step
-    whole : of scheme ``stages``: units, the first ones, that take each step ahead of the others
+    tolerance : convergence limit of scheme ``iterative``: change of an output over its range so far
+    sweeps : limit of iterations in a step
+    whole : with scheme ``stages``, the first units, which take each step as a whole before the others
     """
 
     scheme: str = "gauss-seidel"
@@ -76,23 +76,23 @@ class Master:
     Attributes
     ----------
     names : outputs of all units, ``unit.variable``
-    ports : those outputs as their units describe them
-    time : of the last communication point, s
-    newest : outputs there, as ``names``
+    ports : ports of these outputs
+    time : time of the last communication point, s
+    newest : outputs at this time, in the order of ``names``
     sweeps : evaluations of all units so far, in units of steps
-    inside : exchange inside a step of the last unit, for the schemes that have it; None for others
+    inside : exchange inside a step of the last unit, for schemes of :data:`INSIDE`; None for others
     """
 
     def __init__(
         self, units: Sequence[Unit], connections: Sequence[Connection], exchange: Exchange,
         outputs: Mapping[str, Sequence[str]] | None = None,
     ) -> None:  # fmt: skip
-        """Link the units, which have this order; ``outputs`` names those to read beside the connected ones, by unit.
+        """Link the units in this order; ``outputs`` are outputs to read in addition to connected ones, by unit.
 
         Raises
         ------
         InputError
-            two units of one name, connections that cannot be, a scheme that needs states of units without
+            two units of one name, invalid connections, a scheme that needs restorable units with units that are not
         """
         by_name = {unit.name: unit for unit in units}
         if len(by_name) < len(units):
@@ -135,7 +135,7 @@ class Master:
         self._independent = sum(not self._wirings[unit.name].names for unit in self._order)
 
     def find(self, unit: str, variable: str) -> tuple[str, int]:
-        """Where :meth:`value` finds an output that is read, or a connected input; ``InputError``: neither."""
+        """Return the location, for :meth:`value`, of an output that is read or of a connected input; ``InputError``."""
         if (unit, variable) in self._at:
             return "", self._at[unit, variable]
         names = self._wirings[unit].names if unit in self._wirings else ()
@@ -145,12 +145,12 @@ class Master:
         return unit, names.index(variable)
 
     def value(self, place: tuple[str, int]) -> float:
-        """Newest value of an output, or what was last written to an input."""
+        """Return the newest value of an output, or the last value written to an input."""
         values, k = self.vector(place)
         return float(values[k])
 
     def vector(self, place: tuple[str, int]) -> tuple[Array, int]:
-        """The vector that holds such a value from the initialization on, and its place there."""
+        """Return the vector that holds this value after initialization, and the index in the vector."""
         unit, k = place
         return (self.written[unit] if unit else self.newest), k
 
@@ -161,7 +161,7 @@ class Master:
             unit.initialize(time)
             self._read(unit)
         self.means[:] = self.start[:] = self.newest
-        for _ in range(2):  # what follows from the others' first outputs is read the second time
+        for _ in range(2):  # the second pass reads outputs that depend on the other units' first outputs
             for unit in self._order:
                 self._write(unit)
                 self._read(unit)
@@ -170,7 +170,7 @@ class Master:
         self._take_directly()
 
     def _take_directly(self) -> None:
-        """Leave the turns of loaded FMUs to compiled code, where their outputs follow from their steps alone."""
+        """Let compiled code call the loaded FMUs whose outputs have no direct feedthrough."""
         direct = {unit.name: unit for unit in self._order if unit not in self._feeding}
         vectors = Vectors(self._known, self._samples.values, self._extremes)
         turns = Turns(self._order, direct, self._wirings, self._parts, vectors)
@@ -180,7 +180,7 @@ class Master:
         self._turns = turns if turns.inputs else None
 
     def step(self, end: float) -> None:
-        """Go to ``end`` (s) in one step; ``UnitError`` or ``SolverError`` where it fails, with unit and time."""
+        """Go to ``end`` (s) in one step; ``UnitError`` or ``SolverError`` with unit and time if the step fails."""
         size = end - self.time
         self.start[:] = self.newest
         SCHEMES[self.exchange.scheme](self, size, self._place(size))
@@ -189,47 +189,47 @@ class Master:
         self._arrive(self.newest)
 
     def arrive(self) -> None:
-        """Take the newest outputs as those of a point inside a step, at ``time``, and go on from there."""
+        """Record the newest outputs as a point inside the step, at ``time``, and continue from this point."""
         self._settle_feeds()
         self._arrive(self.newest)
         self.start[:] = self.newest
 
     def predicted(self, size: float) -> Array:
-        """Outputs that are expected after a step of this size, (n,)."""
+        """Return the extrapolated outputs after a step of this size, (n,)."""
         return self._samples.at(self._place(size), max(1, self._degree))
 
     @property
     def scales(self) -> Array:
-        """Range of each output so far (n,); 1 where it never moved."""
+        """Range of each output so far (n,); 1 for an output that has not changed."""
         span = self._extremes[1] - self._extremes[0]
         return np.where(span > 0.0, span, 1.0)
 
     @property
     def restorable(self) -> bool:
-        """Whether all units can take a step again."""
+        """True if all units can repeat a step."""
         return all(unit.restorable for unit in self._order)
 
     @property
     def coupled(self) -> NDArray[np.intp]:
-        """Places of the outputs that go into inputs and are judged."""
+        """Indices of connected outputs that step control considers, see ``Connection.judged``."""
         return self._coupled
 
     def keep(self) -> Any:
-        """State of all units and of the master, for :meth:`restore`; the next call takes its place."""
+        """Return the state of all units and of the master for :meth:`restore`; the next call overwrites this state."""
         for unit in self._order:
             self._states[unit.name] = unit.keep(self._states.get(unit.name))
         samples = self._samples
         return self.time, self._known.copy(), samples.values.copy(), list(samples.places), self._turned, self._last
 
     def restore(self, state: Any) -> None:
-        """Go back to the last state that was kept."""
+        """Restore the last kept state."""
         for unit in self._order:
             unit.restore(self._states[unit.name])
         self.time, known, values, self._samples.places, self._turned, self._last = state
         self._known[:], self._samples.values[:] = known, values
 
     def close(self) -> None:
-        """End all units; ``UnitError`` of the first that did not end well."""
+        """Close all units; raises the first ``UnitError`` of a unit that did not end cleanly."""
         self._turns = None
         failed: list[UnitError] = []
         for unit in self._order:
@@ -241,7 +241,7 @@ class Master:
             raise failed[0]
 
     def _feeds(self, unit: Unit) -> bool:
-        """Whether a connected input of a unit changes one of its outputs that is read, without a step."""
+        """True if a unit has direct feedthrough from a connected input to an output that is read."""
         read = {name for (owner, name) in self._at if owner == unit.name}
         return any(unit.inputs[name].feeds & read for name in self._wirings[unit.name].names)
 
@@ -249,7 +249,7 @@ class Master:
         """Abscissa of the step's end."""
         if self.exchange.abscissa is None:
             return self.time + size
-        # Before the first step its rate is not known, nor does it matter: one point has no slope.
+        # Before the first step the rate of the abscissa is unknown and has no effect, because one point has no slope.
         return self._samples.places[0] + (self._turned * size or size)
 
     def _write(self, unit: Unit) -> None:
@@ -265,7 +265,7 @@ class Master:
             self.newest[part] = self._asked(unit, unit.read)
 
     def _asked(self, unit: Unit, call: Callable[..., Any], *arguments: Any) -> Any:
-        """Result of a call; an error names the unit and the time."""
+        """Call a function of a unit and return its result; a ``UnitError`` names the unit and the time."""
         try:
             return call(*arguments)
         except UnitError as error:
@@ -278,13 +278,13 @@ class Master:
             raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
 
     def _one_by_one(self, first: int, end: int, size: float, place: float) -> None:
-        """Step units, by their places, each with the outputs of the previous units at the step's end."""
+        """Step units ``first`` to ``end`` in turn, each with the outputs of the previous units at the step's end."""
         if self._turns is not None:
             self._turns.weigh(self._samples.weights_to(place, self._degree))
         self._let(WRITE | STEP | READ | MEAN, first, end, size, place)
 
     def _let(self, what: int, first: int, end: int, size: float, place: float) -> None:
-        """Let the units from one place to another write, step and read in turn, whatever ``what`` has of it."""
+        """Let units ``first`` to ``end`` write, step and read in turn; ``what`` are flags of these actions."""
         k = first
         while k < end:
             until = k if self._turns is None else min(end, self._turns.until[k])
@@ -317,7 +317,7 @@ class Master:
             raise UnitError(f"{unit.name}{when}: {error}") from None
 
     def _expect(self, unit: Unit, place: float) -> None:
-        """Set a unit's inputs to known or extrapolated values at the step's end, for outputs that depend on them."""
+        """Set a unit's inputs to known or extrapolated values at the step's end, for outputs with feedthrough."""
         n = len(self.names)
         expected = self._samples.at(place, self._degree)
         before = self._order[: self._order.index(unit)]
@@ -326,7 +326,7 @@ class Master:
         self._asked(unit, unit.write, self._wirings[unit.name].of(np.tile(expected, 3)[: 3 * n], self.time))
 
     def _settle_feeds(self) -> None:
-        """Hand the values at the communication point through outputs that inputs feed."""
+        """Iterate outputs with direct feedthrough at the communication point, see :data:`PASSES`."""
         if not self._feeding:
             return
         self.means[:] = self.start[:] = self.newest
@@ -341,7 +341,7 @@ class Master:
                 return
 
     def _arrive(self, values: Array) -> None:
-        """Remember the values of a communication point; ``UnitError`` where one is not a number."""
+        """Store the values of a communication point; ``UnitError`` if one is not finite."""
         remembered = self._turns is not None and self._turns.arrive()
         if not remembered:
             bad = np.flatnonzero(~np.isfinite(values))
@@ -365,13 +365,13 @@ class Master:
 
 
 def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:
-    """Units without connected inputs, then the others in their order."""
+    """Return units without connected inputs, then the others in their order."""
     driven = {connection.target[0] for connection in connections}
     return sorted(units, key=lambda unit: unit.name in driven)
 
 
 def _all_restorable(units: Sequence[Unit]) -> None:
-    """Refuse units that cannot take a step again."""
+    """Raise ``InputError`` for units that cannot repeat a step."""
     fixed = [unit.name for unit in units if not unit.restorable]
     if fixed:
         raise InputError(

@@ -1,7 +1,7 @@
-"""Communication points of a run in a file that one process writes and another reads, also when the first has died.
+"""File of a run's communication points, written by one process and readable by another even if the first has died.
 
-The file is mapped into memory, so a point costs no call of the system. Room on the disk is taken before it is mapped:
-a full disk is an ``OSError`` then, and no fault of the process at some later point.
+The file is mapped into memory, so writing a point needs no system call. Disk space is reserved before mapping, so a
+full disk raises ``OSError`` instead of a memory fault later.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 
 ROWS = mmap.ALLOCATIONGRANULARITY // 8
-"""Points that room is made for at once; their bytes are whole pages, whatever a point's width."""
+"""Number of points for which space is reserved at once. Their size is a multiple of the page size for any width."""
 
 
 class PointsFile:
-    """Points of ``width`` numbers, written one after the other; ``OSError`` where there is no room."""
+    """Writer of points of ``width`` numbers; ``OSError`` if the disk is full."""
 
     def __init__(self, path: Path, width: int) -> None:
         self._file = path.open("w+b")
@@ -27,7 +27,7 @@ class PointsFile:
         self._rows = np.empty((0, width))
 
     def take(self, row: Array) -> int:
-        """Write a point; how many there are."""
+        """Write a point and return the number of points written."""
         place = self._count % ROWS
         if place == 0:
             self._rows = self._room()
@@ -36,7 +36,7 @@ class PointsFile:
         return self._count
 
     def _room(self) -> Array:
-        """Room for the next ROWS points."""
+        """Reserve and map space for the next ROWS points."""
         size = ROWS * self._width * 8
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(self._file.fileno(), self._size, size)
@@ -48,7 +48,7 @@ class PointsFile:
 
 
 def read_points(path: Path, width: int, count: int) -> Array:
-    """The first ``count`` points (k, width), or as many as the file holds."""
+    """Return the first ``count`` points (k, width), or fewer if the file holds fewer."""
     held = path.stat().st_size // (8 * width)
     values = np.fromfile(path, dtype=np.float64, count=min(max(0, count), held) * width)
     return values[: len(values) // width * width].reshape(-1, width)

@@ -1,6 +1,6 @@
-"""Interface quasi-Newton: fixed points x = H(x) from the differences of former evaluations.
+"""Interface quasi-Newton method for fixed points x = H(x), from differences of former evaluations.
 
-Least squares over the last evaluations give the combination whose change is least, and the next x from it. Degroote,
+Least squares over the last evaluations give the combination with the least residual, and from it the next x. Degroote,
 Bathe, Vierendeels (2009), *Performance of a new partitioned procedure versus a monolithic procedure in fluid–structure
 interaction*, Computers & Structures 87, 793–801.
 """
@@ -12,13 +12,13 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 
 MOST = 8
-"""Differences that are kept within a step."""
+"""Number of differences kept within a step."""
 DISTINCT = 1.0e-10
 """Singular values below this fraction of the largest are ignored."""
 
 
 class QuasiNewton:
-    """Next guesses within one step."""
+    """Quasi-Newton iteration of one step."""
 
     def __init__(self) -> None:
         self.begin()
@@ -29,7 +29,7 @@ class QuasiNewton:
         self._changes: list[Array] = []
 
     def next(self, result: Array, change: Array) -> Array:
-        """Next x from H(x) and H(x) − x, each (n,)."""
+        """Return the next x from H(x) and H(x) − x, each (n,)."""
         self._results = [*self._results[-MOST:], result]
         self._changes = [*self._changes[-MOST:], change]
         if len(self._changes) == 1:

@@ -16,11 +16,11 @@ from cranktrain.core.reduced_body import Array
 DEGREES = {"hold": 0, "linear": 1, "quadratic": 2}
 """Names of reconstructions and their degrees."""
 POINTS = max(DEGREES.values()) + 1
-"""Most communication points that are remembered."""
+"""Largest number of communication points that are stored."""
 
 
 def weights_at(place: float, nodes: list[float]) -> list[float]:
-    """Lagrange's weights of the values at ``nodes`` for the polynomial's value at an abscissa."""
+    """Return Lagrange weights of the values at ``nodes`` for the polynomial's value at an abscissa."""
     found = []
     for i, node in enumerate(nodes):
         weight = 1.0
@@ -32,7 +32,7 @@ def weights_at(place: float, nodes: list[float]) -> list[float]:
 
 
 def weights_of_mean(first: float, last: float, nodes: list[float]) -> list[float]:
-    """Likewise for the polynomial's mean between two abscissae; up to three nodes."""
+    """Return weights of the values at up to three ``nodes`` for the polynomial's mean between two abscissae."""
     if len(nodes) == 1:
         return [1.0]
     # Simpson's rule is exact for parabolas.
@@ -48,35 +48,35 @@ class Samples:
         self.places: list[float] = []
 
     def add(self, place: float, values: Array) -> None:
-        """Take the values of a communication point."""
+        """Add the values of a communication point."""
         self.values[1:] = self.values[:-1]
         self.values[0] = values
         self.stand(place)
 
     def stand(self, place: float) -> None:
-        """Take the abscissa of the newest values; if it does not move, earlier points are discarded."""
+        """Add the abscissa of the newest values; if it equals the last one, earlier points are discarded."""
         if self.places and place == self.places[0]:
             self.places = []
         self.places = [place, *self.places[: POINTS - 1]]
 
     def at(self, place: float, degree: int) -> Array:
-        """Values (n,) of the polynomial of this degree, or what the known points allow, at an abscissa."""
+        """Return values (n,) at an abscissa of the polynomial of this degree, or less if there are too few points."""
         nodes = self.places[: degree + 1]
         return self._sum(weights_at(place, nodes))
 
     def mean(self, first: float, last: float, degree: int) -> Array:
-        """Its mean (n,) between two abscissae; may be the values themselves."""
+        """Return the mean (n,) of this polynomial between two abscissae; may be a view of the stored values."""
         if degree == 0:
             return self.values[0]
         nodes = self.places[: degree + 1]
         return self._sum(weights_of_mean(first, last, nodes))
 
     def weights_to(self, last: float, degree: int) -> list[float]:
-        """Weights of the mean from the newest point to ``last``: of the value there, then of the known points."""
+        """Return weights of the mean from the newest point to ``last``: of the value at ``last``, then of points."""
         return [1.0] if degree == 0 else weights_of_mean(self.places[0], last, [last, *self.places[:degree]])
 
     def mean_to(self, last: float, new: Array, part: slice, degree: int) -> Array:
-        """Mean of a part of the values from the newest point to ``last``, where it is ``new``; may be ``new``."""
+        """Return the mean of values ``part`` from the newest point to ``last``, with value ``new`` at ``last``."""
         if degree == 0:
             return new
         first, *others = self.weights_to(last, degree)
@@ -86,7 +86,7 @@ class Samples:
         return np.asarray(found)
 
     def _sum(self, weights: list[float]) -> Array:
-        """Weighted sum (n,) of the newest points' values, in their order."""
+        """Return the weighted sum (n,) of the values of the newest points."""
         found = weights[0] * self.values[0]
         for k in range(1, len(weights)):
             found += weights[k] * self.values[k]

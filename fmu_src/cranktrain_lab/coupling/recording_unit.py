@@ -1,9 +1,8 @@
-"""A measurement as a unit of the virtual engine: its channels, by the crank angle of the model that runs beside it.
+"""Measurement as a unit of the virtual engine, with channels as functions of the model's crank angle.
 
-Samples lie at uniform crank angles over whole cycles and repeat after the last one. As
-:class:`cranktrain_lab.coupling.trace_unit.TraceUnit` it extrapolates the crank's angle by its speed over a step and
-outputs the values at the end with the angle that they belong to, so model and measurement are compared at equal
-crank angles.
+Samples lie at uniform crank angles over whole cycles and repeat after the last one. Like
+:class:`cranktrain_lab.coupling.trace_unit.TraceUnit` the unit extrapolates the crank angle over a step by the speed. It
+outputs the values at the end with their angle, so model and measurement are compared at equal crank angles.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from cranktrain_lab.coupling.by_angle import ByAngle
 from cranktrain_lab.coupling.unit import Port
 
 AT = "pressure.angle"
-"""Output of the angle that the values belong to."""
+"""Output with the crank angle of the values."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +28,8 @@ class Recording:
 
     Attributes
     ----------
-    name : of the file
-    cycles : whole cycles of 720 degrees that it covers
+    name : name of the file
+    cycles : number of whole cycles of 720 degrees
     start : crank angle of the first sample, rad after firing dead centre of the first cylinder
     values : channel → samples (n,) at ``start + 4π cycles i/n``
     ports : channel → unit of measurement
@@ -43,12 +42,12 @@ class Recording:
     ports: Mapping[str, Port]
 
     def mean(self, channel: str) -> float:
-        """Mean of a channel."""
+        """Return the mean of a channel."""
         return float(self.values[channel].mean())
 
 
 class RecordingUnit(ByAngle):
-    """Channels by crank angle."""
+    """Unit that outputs measured channels at the model's crank angle."""
 
     def __init__(self, name: str, recording: Recording) -> None:
         self.recording = recording
@@ -56,19 +55,19 @@ class RecordingUnit(ByAngle):
         super().__init__(name, {**recording.ports, AT: Port()})
 
     def at(self, channel: str, angle: float) -> float:
-        """Value of a channel at a crank angle, rad."""
+        """Return the value of a channel at a crank angle, rad."""
         own = self.recording
         return float(gas_pressure((angle - own.start) / own.cycles, self._tables[channel]))
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         return np.array([self._angle if name == AT else self.at(name, self._angle) for name in self._read])
 
 
 def without_zero(angle: Array, values: Array) -> Array:
-    """Values (k,) less their mean over the cycle that ends there, over crank angle (k,) rad, which rises.
+    """Return values (k,) minus their mean over the preceding cycle; crank angles (k,) in rad must increase.
 
-    In the first cycle the mean is that of the first cycle, of a shorter run that of the run.
+    Within the first cycle the mean of the first cycle is used, or of the whole run if that is shorter.
     """
     cycle = 4.0 * math.pi
     whole = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(angle) * (values[1:] + values[:-1]))))

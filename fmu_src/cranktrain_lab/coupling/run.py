@@ -1,4 +1,4 @@
-"""Runs of coupled units: communication steps, fixed or controlled by their error, recorded as they come."""
+"""Runs of coupled units with fixed or error-controlled communication steps, recorded at each point."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from cranktrain_lab.coupling.master import Master
 from cranktrain_lab.coupling.reconstruction import DEGREES
 
 LOOK = 0.2
-"""Wall time between two looks at progress, s."""
+"""Wall time between two progress reports, s."""
 SAFETY, SHRINK, GROW = 0.85, 0.3, 2.0
-"""Of the step that an error allows; the least and the most by which a step changes."""
+"""Step control: safety factor of the step size, smallest and largest ratio of successive steps."""
 REFUSED = 1.5
-"""Error over the tolerance beyond which a step is taken again, where all units can."""
+"""Ratio of error to tolerance above which a step is repeated, if all units can restore their state."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Communication steps.
+    """Settings of communication steps.
 
     Attributes
     ----------
-    size : s; the first one where an error controls them
-    error : of the extrapolated value of an output, over the output's range so far; None for equal steps
+    size : step size, s; with error control the first one
+    error : allowed error of an extrapolated output over the output's range so far; None for equal steps
     least, most : bounds of controlled steps, s
     """
 
@@ -57,7 +57,7 @@ class Steps:
 
 
 class Bond(NamedTuple):
-    """Power that two units exchange, computed on each side.
+    """Power bond: power that two units exchange, computed on each side.
 
     Both sides are sums of products of values, each ``(unit, variable)``, an output or a connected input. A sum is a
     power at the communication points or, with ``works``, the work since the start (J).
@@ -70,17 +70,17 @@ class Bond(NamedTuple):
 
 
 class Coupled(NamedTuple):
-    """A run of coupled units.
+    """Result of a run of coupled units.
 
     Attributes
     ----------
     names, units : outputs ``unit.variable``, (n,), and their units of measurement
-    times, values : communication points (k,), s, and outputs there (k, n)
-    residuals : of each power bond (k,), W: power given by one side minus power taken by the other, at a communication
-        point or, where both sides count work, mean of the step that ends there
-    steps, refused, sweeps : steps taken, repeated steps among them, and evaluations of all units
-    seconds : wall time, initialization left out
-    ended : why it ended early; empty where it did not
+    times, values : times of communication points (k,), s, and outputs (k, n)
+    residuals : residual of each power bond (k,), W: power given by one side minus power taken by the other, at a
+        communication point or, if both sides count work, the mean over the step that ends at the point
+    steps, refused, sweeps : numbers of steps taken, of repeated steps, and of evaluations of all units
+    seconds : wall time without initialization
+    ended : reason of an early end; empty for a complete run
     """
 
     names: tuple[str, ...]
@@ -95,7 +95,7 @@ class Coupled(NamedTuple):
     ended: str = ""
 
     def of(self, name: str) -> Array:
-        """One output, (k,)."""
+        """Return one output over time, (k,)."""
         return np.asarray(self.values[:, self.names.index(name)])
 
 
@@ -107,12 +107,12 @@ def run(
     progress: Callable[[float], None] | None = None,
     told: Callable[[Record], None] | None = None,
 ) -> Coupled:
-    """Go to ``stop`` (s) from the initialized master's time; ``told`` is called at each communication point.
+    """Run an initialized master to ``stop`` (s); ``told`` is called at each communication point.
 
     Raises
     ------
     CranktrainError
-        a unit fails; its ``found`` holds the run so far, as a :class:`Coupled`. An interrupt's likewise.
+        a unit fails; attribute ``found`` of the error, or of an interrupt, is the run so far (:class:`Coupled`)
     """
     record = Record(master, bonds)
     try:
@@ -130,7 +130,7 @@ def run(
 
 
 def _points(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[float | None]:
-    """Take the steps; yields after each None or, now and then, the completed fraction."""
+    """Take the steps; yields None after each step, or the completed fraction at intervals of :data:`LOOK`."""
     start, looked = master.time, time.perf_counter()
     walk = _equal(master, stop, steps) if steps.error is None else _controlled(master, stop, steps, record)
     for _ in walk:
@@ -142,7 +142,7 @@ def _points(master: Master, stop: float, steps: Steps, record: Record) -> Iterat
 
 
 def _equal(master: Master, stop: float, steps: Steps) -> Iterator[None]:
-    """Equal steps: times are multiples of the size, never sums."""
+    """Take equal steps. Times are multiples of the step size, because sums would accumulate rounding errors."""
     start = master.time
     count = max(1, round((stop - start) / steps.size))
     if abs(count * steps.size - (stop - start)) > 1.0e-6 * steps.size:
@@ -153,7 +153,7 @@ def _equal(master: Master, stop: float, steps: Steps) -> Iterator[None]:
 
 
 def _controlled(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[None]:
-    """Step control by the difference between extrapolated and received outputs."""
+    """Take steps controlled by the difference between extrapolated and received outputs."""
     assert steps.error is not None
     size, degree = steps.size, max(1, DEGREES[master.exchange.reconstruction])
     coupled, again = master.coupled, master.restorable
@@ -176,7 +176,7 @@ def _controlled(master: Master, stop: float, steps: Steps, record: Record) -> It
 
 
 _FIRST_ROWS = 1024
-"""Communication points that a record has room for at first; the room is doubled when they are taken."""
+"""Initial capacity of a record in communication points; doubled whenever the record is full."""
 
 
 class Record:
@@ -193,7 +193,7 @@ class Record:
         self._take([0.0] * len(bonds))
 
     def take(self) -> None:
-        """Take the present communication point."""
+        """Record the present communication point."""
         residuals = [self._residual(k) for k in range(len(self._bonds))]
         passed = self._master.time - self._rows[self._count - 1, 0]
         for k, before in self._works.items():
@@ -202,7 +202,7 @@ class Record:
         self._take(residuals)
 
     def _residual(self, k: int) -> float:
-        """What is given less what is taken at the present communication point, of one bond."""
+        """Return given minus taken power (or work) of bond ``k`` at the present communication point."""
         given, taken = self._bonds[k]
         return _sum(given) - _sum(taken)
 
@@ -218,11 +218,11 @@ class Record:
 
     @property
     def newest(self) -> Array:
-        """Time (s), residuals of the bonds and outputs of the last communication point, one behind the other."""
+        """Time (s), residuals of the bonds and outputs of the last communication point, in one vector."""
         return np.asarray(self._rows[self._count - 1])
 
     def result(self, ended: str = "") -> Coupled:
-        """The run so far."""
+        """Return the run so far; ``ended`` is the reason of an early end."""
         master, rows, width = self._master, self._rows[: self._count], self._width
         return Coupled(
             master.names, tuple(master.ports[name].unit for name in master.names),
@@ -240,7 +240,7 @@ def _products(master: Master, products: Sequence[Sequence[tuple[str, str]]]) -> 
 
 
 def _sum(products: Sequence[_Product]) -> float:
-    """Sum of products of values at the present communication point."""
+    """Return the sum of products of values at the present communication point."""
     total = 0.0
     for factors in products:
         total += math.prod(values.item(k) for values, k in factors)
@@ -248,7 +248,7 @@ def _sum(products: Sequence[_Product]) -> float:
 
 
 def keep_run(path: Path, run: Coupled, attributes: Mapping[str, str | int | float]) -> None:
-    """Write a run as a result file: every output that was read, as ``unit/variable``, over the time; ``StoreError``."""
+    """Write a run to a result file with every read output over time, as ``unit/variable``; ``StoreError``."""
     from cranktrain.store.hdf5 import write_result
 
     datasets = {"time": (run.times, "s")}

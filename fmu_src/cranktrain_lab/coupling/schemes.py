@@ -1,4 +1,4 @@
-"""The master's schemes: in which order units of a step follow one another.
+"""Schemes of the master, which define the order of units within a step.
 
 Sources: Busch, ZAMM 96 (2016) 1061–1081; Gomes, Thule, Broman, Larsen, Vangheluwe, *Co-simulation: a survey*, ACM
 Computing Surveys 51 (2018) 49.
@@ -18,13 +18,13 @@ from cranktrain_lab.coupling.stages import AtStages
 from cranktrain_lab.coupling.unit import Unit
 
 Master: TypeAlias = Any
-"""A :class:`cranktrain_lab.coupling.master.Master`, which imports the schemes."""
+"""Stands for :class:`cranktrain_lab.coupling.master.Master`, which cannot be imported here (circular import)."""
 RESOLVED = 1.0e-6
-"""Least range of an output, over its size, on which scheme ``iterative`` judges its change."""
+"""Least range of an output, as a fraction of its value, in the convergence test of scheme ``iterative``."""
 
 
 def jacobi(master: Master, size: float, place: float) -> None:
-    """All units at once, with the values known at the step's start."""
+    """Step all units with the values known at the step's start."""
     samples, first = master._samples, master._samples.places[0]
     master.means[:] = samples.mean(first, place, master._degree)
     count, everyone = master._independent, len(master._order)
@@ -35,7 +35,7 @@ def jacobi(master: Master, size: float, place: float) -> None:
 
 
 def gauss_seidel(master: Master, size: float, place: float) -> None:
-    """One unit after the other."""
+    """Step one unit after the other, each with the newest outputs of the previous units."""
     samples = master._samples
     master.means[:] = samples.mean(samples.places[0], place, master._degree)
     master._one_by_one(0, len(master._order), size, place)
@@ -43,13 +43,13 @@ def gauss_seidel(master: Master, size: float, place: float) -> None:
 
 
 def iterative(master: Master, size: float, place: float) -> None:
-    """One after the other, again and again from the same start, until all agree on the step's end."""
+    """Repeat a Gauss-Seidel step from the same start until the outputs at the step's end converge."""
     exchange, samples, coupled = master.exchange, master._samples, master._coupled
     everything = slice(0, len(master.names))
     for unit in master._order:
         master._states[unit.name] = unit.keep(master._states.get(unit.name))
     expected = samples.at(place, max(1, master._degree))
-    # A signal that has hardly changed yet need not agree more closely than its rounding.
+    # A signal that has hardly changed so far need not converge beyond its rounding error.
     scales = np.maximum(master.scales[coupled], RESOLVED * np.abs(master.newest[coupled]))
     master._quasi_newton.begin()
     for sweep in range(exchange.sweeps):
@@ -74,12 +74,12 @@ def iterative(master: Master, size: float, place: float) -> None:
 
 
 def intermediate(master: Master, size: float, place: float) -> None:
-    """One after the other, several times within the last unit's step, see :mod:`.intermediate`."""
+    """Exchange several times within the last unit's step, see :mod:`.intermediate`."""
     master.inside.step(master, size)
 
 
 def stages(master: Master, size: float, place: float) -> None:
-    """The last unit with inputs at the stages of its integrator: see :mod:`cranktrain_lab.coupling.stages`."""
+    """Set inputs of the last unit at the stages of its integrator, see :mod:`cranktrain_lab.coupling.stages`."""
     master.inside.step(master, size)
 
 
@@ -87,10 +87,10 @@ SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
     "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative, "intermediate": intermediate,
     "stages": stages,
 }  # fmt: skip
-"""How the units of a step follow one another."""
+"""Functions that take one step with all units of a master, by scheme."""
 INSIDE: dict[str, Callable[[Sequence[Unit], Any], Any]] = {
     "intermediate": lambda order, exchange: Inside(order),
     "stages": lambda order, exchange: AtStages(order, exchange.whole),
 }
-"""Schemes whose last unit calls its master inside a step, and what exchanges there; made of the units in order and
-their ``Exchange``."""
+"""Schemes whose last unit calls its master inside a step. The functions make the object that exchanges values there
+from the units in order and their ``Exchange``."""

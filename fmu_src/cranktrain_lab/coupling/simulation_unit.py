@@ -1,4 +1,4 @@
-"""A module's simulation as a unit, without an FMU around it: for studies, and for who couples from Python."""
+"""Simulation of a module as a unit without an FMU, for studies and for coupling from Python."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ class Stepped(Protocol):
     state: Array
 
     def initialize(self, time: float = 0.0) -> None:
-        """Start under the present inputs."""
+        """Initialize with the present inputs."""
 
     def step(self, t_end: float) -> None:
         """Advance to a time, s."""
 
     def read(self, places: Sequence[int]) -> list[float]:
-        """Outputs by their places."""
+        """Return outputs by index."""
 
 
 class SimulationUnit:
-    """A simulation under a master; see the protocol of :mod:`cranktrain_lab.coupling.unit`.
+    """Simulation as a :class:`cranktrain_lab.coupling.unit.Unit` under a master.
 
-    ``begin`` starts it in place of its own ``initialize``: from a state that is known. Values are SI and carry no unit.
+    ``begin`` replaces the simulation's ``initialize``, to start from a known state. Values are SI, without unit names.
     """
 
     restorable = True
@@ -44,37 +44,37 @@ class SimulationUnit:
         self.outputs: Mapping[str, Port] = dict.fromkeys(simulation.output_names, Port())
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         self._in = [self.simulation.input_names.index(name) for name in inputs]
         self._out = [self.simulation.output_names.index(name) for name in outputs]
 
     def initialize(self, time: float) -> None:
-        """See the protocol."""
+        """Prepare for steps, see ``Unit.initialize``."""
         self._try(lambda: self.simulation.initialize(time) if self._begin is None else self._begin())
 
     def write(self, values: Array) -> None:
-        """See the protocol."""
+        """Set the linked inputs, see ``Unit.write``."""
         self.simulation.inputs[self._in] = values
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         return np.array(self.simulation.read(self._out))
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._try(lambda: self.simulation.step(time + size))
 
     def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
+        """Return the state, see ``Unit.keep``."""
         return self.simulation.state, self.simulation.inputs.copy()
 
     def restore(self, state: Any) -> None:
-        """See the protocol."""
+        """Restore a kept state, see ``Unit.restore``."""
         vector, self.simulation.inputs[:] = state
         self.simulation.state = vector
 
     def close(self) -> None:
-        """See the protocol."""
+        """Release the unit, see ``Unit.close``."""
 
     def _try(self, call: Callable[[], None]) -> None:
         try:

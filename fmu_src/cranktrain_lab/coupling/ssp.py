@@ -1,7 +1,7 @@
-"""A coupled system as an SSP: its FMUs, connections, units and parameter sets in one archive that other masters read.
+"""Export of a coupled system as SSP: FMUs, connections, units and parameter sets in one archive for other masters.
 
-An SSP contains neither schemes nor reconstruction; each master has its own. Equal systems give equal bytes. FMUs of
-FMI 2.0 alone make an SSP 1.0; one of FMI 3.0 among them makes it an SSP 2.0, whose connectors are variables of FMI 3.0.
+An SSP contains neither schemes nor reconstruction; each master has its own. Equal systems give identical files. Systems
+with FMI 2.0 only are written as SSP 1.0. With an FMI 3.0 FMU it is SSP 2.0, whose connectors are FMI 3.0 variables.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def write_ssp(
 
     Parameters
     ----------
-    units : each with the path of its FMU, by name
+    units : unit and path of its FMU, by name
     values : start values by unit and variable
     outputs : outputs of each unit that are shown in addition to the connected ones
     stop : end of the default experiment, s
@@ -49,7 +49,7 @@ def write_ssp(
     Raises
     ------
     InputError
-        connections that cannot be, arrays that are not connected whole, a place that must not be taken
+        invalid connections, arrays that are not connected as a whole, an invalid ``path``
     """
     plain = {key: unit for key, (unit, _) in units.items()}
     checked(plain, connections)
@@ -71,7 +71,7 @@ def write_ssp(
 
 
 def check_target(path: Path) -> None:
-    """Refuse a place that an SSP must not take, before the work; ``InputError``."""
+    """Raise ``InputError`` for a path that an SSP cannot be written to; to be called before the work."""
     if ending(path) != ".ssp":
         raise InputError(f"{path}: an SSP's name ends in .ssp; name it {path.with_suffix('.ssp')}")
     check_place(path, _KIND)
@@ -115,7 +115,7 @@ def _add_structure(
 
 
 def _units(root: Element, ports: Sequence[Port]) -> None:
-    """Units that connectors name, with their base units."""
+    """Add the units of measurement that connectors name, with their base units."""
     group = SubElement(root, f"{{{SSD}}}Units")
     for port in {port.unit: port for port in ports if port.unit and port.dimensions is not None}.values():
         unit = SubElement(group, f"{{{SSC}}}Unit", name=port.unit)

@@ -1,4 +1,4 @@
-"""Variables of FMI 3.0 in an SSP: connections of whole arrays, and parameters with types and dimensions of SSP 2.0.
+"""FMI 3.0 variables in an SSP: connections of whole arrays, and parameters with types and dimensions of SSP 2.0.
 
 Source: System Structure and Parameterization 2.0 (Modelica Association, 2024), sections 4 (dimensions), 5 (connectors,
 connections) and 6 (parameters).
@@ -20,11 +20,11 @@ from cranktrain_lab.coupling.unit import Unit
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 _TEXTS = ("String", "Enumeration")
-"""Types whose arrays have an element for each value."""
+"""Types whose arrays are written with one XML element per value."""
 
 
 class Variable(NamedTuple):
-    """A variable as its FMU has it: its name there, its type in SSP, and its shape, empty for a scalar."""
+    """Variable with its name in the FMU, type in SSP, and shape (empty for a scalar)."""
 
     name: str
     kind: str
@@ -32,7 +32,7 @@ class Variable(NamedTuple):
 
 
 def variable_of(unit: Unit, name: str) -> tuple[Variable, int]:
-    """Variable to which a name of a unit belongs, and the number of the element there, from 0 on."""
+    """Return the variable that contains ``name`` of a unit, and the index of its element, from 0 on."""
     if not isinstance(unit, Fmu3Unit):
         return Variable(name, "Real", ()), 0
     place = unit.places[name]
@@ -40,10 +40,10 @@ def variable_of(unit: Unit, name: str) -> tuple[Variable, int]:
 
 
 def whole_connections(units: Mapping[str, Unit], connections: Sequence[Connection]) -> list[Connection]:
-    """Connections of variables in place of those of their elements, in order.
+    """Replace the connections of array elements by connections of whole variables, in order.
 
-    ``InputError`` where arrays are not connected whole, element by element to arrays of the same shape: the numbers of
-    elements in SSP 2.0 are not told to begin with 0 or with 1.
+    ``InputError`` if arrays are not connected as a whole, element by element to arrays of the same shape. SSP 2.0 does
+    not state whether element numbers begin with 0 or 1, so single elements cannot be connected.
     """
     groups: dict[tuple[tuple[str, str], tuple[str, str]], list[tuple[int, int]]] = {}
     found: list[Connection] = []
@@ -71,13 +71,13 @@ def _refused(link: Connection) -> InputError:
 
 
 def add_dimensions(element: Element, shape: Sequence[int]) -> None:
-    """Give a connector or a parameter its dimensions."""
+    """Add the dimensions of a connector or parameter."""
     for size in shape:
         SubElement(element, f"{{{SSC}}}Dimension", size=str(size))
 
 
 def add_parameters(group: Element, unit: Fmu3Unit, values: Mapping[str, Any]) -> None:
-    """Add the parameters of a unit to the group of a parameter set: arrays whole, with start values of the rest."""
+    """Add a unit's parameters to a parameter set; elements of arrays that are not in ``values`` have start values."""
     done: set[str] = set()
     for name in values:
         variable, _ = variable_of(unit, name)

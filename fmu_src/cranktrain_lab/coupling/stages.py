@@ -1,13 +1,13 @@
-"""Exchange at the stages of the last unit's integrator, which asks for its inputs there ahead of its step (FMI 3.0).
+"""Exchange at the stages of the last unit's integrator, which requests inputs at these times before its step (FMI 3.0).
 
 The last unit knows at which times within a step its integrator evaluates forces, and calls its master for each of these
-times before it steps. The other units step from one of them to the next, each with the previous units' outputs at the
-end of such a part, and their outputs there are set. The last unit's own outputs are not known there yet: the
-others get them extrapolated by the parabola through the last communication points.
+times before it steps. The other units step from one stage time to the next, each with the previous units' outputs at
+the end of this part, and their outputs become inputs of the last unit. The last unit's own outputs are not known yet,
+so the others get values extrapolated by the parabola through the last communication points.
 
-Units whose outputs at single times mean little, since they are torques of impacts shorter than a step, take the whole
-step first, in equal parts. Their means over the parts are replaced by a line over the step, which has the same mean and
-the same first moment: momentum and displacement that the last unit gains are those of the impacts.
+Units with torques of impacts shorter than a step take the whole step first, in equal parts, because their outputs at
+single times mean little. Their means over the parts are replaced by a straight line over the step with the same mean
+and first moment, so the impacts give the last unit the correct momentum and displacement.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from cranktrain_lab.coupling.unit import Unit, UnitError
 from cranktrain_lab.coupling.updates import Master, Updates
 
 NONE = 1.0e-9
-"""Part of a step, over its length, that is none: the times of two stages differ by rounding."""
+"""Fraction of a step below which two stage times count as equal, because they differ by rounding."""
 PARTS = 4
-"""Equal parts of a step in which units take it whole. One part, with its mean alone, leaves three times the error."""
+"""Number of parts of a step for units that take it as a whole. A single part has three times the error."""
 
 
 class AtStages(Updates):
     """Exchange at the stages of the last unit in a master's order."""
 
     def __init__(self, order: Sequence[Unit], whole: Collection[str] = ()) -> None:
-        """Listen to the last unit; ``InputError`` if it does not call its master.
+        """Register with the last unit; ``InputError`` if it does not call its master.
 
-        The units named in ``whole``, the first ones, take each step of the master whole, ahead of the others.
+        The units in ``whole`` must come first and take each step of the master as a whole, before the others.
         """
         super().__init__(order, "stages")
         self._first = sum(one.name in whole for one in order)
@@ -51,7 +51,7 @@ class AtStages(Updates):
         self._unit.listen(self._guarded(self._reached), self._guarded(self._asked))
 
     def step(self, master: Master, size: float) -> None:
-        """One communication step (s) of all units; ``UnitError`` names the unit that fails, with the time."""
+        """Take one communication step (s) with all units; ``UnitError`` names the unit that fails, with the time."""
         begin = master.time
         self._master, self._none, self._asked_for = master, NONE * size, 0
         self._foreseen, self._ahead, self._trial, self._line = None, None, False, None
@@ -73,9 +73,9 @@ class AtStages(Updates):
             self._master = None
 
     def _foresee(self, begin: float, size: float) -> None:
-        """Know the last unit's outputs at the end of a first step, before which there is nothing to draw a line from.
+        """Estimate the slope of the last unit's outputs in the first step, when there is no earlier point.
 
-        All units take the step once, the others in one go, and take it back.
+        All units take a trial step, the others in one part, and are restored.
         """
         master = self._master
         states, known = [unit.keep() for unit in master._order], master._known.copy()
@@ -91,7 +91,7 @@ class AtStages(Updates):
             unit.restore(state)
 
     def _reached(self, time: float) -> None:
-        """The last unit stands at a point within the step."""
+        """Handle the last unit's call at a point that it has reached within the step."""
         if self._master is None or self._trial:
             return
         self._lead(time)
@@ -100,7 +100,7 @@ class AtStages(Updates):
         self._ahead = None
 
     def _asked(self, time: float) -> None:
-        """The last unit asks for its inputs at a time ahead."""
+        """Handle the last unit's request for inputs at a later time (s)."""
         if self._master is None:
             return
         self._asked_for += 1
@@ -122,7 +122,7 @@ class AtStages(Updates):
         master.time = time
 
     def _lead_whole(self) -> None:
-        """Let the first units take the whole step; between its ends their outputs are on a line, and so are means."""
+        """Let the first units take the whole step; their outputs and means within it are taken as linear in time."""
         master, parts = self._master, 1 if self._trial else PARTS
         if self._first == 0:
             return
@@ -140,9 +140,9 @@ class AtStages(Updates):
         self._means = mean_and_moment(means)
 
     def _expect(self, begin: float, end: float) -> None:
-        """What the other units know in a part of the step: the last unit's outputs at its begin, and their means.
+        """Extrapolate the last unit's outputs for a part of the step: values at its start, and means over it.
 
-        An angle goes from its begin to its end by the mean of the speed, just as it would by the speed itself.
+        The mean speed gives the same change of angle over the part as the speed itself.
         """
         master, part = self._master, self._part
         if self._ahead is None:
@@ -157,7 +157,7 @@ class AtStages(Updates):
             master.start[: before.size] = before + (begin - self._begin) / self._size * change
 
     def _parabola(self) -> Array:
-        """Coefficients (3, outputs) of the last unit's outputs by the time since their newest point."""
+        """Return coefficients (3, outputs) of parabolas of the last unit's outputs over time since the newest point."""
         samples = self._master._samples
         nodes, values = samples.places, samples.values[:, self._part]
         found = np.zeros((3, values.shape[1]))
@@ -175,23 +175,23 @@ class AtStages(Updates):
 
     @property
     def _end_of_whole(self) -> int:
-        """How many outputs the first units have, which take steps whole."""
+        """Number of outputs of the first units, which take steps as a whole."""
         master = self._master
         return int(master._parts[master._order[self._first].name].start)
 
     @property
     def _part(self) -> slice:
-        """Where the last unit's outputs are among all."""
+        """Slice of the last unit's outputs in the vector of all outputs."""
         part: slice = self._master._parts[self._unit.name]
         return part
 
     def _read(self, time: float) -> None:
-        """The last unit's outputs at a point that it has reached."""
+        """Read the last unit's outputs at a point that it has reached."""
         self._master._let(READ | MEAN, self._place, self._place + 1, 0.0, time)
 
 
 def mean_and_moment(means: Array) -> Array:
-    """Line (2, n) of the means (k, n) over equal parts of a step, from -1 to 1 over it: their mean and first moment."""
+    """Return mean and slope (2, n), over x from -1 to 1, of the line with mean and first moment of ``means`` (k, n)."""
     parts = len(means)
-    away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # of a part's middle from that of the step, over its half
+    away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # x of the middle of each part
     return np.array((means.mean(axis=0), 3.0 * away @ means / parts))

@@ -1,9 +1,9 @@
-"""Coupled runs in a process of their own: a unit that hangs or dies ends its own run only.
+"""Coupled runs in a separate process, so a unit that hangs or dies ends its own run only.
 
 The process writes each communication point to a file that is mapped into its memory, and writes the current call and
-unit to shared memory. The supervising process ends it if a call takes too long, or notices that it died, and keeps the
-file. It asks the system for the exit code, because a process that a unit started keeps pipes open. FMU instances and
-their extracted files are removed with the process and its folder.
+unit to shared memory. The supervising process ends it if a call takes too long, or detects that it died, and keeps the
+file. Death is detected by the exit code and not by a closed pipe, because a process started by a unit keeps pipes open.
+FMU instances and their extracted files are removed with the process and its folder.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from cranktrain_lab.coupling.unit import EndingError, Unit, UnitError
 from cranktrain_lab.coupling.watch import INITIALIZATION, WORDS, Notes, Watched
 
 LOOK = 0.1
-"""Seconds between two looks at the process."""
+"""Interval of checks of the process, s."""
 MAKING = 600.0
-"""Seconds that the process may take until it has its units: it starts, imports and reads descriptions."""
+"""Time limit for the process to start, import modules and create its units, s."""
 SHORT = 0.01
-"""Seconds between two looks at a process that is ending."""
+"""Interval of checks of a process that is ending, s."""
 GRACE = 5.0
-"""Seconds that a process may take to end by itself."""
+"""Time limit for a process to end by itself, s."""
 
 
 class System(Protocol):
-    """Units, further input of a master, ``outputs`` to read in addition to connected ones, and exchanged powers."""
+    """Coupled system: input of a master, ``outputs`` to read in addition to connected ones, and power bonds."""
 
     @property
     def units(self) -> Mapping[str, Unit]: ...  # noqa: D102
@@ -57,7 +57,7 @@ class System(Protocol):
 
 @dataclass(frozen=True)
 class Limits:
-    """Wall time, s, that one call of a unit may take: its initialization, which may compile, and any other."""
+    """Limits of the wall time of one call of a unit, s: ``start`` of the initialization, ``step`` of other calls."""
 
     start: float = 3600.0
     step: float = 600.0
@@ -81,13 +81,13 @@ def run_supervised(
     make: Callable[[], System], stop: float, steps: Steps, limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Coupled:  # fmt: skip
-    """Run what ``make`` makes to ``stop`` (s); ``make`` is a function of a module, or a ``partial`` of one.
+    """Run the system that ``make`` returns to ``stop`` (s) in a separate process; ``make`` must be picklable.
 
     Raises
     ------
     CranktrainError
-        a unit fails, dies or hangs, or (``StoreError``) the temporary folder is full; its ``found`` holds the run so
-        far where there is any. An interrupt's likewise.
+        a unit fails, dies or hangs, or (``StoreError``) the temporary folder is full; attribute ``found`` of the
+        error, or of an interrupt, is the run so far, if it began
     """
     with ExitStack() as held:
         try:
@@ -108,7 +108,7 @@ def run_supervised(
 
 
 def _no_room(error: OSError) -> str:
-    """What to say of a run that the system has no place or process for."""
+    """Return the message for a run that fails because the system lacks space or processes."""
     try:
         place = tempfile.gettempdir()
     except OSError:
@@ -120,7 +120,7 @@ def _no_room(error: OSError) -> str:
 
 
 class _Watcher:
-    """One that watches a run's process."""
+    """Supervisor of a run's process."""
 
     def __init__(self, make: Callable[[], System], stop: float, steps: Steps, limits: Limits, folder: Path) -> None:
         context = process_context()
@@ -136,7 +136,7 @@ class _Watcher:
         self._grace = GRACE
 
     def follow(self, progress: Callable[[float], None] | None) -> Coupled:
-        """The finished run; raises the error that ended it."""
+        """Wait for the run and return it; raises the error that ended it."""
         heard = self._hear(progress)
         if isinstance(heard, _Header):
             self._header = heard
@@ -150,7 +150,7 @@ class _Watcher:
         return found
 
     def _hear(self, progress: Callable[[float], None] | None) -> Any:
-        """The next thing that the process says; ``UnitError`` where it dies or hangs before."""
+        """Return the next message of the process; ``UnitError`` if it dies or hangs before."""
         count, since = -1, time.monotonic()
         while not wait([self._ear, self._process.sentinel], timeout=LOOK) and self._process.exitcode is None:
             now = time.monotonic()
@@ -174,7 +174,7 @@ class _Watcher:
         raise UnitError(f"{self._place()}: {self._died()}; this unit is the cause; correct it")
 
     def _wait(self, seconds: float) -> None:
-        """Wait until the process has ended, at most so long."""
+        """Wait until the process has ended, at most ``seconds``."""
         until = time.monotonic() + seconds
         while self._process.exitcode is None and time.monotonic() < until:
             wait([self._process.sentinel], timeout=SHORT)
@@ -190,7 +190,7 @@ class _Watcher:
         return f"{unit}, {dict(enumerate(WORDS)).get(notes.call, 'a call')} at {notes.time:.6g} s"
 
     def _died(self) -> str:
-        """How the process ended."""
+        """Describe how the process ended."""
         code = self._process.exitcode
         if code is None:
             return "cut the connection to its process"
@@ -200,7 +200,7 @@ class _Watcher:
         return f"ended its process with code {code}"
 
     def found(self, ended: str) -> Coupled | None:
-        """The part of the run in the file; None if the run did not begin."""
+        """Return the part of the run in the file; None if the run did not begin."""
         header, notes = self._header, self._notes
         if header is None or not self._points.is_file():
             return None
@@ -216,7 +216,7 @@ class _Watcher:
         )  # fmt: skip
 
     def _closed(self) -> None:
-        """Let the units close; ``EndingError`` where one cannot or says so, ``UnitError`` where its error is fatal."""
+        """Wait until the units are closed; ``EndingError`` if closing fails, ``UnitError`` if the failure is fatal."""
         self._wait(GRACE)
         heard: Any = None
         with suppress(Exception):  # the pipe is closed
@@ -229,7 +229,7 @@ class _Watcher:
             raise EndingError(f"{self._place()}: {how}; the run itself is complete, correct the unit")
 
     def end(self) -> None:
-        """End the process, by itself where it can."""
+        """Ask the process to end; kill it after the grace time."""
         self._notes.stop = 1
         self._wait(self._grace)
         if self._process.is_alive():
@@ -240,10 +240,10 @@ class _Watcher:
 def _work(
     make: Callable[[], System], stop: float, steps: Steps, points: Path, notes: Notes, told: Pipe, parent: int
 ) -> None:
-    """In the process: run, write and report; then close the units and exit at once, without any clean-up."""
+    """Main function of the process: run, write and report, then close the units and exit without clean-up."""
     leave_to_parent(parent)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    os.dup2(2, 1)  # standard output is the parent's own: a unit may print
+    os.dup2(2, 1)  # units may print, but standard output belongs to the parent
     tempfile.tempdir = str(points.parent)
     master: Master | None = None
     try:
@@ -267,13 +267,13 @@ def _work(
         if master is not None:
             try:
                 master.close()
-            except UnitError as error:  # of a run that has failed before it is not heard
+            except UnitError as error:  # after a failed run nobody reads this message
                 told.send(type(error)(*error.args))
     os._exit(0)
 
 
 def _run_into(points: Path, master: Master, stop: float, steps: Steps, bonds: Sequence[Bond], notes: Notes) -> None:
-    """Run with each communication point written as it comes."""
+    """Run the master and write each communication point to the file at once."""
     began, file = time.perf_counter(), PointsFile(points, 1 + len(bonds) + len(master.names))
 
     def tell(record: Record) -> None:

@@ -1,7 +1,7 @@
 """Measured pressures as a unit of the virtual engine, in place of a combustion.
 
-It extrapolates the crank's angle by its speed over a step, as a combustion does, and outputs the pressures at the end
-with the angle that they belong to.
+Like a combustion, the unit extrapolates the crank angle over a step by the speed, and outputs the pressures at the end
+with their angle.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from cranktrain_lab.coupling.unit import Port
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPressures:
-    """An engine with the measured pressures of a run, at its speed."""
+    """Engine with the measured pressures of a run at one speed."""
 
     engine: Engine
     trace: GasTrace
 
 
 class TraceUnit(ByAngle):
-    """Pressures by crank angle."""
+    """Unit that outputs measured pressures at the crank angle."""
 
     def __init__(self, name: str, measured: MeasuredPressures) -> None:
         engine, trace = measured.engine, measured.trace
@@ -42,7 +42,7 @@ class TraceUnit(ByAngle):
         super().__init__(name, dict.fromkeys(outputs, Port()))
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         own = np.array([self._angle - phase for phase in self._phases])
         pressures = [float(gas_pressure(angle, table)) for angle, table in zip(own, self._tables, strict=True)]
         rise = np.array([cylinder_volume(self._engine, own[c : c + 1], c)[1][0] for c in range(own.size)])

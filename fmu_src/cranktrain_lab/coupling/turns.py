@@ -1,7 +1,7 @@
-"""Turns of units that compiled code can call, see :mod:`cranktrain.core.unit_turns`.
+"""Calls of units by compiled code, see :mod:`cranktrain.core.unit_turns`.
 
-A unit that has a method ``direct`` returns a :class:`Direct` from it, or None; all other units are called by the master
-itself. Both ways give the same bits.
+Compiled code calls units whose method ``direct`` returns a :class:`Direct`. The master calls all other units itself.
+Both ways give bitwise equal results.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Notes = NDArray[np.int64]
 
 
 class Told(NamedTuple):
-    """What a step of FMI 3.0 tells: whether the simulation has ended, the step has ended too early, and when, s."""
+    """Results of an FMI 3.0 step: True if the simulation ended, True if the step returned early, and its time (s)."""
 
     ended: bool
     early: bool
@@ -33,7 +33,7 @@ class Told(NamedTuple):
 
 
 class Failed(NamedTuple):
-    """A call of a unit that failed: the kernel's number of it, its status, the inputs (k,) it was given, its step."""
+    """Failed call of a unit: the kernel's number of the call, status, inputs (k,) of the unit, result of the step."""
 
     call: int
     status: int
@@ -42,17 +42,17 @@ class Failed(NamedTuple):
 
 
 class Failing(Protocol):
-    """Raises the error of a call of a unit."""
+    """Function that raises the error of a failed call of a unit."""
 
     def __call__(self, failed: Failed) -> NoReturn: ...  # noqa: D102
 
 
 class Calls(NamedTuple):
-    """A loaded unit's C functions.
+    """C functions of a loaded unit.
 
     Attributes
     ----------
-    version : of FMI, ``FMI_2`` or ``FMI_3`` of the kernel
+    version : FMI version, ``FMI_2`` or ``FMI_3`` of the kernel
     set, step, get, component : addresses of ``fmi2SetReal`` or ``fmi3SetFloat64``, of ``fmi2DoStep`` or ``fmi3DoStep``,
         of ``fmi2GetReal`` or ``fmi3GetFloat64``, and of the instance
     """
@@ -65,15 +65,15 @@ class Calls(NamedTuple):
 
 
 class Direct(NamedTuple):
-    """A loaded unit for compiled code.
+    """Description of a loaded unit for compiled code.
 
     Attributes
     ----------
-    calls : its functions
-    given, taken : values of its inputs and outputs, with those that it was linked with
-    no_state_before : whether no earlier state will be set
-    fail : called where a status is not good, or a step of FMI 3.0 ended early or ended the simulation
-    notes, place : where calls are noted, and the unit's number there; None: nowhere
+    calls : C functions of the unit
+    given, taken : buffers of its inputs and outputs, with the linked elements
+    no_state_before : True if no earlier state will be set
+    fail : called for a bad status, or if a step of FMI 3.0 returned early or ended the simulation
+    notes, place : record of calls (None: not recorded), and the unit's number in the record
     """
 
     calls: Calls
@@ -86,7 +86,7 @@ class Direct(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors of a master: known values (3 n,), of earlier points (POINTS, n), least and largest so far (2, n)."""
+    """Vectors of a master: known values (3 n,), values at earlier points (POINTS, n), minima and maxima (2, n)."""
 
     known: Array
     samples: Array
@@ -94,20 +94,20 @@ class Vectors(NamedTuple):
 
 
 class Turns:
-    """Turns of the units that are direct, by their places in the order of a master's units.
+    """Units that compiled code calls, by their index in the order of a master's units.
 
     Attributes
     ----------
-    until : of each place, the end of the direct units that follow one another from there; the place itself for others
-    inputs : linked inputs of direct units by their names, as last written
-    arguments : of the kernel
+    until : for each index the end of the sequence of direct units from there; the index itself for other units
+    inputs : linked inputs of direct units as last written, by unit name
+    arguments : arguments of the kernel
     """
 
     def __init__(
         self, order: Sequence[Unit], asked: Mapping[str, Unit], wirings: Mapping[str, Wiring],
         parts: Mapping[str, slice], vectors: Vectors,
     ) -> None:  # fmt: skip
-        """Ask ``asked`` of the units in ``order`` for their functions; they have these wirings and parts of outputs."""
+        """Prepare calls of those units in ``asked`` that are direct, with their wirings and slices of outputs."""
         known = vectors.known
         found = {name: _direct(unit) for name, unit in asked.items()}
         chosen = {name: one for name, one in found.items() if one is not None and not wirings[name].modified}
@@ -134,7 +134,7 @@ class Turns:
             self._call = bound_call(at.take_turns, self.arguments)
 
     def _fill(self, wirings: Mapping[str, Wiring], parts: Mapping[str, slice]) -> None:
-        """Rows of the units, and places of their inputs and outputs."""
+        """Fill the kernel's tables of units, and the indices of their inputs and outputs."""
         rows = {unit.name: row for unit, row in zip(self._order, self._units, strict=True)}
         first = begin = 0
         for name, one in self._chosen.items():
@@ -167,14 +167,14 @@ class Turns:
         return ends
 
     def weigh(self, weights: Sequence[float]) -> None:
-        """Weights of means over the step to come: of the newest value, then of earlier communication points."""
+        """Set weights of the means over the next step: of the new value, then of earlier communication points."""
         self._control[at.OLDER] = len(weights) - 1
         self._numbers[at.NEW_WEIGHT : at.NEW_WEIGHT + len(weights)] = weights
 
     def take(self, what: int, first: int, end: int, time: float, size: float) -> None:
-        """Let the units from place ``first`` to ``end`` write, step and read, whatever ``what`` has of it.
+        """Let units ``first`` to ``end`` write, step and read; ``what`` are flags of these actions.
 
-        ``UnitError`` where a call fails, of a message without unit and time; ``KeyboardInterrupt`` if the notes ask.
+        ``UnitError`` without unit and time if a call fails; ``KeyboardInterrupt`` if the notes request a stop.
         """
         control, numbers = self._control, self._numbers
         control[at.WHAT], control[at.FIRST], control[at.END] = what, first, end
@@ -189,18 +189,18 @@ class Turns:
             self._chosen[unit.name].fail(failed)
 
     def arrive(self) -> bool:
-        """Remember the newest values as those of a communication point, if all are finite; whether they are."""
+        """Store the newest values as a communication point and return True, if all are finite."""
         self._control[at.WHAT], self._control[at.END] = at.ARRIVE, self._control[at.FIRST]
         return self._call() == at.DONE
 
     @property
     def failed(self) -> tuple[Unit, bool]:
-        """The unit whose call failed last, and whether that was its step."""
+        """Unit whose call failed last, and True if the call was its step."""
         return self._order[int(self._control[at.FAILED])], self._control[at.CALL] == at.STEPPING
 
 
 def _direct(unit: Unit) -> Direct | None:
-    """What a unit offers."""
+    """Return the unit's description for compiled code, or None."""
     offer = getattr(unit, "direct", None)
     found: Direct | None = None if offer is None else offer()
     return found

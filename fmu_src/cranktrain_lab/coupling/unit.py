@@ -10,7 +10,7 @@ from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 
 DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-"""SI base units, as FMI counts them."""
+"""SI base units in the order of FMI."""
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,11 @@ class Port:
 
     Attributes
     ----------
-    unit : as the unit calls it, empty for none
+    unit : name of the unit of measurement, empty for none
     factor, offset : SI value = factor · value + offset
-    dimensions : exponents of :data:`DIMENSIONS`; None where nothing is known
+    dimensions : exponents of :data:`DIMENSIONS`; None if unknown
     low, high : bounds, in ``unit``
-    feeds : outputs that an input changes without a step
+    feeds : outputs that depend on an input without a step (direct feedthrough)
     """
 
     unit: str = ""
@@ -36,11 +36,11 @@ class Port:
 
 
 class UnitError(CranktrainError):
-    """A unit refused a value or a step: its name, the time and its message."""
+    """Error of a unit that refused a value or a step, with its name, the time and its message."""
 
 
 class EndingError(UnitError):
-    """A unit did not end well, after a run that is complete and that the end leaves as it was."""
+    """Error of a unit that could not be closed after a run; the run itself is complete and valid."""
 
 
 class Unit(Protocol):
@@ -48,9 +48,9 @@ class Unit(Protocol):
 
     Attributes
     ----------
-    name : in results and messages
-    inputs, outputs : its real inputs and outputs
-    restorable : whether its state can be kept and set again
+    name : name in results and messages
+    inputs, outputs : real inputs and outputs
+    restorable : True if its state can be kept and restored
     """
 
     name: str
@@ -59,32 +59,32 @@ class Unit(Protocol):
     restorable: bool
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Name the inputs that ``write`` sets and the outputs that ``read`` returns, in their order."""
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns, in this order."""
 
     def initialize(self, time: float) -> None:
-        """Get ready for steps from ``time`` (s) on, with the inputs that were written."""
+        """Prepare for steps from ``time`` (s) on, with the inputs that were written."""
 
     def write(self, values: Array) -> None:
         """Set the linked inputs (k,)."""
 
     def read(self) -> Array:
-        """Linked outputs (k,); the array may be the same each time."""
+        """Return the linked outputs (k,); the array may be the same object each time."""
 
     def step(self, time: float, size: float) -> None:
-        """Go from ``time`` to ``time + size``, s; ``UnitError`` where it cannot."""
+        """Go from ``time`` to ``time + size``, s; ``UnitError`` if the step fails."""
 
     def keep(self, held: Any = None) -> Any:
-        """The state; ``held`` is an earlier state whose memory may be reused."""
+        """Return the state; ``held`` is an earlier state whose memory may be reused."""
 
     def restore(self, state: Any) -> None:
-        """Set a state of ``keep``."""
+        """Restore a state that ``keep`` returned."""
 
     def close(self) -> None:
-        """End it; harmless where it has ended. ``EndingError``: it did not end well; ``UnitError``: fatally."""
+        """Release the unit; may be called repeatedly. ``EndingError`` if this fails, ``UnitError`` if fatally."""
 
 
 class Around:
-    """A unit around another one, to which all calls go on; see :class:`Unit`."""
+    """Wrapper of a unit that forwards all calls; see :class:`Unit`."""
 
     def __init__(self, unit: Unit) -> None:
         self._unit = unit
@@ -96,39 +96,39 @@ class Around:
         return getattr(self._unit, call)(*arguments)
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         self._on("link", inputs, outputs)
 
     def initialize(self, time: float) -> None:
-        """See the protocol."""
+        """Prepare for steps, see ``Unit.initialize``."""
         self._on("initialize", time)
 
     def write(self, values: Array) -> None:
-        """See the protocol."""
+        """Set the linked inputs, see ``Unit.write``."""
         self._on("write", values)
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         found: Array = self._on("read")
         return found
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._on("step", time, size)
 
     def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
+        """Return the state, see ``Unit.keep``."""
         return self._on("keep", held)
 
     def restore(self, state: Any) -> None:
-        """See the protocol."""
+        """Restore a kept state, see ``Unit.restore``."""
         self._on("restore", state)
 
     def listen(self, *calls: Callable[[float], None]) -> None:
-        """See :mod:`cranktrain_lab.coupling.intermediate` and :mod:`cranktrain_lab.coupling.stages`."""
+        """Register functions that the unit calls inside a step, see :mod:`cranktrain_lab.coupling.updates`."""
         unit: Any = self._unit
         unit.listen(*calls)
 
     def close(self) -> None:
-        """See the protocol."""
+        """Release the unit, see ``Unit.close``."""
         self._on("close")

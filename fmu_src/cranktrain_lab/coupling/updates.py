@@ -1,7 +1,7 @@
-"""Calls of a master by its last unit inside a step (FMI 3.0): what all schemes that use them have in common.
+"""Base class of schemes whose last unit calls its master inside a step (FMI 3.0).
 
-A unit that calls its master has the attribute ``updates``, true, and a method ``listen`` that takes functions to call
-with a time in s: at a point that the unit has reached and, if it asks for inputs beforehand, at one that lies ahead.
+A unit that calls its master has the attribute ``updates``, true, and a method ``listen`` that registers two functions
+of a time (s). The unit calls the first at a point that it has reached, the second for inputs at a later time.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from cranktrain.core.errors import InputError
 from cranktrain_lab.coupling.unit import Unit, UnitError
 
 Master: TypeAlias = Any
-"""A :class:`cranktrain_lab.coupling.master.Master`, which imports the schemes."""
+"""Stands for :class:`cranktrain_lab.coupling.master.Master`, which cannot be imported here (circular import)."""
 
 
 class Updates:
-    """The last unit in a master's order, which calls its master inside a step.
+    """Handler of calls by the last unit in a master's order inside a step.
 
-    Nothing may be raised into the unit that calls. An error in a call is kept, and raised when the step has returned.
+    A call must not raise errors into the unit. An error in a call is stored, and raised when the step has returned.
     """
 
     def __init__(self, order: Sequence[Unit], scheme: str) -> None:
-        """``InputError`` that names the scheme if the last unit does not call its master."""
+        """Take the last unit of ``order``; ``InputError`` with the scheme if it does not call its master."""
         unit: Any = order[-1]
         if not getattr(unit, "updates", False):
             raise InputError(
@@ -35,7 +35,7 @@ class Updates:
         self._error: BaseException | None = None
 
     def _take(self, begin: float, size: float) -> None:
-        """Let the unit take its step; an error in one of its calls goes before the unit's own."""
+        """Let the unit take its step; an error in one of its calls takes precedence over the unit's own error."""
         self._error = None
         try:
             self._unit.step(begin, size)
@@ -47,14 +47,14 @@ class Updates:
             raise self._error
 
     def _guarded(self, call: Callable[[float], None]) -> Callable[[float], None]:
-        """A function that the unit may call: it raises nothing, and does nothing after an error."""
+        """Wrap a function for the unit to call, so that it raises nothing and does nothing after an error."""
 
         def called(time: float) -> None:
             if self._error is not None:
                 return
             try:
                 call(time)
-            except BaseException as error:  # an interrupt too: the unit would swallow it
+            except BaseException as error:  # includes interrupts, which the unit would suppress
                 self._error = error
 
         return called

@@ -1,7 +1,8 @@
-"""The valve train as a unit of the virtual engine: its inputs and outputs.
+"""Inputs and outputs of the valve train as a unit of the virtual engine.
 
-It steps first and extrapolates the crank's angle by itself. Combustion and cranktrain extrapolate its lifts and torque
-linearly, so these outputs must belong to the step's start. A cranktrain that holds its inputs gets the master's mean.
+The valve train steps first and extrapolates the crank angle by itself. Combustion and cranktrain extrapolate its lifts
+and torque linearly, so these outputs must belong to the step's start. A cranktrain that holds its inputs gets the mean
+torque from the master.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from cranktrain_lab.coupling.run import Bond
 
 ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
 TORQUE_STEP = "valvetrain.torque_step"
-"""Mean of the torque over a step."""
+"""Output with the mean torque over a step."""
 LIFTS = {"lift.source": "input"}
-"""Start values of a combustion beside a valve train."""
+"""Start values of a combustion that runs with a valve train."""
 READ = (TORQUE, "valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
 """Outputs that a run records in addition to the connected ones."""
 BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
@@ -27,23 +28,23 @@ BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
 
 
 def takes_lifts(combustion: Path) -> bool:
-    """Whether a combustion's FMU has inputs for lifts; one that has none keeps its own."""
+    """True if a combustion's FMU has inputs for valve lifts; one without uses its own lifts."""
     return any(v.causality == "input" and _is_lift(v.name) for v in described(combustion).modelVariables)
 
 
 def motion_connections(taker: str, staged: bool) -> list[Connection]:
-    """The crank's angle and speed to a unit that goes on from the angle by the speed.
+    """Return connections of crank angle and speed to a unit that extrapolates the angle by the speed.
 
-    ``staged``: by the mean speed, which is known ahead with scheme ``stages``.
+    ``staged``: connect the mean speed over the step, which scheme ``stages`` knows in advance.
     """
     kinds = {ANGLE: START, SPEED: MEAN if staged else START}
     return [Connection((CRANKTRAIN, name), (taker, name), kind) for name, kind in kinds.items()]
 
 
 def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool, staged: bool = False) -> list[Connection]:
-    """Angle and speed to the valve train, its torque to the cranktrain and, ``lifted``, its lifts to the combustion.
+    """Return connections of the valve train: angle and speed in, torque out, with ``lifted`` lifts to the combustion.
 
-    ``InputError`` for a valve train of another number of cylinders.
+    ``InputError`` if the number of cylinders differs.
     """
     lifts = [name for name in valvetrain.outputs if _is_lift(name)]
     if len(lifts) != 2 * cylinders:
@@ -59,7 +60,7 @@ def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool, st
 
 
 def summary(values: dict[str, Any], residual: float) -> dict[str, float]:
-    """Mean torque (N m), largest share of a cycle without contact and RMS of the bond (W), of a run's end."""
+    """Return mean torque (N m), largest fraction of a cycle without contact and RMS of the bond (W) at a run's end."""
     return {
         "torque_nm": float(values["valvetrain.torque_mean"]),
         "contact_loss": float(values["contact.loss"]),

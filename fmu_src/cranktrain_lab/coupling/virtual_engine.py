@@ -2,8 +2,8 @@
 
 The combustion extrapolates the angle by the speed and outputs the angle to which its pressures belong. The cranktrain
 reconstructs the pressures by this angle (reconstruction ``own``). With any other reconstruction the master reconstructs
-them over the crank angle, and the cranktrain holds its inputs. With scheme ``stages`` the cranktrain asks for pressures
-and valve torque at the stages of its integrator, and nobody reconstructs anything.
+them over the crank angle, and the cranktrain holds its inputs. With scheme ``stages`` the cranktrain requests pressures
+and valve torque at the stages of its integrator, and nothing is reconstructed.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from cranktrain_lab.coupling.trace_unit import MeasuredPressures, TraceUnit
 
 ANGLE, SPEED, FRAME_SPEED = "crank.angle", "crank.speed", "frame.speed"
 POLYTROPIC = "polytropic"
-"""The cranktrain's own reconstruction of pressures."""
+"""Input rule of the cranktrain that reconstructs pressures by polytropic change."""
 INTEGRATOR = "solver.integrator"
 SHORT = math.radians(1.5) * (1.0 + 1.0e-9)
-"""Longest turn of the crank, rad, from one communication point to the next that is a short step.
+"""Largest change of crank angle per communication step, rad, that counts as a short step.
 
-The cranktrain steps to every point, because its pressures change there. At short steps a method of order three with
-three implicit stages has a smaller error than the exchange of pressures, and takes two thirds of the time of the usual
-method, which is made for 5 degrees.
+The cranktrain ends a step at every point, because its pressures change there. At short steps a method of order three
+with three implicit stages has a smaller error than the exchange of pressures, and takes two thirds of the time of the
+usual method, which is made for steps of 5 degrees.
 """
 FOR_SHORT_STEPS, FOR_SHORT_STEPS_HELD = "esdirk3", "sdirk3"
 """Integrators for short steps; the second for inputs that are held over a step."""
 WORK = "gas.work"
-"""Work of the gas since the start, which both sides count."""
+"""Output with the work of the gas since the start, which both sides count."""
 DEVIATIONS, TAKEN = ("volume_deviation", "volume_deviation_rate"), "deviation_taken"
-"""What the cranktrain gives of each cylinder's volume, and what the combustion gives back with its pressure."""
+"""Outputs of the cranktrain for each cylinder's volume deviation, and output of the combustion that returns it."""
 READ = {
     CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", FRAME_SPEED, WORK),
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls", WORK),
@@ -58,9 +58,9 @@ GAS_WORK = Bond("gas", given=[((COMBUSTION, WORK),)], taken=[((CRANKTRAIN, WORK)
 
 @dataclass(frozen=True)
 class Partners:
-    """FMUs of the virtual engine, with a valve train or without, and the start values of their parameters.
+    """FMUs of the virtual engine, with or without a valve train, and start values of their parameters.
 
-    In place of a combustion there may be measured pressures.
+    Measured pressures may replace the combustion.
     """
 
     cranktrain: Path
@@ -70,7 +70,7 @@ class Partners:
 
 
 class VirtualEngine(NamedTuple):
-    """Units, connections and further input of a master.
+    """Units, connections and other input of a master.
 
     ``values`` are start values and ``outputs`` the outputs to read in addition to connected ones, by unit; ``bonds``
     are the powers that units exchange.
@@ -85,7 +85,7 @@ class VirtualEngine(NamedTuple):
 
     @property
     def one_angle(self) -> str | None:
-        """Path of a combustion that knows one crank angle for all cylinders; None for others."""
+        """Path of a combustion that uses one crank angle for all cylinders; None for others."""
         combustion = self.units[COMBUSTION]
         if isinstance(combustion, TraceUnit) or any(TAKEN in link.source[1] for link in self.connections):
             return None
@@ -100,16 +100,16 @@ class VirtualEngine(NamedTuple):
 def virtual_engine(
     partners: Partners, speed: float, scheme: str, reconstruction: str, step: float = math.inf
 ) -> VirtualEngine:
-    """Cranktrain, combustion and, where there is one, valve train at a constant speed (rad/s) of the shaft.
+    """Return cranktrain, combustion and valve train (if any) at a constant shaft speed (rad/s).
 
-    ``step`` is the longest communication step, s: short ones choose the cranktrain's integrator, see :data:`SHORT`.
-    Parts of a step with scheme ``intermediate`` are always short.
+    ``step`` is the longest communication step, s. Short steps select the cranktrain's integrator, see :data:`SHORT`.
+    Parts of a step with scheme ``intermediate`` always count as short.
 
     Raises
     ------
     InputError
-        FMUs that are no cranktrain, combustion or valve train of equal numbers of cylinders, start values of a valve
-        train that is left out, a reconstruction that does not exist
+        FMUs that are not cranktrain, combustion or valve train of one number of cylinders, start values of an absent
+        valve train, an unknown reconstruction
     """
     if reconstruction not in RECONSTRUCTIONS:
         raise InputError(
@@ -164,7 +164,7 @@ def virtual_engine(
 
 
 def rule_between(scheme: str, reconstruction: str) -> str:
-    """The cranktrain's rule for its inputs between communication points; ``InputError`` where there can be none."""
+    """Return the cranktrain's rule for inputs between communication points; ``InputError`` for a conflict."""
     if scheme != STAGES:
         return POLYTROPIC if reconstruction == OWN else "hold"
     if reconstruction != OWN:
@@ -175,7 +175,7 @@ def rule_between(scheme: str, reconstruction: str) -> str:
 
 
 def gas_connections(cylinders: int, own: bool, staged: bool = False) -> list[Connection]:
-    """Motion to the combustion, its pressures to the cranktrain, which reconstructs them by its ``own``."""
+    """Return connections of crank motion to the combustion and of pressures back; ``own``: newest values, not means."""
     connections = valve_drive.motion_connections(COMBUSTION, staged)
     connections += [
         Connection((COMBUSTION, name), (CRANKTRAIN, name), NEWEST if own else MEAN)
@@ -187,12 +187,12 @@ def gas_connections(cylinders: int, own: bool, staged: bool = False) -> list[Con
 
 
 def takes_deviations(names: Iterable[str]) -> bool:
-    """Whether deviations of volumes are among a combustion's inputs, or a cranktrain's outputs, by their names."""
+    """True if volume deviations are in ``names``, the inputs of a combustion or the outputs of a cranktrain."""
     return f"cylinder[1].{DEVIATIONS[0]}" in names
 
 
 def volume_connections(cylinders: int) -> list[Connection]:
-    """Deviations of the cylinders' volumes to the combustion, and back to the cranktrain those that it has taken."""
+    """Return connections of volume deviations to the combustion, and of those it used back to the cranktrain."""
     of_each = [f"cylinder[{c + 1}]." for c in range(cylinders)]
     told = [
         Connection((CRANKTRAIN, head + name), (COMBUSTION, head + name), START, judged=False)
@@ -205,7 +205,7 @@ def volume_connections(cylinders: int) -> list[Connection]:
 
 
 def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
-    """Reconstruction by the master between communication points: over the crank's angle, or none."""
+    """Return the master's exchange settings: reconstruction over the crank angle, or none."""
     if scheme == STAGES:
         return Exchange(scheme, "hold")
     own = reconstruction == OWN
@@ -213,7 +213,7 @@ def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
 
 
 def summary(run: Coupled, speed: float) -> dict[str, Any]:
-    """Summary of a coupled run at constant speed (rad/s), over its last cycle; no IMEP if the combustion has none."""
+    """Summarise the last cycle of a coupled run at constant speed (rad/s); no IMEP if the combustion has none."""
     mean_pressure = f"{COMBUSTION}.indicated.pressure_mean"
     angle, cycle = speed * run.times, 4.0 * math.pi / speed
     last = run.times >= run.times[-1] - cycle * (1.0 + 1.0e-9)
@@ -221,7 +221,7 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
     times, steps = run.times[last], np.diff(run.times[last])
 
     def mean(name: str) -> float:
-        """Over the time of the last cycle, whose communication points need not be equally far apart."""
+        """Return the time mean over the last cycle, whose communication points may be unequally spaced."""
         return float(np.trapezoid(run.of(name)[last], times) / (times[-1] - times[0]))
 
     made = float(np.average(run.residuals[GAS.name][last[1:]][-steps.size :], weights=steps))

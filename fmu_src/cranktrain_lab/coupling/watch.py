@@ -1,4 +1,4 @@
-"""Report of the calls to a process's units, in memory shared with the supervising process."""
+"""Record of the current call to a unit, in memory shared with the supervising process."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from cranktrain_lab.coupling.turns import Direct
 from cranktrain_lab.coupling.unit import Around, Unit
 
 WORDS = ("after a call", "initialization", "its inputs", "its outputs", "step", "its state", "its end")
-"""Calls in words."""
+"""Names of calls in messages."""
 
 
 class Notes(ctypes.Structure):
-    """Entries of the report.
+    """Entries of the record.
 
-    ``unit`` counts in the master's order, ``call`` as above, ``count`` rises with each call and each end of one;
-    ``points`` counts the communication points in the file, ``time`` (s) is the last one, ``seconds`` the run's wall
-    time, ``stop`` asks the process to end. The first NOTE_SLOTS entries are those of the kernel's notes, in its order.
+    ``unit`` is the index in the master's order, ``call`` the index in :data:`WORDS`. ``count`` increases at the begin
+    and end of each call. ``points`` counts the communication points in the file, ``time`` (s) is the last one,
+    ``seconds`` the run's wall time. ``stop`` asks the process to end. The first NOTE_SLOTS entries are the kernel's.
     """
 
     _fields_ = (
@@ -45,18 +45,18 @@ CALLS = {
     "initialize": INITIALIZATION, "write": INPUTS, "read": OUTPUTS, "step": STEPPING, "keep": STATE,
     "restore": STATE, "close": CLOSING,
 }  # fmt: skip
-"""Calls that are reported."""
+"""Codes of the methods whose calls are recorded."""
 
 
 class Watched(Around):
-    """A unit whose calls are reported; a step ends like an interrupt if the process is to stop."""
+    """Wrapper of a unit that records its calls; ``step`` raises ``KeyboardInterrupt`` if the process is to stop."""
 
     def __init__(self, unit: Unit, place: int, notes: Notes) -> None:
         super().__init__(unit)
         self._place, self._notes = place, notes
 
     def direct(self) -> Direct | None:
-        """The unit's own offer to compiled code, which then reports the calls."""
+        """Return the unit's description for compiled code, which then records the calls."""
         offer = getattr(self._unit, "direct", None)
         found: Direct | None = None if offer is None else offer()
         if found is None:
@@ -64,7 +64,7 @@ class Watched(Around):
         return found._replace(notes=np.frombuffer(memoryview(self._notes), np.int64, NOTE_SLOTS), place=self._place)
 
     def listen(self, *calls: Callable[[float], None]) -> None:
-        """See :mod:`cranktrain_lab.coupling.intermediate`; the step is reported again when a call has ended."""
+        """Register functions that the unit calls inside a step, and record the step again after each call."""
         super().listen(*(partial(self._reported, call) for call in calls))
 
     def _reported(self, call: Callable[[float], None], time: float) -> None:
@@ -73,7 +73,7 @@ class Watched(Around):
         self._notes.count += 1
 
     def _on(self, call: str, *arguments: Any) -> Any:
-        """Call, and report the current call meanwhile."""
+        """Call a method of the unit and record it as the current call."""
         notes = self._notes
         if call == "step" and notes.stop:
             raise KeyboardInterrupt

@@ -1,1 +1,1 @@
-"""A local page where knobs turn an engine's torsion: knobs, fast answers, full runs behind, the engine file after."""
+"""Local web page for exploring an engine's torsion with sliders (knobs), linear results, full runs and engine files."""

@@ -1,7 +1,7 @@
-"""A job in a process of its own that goes on while a page is used; it tells its stages and the share that is done.
+"""Background jobs in a separate process while a page is used, with reports of stage and completed fraction.
 
-A job is a value that can be sent to another process: ``check()`` refuses what cannot be run, ``work(path, say,
-advance)`` does it, writes to ``path`` and returns what else is to be told. What is already written stays after a stop.
+A job is picklable. ``check()`` raises errors for a job that cannot run. ``work(path, say, advance)`` does the work,
+writes to ``path`` and returns a remark. Results that are already written remain after a stop.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from cranktrain.core.errors import CranktrainError
 
 STAGE, SHARE, DONE, FAILED = "stage", "share", "done", "failed"
 Say = Callable[[str], None]
-"""Told a stage."""
+"""Function that is called with a stage."""
 Advance = Callable[[str, float], None]
-"""Told a stage and the share of all that is done."""
+"""Function that is called with a stage and the completed fraction of the whole."""
 
 
 class Job(Protocol):
-    """What is done in the background."""
+    """Work for the background."""
 
     def check(self) -> None:
-        """Refuse what cannot be done, before any work; ``InputError``."""
+        """Raise ``InputError`` for a job that cannot run, before any work."""
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
-        """Do it, and write to ``path``; returns what else is to be told."""
+        """Do the work and write to ``path``; returns a remark, possibly empty."""
 
 
 class Background:
-    """A job that goes on while a page is used."""
+    """Job that runs in the background of a page."""
 
     def __init__(self, job: Job) -> None:
         job.check()
@@ -52,21 +52,21 @@ class Background:
 
     @property
     def running(self) -> bool:
-        """Whether it is still at work."""
+        """True while the job is running."""
         return self._ended == 0.0
 
     @property
     def seconds(self) -> float:
-        """Since it began, or until it ended."""
+        """Wall time of the job so far, s."""
         return (self._ended or time.monotonic()) - self._began
 
     @property
     def text(self) -> str:
-        """How it goes, in one line."""
+        """State of the job, in one line."""
         return self.error or f"{self.stage}, {self.seconds:.0f} s"
 
     def look(self) -> bool:
-        """Take in what the process has sent; whether there was anything."""
+        """Receive messages of the process; True if there were any."""
         news = False
         while self.running:
             try:
@@ -85,14 +85,14 @@ class Background:
         return news
 
     def stop(self) -> None:
-        """End the job; what it has written stays."""
+        """Stop the job; its file stays."""
         if self.running:
             self._process.terminate()
             self.stage = "stopped"
             self._end()
 
     def close(self) -> None:
-        """End the job and drop its file."""
+        """Stop the job and delete its file."""
         self.stop()
         self._folder.cleanup()
 
@@ -102,8 +102,8 @@ class Background:
 
 
 def _work(job: Job, path: Path, pipe: Connection) -> None:
-    """Do the job in this process, and send how it goes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page ends it
+    """Run the job in this process, and send its progress."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page ends this process
     signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
     try:
         more = job.work(

@@ -1,4 +1,4 @@
-"""Harmonic balance of an engine in a process of its own, so that knobs turn on meanwhile."""
+"""Harmonic balance of an engine in a separate process, so that knobs remain responsive."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _model: list[Any] = []
 
 
 class Balance:
-    """Answers by harmonic balance, one at a time; of the choices that come meanwhile only the last is answered."""
+    """Computes harmonic balance, one choice at a time; of choices made meanwhile only the last is computed."""
 
     def __init__(self, live: LiveTorsion) -> None:
         ends = float(live.speeds[0]), float(live.speeds[-1])
@@ -30,20 +30,20 @@ class Balance:
 
     @property
     def busy(self) -> bool:
-        """Whether an answer is still to come."""
+        """True if a result is pending."""
         return self._running is not None or self._wanted is not None
 
     def ask(self, chosen: Chosen) -> None:
-        """Want an answer for a choice."""
+        """Request the result for a choice."""
         self._wanted = chosen
         self._go_on()
 
     def forget(self) -> None:
-        """Want none any more."""
+        """Discard pending requests."""
         self._wanted = None
 
     def found(self) -> tuple[Chosen, RunUp | str] | None:
-        """An answer that has come since the last call, or in one line why there is none."""
+        """Return a result (or an error as one line) that is new since the last call, else None."""
         done, result = self._running, None
         if done is not None and done.done():
             assert self._asked is not None
@@ -54,7 +54,7 @@ class Balance:
         return result
 
     def close(self) -> None:
-        """End the process."""
+        """Stop the process."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _go_on(self) -> None:

@@ -1,4 +1,4 @@
-"""Charts of an engine's torsion: orders, twist, Campbell diagram and damper heat; data are replaced as knobs turn."""
+"""Charts of an engine's torsion: orders, twist, Campbell diagram and damper heat; knobs replace their data."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ SHOWN = len(COLOURS)
 HEIGHT = 380
 _BEFORE: dict[str, Any] = {"line_dash": "dashed", "line_alpha": 0.5, "line_width": 1.5}
 _SMALLEST = 0.02
-"""Amplitude, over the largest, from which the Campbell diagram shows a circle."""
+"""Least amplitude, relative to the largest, for a circle in the Campbell diagram."""
 
 
 def _plot(title: str, up: str, scale: str = "linear") -> Any:
-    """An empty chart over the speed; ``scale`` is that of the values."""
+    """Return an empty chart over the speed; ``scale`` is the scale of the values."""
     plot = figure(
         title=title, height=HEIGHT, sizing_mode="stretch_width", tools="pan,box_zoom,wheel_zoom,reset,save",
         x_axis_label="speed, rev/min", y_axis_label=up, toolbar_location="above", min_width=300,
@@ -45,14 +45,14 @@ def _plot(title: str, up: str, scale: str = "linear") -> Any:
 
 
 def side_by_side(plots: list[Any]) -> Any:
-    """Charts in two columns, or in one where there is no room for two."""
+    """Arrange charts in two columns, or in one on narrow pages."""
     columns = ":host { display: grid; grid-template-columns: repeat(auto-fit, minmax(420px, 1fr)); }"
     boxes = [pn.pane.Bokeh(plot, sizing_mode="stretch_width") for plot in plots]
     return pn.Column(*boxes, sizing_mode="stretch_width", stylesheets=[columns])
 
 
 class OrdersChart:
-    """Amplitudes of orders of the pulley's torsion; lines: linear, dots: harmonic balance, squares: full model.
+    """Chart of orders of the pulley's torsion, as lines (linear), dots (harmonic balance), squares (full model).
 
     ``plot`` has a linear scale, ``log_plot`` a logarithmic one of the same data.
     """
@@ -66,7 +66,7 @@ class OrdersChart:
         self._orders: list[float] = []
 
     def _glyphs(self, plot: Any) -> list[LegendItem]:
-        """Draw all data into a chart; returns the entries of its legend, one an order."""
+        """Draw all data into a chart; returns the entries of its legend, one per order."""
         items = []
         for k, colour in enumerate(COLOURS):
             line = plot.line("rpm", f"o{k}", source=self._now, color=colour, line_width=2)
@@ -84,7 +84,7 @@ class OrdersChart:
         return items
 
     def choose(self, orders: list[float], measured: Measured | None = None) -> None:
-        """Show these orders, and what was measured of them."""
+        """Show these orders, with measured values if any."""
         self._orders = orders[:SHOWN]
         points = {} if measured is None else measured.get(TORSION, {})
         for k, pair in enumerate(zip(*self._items, strict=True)):
@@ -99,7 +99,7 @@ class OrdersChart:
                                       "high": DEG * (sizes + band)}  # fmt: skip
 
     def show(self, now: Curves, before: Curves | None) -> None:
-        """Curves of now, and of before where they are shown."""
+        """Show the present curves, and earlier ones if given."""
         self._now.data = self._columns(now.speeds, now.orders)
         self._before.data = self._none() if before is None else self._columns(before.speeds, before.orders)
         shown = [now.order(order) for order in self._orders]
@@ -107,7 +107,7 @@ class OrdersChart:
         self.log_plot.y_range.update(start=10.0**-DECADES * top, end=2.0 * top)
 
     def show_runs(self, balance: RunUp | None, full: RunUp | None) -> None:
-        """Harmonic balance and a full model, where there are any."""
+        """Show harmonic balance and a full model, if given."""
         for source, run in ((self._balance, balance), (self._full, full)):
             source.data = self._none() if run is None else self._columns(run.speeds, orders_of(run))
 
@@ -124,7 +124,7 @@ class OrdersChart:
 
 
 def orders_of(run: RunUp) -> Array:
-    """Amplitudes (o, s) of a run-up of each of the orders of the page, rad; not a number where it has none."""
+    """Return amplitudes (o, s) of a run-up for the orders of the page, rad; NaN for missing orders."""
     found = np.full((len(ORDERS), run.speeds.size), np.nan)
     for k, order in enumerate(run.orders.tolist()):
         if order in ORDERS:
@@ -133,7 +133,7 @@ def orders_of(run: RunUp) -> Array:
 
 
 class LineChart:
-    """One curve over the speed, now and before, with an optional limit."""
+    """Chart of one curve over the speed, present and earlier, with an optional limit."""
 
     def __init__(self, title: str, up: str, limit: bool = False) -> None:
         self.plot, self._title = _plot(title, up), title
@@ -147,7 +147,7 @@ class LineChart:
             self.plot.add_layout(self._limit)
 
     def show(self, rpm: Array, now: Array, before: tuple[Array, Array] | None, limit: float = 0.0) -> None:
-        """Values over speeds, in the chart's units."""
+        """Show values over speeds, in the chart's units."""
         self._now.data = {"rpm": rpm, "y": now}
         x, y = (np.zeros(0), np.zeros(0)) if before is None else before
         self._before.data = {"rpm": x, "y": y}
@@ -157,7 +157,7 @@ class LineChart:
 
 
 class CampbellChart:
-    """Torsional frequencies over the speed, lines of orders, and circles as large as the orders' amplitudes."""
+    """Campbell diagram: torsional frequencies over the speed, lines of orders, circles by amplitudes of orders."""
 
     def __init__(self, order_count: int = 5) -> None:
         self.plot = _plot("Campbell diagram, circles: pulley torsion by order", "frequency, Hz")
@@ -177,7 +177,7 @@ class CampbellChart:
         self.plot.add_layout(Legend(items=items, label_text_font_size="11px"), "right")
 
     def show(self, now: Curves, before: Curves | None, orders: list[float]) -> None:
-        """Curves of now, frequencies of before."""
+        """Show the present curves, and earlier frequencies."""
         rpm = now.speeds / RPM
         ends = [float(rpm[0]), float(rpm[-1])]
         top = 1.15 * float(np.nan_to_num(now.hz[:, : FREQUENCIES - 1]).max(initial=0.0)) or 1000.0
@@ -193,7 +193,7 @@ class CampbellChart:
         self.plot.y_range.end, self.plot.y_range.start = top, 0.0
 
     def _sizes(self, now: Curves, orders: list[float]) -> dict[str, Any]:
-        """Circles at every third speed of each order, their area as the amplitude."""
+        """Return circles at every third speed of each order, with area proportional to amplitude."""
         largest = max(float(np.nan_to_num(now.orders).max()), 1e-30)
         x, y, size = [], [], []
         for order in orders:

@@ -1,4 +1,4 @@
-"""The engine of the page beside another engine or a run-up, on equal axes, and their peaks in a table."""
+"""Comparison of the page's engine with another engine or run-up, on equal axes, with a table of peaks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cranktrain_lab.explore.live import ORDERS, Curves
 
 
 class Beside:
-    """Two charts of orders with joined axes, and a table of the largest amplitudes."""
+    """View of two charts of orders with common axes, and a table of the largest amplitudes."""
 
     def __init__(self, title: str, other_title: str, other: Curves | RunUp) -> None:
         self._titles = title, other_title
@@ -34,7 +34,7 @@ class Beside:
         self.parts = [heading, side_by_side([chart.plot for chart in self._charts]), self._table]
 
     def show(self, now: Curves, orders: list[float]) -> None:
-        """Both sides for these orders."""
+        """Show these orders on both sides."""
         for chart, curves in zip(self._charts, (now, self._other), strict=True):
             chart.choose(sorted(orders))
             chart.show(curves, None)
@@ -48,7 +48,7 @@ class Beside:
 
 
 def _peak(curves: Curves, order: float) -> tuple[float, float]:
-    """Largest amplitude of an order, deg, and its speed, rev/min."""
+    """Return the largest amplitude of an order, deg, and its speed, rev/min."""
     found: Array = np.nan_to_num(curves.orders[ORDERS.index(order)], nan=-1.0)
     at = int(found.argmax())
     return (DEG * float(found[at]) if found[at] >= 0.0 else float("nan")), float(curves.speeds[at] / RPM)

@@ -1,4 +1,4 @@
-"""Sliders of knobs, and headings between them."""
+"""Sliders of knobs, and their headings."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from cranktrain_lab.explore.knobs import LOAD, Knob
 
 KNOBS_WIDTH = 300
 NO_ARROWS = ".bk-spin-wrapper .bk-spin-btn-up, .bk-spin-wrapper .bk-spin-btn-down { display: none !important; }"
-"""Style of the number beside a slider: its arrows would cover digits, and the slider and the arrow keys step too."""
+"""Style that hides the arrows of number fields next to sliders, because they would cover digits."""
 
 
 def heading(text: str) -> Any:
-    """Heading of a group of knobs."""
+    """Return the heading of a group of knobs."""
     return pn.pane.HTML(f"<b style='border-bottom:1px solid #ccc;display:block'>{text}</b>", width=KNOBS_WIDTH - 20)
 
 
 def slider_of(knob: Knob) -> Any:
-    """Slider of a knob in its unit, with a field for numbers."""
+    """Return the slider of a knob in its unit, with a number field."""
     low, high, own = (knob.shown(value) for value in (knob.low, knob.high, knob.own))
     place = int(np.floor(np.log10(max(own, 1e-12)))) - 2
     step, digits = (1.0, 0) if knob.key == LOAD else (10.0**place, max(0, 1 - place))
-    # A slider stops at whole steps from its start, so the engine's own value must be one of them.
+    # A slider has values at whole steps from its start, and the engine's own value must be one of them.
     start, end = (own + step * np.trunc((edge - own) / step) for edge in (low, high))
-    # Panel shows titles as mark-up, and names of shafts are a user's.
+    # Panel renders titles as mark-up, and names of shafts are user input.
     title = html.escape(f"{knob.title}, {knob.unit}" if knob.unit else knob.title)
     slider = pn.widgets.EditableFloatSlider(
         name=title, value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,

@@ -1,4 +1,4 @@
-"""The engine file of a choice: the old one's text with the values that were changed, each with its provenance."""
+"""Engine file of a choice: the text of the old file with changed values and their provenance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Source = str | Path | Engine
 
 
 class Change:
-    """A changed value of an engine file: what it was, what it is, in the unit of messages."""
+    """Changed value of an engine file, with old and new value as text."""
 
     def __init__(self, engine: Engine, key: str, value: Any) -> None:
         self.key, self.value = key, value
@@ -42,17 +42,17 @@ class Change:
 
 
 def changes(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> list[Change]:
-    """Changed values of a choice, in the order of the knobs; the load is none of an engine file."""
+    """Return changed values of a choice, in the order of the knobs, without the load."""
     return [Change(engine, key, value) for key, value in changes_of(engine, knobs, chosen).items()]
 
 
 def engine_text(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> str:
-    """Text of the engine file of a choice.
+    """Return the text of the engine file of a choice.
 
-    The text of the source's file, with its comments, origins and notes; changed values are *chosen*, and their notes
-    name what they were. An engine in memory is written whole.
+    Comments, origins and notes of the source file are kept. Changed values have the origin *chosen*, and their notes
+    contain the old value. An engine in memory is written completely.
 
-    Raises ``InputError``: nothing is changed, an entry that is not written as ``name = ...`` under its table.
+    Raises ``InputError`` if nothing is changed, or for an entry that is not of the form ``name = ...`` in its table.
     """
     found = changes(engine, knobs, chosen)
     if not found:
@@ -71,9 +71,9 @@ def engine_text(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: C
 
 
 def write_engine(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: Chosen, target: str | Path) -> Path:
-    """Write the engine file of a choice, which must not exist yet, read back and compared; returns its path.
+    """Write a new engine file of a choice, verify it by reading it back, and return its path.
 
-    Raises ``InputError``; nothing is written then.
+    On ``InputError`` nothing is written.
     """
     path = user_path(target)
     if path.exists():
@@ -104,7 +104,7 @@ def _document(source: str | Path) -> dict[str, Any]:
 
 
 def _head(name: str, digest: str, found: Sequence[Change]) -> str:
-    """Comment that names the source and lists the changes."""
+    """Return the comment with the source and the list of changes."""
     of = f" (SHA-256 {digest}…)" if digest else ""
     lines = [
         f"# Written by cranktrain explore {__version__} on {date.today().isoformat()} from {name}{of}.",
@@ -114,7 +114,7 @@ def _head(name: str, digest: str, found: Sequence[Change]) -> str:
 
 
 def _was(document: Mapping[str, Any], key: str) -> str:
-    """Origin and note of a value before, in brackets."""
+    """Return origin and note of the old value, in brackets."""
     table, _, entry = key.partition("[")[0].partition(".")
     old = document.get(table, {}).get(entry)
     if not isinstance(old, dict):

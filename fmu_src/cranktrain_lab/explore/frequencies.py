@@ -1,4 +1,4 @@
-"""Torsional frequencies of the page's Campbell diagram: those of the crank with its damper's ring, over the speed."""
+"""Torsional frequencies of the crank with damper ring over the speed, for the page's Campbell diagram."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from cranktrain.studies.torsion.peak_modes import OVERDAMPED
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
 FREQUENCIES = 3
-"""Torsional frequencies that the diagram shows, if the crank has as many."""
+"""Largest number of torsional frequencies in the diagram."""
 PLACES = 5
-"""Speeds at which they are computed; a damper's fluid changes with its temperature."""
+"""Number of speeds at which frequencies are computed, because a damper's fluid changes with its temperature."""
 
 
 def torsional_frequencies(structure: ShaftOrders, engine: Engine, low: float, high: float) -> tuple[Array, Array]:
-    """Speeds (s,) rad/s from ``low`` to ``high``, and frequencies (s, m) Hz there; not a number where there is none.
+    """Return speeds (s,) rad/s from ``low`` to ``high``, and frequencies (s, m) Hz, NaN for missing modes.
 
-    Undamped and with mean rods but for the damper: its ring is one more coordinate, held by the spring and the damping
-    of the damper at small amplitude and as warm as its table says at the speed. Modes that the damper damps by half of
-    the critical damping or more are no resonance and left out.
+    The model has mean rods and no damping except the damper. The damper's ring is an additional coordinate with the
+    damper's stiffness and damping at small amplitude and at its temperature for the speed. Modes with half of the
+    critical damping or more are left out, because they are not resonances.
     """
     speeds = np.linspace(low, high, PLACES)
     if not structure.ring or engine.damper is None:

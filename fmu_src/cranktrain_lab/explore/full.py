@@ -1,6 +1,6 @@
-"""A full model of a choice: steady cycles in time at a few speeds, for a process of its own.
+"""Full model of a choice: steady cycles in time at a few speeds, in a separate process.
 
-What it keeps is a run-up file, which is read whenever it grows. So a stop loses no finished speed.
+Results are written to a run-up file, which is read whenever it grows, so a stop loses no finished speed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SETTLE, HIGHEST_ORDER = 1.0e-3, 24.0
 
 @dataclass(frozen=True)
 class FullRun:
-    """What a full model runs: engine, levels, load, and speeds (rad/s)."""
+    """Job of a full model: engine, levels, load, and speeds (rad/s)."""
 
     engine: Engine
     crank: str
@@ -32,11 +32,11 @@ class FullRun:
     big_ends: str = "rigid"
 
     def check(self) -> None:
-        """Refuse what the engine cannot run, before any work; ``InputError``."""
+        """Raise ``InputError`` for settings that the engine cannot run, before any work."""
         self.request().settings(self.engine)
 
     def request(self) -> Any:
-        """Request of its first speed."""
+        """Return the request of the first speed."""
         from cranktrain.studies.constant_speed import Request
 
         return Request(
@@ -45,7 +45,7 @@ class FullRun:
         )  # fmt: skip
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
-        """Run all speeds into a run-up file; the first speed without a result, where there is one."""
+        """Run all speeds into a run-up file; returns a remark on the first speed without a result, if any."""
         from cranktrain.structure.assembly import assemble
         from cranktrain.studies.run_up.plan import job_of
         from cranktrain.studies.run_up.run_up import Means, run_up
@@ -61,7 +61,7 @@ class FullRun:
 
 
 def finished_speeds(path: Path) -> RunUp | None:
-    """The speeds of a full run that are finished; None where there are none."""
+    """Return the finished speeds of a full run, or None."""
     try:
         return RunUp.load(path) if path.exists() else None
     except CranktrainError:
@@ -69,7 +69,7 @@ def finished_speeds(path: Path) -> RunUp | None:
 
 
 def spread(low: float, high: float, count: int) -> tuple[float, ...]:
-    """Speeds (rad/s) of a full run over a range; ``InputError`` for no count."""
+    """Return the speeds (rad/s) of a full run over a range; ``InputError`` for an invalid count."""
     if not 1 <= count <= 500:
         raise InputError(f"speeds of the full model: {count} is not within 1 to 500")
     return tuple(np.linspace(low, high, count).tolist()) if count > 1 else (0.5 * (low + high),)

@@ -1,4 +1,4 @@
-"""Controls of the full model on the page: levels, speeds, and what goes on in the background."""
+"""Controls of the full model on the page: levels, speeds, and background jobs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cranktrain_lab.explore.inside.cycle import InsideCycle
 from cranktrain_lab.explore.inside.recording import LookInside
 
 HALF = 130
-"""Width of a control of which two stand side by side."""
+"""Width, pixels, of controls that are arranged in pairs."""
 
 
 class FullControls:
@@ -28,15 +28,15 @@ class FullControls:
 
     Parameters
     ----------
-    ends : of the speeds of the full model, rad/s
-    speed : at which to look inside at first, rad/s
-    chosen : engine as the knobs stand, and load as a fraction of the full-load burn; errors of the package
-    shown : called where there are other finished speeds
+    ends : ends of the speed range of the full model, rad/s
+    speed : initial speed for looking inside, rad/s
+    chosen : returns the engine of the present knobs, and the load as a fraction of the full-load burn
+    shown : called if the finished speeds have changed
     looked : called with a cycle to look into
 
     Attributes
     ----------
-    found : the finished speeds
+    found : finished speeds
     parts : Panel objects
     """
 
@@ -51,7 +51,7 @@ class FullControls:
         self._ends, self._chosen, self._shown, self._looked = ends, chosen, shown, looked
         self.found: RunUp | None = None
         self._job: Background | None = None
-        self._engine: Engine | None = None  # of the job, where it looks inside
+        self._engine: Engine | None = None  # engine of a job that looks inside
         crank_levels = [name for name, level in CRANKS.items() if level.elastic]
         self._crank = pn.widgets.Select(name="crank", options=crank_levels, value="solid", width=HALF)
         self._bearings = pn.widgets.Select(name="bearings", options=["auto", *bearing_levels(*MAINS)], width=HALF)
@@ -79,16 +79,16 @@ class FullControls:
 
     @property
     def running(self) -> bool:
-        """Whether a job is at work."""
+        """True while a job is running."""
         return self._job is not None and self._job.running
 
     def close(self) -> None:
-        """End what runs, and drop its file."""
+        """Stop the job, and delete its file."""
         if self._job is not None:
             self._job.close()
 
     def look(self) -> None:
-        """Take in what the job has found; called again and again."""
+        """Receive results of the job; called periodically."""
         job = self._job
         if job is None:
             return
@@ -100,7 +100,7 @@ class FullControls:
         self._stop.disabled = not job.running
 
     def _take(self, job: Background) -> None:
-        """What the job has written so far."""
+        """Read the results that the job has written so far."""
         if self._engine is None:
             self.found = finished_speeds(job.path) or self.found
             self._shown()

@@ -10,10 +10,10 @@ MOST = 500
 
 
 class History:
-    """Choices in the order in which they were made; the last one counts.
+    """History of choices, of which the last one is present.
 
-    A knob on its way from one place to another is one choice: :meth:`turn` moves on without a new entry until
-    :meth:`rest` is told that the knob rests.
+    A movement of a knob is one choice: :meth:`turn` changes the present choice without a new entry until :meth:`rest`
+    is called.
     """
 
     def __init__(self) -> None:
@@ -23,35 +23,35 @@ class History:
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a choice before the present one."""
+        """True if there is a choice before the present one."""
         return bool(self._past) or self.now != self._rested
 
     @property
     def can_redo(self) -> bool:
-        """Whether a choice was undone last."""
+        """True if a choice was undone last."""
         return bool(self._future)
 
     def turn(self, key: str, value: float, own: float) -> None:
-        """A knob at a value (SI); its engine's own value is no choice."""
+        """Set a knob to a value (SI); the engine's own value removes it from the choice."""
         others = {name: held for name, held in self.now.values.items() if name != key}
         self.now = replace(self.now, values=others if value == own else {**others, key: value})
 
     def fire(self, order: tuple[int, ...]) -> None:
-        """A firing order; none: the engine's own."""
+        """Set a firing order; an empty one is the engine's own."""
         self.now = replace(self.now, firing=order)
 
     def replace(self, chosen: Chosen) -> None:
-        """Another choice as a whole."""
+        """Replace the present choice."""
         self.now = chosen
 
     def rest(self) -> None:
-        """Keep the present choice as an entry."""
+        """Store the present choice as an entry."""
         if self.now != self._rested:
             self._past = [*self._past, self._rested][-MOST:]
             self._rested, self._future = self.now, []
 
     def undo(self) -> Chosen:
-        """The choice before the present one."""
+        """Go back to the choice before the present one, and return it."""
         self.rest()
         if self._past:
             self._future.append(self._rested)
@@ -59,7 +59,7 @@ class History:
         return self.now
 
     def redo(self) -> Chosen:
-        """The choice that was undone last."""
+        """Restore the choice that was undone last, and return it."""
         if self._future and self.now == self._rested:
             self._past.append(self._rested)
             self._rested = self.now = self._future.pop()

@@ -1,7 +1,7 @@
-"""Knobs of an engine's torsional vibration: the values of its file that a page turns, with ranges in user units.
+"""Knobs of an engine's torsional vibration: variable values of its file, with ranges in user units.
 
-Which knobs an engine has follows from its file: without a damper there is none of a damper, a drive line of discs has
-one for each shaft, and the crank's diameters can be turned where its stiffness comes from a formula.
+The engine file determines the knobs. An engine without damper has no damper knobs, a drive line of discs has one knob
+per shaft, and the crank's diameters are variable if its stiffness comes from a formula.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import OFFSETS, UNITS
 
 LOAD = "load"
-"""Knob that is no value of an engine file: fraction of the full-load burn."""
+"""Key of the knob for the fraction of the full-load burn, which is not in engine files."""
 FIRING = "cylinders.firing_order"
 WIDE, NARROW = 4.0, 1.25
-"""Ends of a knob over its own value: of inertias and laws, and of the crank's diameters."""
+"""Ratio of a knob's range ends to the engine's own value, for inertias and laws, and for the crank's diameters."""
 DIGITS = 4
 _MOST_SHAFTS, _MOST_ORDERS = 6, 32
 _OF_DAMPER = {
@@ -39,14 +39,14 @@ _TITLES = {
 
 @dataclass(frozen=True)
 class Knob:
-    """A value that is turned.
+    """Variable value on the page.
 
     Attributes
     ----------
     key : ``table.key`` or ``table.key[2]`` of an engine file, or ``load``
-    title, group : for people
-    unit, scale : shown value = SI value over ``scale``
-    own, low, high : SI; the engine's own value and the ends of the range
+    title, group : title and group on the page
+    unit, scale : displayed value in ``unit`` = SI value / ``scale``
+    own, low, high : engine's own value and ends of the range, SI
     along : keys whose values are scaled by the same factor
     """
 
@@ -61,16 +61,16 @@ class Knob:
     along: tuple[str, ...] = ()
 
     def si(self, shown: float) -> float:
-        """SI value of a shown one."""
+        """Convert a displayed value to SI."""
         return shown * self.scale
 
     def shown(self, value: float) -> float:
-        """A value as it is shown, with four digits unless it is the engine's own."""
+        """Convert a value (SI) for display, with four digits unless it is the engine's own."""
         found = value / self.scale
         return found if value == self.own else float(f"{found:.{DIGITS}g}")
 
     def check(self, value: float) -> None:
-        """Refuse a value (SI) outside the knob's range; ``InputError``."""
+        """Raise ``InputError`` for a value (SI) outside the knob's range."""
         if not (math.isfinite(value) and self.low * (1 - 1e-9) <= value <= self.high * (1 + 1e-9)):
             low, high = self.low / self.scale, self.high / self.scale
             raise InputError(f"{self.key}: {value / self.scale:.4g} is not within {low:.4g} to {high:.4g} {self.unit}")
@@ -78,7 +78,7 @@ class Knob:
 
 @dataclass(frozen=True)
 class Chosen:
-    """Values of the knobs that differ from the engine's own: key → SI value; a firing order, or none of its own."""
+    """Choice on the page: changed values by key (SI), and firing order (empty: the engine's own)."""
 
     values: Mapping[str, float] = field(default_factory=dict)
     firing: tuple[int, ...] = ()
@@ -90,12 +90,12 @@ class Chosen:
 
 
 def knobs_of(engine: Engine) -> list[Knob]:
-    """All knobs of an engine."""
+    """Return all knobs of an engine."""
     found = [Knob(LOAD, "load", "Engine", "%", 0.01, 1.0, 0.0, 1.0)]
     if engine.damper is not None:
         found += list(_knobs(engine, "damper", _OF_DAMPER[engine.damper.kind], "Damper"))
     for table in ("pulley", "flywheel"):
-        # A body's diametral inertia is at least half of its polar one, so both follow from more material.
+        # A body's diametral inertia is at least half of its polar one, so both are scaled together.
         if engine_part(engine, table).polar_inertia > 0.0:
             title = f"{table} inertia"
             found += _knob(engine, f"{table}.polar_inertia", title, "Masses", (f"{table}.diametral_inertia",))
@@ -113,14 +113,14 @@ def knobs_of(engine: Engine) -> list[Knob]:
             ("main_diameter", "main journals", mains, "main_bearing"),
             ("pin_diameter", "crank pins", pins, "big_end_bearing"),
         ):
-            if bearing is not None:  # which is as wide as its journal
+            if bearing is not None:  # a bearing is as wide as its journal
                 along = (f"{table}.diameter",)
                 found += _knob(engine, f"crankshaft.{key}", f"{title}, diameter", "Shafts", along, NARROW)
     return found
 
 
 def engine_part(engine: Engine, table: str) -> Any:
-    """A table of an engine."""
+    """Return a table of an engine."""
     return getattr(engine, table)
 
 
@@ -138,7 +138,7 @@ def _knobs(engine: Engine, table: str, keys: Sequence[str], group: str) -> Itera
 def _knob(
     engine: Engine, key: str, title: str, group: str, along: tuple[str, ...] = (), wide: float = WIDE
 ) -> list[Knob]:
-    """The knob of a value; none where the engine has 0, which no factor changes."""
+    """Return the knob of a value; empty for a value of 0, which no factor changes."""
     own, rule = places.value(engine, key), places.quantity(engine, key)
     if not own > 0.0:
         return []
@@ -151,9 +151,9 @@ def _knob(
 
 
 def firing_orders(engine: Engine) -> list[tuple[int, ...]]:
-    """Firing orders that fire at the engine's intervals, its own first: cylinders a revolution apart change places.
+    """Return firing orders with equal intervals, the engine's own first, by exchange of cylinders 360° apart.
 
-    A single, a two-stroke, a compressor and an engine with stated angles have their own alone.
+    A single, a two-stroke, a compressor and an engine with given angles have only their own order.
     """
     cylinders = engine.cylinders
     own, half = cylinders.firing_order, len(cylinders.firing_order) // 2
@@ -181,16 +181,16 @@ def firing_orders(engine: Engine) -> list[tuple[int, ...]]:
 
 
 def with_order(engine: Engine, order: tuple[int, ...]) -> Engine:
-    """The engine with a firing order, not checked."""
+    """Return the engine with a firing order, without checks."""
     from dataclasses import replace
 
     return replace(engine, cylinders=replace(engine.cylinders, firing_order=order))
 
 
 def changes_of(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> dict[str, Any]:
-    """Every value of the engine file that the choice changes, by its key without or with an index, SI.
+    """Return all values of the engine file that the choice changes, SI, by key with or without index.
 
-    Raises ``InputError``: a knob that the engine does not have, a value outside its range.
+    Raises ``InputError`` for a knob that the engine lacks, or a value outside its range.
     """
     known = {knob.key: knob for knob in knobs}
     found: dict[str, Any] = {}
@@ -209,7 +209,7 @@ def changes_of(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> dict[st
 
 
 def chosen_engine(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> Engine:
-    """The engine with the choice, checked as its file is; ``InputError``."""
+    """Return the engine of the choice, checked like an engine file; ``InputError``."""
     whole: dict[str, Any] = {}
     for key, value in changes_of(engine, knobs, chosen).items():
         name, index = key.partition("[")[::2]

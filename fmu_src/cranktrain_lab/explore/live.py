@@ -1,8 +1,8 @@
-"""Answers of a torsional crank while knobs turn: the linear run-up of :mod:`cranktrain_lab.variants.torsional`.
+"""Live results of a torsional crank for knobs, by the linear run-up of :mod:`cranktrain_lab.variants.torsional`.
 
-The bare crank and its measured damping are made once. Each answer then takes some tens of milliseconds for 91 speeds
-and 24 orders. Where an engine's answer takes longer (friction in the drive line is found by iteration), fewer speeds
-are computed while a knob moves, and all of them when it rests. Harmonic balance follows when a knob rests too.
+The bare crank and its damping are made once. Each result then takes some tens of milliseconds for 91 speeds and 24
+orders. For engines that take longer (friction in the drive line needs iteration), fewer speeds are computed while a
+knob moves, and all of them when it rests. Harmonic balance also follows when a knob rests.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ from cranktrain_lab.variants.torsional import HEAT, TORQUE, TORSION, TWIST, stru
 
 SPEEDS, FEWEST = 91, 21
 MOVING = 0.06
-"""Seconds that an answer may take while a knob moves; the rest of 100 ms is for the drawing."""
+"""Time limit of a result while a knob moves, s; the rest of 100 ms is for drawing."""
 ORDERS = tuple(0.5 * k for k in range(1, round(2.0 * HIGHEST_ORDER) + 1))
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Torsion over speed, half of the peak-to-peak value or an order's amplitude.
+    """Torsion over speed, as half of peak-to-peak values and amplitudes of orders.
 
     Attributes
     ----------
     speeds : (s,) rad/s
     orders : (o, s) amplitude of the pulley's torsion of each of :data:`ORDERS`, rad
     twist : (s,) pulley against flywheel, rad
-    heat, torque : (s,) of the damper, W and N m; empty without one
-    heat_limit : W that the damper's surface gives off; 0 where the file has no limit
-    hz_speeds, hz : (p,) rad/s, and (p, m) torsional frequencies there with the damper's ring, Hz
-    seconds : that the answer took
+    heat, torque : (s,) heat (W) and torque (N m) of the damper; empty without one
+    heat_limit : heat that the damper's surface dissipates, W; 0 if the file has no limit
+    hz_speeds, hz : (p,) speeds, rad/s, and (p, m) torsional frequencies with the damper's ring, Hz
+    seconds : wall time of the computation
     """
 
     speeds: Array
@@ -62,13 +62,13 @@ class Curves:
     seconds: float
 
     def order(self, order: float) -> Array:
-        """Amplitudes (s,) of an order, rad."""
+        """Return the amplitudes (s,) of an order, rad."""
         return np.asarray(self.orders[ORDERS.index(order)])
 
     def largest_orders(self, count: int) -> list[float]:
-        """Orders, rising: half of them (or one more) with the largest resonances, the others with largest amplitudes.
+        """Return ``count`` orders, sorted: half with the largest resonances, the others with the largest amplitudes.
 
-        Uneven rotation as a whole makes low orders large at low speeds, so amplitudes alone would not show resonances.
+        Uneven rotation makes low orders large at low speeds, so amplitudes alone would not show resonances.
         """
         peaks = self._resonances()
         resonant = [k for k in np.argsort(-peaks, kind="stable").tolist() if peaks[k] > 0.0][: count - count // 2]
@@ -77,11 +77,11 @@ class Curves:
 
     @property
     def drowned(self) -> bool:
-        """True if the highest resonance is not seen on a linear scale beside the largest amplitude."""
+        """True if the highest resonance is invisible on a linear scale of the largest amplitude."""
         return 0.0 < float(self._resonances().max()) < DROWNED * float(np.nan_to_num(self.orders).max())
 
     def _resonances(self) -> Array:
-        """Highest peak of each order between the ends of the speeds (o,), rad; 0 where it has none."""
+        """Return the highest interior peak of each order (o,), rad; 0 without a peak."""
         sizes = np.nan_to_num(self.orders)
         inside = sizes[:, 1:-1]
         peak = (inside >= sizes[:, :-2]) & (inside > sizes[:, 2:])
@@ -89,24 +89,24 @@ class Curves:
 
 
 class LiveTorsion:
-    """An engine that answers for choices of its knobs.
+    """Live model of an engine for choices of its knobs.
 
     Parameters
     ----------
-    engine : as its file describes it
-    low, high : speeds, rad/s; None: the ends of the engine's range
-    say : told the stages of making the crank
+    engine : engine of the file
+    low, high : ends of the speed range, rad/s; None for those of the engine
+    say : called with each stage of making the crank
 
     Attributes
     ----------
-    engine : the engine that answers; added bodies and connections are left out, which ``notes`` then say
-    knobs : of it
-    notes : what the answers leave out, one line each
+    engine : modelled engine, without added bodies and connections (see ``notes``)
+    knobs : knobs of the engine
+    notes : parts that the live results leave out, one line each
 
     Raises
     ------
     InputError
-        speeds that are none, an engine without a linear run-up
+        invalid speeds, an engine without a linear run-up
     """
 
     def __init__(
@@ -135,16 +135,16 @@ class LiveTorsion:
                   speeds=tuple(self.speeds[[0, -1]].tolist())), say,
         )  # fmt: skip
         self._count = SPEEDS
-        self.answer(Chosen())  # the first answer includes loading; later ones say how long this engine takes
+        self.answer(Chosen())  # the first result includes loading, so only later ones show the time of this engine
 
     def engine_of(self, chosen: Chosen) -> Engine:
-        """Checked engine of a choice, of those that answer; ``InputError``."""
+        """Return the checked engine of a choice, without additions; ``InputError``."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return chosen_engine(self.engine, self.knobs, chosen)
 
     def answer(self, chosen: Chosen, moving: bool = False) -> Curves:
-        """Curves of a choice; ``moving``: at fewer speeds where all of them took too long. Errors of the package."""
+        """Return curves of a choice; ``moving``: at fewer speeds if all take too long. Raises errors of the package."""
         began = time.perf_counter()
         speeds = self.speeds if not moving else np.linspace(self.speeds[0], self.speeds[-1], self._count)
         made = self._model.assembly_of(self.engine_of(chosen), chosen.load)
@@ -152,7 +152,7 @@ class LiveTorsion:
         found = torsional_answer(made, speeds, self._outputs, structure)
         hz = torsional_frequencies(structure, made.engine, *self.speeds[[0, -1]].tolist())
         seconds = time.perf_counter() - began
-        # Half of the time or more goes by the number of speeds.
+        # At least half of the time is proportional to the number of speeds.
         self._count = int(np.clip(speeds.size * MOVING / max(seconds, 1e-6), FEWEST, SPEEDS))
         orders = np.stack([found[name] for name in self._outputs[1 : 1 + len(ORDERS)]])
         none = np.zeros(0)
@@ -162,7 +162,7 @@ class LiveTorsion:
         )  # fmt: skip
 
     def balanced(self, chosen: Chosen) -> RunUp:
-        """Harmonic balance of a choice at every second speed; errors of the package."""
+        """Compute harmonic balance of a choice at every second speed; raises errors of the package."""
         made = self._model.assembly_of(self.engine_of(chosen), chosen.load)
         return frequency_run_up(
             made.engine, made.body, made.settings, self.speeds[::2], ORDERS, HARMONIC_BALANCE, failed=[]
@@ -181,7 +181,7 @@ def _heat_limit(engine: Engine) -> float:
 
 
 def checked_speeds(engine: Engine, from_rpm: float | None, to_rpm: float | None) -> tuple[float, float]:
-    """Ends of the speed range, rad/s; ``InputError`` where they are no range."""
+    """Return the ends of the speed range, rad/s; ``InputError`` for an invalid range."""
     low, high = (engine.speeds[k] if given is None else given * RPM for k, given in enumerate((from_rpm, to_rpm)))
     if not low < high:
         raise InputError(f"--from {low / RPM:g} is not below --to {high / RPM:g} rev/min; exchange or widen them")

@@ -1,4 +1,4 @@
-"""The page: knobs on the left, charts on the right, the full model and the engine file below the knobs."""
+"""Page with knobs on the left, charts on the right, and full model and engine file below the knobs."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ from cranktrain_lab.explore.knobs import DIGITS, Chosen, Knob, chosen_engine, fi
 from cranktrain_lab.explore.live import ORDERS, Curves, LiveTorsion
 
 POLL_MS, SETTLE_MS = 300, 15
-"""Period in which background work is looked at, and the time for which turns of a knob are gathered."""
+"""Polling period of background work, and time over which movements of a knob are collected, ms."""
 REST = 0.4
-"""Seconds without a turn after which a knob rests."""
+"""Time without movement after which a knob counts as at rest, s."""
 SAME = 1.0e-6
-"""Relative difference below which a slider stands at the engine's own value."""
+"""Relative difference below which a slider counts as at the engine's own value."""
 
 
 @dataclass
 class Explored:
-    """What all pages of a server show.
+    """Data common to all pages of a server.
 
     Attributes
     ----------
     source : name or path of the engine file, or an engine in memory
-    live : answers
-    measured : orders that are laid over the computed ones
-    balance : harmonic balance in the background; None: not wanted
-    other : what is compared: a title, and curves or a run-up
-    inside : a cycle to look into from the start
-    folder : where engine files may be written
+    live : live model
+    measured : measured orders to overlay
+    balance : harmonic balance in the background, or None
+    other : title, and curves or run-up, of the comparison
+    inside : initial cycle for the view inside
+    folder : folder in which engine files may be written
     """
 
     source: Source
@@ -65,12 +65,12 @@ class Explored:
     closing: list[Callable[[], None]] = field(default_factory=list)
 
     def closed(self, close: Callable[[], None]) -> None:
-        """Close one page, and keep nothing of it."""
+        """Close one page and release its memory."""
         close()
         self.closing.remove(close)
 
     def close(self) -> None:
-        """End what runs in the background."""
+        """Stop background work."""
         for close in self.closing:
             close()
         if self.balance is not None:
@@ -78,7 +78,7 @@ class Explored:
 
 
 class Page:
-    """One page: its choices, its charts, its full model."""
+    """One page, with its choices, charts and full model."""
 
     def __init__(self, explored: Explored) -> None:
         self._explored, self._live = explored, explored.live
@@ -102,25 +102,25 @@ class Page:
 
     @cached_property
     def inside(self) -> InsideView:
-        """The view of a cycle, made when it is first shown: it is half of a page."""
+        """View of a cycle, made on first use because it is half of a page."""
         view = InsideView(self._explored.inside)
         self._inside_box.append(view.view)
         return view
 
     def engine(self) -> Engine:
-        """The engine as the knobs stand."""
+        """Engine of the present knobs."""
         return chosen_engine(self._live.whole, self._live.knobs, self._history.now)
 
     def close(self) -> None:
-        """End the page's full model, and let Panel forget the links between a slider and its number."""
+        """Stop the page's full model, and remove Panel's links between sliders and numbers."""
         self._full.close()
         for slider in self._sliders.values():
             for part in slider.select():
-                # Panel keeps links by a weak key, but a link itself refers to that key and would keep the page.
+                # Panel stores links under weak keys, but a link refers to its key and would keep the page alive.
                 Callback.registry.pop(part, None)
 
     def _make_knobs(self) -> None:
-        """A slider for each knob, a list of firing orders, and buttons for all of them."""
+        """Make a slider for each knob, a list of firing orders, and buttons."""
         self._sliders: dict[str, Any] = {}
         for knob in self._live.knobs:
             slider = slider_of(knob)
@@ -141,7 +141,7 @@ class Page:
         self._reset.on_click(lambda event: self._start_anew())
 
     def _make_rest(self) -> None:
-        """Status, overlay, orders, full model, engine file."""
+        """Make status, overlay, orders, full model and engine file."""
         self._status, self._said = pn.pane.HTML("", width=KNOBS_WIDTH - 20), pn.pane.HTML("", width=KNOBS_WIDTH - 20)
         self._before = pn.widgets.Checkbox(name="show before (dashed)", value=True)
         self._before.param.watch(lambda event: self._draw(), "value")
@@ -169,7 +169,7 @@ class Page:
         )
 
     def _layout(self) -> Any:
-        """Knobs beside charts; the charts stand in one column where there is no room for two."""
+        """Return the layout of knobs and charts; charts are in one column on narrow pages."""
         engine = self._live.whole
         groups: dict[str, list[Any]] = {}
         for knob in self._live.knobs:
@@ -202,7 +202,7 @@ class Page:
         return pn.Row(left, self._tabs, sizing_mode="stretch_width")
 
     def _compared(self) -> list[Any]:
-        """The other engine or run-up beside this one, on equal axes."""
+        """Return the comparison with the other engine or run-up, on equal axes."""
         if self._explored.other is None:
             return []
         from cranktrain_lab.explore.compared import Beside
@@ -211,10 +211,10 @@ class Page:
         self._beside.show(self._now, self._orders.value)
         return self._beside.parts
 
-    # What the user does.
+    # Actions of the user.
 
     def _turn(self, knob: Knob, shown: float) -> None:
-        """A knob has moved."""
+        """Handle the movement of a knob."""
         if self._quiet:
             return
         own = knob.shown(knob.own)
@@ -229,7 +229,7 @@ class Page:
             self._soon()
 
     def _soon(self) -> None:
-        """Answer soon: turns that come meanwhile are answered together."""
+        """Schedule a computation; movements until then are computed together."""
         self._turned, self._resting = time.monotonic(), False
         document = pn.state.curdoc
         if document is None or not document.session_context:
@@ -239,7 +239,7 @@ class Page:
             document.add_timeout_callback(lambda: self._answer(moving=True), SETTLE_MS)
 
     def _answer(self, moving: bool) -> None:
-        """Answer for the present choice, and draw."""
+        """Compute the present choice, and draw."""
         self._waiting = False
         began = time.perf_counter()
         try:
@@ -257,13 +257,13 @@ class Page:
             )
 
     def _released(self) -> None:
-        """A knob was let go: an entry of the history."""
+        """Handle the release of a knob: add an entry to the history."""
         if not self._quiet:
             self._history.rest()
             self._tell_choice()
 
     def _rest(self) -> None:
-        """The knob rests: all speeds, and harmonic balance."""
+        """Handle a knob at rest: compute all speeds, and harmonic balance."""
         self._resting = True
         if self._now.speeds.size < self._live.speeds.size:
             self._answer(moving=False)
@@ -296,7 +296,7 @@ class Page:
         self._draw()
 
     def _scale(self) -> None:
-        """Show the chart of orders with the scale that is chosen."""
+        """Show the chart of orders with the chosen scale."""
         chart = self._orders_chart
         chart.plot.visible, chart.log_plot.visible = not self._log.value, self._log.value
 
@@ -305,7 +305,7 @@ class Page:
         self._draw()
 
     def _draw(self) -> None:
-        """Give the charts what there is."""
+        """Update the charts with all present data."""
         now, before = self._now, self._kept if self._before.value and self._kept is not self._now else None
         orders = sorted(self._orders.value)
         self._orders_chart.show(now, before)
@@ -323,7 +323,7 @@ class Page:
         self._push()
 
     def _push(self) -> None:
-        """Tell a notebook that charts have new data; a server's pages see them by themselves."""
+        """Push new data of charts to a notebook; pages of a server update by themselves."""
         document = pn.state.curdoc
         if document is None or not document.session_context:
             pn.io.push_notebook(*self._boxes)
@@ -331,7 +331,7 @@ class Page:
     # Background work.
 
     def look(self) -> None:
-        """Take in what background work has found; called again and again while the page is open."""
+        """Receive results of background work; called periodically while the page is open."""
         if not (self._resting or self._waiting) and time.monotonic() - self._turned > REST:
             self._rest()
         balance = self._explored.balance
@@ -350,12 +350,12 @@ class Page:
         self._push()
 
     def _full_choice(self) -> tuple[Engine, float]:
-        """Engine and load of a full model of the present choice; ``InputError``."""
+        """Return engine and load of a full model of the present choice; ``InputError``."""
         self._history.rest()
         return self.engine(), self._history.now.load
 
     def _look_into(self, cycle: InsideCycle) -> None:
-        """Show a cycle that was recorded."""
+        """Show a recorded cycle."""
         self.inside.take(cycle)
         self._tabs.active = 1
 
@@ -372,10 +372,10 @@ class Page:
             return
         self._say(self._written, f"{path.absolute()} written")
 
-    # What the page says.
+    # Texts of the page.
 
     def _tell_choice(self) -> None:
-        """Buttons and the list of changed values."""
+        """Update buttons and the list of changed values."""
         self._undo.disabled, self._redo.disabled = not self._history.can_undo, not self._history.can_redo
         self._reset.disabled = self._history.now == Chosen()
         try:
@@ -390,7 +390,7 @@ class Page:
         pane.object = f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>" if text else ""
 
     def _start_orders(self) -> list[float]:
-        """Measured orders first, then the largest ones."""
+        """Return the initial orders: measured orders, then the largest ones."""
         measured = list((self._explored.measured or {}).get(TORSION, {}))
         known = [order for order in measured if order in ORDERS]
         known += [order for order in self._now.largest_orders(6) if order not in known]

@@ -1,10 +1,10 @@
-"""The server of the page: on 127.0.0.1 alone, behind a token, with all its resources from this machine.
+"""Server of the page, on 127.0.0.1 only, protected by a token, with all resources from this machine.
 
-The first request brings the token in its address. The answer sets a cookie with a secret of its own, which scripts
-cannot read and other sites cannot send, and which is worthless after this start of the server: browsers send cookies to
-every port of a host. Pages and websockets without token or cookie are refused (403), and so are requests whose ``Host``
-is another name, which a foreign site could let point to this machine. Only what a page asks for is answered, by GET.
-Nothing can be uploaded: the page has no field for files, and requests have a small limit.
+The first request has the token in its address. The response sets a cookie with a separate secret, which scripts cannot
+read and other sites cannot send. The secret is valid only for this start of the server, because browsers send cookies
+to every port of a host. Pages and websockets without token or cookie are refused (403), and so are requests with
+another ``Host`` name, which a foreign site could point to this machine. Only GET requests of the page's own resources
+are answered. Uploads are impossible, because the page has no file field and requests have a small size limit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ADDRESS = "127.0.0.1"
 LARGEST = 2 * 1024 * 1024
 """Largest message of a page, bytes."""
 IDLE = 30
-"""Seconds after which a connection that asks for nothing is closed; an open page has its websocket."""
+"""Time after which an idle connection is closed, s; an open page keeps its websocket."""
 _POLICY = (
     "default-src 'self'; connect-src 'self' blob: ws://{host}; img-src 'self' data: blob:; font-src 'self' data:; "
     "style-src 'self' 'unsafe-inline'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; worker-src 'self' blob:; "
@@ -39,7 +39,7 @@ _POLICY = (
 
 
 class Token(AuthProvider):
-    """Admits who knows the token."""
+    """Authentication by the token."""
 
     def __init__(self, token: str) -> None:
         self.token = token
@@ -54,12 +54,12 @@ class Token(AuthProvider):
 
     @property
     def get_user_async(self) -> None:
-        """None: :attr:`get_user` is enough."""
+        """None, because :attr:`get_user` suffices."""
         return None
 
     @property
     def get_login_url(self) -> Callable[[Any], str]:
-        """Nobody is led to a login."""
+        """Function that returns the page's own address, because there is no login page."""
         return lambda handler: "/"
 
     @property
@@ -101,16 +101,16 @@ class Token(AuthProvider):
 
 
 class Gate(Router):
-    """Passes on the requests that a page makes, and answers all others with an error.
+    """Router that passes on requests of the page, and answers all others with an error.
 
-    Bokeh's handlers fail on the rest: tokens of sessions in the address, null bytes, unusual methods, other protocols.
+    Bokeh's handlers fail on other requests: session tokens in the address, null bytes, unusual methods or protocols.
     """
 
     def __init__(self, application: Application) -> None:
         self._application = application
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
-        """Delegate of a request, as Tornado's routers give it."""
+        """Return the delegate of a request, as Tornado's routers do."""
         path = unquote(request.path, errors="replace")
         if request.method != "GET":
             refused = 405
@@ -127,19 +127,19 @@ class Gate(Router):
 
 
 def _opens_a_session(request: HTTPServerRequest) -> bool:
-    """Whether a websocket's request names Bokeh's protocol and, as a second one, a session that Bokeh can read."""
+    """True if a websocket request names Bokeh's protocol and a session that Bokeh can read."""
     named = [one.strip() for one in request.headers.get("Sec-WebSocket-Protocol", "").split(",")]
     if len(named) != 2 or named[0] != "bokeh":
         return False
     try:
         get_token_payload(named[1])
         return isinstance(get_session_id(named[1]), str)
-    except Exception:  # of JSON, Base64 and compressed data
+    except Exception:  # errors of JSON, Base64 or compressed data
         return False
 
 
 def _document(explored: Explored) -> Any:
-    """A page for a visitor."""
+    """Return a page for a visitor."""
     page = Page(explored)
     pn.state.add_periodic_callback(page.look, POLL_MS)
     pn.state.on_session_destroyed(lambda context: explored.closed(page.close))
@@ -147,7 +147,7 @@ def _document(explored: Explored) -> Any:
 
 
 def serve(explored: Explored, port: int, started: Callable[[str], None], wait: bool = True) -> Any:
-    """Serve the page until interrupted; ``started`` is told its address. The server, where it does not ``wait``.
+    """Serve the page until interrupted; ``started`` is called with its address. Without ``wait`` return the server.
 
     Raises ``InputError`` for a port that is taken.
     """

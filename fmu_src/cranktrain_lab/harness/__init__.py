@@ -1,1 +1,1 @@
-"""System tests of coupled units: scenarios and assertions, as a file says them."""
+"""System tests of coupled units, with scenarios and assertions from a file."""

@@ -1,4 +1,4 @@
-"""Entries of a scenario's assertions: on time series, orders, power, and the end of the run."""
+"""Parsing of a scenario's assertions on time series, orders, power, and the end of the run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from cranktrain_lab.harness.tables import AssertTable, At, EndsTable
 def assertion(
     at: str, table: AssertTable, units: Mapping[str, Any], times: Times, scenario: str, names: Sequence[str]
 ) -> Assertion:
-    """An assertion of a scenario, ``names`` being those of all; ``InputError``."""
+    """Return one assertion of a scenario from its table; ``names`` are those of all scenarios; ``InputError``."""
     if (table.output is None) != bool(table.residual):
         raise InputError(f'{at}: give output = "unit.variable", or residual = "gas", the name of a power bond')
     order, cycles, other = table.order, table.over_cycles, table.ratio_to
@@ -59,7 +59,7 @@ def assertion(
 
 
 def check_ratios(scenarios: Sequence[Scenario], cycle: float | None) -> None:
-    """Refuse, with ``InputError``, a ratio to a scenario that ends before the window; ``cycle`` (s) is known or not."""
+    """Raise ``InputError`` for a ratio to a scenario that ends before the window; ``cycle`` (s) may be unknown."""
     stops = {one.name: one.way.stop for one in scenarios}
     for scenario in scenarios:
         for k, one in enumerate(scenario.assertions, 1):
@@ -74,7 +74,7 @@ def check_ratios(scenarios: Sequence[Scenario], cycle: float | None) -> None:
 
 
 def refuse_below_zero(measure: str, bounds: Bounds, at: str) -> None:
-    """``InputError`` where a size would have to be negative."""
+    """Raise ``InputError`` if the bounds require a negative value of a measure that is never negative."""
     if bounds.largest < 0.0:
         raise InputError(
             f"{at}: {measure} is never below zero, so that none is at most {bounds.largest:g}; correct the bound"
@@ -82,7 +82,7 @@ def refuse_below_zero(measure: str, bounds: Bounds, at: str) -> None:
 
 
 def refuse_unresolved(order: float, points: float) -> None:
-    """``InputError`` for an order of fewer than two communication points an oscillation, of ``points`` a cycle."""
+    """Raise ``InputError`` for an order with fewer than two of the ``points`` per cycle in an oscillation."""
     if 4.0 * order > points * (1.0 + 1e-6):
         raise InputError(
             f"order {order:g} needs a communication point every {180.0 / order:.4g} deg or less; "
@@ -119,7 +119,7 @@ def _bounds(at: str, table: AssertTable) -> Bounds:
 def ending(
     given: Sequence[tuple[str, EndsTable]], units: Mapping[str, Any], times: Times, step: float, where: str
 ) -> Ending:
-    """How a scenario is to end: to the end where nothing is said; ``step`` (s) is the tolerance of a time."""
+    """Return the required end of a scenario, by default a complete run; ``step`` (s) is the tolerance of a time."""
     if not given:
         return Ending()
     if len(given) > 1:

@@ -1,4 +1,4 @@
-"""Contents of a harness file, checked as far as possible from the file alone; times in s."""
+"""Contents of a harness file, checked as far as possible without its FMUs; times in s."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from cranktrain_lab.coupling.run import Bond, Steps
 from cranktrain_lab.coupling.supervised import Limits
 
 Variable = tuple[str, str]
-"""Unit and name."""
+"""Names of a unit and of its variable."""
 
 LAST, ZERO, NAN = "last", "zero", "nan"
 GIVES = (LAST, ZERO, NAN)
-"""Value of an input while its connection is interrupted."""
+"""Kinds of value that an input has while its connection is interrupted."""
 FAILS, HANGS, DIES = "fails", "hangs", "dies"
 KINDS = (FAILS, HANGS, DIES, NAN)
 """Faults of a unit: it refuses a step, does not return from it, ends its process, or outputs NaN."""
@@ -27,12 +27,12 @@ MEASURES = (FINAL, MEAN, LEAST, LARGEST, SWING, RMS, ORDER)
 """Quantities of a time series that an assertion may test."""
 TO_THE_END, BY_FAILURE = "runs to the end", "fails"
 ENDS = (TO_THE_END, BY_FAILURE)
-"""How a scenario may end."""
+"""Ways in which a scenario may end."""
 
 
 @dataclass(frozen=True)
 class UnitEntry:
-    """One unit: the file of its FMU, or what to build; its start values, each with a unit of measurement or none."""
+    """Unit with its FMU file or the name of what to build, and start values with optional units of measurement."""
 
     fmu: Path | None = None
     build: str | None = None
@@ -42,10 +42,10 @@ class UnitEntry:
 
 @dataclass(frozen=True)
 class Change:
-    """An input that goes to a value between two times, linearly; at once where they are equal.
+    """Linear change of an input to a value between two times; a jump if the times are equal.
 
-    ``value`` None is the start value; ``unit`` is that of measurement, empty for the input's own. The target's unit is
-    empty where the only one with this input is meant.
+    ``value`` None is the start value; ``unit`` is the unit of measurement, empty for the input's own. The unit in
+    ``target`` is empty if only one unit has this input.
     """
 
     target: Variable
@@ -57,7 +57,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Noise:
-    """Normally distributed noise added to an input, with a standard deviation; seeded."""
+    """Normally distributed noise that is added to an input, with standard deviation and seed."""
 
     target: Variable
     begin: float
@@ -69,7 +69,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Dropout:
-    """A time in which an input's connection is interrupted, and the input's value meanwhile."""
+    """Interruption of an input's connection between two times, and the kind of value meanwhile."""
 
     target: Variable
     begin: float
@@ -79,7 +79,7 @@ class Dropout:
 
 @dataclass(frozen=True)
 class Fault:
-    """A unit that misbehaves from a time on; ``output`` of ``nan``: which one, all that are read where empty."""
+    """Fault of a unit from a time on; ``output`` is the output that becomes NaN, empty for all that are read."""
 
     unit: str
     begin: float
@@ -102,12 +102,12 @@ class Bounds:
 
     @property
     def room(self) -> float:
-        """Allowed distance from ``expected``; 0 where it is not given."""
+        """Allowed deviation from ``expected``; 0 if ``expected`` is not given."""
         return self.absolute if self.absolute is not None else abs((self.relative or 0.0) * (self.expected or 0.0))
 
     @property
     def largest(self) -> float:
-        """Largest value that is allowed; infinite where there is none."""
+        """Largest allowed value; infinite if unbounded."""
         if self.expected is not None:
             return self.expected + self.room
         return math.inf if self.most is None else self.most
@@ -119,13 +119,13 @@ class Assertion:
 
     Attributes
     ----------
-    name : for people; empty: made of the rest
-    output, residual : one of them is given
-    measure, order : a name of MEASURES, and the order of ``order``
-    cycles, begin, end : window: the last cycles, or between two times; the whole run where nothing is given
+    name : name in reports; if empty, made from the other entries
+    output, residual : exactly one is given
+    measure, order : a name of MEASURES, and the order for measure ``order``
+    cycles, begin, end : window, as number of last cycles or as two times; by default the whole run
     bounds : required value
-    unit : of measurement; empty: the output's own
-    ratio_to : scenario whose value this one's is divided by
+    unit : unit of measurement; empty for the output's own
+    ratio_to : scenario by whose value the value is divided
     """
 
     name: str
@@ -154,7 +154,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class Way:
-    """How a scenario is run."""
+    """Settings of a scenario's run."""
 
     stop: float
     steps: Steps
@@ -164,7 +164,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Scenario:
-    """One run with its events and assertions."""
+    """Scenario: one run with its events and assertions."""
 
     name: str
     way: Way
@@ -178,26 +178,26 @@ class Scenario:
 
 
 def file_name(scenario: str) -> str:
-    """Name of the result file of a scenario, without its ending."""
+    """Return the name of a scenario's result file, without the file extension."""
     return scenario.replace(" ", "_")
 
 
 @dataclass(frozen=True)
 class Harness:
-    """A harness file.
+    """Contents of a harness file.
 
     Attributes
     ----------
-    title, path : for people; of the file
-    speed : of the shaft at the start, rad/s; None where no unit is the cranktrain
-    units : by name
-    links : connections as they are written, None: those of the virtual engine
-    by_name : whether inputs are connected to the one output of their name besides
-    bonds : powers that are exchanged, beside the virtual engine's
-    abscissa, angle : outputs over which values are reconstructed, and orders counted
-    limits : of calls
-    recording : measurement in place of the combustion; None without one
-    scenarios : in the file's order
+    title, path : title in reports, and path of the file
+    speed : speed of the shaft at the start, rad/s; None if no unit is the cranktrain
+    units : units by name
+    links : connections as text; None for those of the virtual engine
+    by_name : True if other inputs are connected to the only output of their name
+    bonds : power bonds in addition to the virtual engine's
+    abscissa, angle : output over which values are reconstructed, and output over which orders are counted
+    limits : limits of the wall time of calls
+    recording : measurement that replaces the combustion, or None
+    scenarios : scenarios in the order of the file
     """
 
     title: str

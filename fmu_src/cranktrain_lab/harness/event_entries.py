@@ -1,4 +1,4 @@
-"""Entries of a scenario's events: steps, ramps, signals, misfires; noise, drop-outs; faults."""
+"""Parsing of a scenario's events: steps, ramps, signals, misfires, noise, drop-outs and faults."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cranktrain_lab.harness.places import Times, variable
 from cranktrain_lab.harness.tables import At, Misfire, Ramp, Signal, Step
 
 Entries = Sequence[tuple[str, Any]]
-"""Place of each entry as messages name it, and its table."""
+"""Pairs of an entry's name in messages and its table."""
 
 
 def changes(given: Mapping[str, Entries], units: Mapping[str, Any], times: Times, where: str) -> tuple[Change, ...]:
-    """Changes of inputs, sorted by time; ``InputError`` where two of one input overlap."""
+    """Return changes of inputs, sorted by time; ``InputError`` if two changes of one input overlap."""
     found = [change for at, table in given["step"] for change in _step(at, table, units, times)]
     found += [change for at, table in given["ramp"] for change in _ramp(at, table, units, times)]
     found += [change for at, table in given["signal"] for change in _signal(at, table, units, times)]
@@ -38,14 +38,14 @@ def _target(at: str, table: Any, units: Mapping[str, Any]) -> tuple[tuple[str, s
 
 
 def _step(at: str, table: Step, units: Mapping[str, Any], times: Times) -> list[Change]:
-    """An input that jumps to a value."""
+    """Return the change of an input that jumps to a value."""
     target, unit = _target(at, table, units)
     time = times.before_end(table, "at", at)
     return [Change(target, time, time, table.value, unit)]
 
 
 def _ramp(at: str, table: Ramp, units: Mapping[str, Any], times: Times) -> list[Change]:
-    """An input that goes linearly from what it is to a value."""
+    """Return the change of an input that goes linearly from its present value to another."""
     target, unit = _target(at, table, units)
     begin, end = times.of(table, "from", at, 0.0), times.of(table, "to", at)
     if not begin < end:
@@ -54,7 +54,7 @@ def _ramp(at: str, table: Ramp, units: Mapping[str, Any], times: Times) -> list[
 
 
 def _signal(at: str, table: Signal, units: Mapping[str, Any], times: Times) -> list[Change]:
-    """An input that goes linearly from point to point; two of one time are a jump."""
+    """Return the changes of an input that goes linearly from point to point; two points of one time are a jump."""
     target, unit = _target(at, table, units)
     if (table.times_s is None) == (table.times_cycles is None):
         raise InputError(f"{at}: give times_s or times_cycles, and values")
@@ -70,7 +70,7 @@ def _signal(at: str, table: Signal, units: Mapping[str, Any], times: Times) -> l
 
 
 def _misfire(at: str, table: Misfire, times: Times) -> list[Change]:
-    """A cylinder without fuel from a time on, or between two."""
+    """Return the changes of a cylinder without fuel, from a time on or between two times."""
     begin, end = times.event(table, at)
     target = "", f"cylinder[{table.cylinder}].fuel_mass"
     cut = Change(target, begin, begin, 0.0)
@@ -78,7 +78,7 @@ def _misfire(at: str, table: Misfire, times: Times) -> list[Change]:
 
 
 def noises(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Noise, ...]:
-    """Noise on inputs."""
+    """Return the noise on inputs."""
     found = []
     for at, table in given:
         target, unit = _target(at, table, units)
@@ -89,7 +89,7 @@ def noises(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Nois
 
 
 def dropouts(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Dropout, ...]:
-    """Drop-outs of connections; ``InputError`` where two of one input overlap."""
+    """Return drop-outs of connections; ``InputError`` if two drop-outs of one input overlap."""
     found: list[Dropout] = []
     for at, table in given:
         target = variable(table.input, f"{at}: input", units)
@@ -102,7 +102,7 @@ def dropouts(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Dr
 
 
 def faults(given: Entries, units: Mapping[str, Any], times: Times, where: str) -> tuple[Fault, ...]:
-    """Faults of units, one each."""
+    """Return faults of units, at most one per unit."""
     found: dict[str, Fault] = {}
     for at, table in given:
         unit, kind = table.of, table.kind

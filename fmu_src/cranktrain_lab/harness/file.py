@@ -54,12 +54,12 @@ _MOST_STEPS = 10_000_000
 
 
 def load_harness(path: str | Path) -> Harness:
-    """Read and check a harness file as far as the file alone tells.
+    """Read a harness file, and check it as far as possible without its FMUs.
 
     Raises
     ------
     InputError
-        one line with file and entry, for anything unknown, missing, of a wrong type, or that cannot be
+        one line with file and entry, for anything unknown, missing, of a wrong type or impossible
     """
     path = user_path(path)
     document = read_toml(path, "harness file", "give the path of a harness.toml")
@@ -108,7 +108,7 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
 
 
 def _recording(path: Path, read: HarnessTable) -> Recording | None:
-    """Measurement that takes the place of the combustion; None where the file has none."""
+    """Return the measurement that replaces the combustion; None if the file has none."""
     if read.recording is None:
         return None
     if read.engine is None or read.connections is not None:
@@ -118,7 +118,7 @@ def _recording(path: Path, read: HarnessTable) -> Recording | None:
 
 
 def _check_files(names: Sequence[str]) -> None:
-    """Refuse names of scenarios whose result files are one: some file systems do not tell capitals apart."""
+    """Raise ``InputError`` for scenarios that would share a result file on case-insensitive file systems."""
     files: dict[str, str] = {}
     for name in names:
         other = files.setdefault(unicodedata.normalize("NFKC", file_name(name)).casefold(), name)
@@ -137,7 +137,7 @@ def _links(table: ConnectionsTable, units: Mapping[str, UnitEntry]) -> tuple[tup
 
 
 def _bonds(tables: Mapping[str, PowerTable], units: Mapping[str, UnitEntry]) -> tuple[Bond, ...]:
-    """Powers that units exchange: sums of products ``a.force * b.speed``."""
+    """Return power bonds of units, as sums of products ``a.force * b.speed``."""
     found = []
     for name, table in tables.items():
         sides = []
@@ -185,7 +185,7 @@ def _scenario(
 
 
 def _way(scenario: WayTable, file: HarnessTable, speed: float | None, where: str) -> Way:
-    """How a scenario is run."""
+    """Return the settings of a scenario's run."""
     own = file.connections is not None
     table: dict[str, Any] = {"scheme": "gauss-seidel", "reconstruction": "linear" if own else OWN, "error": None}
     for source in (file, scenario):

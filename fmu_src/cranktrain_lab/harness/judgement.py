@@ -42,13 +42,13 @@ class Outcome(NamedTuple):
 
     Attributes
     ----------
-    name, quantity : for people; what was measured
-    expected : in words
-    found : a number, a text, or None where there is none
-    unit : of measurement of the number
-    passed : whether the value meets the requirement
-    remark : why there is no number
-    bounds : requirement, as numbers
+    name, quantity : name of the assertion, and measured quantity in words
+    expected : requirement in words
+    found : number or text that was found, or None
+    unit : unit of measurement of the number
+    passed : True if the value meets the requirement
+    remark : reason if there is no number
+    bounds : requirement as numbers
     """
 
     name: str
@@ -61,7 +61,7 @@ class Outcome(NamedTuple):
     bounds: Bounds | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the outcome as a dictionary for JSON."""
         numbers = {} if self.bounds is None else {k: v for k, v in vars(self.bounds).items() if v is not None}
         expected: Any = numbers or self.expected
         return {
@@ -71,9 +71,9 @@ class Outcome(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """A run up to its end, the reason of its end (empty: none), wall seconds, and whether it was interrupted.
+    """Run of a scenario, reason of an early end (else empty), wall time (s), and whether it was interrupted.
 
-    ``besides``: whether it ended for want of space or memory, which is no failure of a unit.
+    ``besides``: True if it ended for lack of disk space or memory, which is not a failure of a unit.
     """
 
     found: Coupled | None
@@ -90,7 +90,7 @@ def judge(
     quantity, unit = _quantity(assertion, ports)
     remark, found = "", None
     try:
-        with np.errstate(over="ignore", invalid="ignore"):  # what is beyond the range of numbers is told below
+        with np.errstate(over="ignore", invalid="ignore"):  # overflow is reported below
             found = _measured(assertion, runs[scenario], harness, ports)
             if assertion.ratio_to:
                 found = _ratio(found, assertion, runs[assertion.ratio_to], harness, ports)
@@ -108,7 +108,7 @@ def judge(
 def _ratio(
     found: float, assertion: Assertion, other: Ran, harness: Harness, ports: Mapping[str, Port]
 ) -> float:  # fmt: skip
-    """A number over that of another scenario; ``InputError`` gives the reason if there is none."""
+    """Return the ratio of a number to that of another scenario; ``InputError`` if there is no such number."""
     name = assertion.ratio_to
     ending = next(one.ending for one in harness.scenarios if one.name == name)
     if not judge_ending(ending, other).passed:
@@ -123,7 +123,7 @@ def _ratio(
 
 
 def judge_ending(ending: Ending, ran: Ran) -> Outcome:
-    """Hold how a run ended against how it was to."""
+    """Compare the end of a run with the required end."""
     found = ran.ended or TO_THE_END
     if ending.how != BY_FAILURE:
         return Outcome("end", "end of the run", TO_THE_END, found, "", not ran.ended)
@@ -139,7 +139,7 @@ def judge_ending(ending: Ending, ran: Ran) -> Outcome:
 
 
 def _quantity(assertion: Assertion, ports: Mapping[str, Port]) -> tuple[str, str]:
-    """Measured quantity, in words, and its unit."""
+    """Return the measured quantity, in words, and its unit."""
     if assertion.output is None:
         name, unit = f"residual of {assertion.residual}", "W"
     else:
@@ -155,7 +155,7 @@ def _quantity(assertion: Assertion, ports: Mapping[str, Port]) -> tuple[str, str
 
 
 def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[str, Port]) -> float:
-    """The number that an assertion tests; ``InputError`` gives the reason if there is none."""
+    """Return the number that an assertion tests; ``InputError`` with the reason if there is none."""
     run = ran.found
     if run is None:
         raise InputError("the run did not start")
@@ -183,7 +183,7 @@ def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[s
 
 
 def _window(assertion: Assertion, times: Array, harness: Harness) -> NDArray[np.bool_]:
-    """Which communication points count."""
+    """Return a mask (k,) of the communication points within an assertion's window."""
     if assertion.cycles is not None:
         assert harness.speed is not None
         begin, end = times[-1] - assertion.cycles * 4.0 * math.pi / harness.speed, math.inf
@@ -194,7 +194,7 @@ def _window(assertion: Assertion, times: Array, harness: Harness) -> NDArray[np.
 
 
 def _of_window(measure: str, times: Array, values: Array) -> float:
-    """A number for a time series; means are over the time."""
+    """Return a measure of a time series; means are time averages."""
     if measure == FINAL:
         return float(values[-1])
     if measure in (LEAST, LARGEST, SWING):
@@ -207,9 +207,9 @@ def _of_window(measure: str, times: Array, values: Array) -> float:
 
 
 def order_amplitudes(harness: Harness, run: Coupled, values: Array, highest: float) -> Array:
-    """Zero-to-peak amplitudes (k,) of the orders 0.5, 1, …, ``highest`` of the last cycle.
+    """Return zero-to-peak amplitudes (k,) of the orders 0.5, 1, …, ``highest`` of the last cycle.
 
-    ``InputError`` where there is no cycle, or where its communication points are too far apart for the highest order.
+    ``InputError`` if there is no whole cycle, or if communication points are too far apart for the highest order.
     """
     if harness.angle is not None:
         angle = run.of(".".join(harness.angle))
@@ -230,7 +230,7 @@ def _within(found: float, bounds: Bounds) -> bool:
 
 
 def _expected(bounds: Bounds, unit: str) -> str:
-    """Requirement, in words."""
+    """Return a requirement in words."""
     end = f" {unit}" if unit else ""
     if bounds.expected is not None:
         share = f"{100.0 * (bounds.relative or 0.0):g} %"

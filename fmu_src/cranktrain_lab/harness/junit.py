@@ -1,4 +1,4 @@
-"""Results of a harness as JUnit XML: a suite a scenario, a case an assertion."""
+"""Results of a harness as JUnit XML, with one suite per scenario and one case per assertion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ JUNIT = marked("JUnit file of cranktrain", NAME)
 
 
 def junit(title: str, scenarios: Sequence[Judged]) -> bytes:
-    """The file's content."""
+    """Return the content of the JUnit file."""
     root = Element("testsuites", name=f"{NAME}: {_plain(title)}")
     for one in scenarios:
         failed = sum(not outcome.passed for outcome in one.outcomes)
@@ -34,7 +34,7 @@ def junit(title: str, scenarios: Sequence[Judged]) -> bytes:
 
 
 def _is_error(one: Judged) -> bool:
-    """Whether a run ended by an error that was not expected."""
+    """True if a run ended with an error that was not expected."""
     return bool(one.ran.ended) and not one.outcomes[0].passed
 
 
@@ -57,7 +57,7 @@ def _text(one: Judged) -> str:
 
 
 def found_text(outcome: Outcome) -> str:
-    """Value found, in words."""
+    """Return the value that was found, as text."""
     found = outcome.found
     if found is None:
         return f"nothing: {outcome.remark}"
@@ -66,5 +66,5 @@ def found_text(outcome: Outcome) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text without characters that XML 1.0 does not allow."""
+    """Return a text without characters that XML 1.0 does not allow."""
     return "".join(c for c in text if c in "\n\t" or ord(c) >= 32)

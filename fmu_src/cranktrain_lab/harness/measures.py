@@ -1,4 +1,4 @@
-"""Units of measurement that a harness file may name, as ports that values are converted between."""
+"""Units of measurement that a harness file may name, as ports for conversion of values."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ MEASURED = {
 
 
 def named(unit: str, where: str) -> str:
-    """A unit of measurement that is known, or none; ``InputError``."""
+    """Check that a unit of measurement is known or empty, and return it; ``InputError``."""
     if unit and _port(unit) is None:
         raise InputError(f"{where}: unit '{unit}' is not known; {nearest(unit, MEASURED)}")
     return unit
 
 
 def between(unit: str, port: Port, where: str, difference: bool = False) -> tuple[float, float]:
-    """Factor and shift from a value in ``unit``, empty for the port's own, to one of a port; ``InputError``.
+    """Return factor and shift from a value in ``unit`` (empty: the port's own) to a value of a port; ``InputError``.
 
-    A ``difference`` has no shift. A variable that declares no unit takes values as they are: what a stated one would be
-    converted to is not known.
+    A ``difference`` has no shift. A variable without a declared unit takes values without unit only, because the target
+    of a conversion is unknown.
     """
     if unit in ("", port.unit):
         return 1.0, 0.0
@@ -60,13 +60,13 @@ def between(unit: str, port: Port, where: str, difference: bool = False) -> tupl
 
 
 def of_unit(port: Port, unit: str) -> tuple[float, float]:
-    """Factor and shift from a value of a port to one in a unit that :func:`between` took."""
+    """Return factor and shift from a value of a port to a unit that :func:`between` accepts."""
     own = port if unit == port.unit else _port(unit)
     return (1.0, 0.0) if own is None else conversion(port, own, unit)
 
 
 def _port(unit: str) -> Port | None:
-    """A unit of the table, or any other spelling that :mod:`cranktrain.core.units` knows."""
+    """Return a unit of the table, or of another spelling that :mod:`cranktrain.core.units` knows."""
     if unit in MEASURED:
         return MEASURED[unit]
     if (found := known_factor(unit)) is None:

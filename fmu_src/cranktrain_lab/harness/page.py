@@ -1,4 +1,4 @@
-"""Results of a harness as one HTML file: assertions, and their outputs over time."""
+"""Results of a harness as one HTML file, with assertions and their outputs over time."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from cranktrain_lab.harness.signals import SIGNALS
 
 PAGE = marked("harness report of cranktrain", 'content="cranktrain harness"')
 POINTS = 1200
-"""Most points of a curve."""
+"""Largest number of points of a curve."""
 HIGHEST = 12.0
 """Highest order that is drawn."""
 
 
 def page(harness: Harness, scenarios: Sequence[Judged]) -> str:
-    """The page's text."""
+    """Return the HTML text of the page."""
     by_name = {one.scenario.name: one for one in scenarios}
     count = sum(one.passed for one in scenarios)
     rows = tuple(
@@ -73,7 +73,7 @@ def _assertions(one: Judged) -> Table:
 
 
 def _charts(harness: Harness, one: Judged, others: Mapping[str, Judged]) -> list[str]:
-    """Each output that is asserted and each input that is changed over the time; orders as bars."""
+    """Return charts of asserted outputs and changed inputs over time, and of orders as bars."""
     run = one.ran.found
     if run is None or len(run.times) < 3:
         return []
@@ -111,14 +111,14 @@ def _over_time(name: str, one: Judged, run: Coupled, other: Judged | None) -> st
 
 
 def _of_misfit(run: Coupled, source: str, output: str) -> Array:
-    """One side of a misfit, without its mean over a cycle, in the model's unit."""
+    """Return model or measurement behind a misfit, without its mean over a cycle, in the model's unit."""
     angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
     own = without_zero(angle, model)
     return own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}")
 
 
 def _orders(harness: Harness, name: str, runs: Mapping[str, Coupled]) -> list[str]:
-    """Orders of an output in one run or two; nothing where one has no whole cycle."""
+    """Return a chart of an output's orders in one or two runs; none if a run has no whole cycle."""
     try:
         with np.errstate(over="ignore", invalid="ignore"):
             bars = {key: order_amplitudes(harness, run, run.of(name), HIGHEST) for key, run in runs.items()}

@@ -1,4 +1,4 @@
-"""Times and variables as the entries of a harness file name them."""
+"""Parsing of times and variables in entries of a harness file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cranktrain_lab.harness.entries import Variable
 
 
 def variable(text: str, where: str, units: Iterable[str]) -> Variable:
-    """Unit and name of ``unit.variable``; ``InputError`` where there is no such unit."""
+    """Split ``unit.variable`` into unit and name; ``InputError`` for an unknown unit."""
     unit, _, name = text.partition(".")
     names = list(units)
     if not name:
@@ -23,13 +23,13 @@ def variable(text: str, where: str, units: Iterable[str]) -> Variable:
 
 
 class Times(NamedTuple):
-    """Times of a scenario: speed (rad/s) that its cycles are counted by, or None, and its end (s)."""
+    """Converter of a scenario's times, with the speed (rad/s, or None) that defines a cycle, and the end (s)."""
 
     speed: float | None
     stop: float
 
     def of(self, table: Table, name: str, where: str, otherwise: float | None = None) -> float:
-        """Time, s, that ``name_s`` or ``name_cycles`` gives; ``InputError`` where it lies outside the scenario."""
+        """Return the time (s) from key ``name_s`` or ``name_cycles``; ``InputError`` if outside the scenario."""
         given = {key: value for key in (f"{name}_s", f"{name}_cycles") if (value := getattr(table, key)) is not None}
         if not given:
             if otherwise is None:
@@ -48,7 +48,7 @@ class Times(NamedTuple):
         return found
 
     def before_end(self, table: Table, name: str, where: str, otherwise: float | None = None) -> float:
-        """Time, s, as of :meth:`of`, of an event; ``InputError`` at the scenario's end, where it has no effect."""
+        """Return the time (s) of an event, as :meth:`of`; ``InputError`` at the scenario's end (no effect)."""
         found = self.of(table, name, where, otherwise)
         if found >= self.stop * (1.0 - 1e-9):
             raise InputError(
@@ -57,12 +57,12 @@ class Times(NamedTuple):
         return found
 
     def event(self, table: Table, where: str) -> tuple[float, float]:
-        """Times from and to of an event as of :meth:`span`; ``InputError`` where it begins at the scenario's end."""
+        """Return begin and end (s) of an event, as :meth:`span`; ``InputError`` if it begins at the scenario's end."""
         self.before_end(table, "from", where, 0.0)
         return self.span(table, where)
 
     def span(self, table: Table, where: str) -> tuple[float, float]:
-        """Times from and to, 0 and infinity where they are not given; ``InputError`` where they are in disorder."""
+        """Return the times from and to (s), by default 0 and infinity; ``InputError`` if from is not before to."""
         begin, end = self.of(table, "from", where, 0.0), self.of(table, "to", where, math.inf)
         if not begin < end:
             raise InputError(f"{where}: from {begin:g} s must be before to {end:g} s")

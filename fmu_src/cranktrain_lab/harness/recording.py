@@ -1,13 +1,13 @@
-"""The measurement of a harness file: pressures, speed and other channels over crank angle, beside the running model.
+"""Measurement of a harness file, compared with the running model: pressures, speed and channels over crank angle.
 
     [measured]
     file = "bench.csv"                       # any measurement file; one channel is the crank angle
     channels = { "pulley.torsion" = "TORS" } # names of this model and channels of the file, where they differ
 
-The measurement is the unit ``measured`` in place of the combustion: ``cylinder[1].pressure`` and so on, or one
-``pressure`` that all cylinders have at their own firing angle; ``speed`` drives the dynamometer if there is one. Every
-other channel that is called as an output of the cranktrain has a *misfit*, model less measurement at equal crank angle,
-without their means over a cycle: the unit ``misfit``, whose outputs are asserted, recorded and drawn like any other.
+The measurement is the unit ``measured`` in place of the combustion. It has ``cylinder[1].pressure`` and so on, or one
+``pressure`` that all cylinders have at their own firing angle. ``speed`` drives the dynamometer if there is one. Every
+other channel with the name of an output of the cranktrain has a *misfit*, which is model minus measurement at equal
+crank angle, without their means over a cycle. Misfits are outputs of the unit ``misfit``.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from cranktrain_lab.measured.channels import Channel, Measurement
 from cranktrain_lab.measured.reading import read_measured
 
 UNIT, MISFIT = "measured", "misfit"
-"""Units of the measurement, and of the misfits."""
+"""Names of the units with the measurement and with the misfits."""
 ANGLE, SPEED, PRESSURE = "crank.angle", "speed", "pressure"
 TURN = 2.0 * math.pi
 CYCLE = 4.0 * math.pi
 FEWEST = 72
-"""Fewest samples of a cycle."""
+"""Smallest number of samples per cycle."""
 WIDEST = 20
-"""Most samples at uniform angles over those of the file: more lie in a gap of its angles."""
+"""Limit of the ratio of uniformly spaced samples to samples of the file; a larger ratio means a gap of angles."""
 LARGEST = {PRESSURE: 1e9, SPEED: 30000.0 * RPM, "": 1e12}
-"""Largest pressure, Pa, and speed, rad/s; of any other channel."""
+"""Largest valid pressure (Pa), speed (rad/s) and value of other channels (SI)."""
 SI = {ANGLE: "rad", SPEED: "rad/s", PRESSURE: "Pa"}
 
 
 def read_recording(path: Path, table: RecordingTable, engine: Engine) -> Recording:
-    """Recording of a harness file at ``path``; ``InputError``."""
+    """Return the recording of a harness file at ``path``; ``InputError``."""
     place = beside(path, table.file)
     found = read_measured(place)
     names = {channel.name: channel.name for channel in found.channels} | dict(table.channels)
@@ -87,7 +87,7 @@ def read_recording(path: Path, table: RecordingTable, engine: Engine) -> Recordi
 
 
 def _wanted(found: Measurement, names: Mapping[str, str], engine: Engine, file: str) -> dict[str, str]:
-    """Name and channel of all that is taken; ``InputError`` where pressures are missing."""
+    """Return model names and channels of the file to read; ``InputError`` if pressures are missing."""
     cylinders = [f"cylinder[{c + 1}].pressure" for c in range(engine.n_cylinders)]
     there = [name for name in cylinders if name in names]
     if PRESSURE not in names and len(there) < len(cylinders):
@@ -106,7 +106,7 @@ def _wanted(found: Measurement, names: Mapping[str, str], engine: Engine, file: 
 
 
 def _in_si(channel: Channel, kind: str) -> Array:
-    """Samples in SI; ``InputError`` for a channel without unit, or with one of another dimension."""
+    """Return samples in SI; ``InputError`` for a channel without unit or of another dimension."""
     where = f"measured: channel '{channel.name}' of {channel.source}"
     if not channel.unit:
         raise InputError(f"{where} has no unit; write it behind its name, as in '{channel.name} [{SI[kind]}]'")
@@ -115,7 +115,7 @@ def _in_si(channel: Channel, kind: str) -> Array:
 
 
 def _port(channel: Channel, file: str) -> Port:
-    """Unit of measurement of a channel; one that is not known is none."""
+    """Return the unit of measurement of a channel as a port; an unknown unit counts as none."""
     try:
         named(channel.unit, file)
     except InputError:
@@ -124,7 +124,7 @@ def _port(channel: Channel, file: str) -> Port:
 
 
 def _unwrapped(angle: Array, file: str) -> Array:
-    """Angle that rises where it starts anew after a turn or a cycle; ``InputError``."""
+    """Return the angle without jumps at the start of each revolution or cycle; ``InputError``."""
     steps = np.diff(angle)
     back = np.flatnonzero(steps < 0.0)
     if back.size:
@@ -139,7 +139,7 @@ def _unwrapped(angle: Array, file: str) -> Array:
 
 
 def _grid(angle: Array, file: str) -> tuple[int, Array]:
-    """Whole cycles, and uniform angles (n,) over them; ``InputError``."""
+    """Return the number of whole cycles, and uniform angles (n,) over them; ``InputError``."""
     step = float(np.median(np.diff(angle)))
     cycles = int((float(angle[-1] - angle[0]) + 1.001 * step) / CYCLE)
     if cycles < 1:
@@ -161,7 +161,7 @@ def _grid(angle: Array, file: str) -> tuple[int, Array]:
 def _for_all(
     values: Mapping[str, Array], ports: Mapping[str, Port], engine: Engine, cycles: int
 ) -> tuple[dict[str, Array], dict[str, Port]]:
-    """Pressures of all cylinders from that of the first, each later by its firing angle."""
+    """Return pressures of all cylinders from that of the first, each shifted by its firing angle."""
     one = values[PRESSURE]
     period, place = CYCLE * cycles, CYCLE * cycles * np.arange(one.size) / one.size
     first = engine.firing_angles[0]
@@ -174,7 +174,7 @@ def _for_all(
 
 
 def _check(values: Mapping[str, Array], file: str) -> None:
-    """Refuse pressures, speeds and sizes that cannot be; ``InputError``."""
+    """Raise ``InputError`` for impossible pressures, speeds or amplitudes."""
     for name, own in values.items():
         most = LARGEST.get(PRESSURE if name.endswith(PRESSURE) else name, LARGEST[""])
         if not np.abs(own).max() <= most:
@@ -191,7 +191,7 @@ def _check(values: Mapping[str, Array], file: str) -> None:
 
 
 def connected(cylinders: int, unit: RecordingUnit, own: bool) -> list[Connection]:
-    """Connections of a recording in place of the combustion, and of its speed to the dynamometer."""
+    """Return connections of a recording in place of the combustion, and of its speed to the dynamometer."""
 
     def there(end: tuple[str, str]) -> tuple[str, str]:
         return (UNIT, end[1]) if end[0] == COMBUSTION else end
@@ -205,7 +205,7 @@ def connected(cylinders: int, unit: RecordingUnit, own: bool) -> list[Connection
 
 
 def compared(recording: Recording, cranktrain: Unit) -> list[str]:
-    """Channels that are outputs of the cranktrain; ``InputError`` for a unit of measurement that does not go."""
+    """Return channels that are outputs of the cranktrain; ``InputError`` for an incompatible unit of measurement."""
     names = [name for name in recording.values if name in cranktrain.outputs]
     for name in names:
         port = recording.ports[name]
@@ -216,7 +216,7 @@ def compared(recording: Recording, cranktrain: Unit) -> list[str]:
 
 
 def with_misfits(run: Coupled, names: Sequence[str], ports: Mapping[str, Port]) -> Coupled:
-    """A run with its misfits as outputs ``misfit.NAME``, in the unit of the model."""
+    """Return a run with its misfits added as outputs ``misfit.NAME``, in the unit of the model."""
     if not names:
         return run
     angle, columns, units = run.of(f"{CRANKTRAIN}.{ANGLE}"), [], []

@@ -1,4 +1,4 @@
-"""Scenarios run one after the other, each in a process of its own, and judged together."""
+"""Run of scenarios in sequence, each in its own process, and their joint evaluation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cranktrain_lab.harness.system import check, prepared
 
 
 class Judged(NamedTuple):
-    """A scenario with its run, what its assertions found, and the result file, if there is one."""
+    """Scenario with its run, outcomes of its assertions, and result file (if any)."""
 
     scenario: Scenario
     ran: Ran
@@ -30,11 +30,11 @@ class Judged(NamedTuple):
 
     @property
     def passed(self) -> bool:
-        """Whether every assertion found what it expects."""
+        """True if every assertion passed."""
         return all(outcome.passed for outcome in self.outcomes)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the evaluated scenario as a dictionary for JSON."""
         return {
             "name": self.scenario.name, "passed": self.passed, "ended": self.ran.ended, "seconds": self.ran.seconds,
             "result": None if self.result is None else str(self.result),
@@ -43,7 +43,7 @@ class Judged(NamedTuple):
 
 
 def chosen(harness: Harness, only: Sequence[str]) -> list[Scenario]:
-    """Scenarios to run: those named, all where none is, and those that they are compared with; ``InputError``."""
+    """Return named scenarios (all if none is named) and those they are compared with; ``InputError``."""
     by_name = {scenario.name: scenario for scenario in harness.scenarios}
     for name in only:
         if name not in by_name:
@@ -54,9 +54,9 @@ def chosen(harness: Harness, only: Sequence[str]) -> list[Scenario]:
 
 
 def checked_ports(harness: Harness, fmus: Mapping[str, Path]) -> dict[str, Port]:
-    """Outputs of all units, ``unit.variable``, once every scenario was found to be possible with these FMUs.
+    """Check that every scenario is possible with these FMUs, and return all outputs ``unit.variable``.
 
-    ``fmus`` may be descriptions alone. ``InputError`` names file, scenario and entry.
+    ``fmus`` may be model descriptions only. ``InputError`` names file, scenario and entry.
     """
     ports: dict[str, Port] = {}
     for scenario in harness.scenarios:
@@ -71,7 +71,7 @@ def checked_ports(harness: Harness, fmus: Mapping[str, Path]) -> dict[str, Port]
 
 
 def _points(harness: Harness, scenario: Scenario) -> float:
-    """Communication points a cycle: 0 where nothing counts it, infinite where the run alone tells."""
+    """Return the communication points per cycle; 0 without angle and speed, infinite if unknown before the run."""
     if harness.angle is None and harness.speed is None:
         return 0.0
     if harness.speed is None or scenario.changes or scenario.way.steps.error is not None:
@@ -82,7 +82,7 @@ def _points(harness: Harness, scenario: Scenario) -> float:
 def run_scenario(
     harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], progress: Callable[[float], None] | None
 ) -> Ran:
-    """A scenario's run, however it ended."""
+    """Run a scenario and return the run, also if it ended early."""
     began = time.perf_counter()
     make = partial(prepared, harness, scenario, fmus)
     misfits = partial(_compared, harness, scenario, fmus)
@@ -99,7 +99,7 @@ def run_scenario(
 def _compared(
     harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], found: Coupled | None
 ) -> Coupled | None:  # fmt: skip
-    """A run with its misfits, where there is a measurement beside it."""
+    """Return a run with its misfits, if the harness has a measurement."""
     if found is None or harness.recording is None:
         return found
     system = prepared(harness, scenario, fmus)
@@ -108,7 +108,7 @@ def _compared(
 
 
 def keep(folder: Path, harness: Harness, scenario: Scenario, ran: Ran) -> tuple[Ran, Path | None]:
-    """The run and its result file, which is written; None where there is nothing to write, or no place for it."""
+    """Write the result file of a run; return run and path, None if there is nothing to write or writing fails."""
     if ran.found is None:
         return ran, None
     path = result_path(folder, scenario)
@@ -124,12 +124,12 @@ def keep(folder: Path, harness: Harness, scenario: Scenario, ran: Ran) -> tuple[
 
 
 def result_path(folder: Path, scenario: Scenario) -> Path:
-    """Place of a scenario's result file."""
+    """Return the path of a scenario's result file."""
     return folder / f"{file_name(scenario.name)}.h5"
 
 
 def judged(harness: Harness, runs: Mapping[str, tuple[Ran, Path | None]], ports: Mapping[str, Port]) -> list[Judged]:
-    """All scenarios that ran, with what their assertions found."""
+    """Evaluate the assertions of all scenarios that ran."""
     by_name = {scenario.name: scenario for scenario in harness.scenarios}
     series = {name: ran for name, (ran, _) in runs.items()}
     found = []

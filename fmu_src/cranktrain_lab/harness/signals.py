@@ -1,6 +1,6 @@
 """Events of a scenario: inputs that depend on time, connections with noise or interruptions, units with faults.
 
-A signal is a unit of its own, without inputs, so that every scheme gives its value at a step's end to that step.
+Signals are outputs of a separate unit without inputs, so every scheme uses their value at a step's end for that step.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from cranktrain_lab.harness.entries import DIES, FAILS, HANGS, LAST, NAN, ZERO, 
 SIGNALS = "signals"
 """Name of the unit whose outputs are the signals."""
 _JUST = 1.0 - 1.0e-12
-"""Just before a time, within its rounding."""
+"""Factor that moves a time to just before it, by its rounding error."""
 
 
 class Curve:
-    """A piecewise linear value over time. It jumps just after a time that two points share."""
+    """Piecewise linear function of time, which jumps just after a time that two points share."""
 
     def __init__(self, start: float) -> None:
         self.times, self.values = [0.0], [start]
 
     def go(self, begin: float, end: float, value: float) -> None:
-        """Go on from the last value to another."""
+        """Append a linear change from the last value to another."""
         self.times += [begin, end]
         self.values += [self.values[-1], value]
 
     def at(self, time: float) -> float:
-        """Value at a time, that before a jump; at the start that behind it."""
+        """Return the value at a time, before a jump at this time; at the start, after the jump."""
         if time <= 0.0:
             return self.values[max(k for k, at in enumerate(self.times) if at <= 0.0)]
         k = int(np.searchsorted(self.times, _JUST * time))
@@ -48,7 +48,7 @@ class Curve:
 
 
 class Signals:
-    """Curves as a unit, see :class:`cranktrain_lab.coupling.unit.Unit`; ``ports`` are those of the inputs they feed."""
+    """Unit (:class:`cranktrain_lab.coupling.unit.Unit`) with curves as outputs; ``ports`` are those of the inputs."""
 
     restorable = True
 
@@ -59,60 +59,60 @@ class Signals:
         self._curves, self._time = curves, 0.0
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         self._read = [self._curves[name] for name in outputs]
 
     def initialize(self, time: float) -> None:
-        """See the protocol."""
+        """Prepare for steps, see ``Unit.initialize``."""
         self._time = time
 
     def write(self, values: Array) -> None:
-        """See the protocol."""
+        """Set the linked inputs, see ``Unit.write``."""
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         return np.array([curve.at(self._time) for curve in self._read])
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._time = time + size
 
     def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
+        """Return the state, see ``Unit.keep``."""
         return self._time
 
     def restore(self, state: Any) -> None:
-        """See the protocol."""
+        """Restore a kept state, see ``Unit.restore``."""
         self._time = state
 
     def close(self) -> None:
-        """See the protocol."""
+        """Release the unit, see ``Unit.close``."""
 
 
 class Noisy:
-    """Modifier of a connection: noise of a standard deviation between two times, the same for the same time."""
+    """Modifier of a connection that adds noise between two times; equal times get equal noise."""
 
     def __init__(self, begin: float, end: float, size: float, seed: tuple[int, ...]) -> None:
         self._begin, self._end, self._size, self._seed = _JUST * begin, _JUST * end, size, seed
 
     def __call__(self, time: float, value: float) -> float:
-        """The value with noise on it."""
+        """Return the value with noise added."""
         if not self._begin <= time < self._end:
             return value
-        # A step may be repeated: it then gets the same values as before.
+        # A repeated step must get the same values, so the noise is a function of the time.
         drawn = np.random.default_rng((*self._seed, *np.array([time]).view(np.uint32).tolist()))
         return value + self._size * float(drawn.standard_normal())
 
 
 class DroppedOut:
-    """Modifier of a connection: between two times the last value before, zero, or NaN."""
+    """Modifier of a connection that gives the last value before, zero, or NaN between two times."""
 
     def __init__(self, begin: float, end: float, gives: str) -> None:
         self._begin, self._end, self._gives = _JUST * begin, _JUST * end, gives
         self._last: float | None = None
 
     def __call__(self, time: float, value: float) -> float:
-        """The value, or its replacement."""
+        """Return the value, or its replacement during the drop-out."""
         if not self._begin <= time < self._end:
             if time < self._begin:
                 self._last = value
@@ -123,7 +123,7 @@ class DroppedOut:
 
 
 def in_turn(modifiers: Sequence[Callable[[float, float], float]]) -> Callable[[float, float], float]:
-    """Modifiers one after the other, as one."""
+    """Return one modifier that applies several in sequence."""
 
     def modify(time: float, value: float) -> float:
         for one in modifiers:
@@ -134,20 +134,20 @@ def in_turn(modifiers: Sequence[Callable[[float, float], float]]) -> Callable[[f
 
 
 class Faulty(Around):
-    """A unit that misbehaves from a time on."""
+    """Wrapper of a unit with a fault from a time on."""
 
     def __init__(self, unit: Unit, fault: Fault) -> None:
         super().__init__(unit)
         self._fault, self._now = fault, -math.inf
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
+        """Choose the linked inputs and outputs, see ``Unit.link``."""
         wrong = [k for k, name in enumerate(outputs) if self._fault.output in ("", name)]
         self._wrong = wrong if self._fault.kind == NAN else []
         super().link(inputs, outputs)
 
     def read(self) -> Array:
-        """See the protocol."""
+        """Return the linked outputs, see ``Unit.read``."""
         found = super().read()
         if self._wrong and self._now > self._fault.begin:
             found = found.copy()
@@ -155,9 +155,9 @@ class Faulty(Around):
         return found
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol."""
+        """Take one step, see ``Unit.step``."""
         self._now = _JUST * (time + size)
-        # A fault belongs to the step in which its time lies, for all kinds alike.
+        # Faults of all kinds begin in the step that contains their time.
         if self._now > self._fault.begin:
             if self._fault.kind == FAILS:
                 raise UnitError("fails, as its scenario says")

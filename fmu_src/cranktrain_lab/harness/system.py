@@ -1,4 +1,4 @@
-"""A scenario as units that are run: FMUs with their start values, connections, signals, modifiers and faults."""
+"""Construction of a scenario's coupled system: FMUs, start values, connections, signals, modifiers and faults."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from cranktrain_lab.harness.signals import SIGNALS, Curve, DroppedOut, Faulty, N
 
 
 class Prepared(NamedTuple):
-    """See :class:`cranktrain_lab.coupling.supervised.System`."""
+    """Coupled system of a scenario, see :class:`cranktrain_lab.coupling.supervised.System`."""
 
     units: Mapping[str, Unit]
     connections: list[Connection]
@@ -38,12 +38,12 @@ class Prepared(NamedTuple):
 
 
 def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> Prepared:
-    """Units of a scenario, ``fmus`` being their files by name.
+    """Return the coupled system of a scenario; ``fmus`` are the files of units by name.
 
     Raises
     ------
     InputError
-        variables, units of measurement or connections that cannot be
+        invalid variables, units of measurement or connections
     """
     starts = {name: _converted(name, path, harness, scenario) for name, path in fmus.items()}
     recorded = None if harness.recording is None else RecordingUnit(UNIT, harness.recording)
@@ -70,9 +70,9 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
 
 
 def check(system: Prepared, scenario: Scenario, points: float) -> None:
-    """Refuse what a master would refuse, and assertions on data that do not exist; ``InputError``.
+    """Raise ``InputError`` for a system that a master would refuse, and for assertions on missing data.
 
-    ``points``: communication points a cycle that orders are counted over, 0 where there is no angle.
+    ``points``: communication points per cycle for orders, 0 without crank angle and speed.
     """
     master = Master(list(system.units.values()), system.connections, system.exchange, system.outputs)
     for bond in system.bonds:
@@ -114,7 +114,7 @@ def check(system: Prepared, scenario: Scenario, points: float) -> None:
 
 
 def _converted(name: str, path: Path, harness: Harness, scenario: Scenario) -> dict[str, Any]:
-    """Start values of a unit, in its variables' own units."""
+    """Return start values of a unit, in the units of measurement of its variables."""
     given = {**harness.units[name].start, **scenario.start.get(name, {})}
     if not any(unit or begins_as_number(value) for value, unit in given.values()):
         return {key: value for key, (value, _) in given.items()}
@@ -135,7 +135,7 @@ def _converted(name: str, path: Path, harness: Harness, scenario: Scenario) -> d
 def _of_virtual_engine(
     harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], starts: Mapping[str, Mapping[str, Any]]
 ) -> tuple[dict[str, FmuUnit], list[Connection], Exchange, dict[str, list[str]], list[Bond]]:
-    """Units and what goes with them, connected as ``cranktrain couple`` does."""
+    """Return units, connections, exchange, outputs and power bonds, as ``cranktrain couple`` makes them."""
     known = [field.name for field in fields(Partners) if field.name != "values"]
     for name in fmus:
         if name not in known:
@@ -152,7 +152,7 @@ def _of_recording(
     harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], starts: Mapping[str, Mapping[str, Any]],
     recorded: RecordingUnit,
 ) -> tuple[dict[str, FmuUnit], list[Connection], Exchange, dict[str, list[str]]]:  # fmt: skip
-    """The cranktrain under measured pressures and speed, and what goes with it."""
+    """Return the cranktrain with connections to measured pressures and speed, exchange and outputs."""
     assert harness.speed is not None
     rule, recording = rule_between(scenario.way.scheme, scenario.way.reconstruction), recorded.recording
     speed = recorded.at(SPEED, 0.0) if SPEED in recorded.outputs else harness.speed
@@ -175,7 +175,7 @@ def _of_recording(
 
 
 def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:
-    """Connections that a file names, and those by name of other inputs."""
+    """Return connections that the file lists, and connections by name of other inputs."""
     found = []
     for link in harness.links or ():
         ends = [tuple(end.strip().split(".", 1)) for end in link.split("->")]
@@ -190,7 +190,7 @@ def _read(
     harness: Harness, scenario: Scenario, units: Mapping[str, Unit], outputs: dict[str, list[str]],
     bonds: Sequence[Bond],
 ) -> None:  # fmt: skip
-    """Have outputs read that the file records, asserts, or needs for either."""
+    """Add to ``outputs`` those that the file records or asserts, and those needed for orders and ratios."""
     wanted = [((unit, name), f"units.{unit}.record") for unit, entry in harness.units.items() for name in entry.record]
     # A ratio of another scenario to this one needs the same output here.
     wanted += [
@@ -228,7 +228,7 @@ def _need_output(output: Variable, units: Mapping[str, Unit], where: str) -> Non
 def _signals(
     scenario: Scenario, units: Mapping[str, FmuUnit], connections: Sequence[Connection]
 ) -> tuple[dict[str, Unit], list[Connection]]:
-    """The unit whose outputs are a scenario's changes, and its connections; nothing where there are none."""
+    """Return the unit whose outputs are a scenario's changes, with its connections; empty without changes."""
     taken = {connection.target: connection for connection in connections}
     curves: dict[Variable, Curve] = {}
     for change in scenario.changes:
@@ -255,7 +255,7 @@ def _signals(
 
 
 def _target(change: Change, units: Mapping[str, FmuUnit], where: str) -> Variable:
-    """Input of a change; the only unit that has it, where none is named."""
+    """Return the input of a change; if no unit is named, that of the only unit with this input."""
     unit, name = change.target
     if unit:
         return unit, name
@@ -268,7 +268,7 @@ def _target(change: Change, units: Mapping[str, FmuUnit], where: str) -> Variabl
 
 
 def _modified(scenario: Scenario, units: Mapping[str, FmuUnit], connections: Sequence[Connection]) -> list[Connection]:
-    """Connections with noise and drop-outs on them."""
+    """Return connections with noise and drop-outs as modifiers."""
     wanted: dict[Variable, list[Callable[[float, float], float]]] = {}
     for what, event in [("noise", n) for n in scenario.noises] + [("dropout", d) for d in scenario.dropouts]:
         unit, name = event.target
@@ -283,7 +283,7 @@ def _modified(scenario: Scenario, units: Mapping[str, FmuUnit], connections: Seq
         unit, name = noise.target
         where = f"scenario '{scenario.name}': noise on {unit}.{name}"
         factor, _ = between(noise.unit, units[unit].inputs[name], where, difference=True)
-        seed = noise.seed, zlib.crc32(".".join(noise.target).encode())  # inputs differ where seeds do not
+        seed = noise.seed, zlib.crc32(".".join(noise.target).encode())  # inputs with equal seeds get different noise
         wanted[noise.target].append(Noisy(noise.begin, noise.end, factor * noise.size, seed))
     for dropout in scenario.dropouts:
         wanted[dropout.target].append(DroppedOut(dropout.begin, dropout.end, dropout.gives))

@@ -1,4 +1,4 @@
-"""Units of harness files: their FMUs, or what to build, and their start values."""
+"""Parsing of units in harness files, with FMU files or what to build, and start values."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from cranktrain_lab.harness.measures import named
 from cranktrain_lab.harness.tables import HarnessTable, Measured, UnitTable
 
 RESERVED = ("measured", "misfit")
-"""Units of a measurement, see :mod:`cranktrain_lab.harness.recording`."""
+"""Names of units that a measurement adds, see :mod:`cranktrain_lab.harness.recording`."""
 _NAME = re.compile(r"[A-Za-z]\w*")
 
 
 def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
-    """Units of a file, those of its engine among them."""
+    """Return the units of a file, including those of its engine."""
     tables, own = document.units, document.connections is not None
     if document.recording is not None:
         for name in (COMBUSTION, VALVETRAIN, *RESERVED):
@@ -58,7 +58,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
 
 
 def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
-    """What is built for units of a file's engine that it names nothing for: as ``cranktrain couple`` does."""
+    """Return what to build for units of the engine without an own entry, as ``cranktrain couple`` does."""
     tables = document.units
     if document.engine is None:
         if document.valvetrain is not None:
@@ -83,7 +83,7 @@ def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
 
 
 def _built(path: Path, name: str, where: str) -> str:
-    """Engine or module to build an FMU of, by a name that holds wherever it is read; ``InputError``."""
+    """Return the engine or module to build an FMU from, with a path independent of the folder; ``InputError``."""
     name = str(beside(path, name)) if ending(name) == ".toml" else name
     try:
         if module_path(name) is None:
@@ -94,7 +94,7 @@ def _built(path: Path, name: str, where: str) -> str:
 
 
 def start_values(table: Mapping[str, Any], where: str) -> dict[str, tuple[Any, str]]:
-    """Start values with their units of measurement."""
+    """Return start values with their units of measurement."""
     found: dict[str, tuple[Any, str]] = {}
     for name, given in table.items():
         value, unit = given, ""

@@ -1,1 +1,1 @@
-"""Identification: parameters of an engine from measured orders, frequencies, shapes and decays, with intervals."""
+"""Identification of engine parameters, with confidence intervals, from orders, frequencies, shapes and decays."""

@@ -1,14 +1,14 @@
-"""What would narrow a wide interval most: a further signal, or a fit by a level above.
+"""Advice for wide intervals: the further signal, or the fit by a higher level, that would narrow them most.
 
 With the information A of the data, priors and bounds, and B of a further signal
 (:mod:`cranktrain_lab.identification.further_signals`), the covariance of u becomes
 
     S = (A + B)⁻¹ + Σ d' d'ᵀ,
 
-in which d is what a level above would move. Decays, frequencies and shapes of the standing crank are alike at all
-levels and hold the estimate, d' = (A + B)⁻¹ A d. Orders move it wherever they are measured, d' = d. A fit by a level
-above has no d of this level and of those below it. The first term is Cramér and Rao's bound (V. V. Fedorov, *Theory of
-Optimal Experiments*, 1972).
+in which d is the change of u by a higher level. All levels give equal decays, frequencies and shapes of the crank at
+rest, so these signals reduce the change, d' = (A + B)⁻¹ A d. Orders do not, d' = d. A fit by a higher level removes the
+d of this level and of the levels below it. The first term is the Cramér-Rao bound (V. V. Fedorov, *Theory of Optimal
+Experiments*, 1972).
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from cranktrain_lab.identification.model import BALANCE, TorsionalModel
 from cranktrain_lab.identification.parameters import RATIOS, Sought
 
 WIDE = 0.1
-"""Half of an interval, over its parameter, from which a further signal is named."""
+"""Relative half width of an interval above which further signals are proposed."""
 HELPS = 0.8
-"""Half of an interval with a signal, over that without it, up to which the signal counts as a help."""
+"""Largest ratio of the half widths with and without a signal at which the signal is proposed."""
 TWO = 1.96
-"""Half of an interval of 95 % over a standard deviation, of many degrees of freedom."""
+"""Half width of a 95 % interval in standard deviations, for many degrees of freedom."""
 MOST = 2
-"""Signals that are named for a parameter, at most."""
+"""Largest number of signals proposed for a parameter."""
 
 
 @dataclass(frozen=True)
 class _Fit(Signal):
-    """A fit by a level above, which has no moves by the first ``levels`` steps beyond the estimate."""
+    """Fit by a higher level, which removes the moves of the first ``levels`` steps beyond the estimate."""
 
     levels: int
 
@@ -48,13 +48,13 @@ class _Fit(Signal):
 def advised(
     model: TorsionalModel, comparison: Comparison, climbed: Climbed, confidence: Confidence, ask: Ask
 ) -> list[dict[str, Any]]:
-    """What would narrow each wide interval: a row for each parameter whose half is wider than :data:`WIDE`.
+    """Return advice for each parameter whose relative half width exceeds :data:`WIDE`.
 
     Returns
     -------
-    Rows with ``key``, ``half_percent`` of the interval as it is, ``add`` (up to two signals in the order of their help,
-    each with ``signal`` in words, ``states``, the table or option that states it, and the ``half_percent`` with it and
-    those before it), and ``text``, a sentence
+    Rows with ``key``, ``half_percent`` of the present interval, ``add`` (up to two signals, the most useful first, each
+    with ``signal`` in words, ``states``, the table or option to give it by, and ``half_percent`` with this signal and
+    those before), and ``text``, a sentence
     """
     found = climbed.estimate
     halves = half_intervals(comparison.sought, found.inner, confidence.covariance, confidence.reach)
@@ -82,7 +82,7 @@ def advised(
 
 
 def remedy_for(model: TorsionalModel, comparison: Comparison, found: Estimate, k: int) -> str:
-    """End of a message that refuses a parameter for which nothing in the data counts: the signal that knows it best."""
+    """Return the end of the message on a parameter without influence on the data: the best signal to add, or empty."""
     signals = further_signals(model, comparison, found.inner)
     whole = found.information + comparison.known
     spread = [float(np.linalg.inv(whole + one.information)[k, k]) ** 0.5 for one in signals]
@@ -94,7 +94,7 @@ def remedy_for(model: TorsionalModel, comparison: Comparison, found: Estimate, k
 
 
 def half_intervals(sought: Sequence[Sought], inner: Array, covariance: Array, reach: float) -> list[float]:
-    """Half of each interval over its parameter; 0 for one about zero, which has no relative interval."""
+    """Return relative half widths of the intervals; 0 for a parameter about zero, which has no relative interval."""
     spread, found = reach * np.sqrt(np.diag(covariance)), []
     for one, u, own in zip(sought, inner.tolist(), spread.tolist(), strict=True):
         known = one.log or abs(u) > own
@@ -105,7 +105,7 @@ def half_intervals(sought: Sequence[Sought], inner: Array, covariance: Array, re
 def _half(
     comparison: Comparison, climbed: Climbed, confidence: Confidence, added: Sequence[Signal], k: int
 ) -> float:  # fmt: skip
-    """Half of the interval of a parameter, over it, with signals added."""
+    """Return the relative half width of the interval of parameter ``k`` with signals added."""
     moved = climbed.estimate.information + comparison.known + sum(one.information for one in added if not one.agreed)
     whole = moved + sum(one.information for one in added if one.agreed)
     left = climbed.moves[max([0, *(one.levels for one in added if isinstance(one, _Fit))]) :]
@@ -115,7 +115,7 @@ def _half(
 
 
 def _fits(climbed: Climbed, sought: Sequence[Sought], ask: Ask) -> list[_Fit]:
-    """Fits by the levels above, each of which knows what the levels below it would move."""
+    """Return fits by higher levels; each also removes the moves of the levels below it."""
     found, none = [], np.zeros((len(sought), len(sought)))
     ratios = any(one.key.startswith(RATIOS) for one in sought)
     for number, step in enumerate(climbed.beyond, 1):
@@ -131,7 +131,7 @@ def _fits(climbed: Climbed, sought: Sequence[Sought], ask: Ask) -> list[_Fit]:
 
 
 def _text(key: str, half: float, named: Sequence[tuple[Signal, float]]) -> str:
-    """A sentence on one parameter."""
+    """Return the sentence of advice on one parameter."""
     said = f"{key} is known to {_percent(half)}"
     if not named:
         return f"{said}; no single signal that a measured file can state would narrow this by a fifth"

@@ -1,10 +1,10 @@
-"""Frequencies of the crank that bends, in its block on its mounts: [targets] and mount frequencies beside other sets.
+"""Frequencies of the bending crank in its block on its mounts, for [targets] and mount frequencies with other sets.
 
-Orders and decays are answered by a crank that only twists. Targets are those of a calibration
-(:mod:`cranktrain_lab.calibration.targets`): modes of the cranktrain at rest, matched by their shapes. Frequencies
-of the engine as a whole on its mounts are the lowest six of the cranktrain in its block, numbered from the lowest. All
-follow the engine's values in some milliseconds (:mod:`cranktrain_lab.calibration.train`), so every answer of an
-identification contains them, whatever the level of the other sets.
+Orders and decays are computed with a torsional crank. Targets are modes of the cranktrain at rest, matched by their
+shapes, as in a calibration (:mod:`cranktrain_lab.calibration.targets`). Frequencies of the engine as a whole on its
+mounts are the lowest six of the cranktrain in its block, numbered from the lowest. Their computation takes some
+milliseconds (:mod:`cranktrain_lab.calibration.train`), so every evaluation of an identification contains them, whatever
+the level of the other sets.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ RIGID_MODES = 6
 
 
 def targets_of(read: MeasuredTable) -> tuple[Target, ...]:
-    """Targets of a measured file that has other sets as well; ``InputError`` for those that need a calibration."""
+    """Return targets of a measured file with other sets; ``InputError`` for targets that need a calibration."""
     if read.derived:
         raise InputError("derived: serves files of [targets] alone ('cranktrain calibrate'); leave it out beside sets")
     found = tuple(target_of(name, entry) for name, entry in read.targets.items())
@@ -46,19 +46,19 @@ def targets_of(read: MeasuredTable) -> tuple[Target, ...]:
 
 
 class Bending:
-    """Crank that bends, bare bodies kept.
+    """Model of the bending crank, which keeps the bodies without attached parts.
 
     Parameters
     ----------
-    engine : as it is before the search
-    read : the measured file, its block level
+    engine : engine before the search
+    read : measured file, with the level of the block
     scalars : all measured numbers
-    say : told the stages of making the bodies
+    say : called with each stage of making the bodies
 
     Raises
     ------
     InputError
-        no block or mounts where the file asks for them
+        the engine lacks a block or mounts that the file requires
     """
 
     def __init__(self, engine: Engine, read: MeasuredTable, scalars: Sequence[Scalar], say: Progress) -> None:
@@ -77,8 +77,8 @@ class Bending:
         self._last: tuple[Any, Array] | None = None
 
     def frequencies(self, engine: Engine) -> Array:
-        """Hz (t + m,) of all targets, then of the mounts' modes, of an engine; ``SolverError``."""
-        # A damper's ring and the damping of twist move none of them.
+        """Return frequencies, Hz (t + m,), of all targets and then of the mounts' modes; ``SolverError``."""
+        # The damper's ring and torsional damping change none of these frequencies.
         key = replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=()))
         if self._last is None or self._last[0] != key:
             try:
@@ -98,13 +98,13 @@ class Bending:
             found = match(self.targets, modes).hz
         if not self._mounts:
             return found
-        squares = eigh(*whole[:2], eigvals_only=True, subset_by_index=[1, RIGID_MODES])  # 0 is the turn of the crank
+        squares = eigh(*whole[:2], eigvals_only=True, subset_by_index=[1, RIGID_MODES])  # 0 is rotation of the crank
         hz = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
         return np.concatenate((found, hz[[one.number - 1 for one in self._mounts]]))
 
 
 def target_scalars(targets: Sequence[Target], names: Sequence[str]) -> tuple[Scalar, ...]:
-    """Targets as measured numbers: their tolerances are deviations."""
+    """Return targets as measured numbers, with their tolerances as standard deviations."""
     found = []
     for one in targets:
         name = f"targets.{one.name}" if one.name in names else one.name

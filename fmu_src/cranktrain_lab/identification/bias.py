@@ -1,27 +1,27 @@
-"""Covariance of residuals: noise, and model bias that is correlated over speed.
+"""Covariance of residuals, from noise and model bias that is correlated over speed.
 
-A model of a lower level errs by more than the noise, and its errors at neighbouring speeds are alike. Residuals of an
-order are therefore taken as noise and a random function of the speed Ω (Kennedy and O'Hagan 2001),
+The error of a lower-level model exceeds the noise and is similar at neighbouring speeds. Residuals of an order are
+therefore taken as noise plus a random function of the speed Ω (Kennedy and O'Hagan 2001),
 
     C(Ω, Ω') = σ² 1(Ω = Ω') + δ² (s(Ω) s(Ω') + (S/10)²) (1 + ρ(|Ω − Ω'|/ℓ)),   ρ(d) = (1 + √3 d) exp(−√3 d),
 
 with the model's own amplitude s of the order, its root mean square S over the speeds, the relative bias δ of the order,
-a length ℓ, and ρ of Matérn. A relative bias turns with the phase of the model's order, so residuals are taken in phase
-with it and a quarter ahead; both have this covariance. The bias is relative because at a resonance, where parameters
-take it up, it can only be judged by what is left beside the resonance; an additive bias of its own size would explain
-that away. As much of it as changes over the speed is common to all speeds of an order: no number of speeds averages a
-wrong torque away.
+a length ℓ, and the Matérn correlation ρ. Residuals are split into components in phase with the model's order and a
+quarter period ahead; both have this covariance. The bias is relative because parameters absorb bias at a resonance,
+so its size must follow from residuals away from the resonance, which an additive bias would explain completely. One
+half of the bias varies over the speed. The other half is common to all speeds of an order, because more speeds do not
+average out an error of the exciting torque.
 
-Noise and length are those of a set. Each order has a relative bias of its own, because a small order that large ones
-feed by the rods' inertia may be wrong by a third where the large ones are right to a per cent. The biases of a set
-scatter about a common one by a factor of :data:`APART` where the likelihood tells them apart, else by :data:`ALIKE`:
-a parameter common to all orders takes up the bias of one, which then seems to be right beside wrong others. These
-numbers follow from the restricted likelihood (Patterson and Thompson 1971), which accounts for the part of the bias
-that the parameters have taken up:
+Noise and length are common to a set. Each order has its own relative bias, because a small order that large orders
+excite by the rods' inertia may be wrong by a third where the large ones are right to a per cent. The biases of a set
+scatter about a common value by a factor of :data:`APART` if the likelihood distinguishes them, else by :data:`ALIKE`,
+because a common parameter may absorb the bias of one order, which then seems correct next to wrong others. These
+values maximise the restricted likelihood (Patterson and Thompson 1971), which accounts for the part of the bias that
+the parameters have absorbed:
 
     −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A| + Σ (ln δ_o/δ)²/ln²(APART),   A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
 
-Each set has its own parameters in this, so that sets that contradict each other do not hide it as bias.
+Each set is fitted with its own parameters here, so a contradiction between sets is not hidden as bias.
 
 Sources: M. C. Kennedy, A. O'Hagan, J. R. Statist. Soc. B 63 (2001) 425; C. E. Rasmussen, C. K. I. Williams, *Gaussian
 Processes for Machine Learning* (2006); H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
@@ -43,22 +43,22 @@ from cranktrain.core.types import Array
 LEAST, MOST = 1e-4, 1.0
 """Bounds of the relative bias."""
 LONGEST, LONGEST_ALONE = 3.0, 0.5
-"""Largest length of the bias over the span of the speeds, of several orders and of one alone, or of an orbit.
+"""Limits of the bias length as a fraction of the speed range: for several orders, and for one order or an orbit.
 
-A bias that changes over more than the speeds shows little of its size: of a length that is bounded to a part of them
-it would be taken for a small one. One order alone does not tell its size from its length, and an orbit is periodic."""
+A bias that varies more slowly than the speed range shows only part of its size. A tight limit of the length would
+underestimate it. A single order cannot distinguish size and length, and an orbit is periodic, so their limit is low."""
 LOW = 0.1
-"""Part of the bias that does not fall with the amplitude, over that at the root mean square of the amplitudes."""
+"""Amplitude-independent part of the bias, as a fraction of the bias at the RMS amplitude."""
 APART = 3.0
-"""Factor between the relative biases of orders of a set, one standard deviation of their logarithms."""
+"""Scatter factor of the relative biases of a set's orders (one standard deviation of their logarithms)."""
 ALIKE, TOLD = 1.2, 0.01
-"""The same factor where the data do not tell the orders' biases apart, by a test of the likelihood at this level."""
+"""Scatter factor if a likelihood-ratio test cannot distinguish the biases of orders, and level of this test."""
 _QUIET = 1e-5
-"""Least noise of a set, over the root mean square of its amplitudes."""
+"""Least noise of a set, as a fraction of the RMS of its amplitudes."""
 
 
 class Bias(NamedTuple):
-    """Numbers of a set: noise σ in its unit, relative bias δ, length ℓ in rad/s, and the bias of each of its orders."""
+    """Covariance parameters of a set: noise σ, relative bias δ, length ℓ in rad/s, and the bias of each order."""
 
     noise: float
     relative: float
@@ -66,7 +66,7 @@ class Bias(NamedTuple):
     orders: tuple[float, ...] = ()
 
     def of(self, k: int) -> Bias:
-        """Numbers of the ``k``-th order of the set."""
+        """Return the covariance parameters of the ``k``-th order of the set."""
         return self._replace(relative=self.orders[k], orders=()) if self.orders else self
 
 
@@ -76,8 +76,8 @@ class Residue(NamedTuple):
     Attributes
     ----------
     speeds, sizes : (n,) rad/s, and the model's amplitudes s
-    noise : (n,) known noise, or not a number
-    residuals, slopes : (n, c) of its c components, and derivatives (n, c, p) of the model by the parameters
+    noise : (n,) known noise, or NaN
+    residuals, slopes : residuals (n, c) of c components, and derivatives (n, c, p) of the model by the parameters
     """
 
     speeds: Array
@@ -88,25 +88,25 @@ class Residue(NamedTuple):
 
 
 def covariance(speeds: Array, sizes: Array, noise: Array, bias: Bias) -> Array:
-    """Covariance (n, n) of one component of an order, ``bias`` its own."""
+    """Return the covariance (n, n) of one component of an order with its own ``bias``."""
     own = np.where(np.isfinite(noise), noise, bias.noise)
     return np.asarray(bias.relative**2 * _shape(sizes) * (1.0 + _alike(speeds, bias.length)[0]) + np.diag(own**2))
 
 
 def _shape(sizes: Array) -> Array:
-    """Covariance (n, n) of a relative bias of one, of all speeds alike."""
+    """Return the covariance (n, n) of a relative bias of 1 that is fully correlated over the speed."""
     return np.asarray(np.outer(sizes, sizes) + LOW**2 * float(np.mean(sizes**2)))
 
 
 def _alike(speeds: Array, length: float) -> tuple[Array, Array]:
-    """Correlation ρ (n, n) of speeds, and its derivative by ln ℓ."""
+    """Return the correlation ρ (n, n) between speeds, and its derivative by ln ℓ."""
     apart = np.abs(speeds[:, None] - speeds) * (math.sqrt(3.0) / length)
     fall = np.exp(-apart)
     return (1.0 + apart) * fall, apart**2 * fall
 
 
 def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
-    """Bias from which a search starts: a fraction of the amplitudes, over a tenth of the speeds."""
+    """Return the initial guess of the bias: a fraction of the amplitudes, with a tenth of the speed range as length."""
     span = max(float(np.ptp(one.speeds)) for one in parts)
     known = np.concatenate([one.noise[np.isfinite(one.noise)] for one in parts])
     noise = float(np.sqrt(np.mean(known**2))) if known.size else 0.02 * _rms(parts)
@@ -114,7 +114,7 @@ def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
 
 
 def noise_of_differences(parts: Sequence[Residue]) -> float:
-    """Noise by second differences over the speed, to which a smooth bias adds little.
+    """Estimate noise by second differences over the speed, which a smooth bias hardly affects.
 
     Gasser, Sroka, Jennen-Steinmetz, Biometrika 73 (1986) 625.
     """
@@ -132,13 +132,13 @@ def noise_of_differences(parts: Sequence[Residue]) -> float:
 
 
 def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None = None) -> Bias:
-    """Numbers of a set by the restricted likelihood.
+    """Estimate the covariance parameters of a set by the restricted likelihood.
 
     Parameters
     ----------
-    parts : its orders
+    parts : residuals of the set's orders
     prior : (p, p) information on the parameters that other sources give
-    before : numbers from which the search starts
+    before : initial guess
     """
     rms, first = _rms(parts), before or first_bias(parts)
     span = max(float(np.ptp(one.speeds)) for one in parts)
@@ -152,14 +152,14 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
     bounds = list(zip(low, high, strict=True))
     if all(np.isfinite(one.noise).all() for one in parts):
         noise, bounds[0] = first.noise, (math.log(first.noise), math.log(first.noise))
-    # Once found, the numbers hardly change; the first time a small bias and a large one are tried.
+    # Later estimates change little, so they have one start. The first search starts from a small and a large bias.
     starts = [
         np.clip(np.log([noise, first.length, *(count * [relative])]), low, high)
         for relative in ((first.relative, 0.02) if before is None else (max(first.relative, 0.02),))
     ]
 
     def likeliest(apart: float) -> tuple[Array, float]:
-        """Logarithms of the numbers whose orders' biases scatter by a factor ``apart``, and their −2 L."""
+        """Return logarithms of the best covariance parameters for a scatter factor ``apart``, and their −2 L."""
         best, least = starts[0], math.inf
         for begin in starts:
             found = minimize(
@@ -180,10 +180,11 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
 
 
 def _unlikely(values: Array, parts: Sequence[Residue], prior: Array, far: float = APART) -> tuple[float, Array]:
-    """Minus twice the logarithm of the restricted likelihood, and its derivatives (m,).
+    """Return minus twice the logarithm of the restricted likelihood, and its derivatives (m,).
 
-    ``values`` (m,) are logarithms of noise, length, the common relative bias, and that of each order. With e = r − J
-    A⁻¹ g, w = C⁻¹ e and Z = C⁻¹ J the derivative by a number of C is Σ dC ∘ (C⁻¹ − w wᵀ − Z A⁻¹ Zᵀ) of the components.
+    ``values`` (m,) are logarithms of noise, length, common relative bias, and relative bias of each order. With e = r −
+    J A⁻¹ g, w = C⁻¹ e and Z = C⁻¹ J, the derivative by a parameter of C is Σ dC ∘ (C⁻¹ − w wᵀ − Z A⁻¹ Zᵀ), summed over
+    the components.
     """
     noise, length = np.exp(values[:2]).tolist()
     scatter = math.log(far)
@@ -228,7 +229,7 @@ def _unlikely(values: Array, parts: Sequence[Residue], prior: Array, far: float 
 
 
 def effective_count(matrix: Array) -> float:
-    """Number of independent values that a covariance (n, n) has: (tr R)²/tr R² of its correlation R."""
+    """Return the effective number of independent values of a covariance (n, n): (tr R)²/tr R² of its correlation R."""
     scale = np.sqrt(np.diag(matrix))
     alike = matrix / np.outer(scale, scale)
     return float(matrix.shape[0] ** 2 / np.sum(alike**2))

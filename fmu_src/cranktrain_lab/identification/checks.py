@@ -1,4 +1,4 @@
-"""What is refused: data of another engine, parameters that nothing excites, sets that contradict each other."""
+"""Checks that refuse data of another engine, parameters without influence on the data, and contradicting sets."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from cranktrain_lab.identification.parameters import RATIOS, outer_values
 
 Remedy = Callable[[Estimate, int], str]
 SAMPLES = 16
-"""Points within the bounds at which frequencies of the model are looked at, besides those of least and most."""
+"""Number of points within the bounds at which model frequencies are evaluated, in addition to the bounds."""
 REACH = 0.05
-"""Distance between a measured frequency and the model's, over it, from which the data are of another engine."""
+"""Relative deviation of a measured frequency from the model's range above which the data are refused."""
 EXPLAINED = 0.5
-"""Least part of the squared amplitudes that a fit must explain."""
+"""Least fraction of the squared amplitudes that a fit must explain."""
 FACTOR, MISSED = 3.0, 5.0
-"""Factor between a measured damping ratio and that of the best fit, also in deviations, from which it is refused."""
+"""Limits of a measured damping ratio's deviation from the best fit: as a factor, and in standard deviations."""
 SAME_MODE = 0.5
-"""Least MAC of a measured shape with that of the best fit."""
+"""Least MAC between a measured shape and that of the best fit."""
 CLEAR = 3.0
-"""A resonance is a peak this many times above the median of its order."""
+"""Least ratio of a peak to the median of its order for a resonance."""
 
 
 def check_crank(engine: Engine, keys: Iterable[str], crank: str) -> None:
-    """Refuse parameters ``keys`` that the crank of runs in time does not have; ``InputError``."""
+    """Raise ``InputError`` for parameters ``keys`` that the crank of runs in time does not have."""
     own = "damping.ratio" if engine.damping.kind == "modal" else "damping.beta"
     for key in keys:
         if CRANKS[crank].bends and key.startswith(RATIOS):
@@ -49,9 +49,9 @@ def check_crank(engine: Engine, keys: Iterable[str], crank: str) -> None:
 
 
 def check_estimate(comparison: Comparison, found: Estimate, remedy: Remedy = lambda found, k: "") -> None:
-    """Refuse an estimate of data that are not the engine's; ``InputError``.
+    """Raise ``InputError`` for an estimate from data of another engine.
 
-    ``remedy`` says what would tell a parameter that nothing in the data depends on, by its number.
+    ``remedy`` returns the advice on a parameter, by its index, that has no influence on the data.
     """
     if found.interrupted:
         return
@@ -62,7 +62,7 @@ def check_estimate(comparison: Comparison, found: Estimate, remedy: Remedy = lam
 
 
 def check_excited(comparison: Comparison, found: Estimate, remedy: Remedy) -> None:
-    """Refuse parameters that nothing in the data depends on; ``InputError``."""
+    """Raise ``InputError`` for parameters without influence on the data."""
     for k in unexcited(comparison, found):
         one = comparison.sought[k]
         moved = math.sqrt(found.information[k, k]) * (comparison.high[k] - comparison.low[k])
@@ -73,9 +73,9 @@ def check_excited(comparison: Comparison, found: Estimate, remedy: Remedy) -> No
 
 
 def check_numbers(comparison: Comparison, found: Estimate) -> None:
-    """Refuse decays and shapes that the best fit misses by far: of another mode, or of what is not sought.
+    """Raise ``InputError`` for decays and shapes far from the best fit, which belong to another mode.
 
-    ``InputError``. Frequencies are compared before the search.
+    A parameter that is not sought may be the cause too. Frequencies are compared before the search.
     """
     pieces = found.pieces[len(comparison.data.strands) :]
     for one, piece in zip(comparison.data.scalars, pieces, strict=False):
@@ -99,7 +99,7 @@ def check_numbers(comparison: Comparison, found: Estimate) -> None:
 
 
 def check_sets(comparison: Comparison, found: Estimate) -> None:
-    """Refuse sets that contradict each other; ``InputError``."""
+    """Raise ``InputError`` for sets that contradict each other."""
     against = contradictions(comparison, found)
     if not against:
         return
@@ -119,7 +119,7 @@ def check_sets(comparison: Comparison, found: Estimate) -> None:
 
 
 def check_explained(comparison: Comparison, found: Estimate) -> None:
-    """Refuse orders of which the best fit explains less than half; ``InputError``."""
+    """Raise ``InputError`` for orders of which the best fit explains less than half."""
     for name in comparison.data.order_sets:
         of = [k for k, one in enumerate(comparison.data.strands) if one.name == name]
         rows = [(comparison.data.strands[k], found.pieces[k]) for k in of]
@@ -137,12 +137,12 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
 
 
 def _varying(one: Strand, piece: Piece) -> NDArray[np.complex128]:
-    """Measured values (n,) of an order less the constant of a wheel."""
+    """Return measured values (n,) of an order minus the constant of a wheel."""
     return one.values if piece.constant is None else one.values - piece.constant.number
 
 
 def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:
-    """Refuse resonances and frequencies that no parameters within their bounds give; ``InputError``."""
+    """Raise ``InputError`` for resonances and frequencies that no parameters within their bounds give."""
     points = _points(comparison, seed)
     numbers = [found for found in (_numbers(model, point) for point in points) if found is not None]
     for k, scalar in enumerate(model.data.scalars if numbers else ()):
@@ -160,13 +160,13 @@ def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) 
     for one, hz in peaks:
         k = model.data.strands.index(one)
         own = [found for found in (peak_hz(one.speeds, np.abs(a[k]), one.order) for a in answers) if found]
-        if len(own) == len(answers) and own:  # all within the measured speeds, so that their range is known
+        if len(own) == len(answers) and own:  # the range is known only if all peaks lie within the measured speeds
             where = f"'{one.name}': the peak of order {one.order:g} at {60.0 * hz / one.order:.0f} rev/min,"
             _check(where, hz, min(own), max(own), comparison, REACH + _step(one))
 
 
 def _step(one: Strand) -> float:
-    """Step of the speeds over the mean speed."""
+    """Return the step of the speeds as a fraction of the mean speed."""
     return float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
 
 
@@ -181,7 +181,7 @@ def _check(where: str, hz: float, low: float, high: float, comparison: Compariso
 
 
 def _points(comparison: Comparison, seed: int) -> list[Array]:
-    """Values (p,), SI, spread over the bounds, with the two ends of each parameter."""
+    """Return points (p,), SI, spread over the bounds, and both bounds of each parameter."""
     p = comparison.low.size
     shares = list(qmc.Sobol(p, rng=np.random.default_rng(seed)).random(SAMPLES))
     for k in range(p):
@@ -203,7 +203,7 @@ def _numbers(model: TorsionalModel, values: Array) -> Array | None:
 
 
 def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> float | None:
-    """Frequency, Hz, of a clear resonance of an order within its speeds (n,) rad/s; None where there is none."""
+    """Return the frequency (Hz) of an order's clear resonance within the speeds (n,) rad/s, or None."""
     by_speed = np.argsort(speeds, kind="stable")
     own, at = np.asarray(sizes)[by_speed], speeds[by_speed]
     k = int(np.argmax(own))
@@ -213,7 +213,7 @@ def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> floa
 
 
 def check_data(strands: Sequence[Strand]) -> None:
-    """Refuse orders that are zero, or too small for their squares, at all speeds; ``InputError``."""
+    """Raise ``InputError`` for orders that are zero at all speeds, or so small that their squares are."""
     for one in strands:
         largest = float(np.abs(one.values).max())
         if largest < LEAST:

@@ -1,10 +1,10 @@
-"""Data beside the model's answers: residuals, their covariance, and derivatives by the sought parameters.
+"""Comparison of data and model: residuals, their covariance, and derivatives by the sought parameters.
 
 Residuals are measured minus computed: real and imaginary part of each order, or its amplitude alone; logarithms of
 frequencies and damping ratios; components of shapes of unit length. Parameters are coordinates u of
-:mod:`cranktrain_lab.identification.parameters`. Each set has a covariance C, so that with the Cholesky factor of C
-all residuals count alike, and what is known before adds a row (u − u₀)/σ for each parameter with a prior. An order that
-a toothed wheel measured has an unknown constant, which is eliminated
+:mod:`cranktrain_lab.identification.parameters`. Each set has a covariance C, whose Cholesky factor gives all residuals
+unit variance. Each parameter with a prior adds a row (u − u₀)/σ. An order measured with a toothed wheel has an unknown
+constant, which is eliminated
 (:mod:`cranktrain_lab.identification.wheel_constants`).
 """
 
@@ -32,26 +32,26 @@ from cranktrain_lab.identification.wheel_constants import (
 )
 
 STEP = 1e-3
-"""Step in u of the derivatives: a thousandth of a parameter."""
+"""Step in u for derivatives, a thousandth of a parameter."""
 LOST = 1e3
-"""Residual, in standard deviations, where the model has no answer."""
+"""Residual, in standard deviations, if the model cannot be evaluated."""
 
 
 class Answering(Protocol):
-    """What answers for sought values (p,), SI."""
+    """Model that returns computed data for sought values (p,), SI."""
 
     def answers(self, values: Array) -> Answers:
-        """Answers beside the data."""
+        """Return the computed counterparts of all data."""
 
 
 class Correction(NamedTuple):
-    """What a higher level adds to the model's orders, linear in u: ``values`` at ``inner``, with their derivatives.
+    """Correction of the model's orders by a higher level, linear in u: ``values`` at ``inner``, with derivatives.
 
     Attributes
     ----------
-    values : complex orders (n,) of each strand
-    inner : (p,) u at which they are added
-    slopes : derivatives (n, p) of each strand by u; none where the model's own are those of the level
+    values : complex amplitudes (n,) to add to each strand
+    inner : (p,) u of these values
+    slopes : derivatives (n, p) of each strand's values by u; empty for a constant correction
     """
 
     values: tuple[NDArray[np.complex128], ...]
@@ -59,21 +59,21 @@ class Correction(NamedTuple):
     slopes: tuple[NDArray[np.complex128], ...] = ()
 
     def at(self, inner: Array) -> tuple[NDArray[np.complex128], ...]:
-        """What is added (n,) to each strand at u (p,)."""
+        """Return the correction (n,) of each strand at u (p,)."""
         if not self.slopes:
             return self.values
         move = inner - self.inner
         return tuple(own + by @ move for own, by in zip(self.values, self.slopes, strict=True))
 
     def first(self, count: int) -> Correction:
-        """The same of the first ``count`` strands."""
+        """Return the correction of the first ``count`` strands."""
         return Correction(self.values[:count], self.inner, self.slopes[:count])
 
 
 class Piece(NamedTuple):
-    """Residuals of one order, number or shape: set, rows (n, c) fitted and held out, and their derivatives (…, p).
+    """Residuals of one order, number or shape: set, rows (n, c) fitted and held out, and derivatives (…, p).
 
-    ``constant`` is that of a wheel, subtracted from the rows; None where the order has none, or still has it.
+    ``constant`` is the constant of a wheel that was subtracted from the rows; None if nothing was subtracted.
     """
 
     name: str
@@ -88,12 +88,12 @@ class Comparison:
 
     Parameters
     ----------
-    model, data, sought : what answers, what was measured, what is sought
+    model, data, sought : model, measured data, and sought parameters
 
     Attributes
     ----------
-    biases : set → numbers of its covariance
-    correction : what a higher level adds to the model's orders
+    biases : set → covariance parameters
+    correction : correction of the model's orders by a higher level
     """
 
     def __init__(self, model: Answering, data: Data, sought: Sequence[Sought]) -> None:
@@ -109,13 +109,13 @@ class Comparison:
         self._prior: Array = np.array([1.0 / one.prior_inner for one in sought])
 
     def take(self, model: Answering, data: Data) -> None:
-        """Compare another model and data, whose covariances are found anew."""
+        """Replace model and data; their covariances are estimated anew."""
         self.model, self.data, self.correction, self.biases = model, data, None, {}
 
     def about(self, model: Answering, data: Data, inner: Array) -> Comparison:
-        """Comparison of a model with other orders near u (p,), with bounds half as far again.
+        """Return a comparison of a model with other orders near u (p,), with the bounds moved out by half their range.
 
-        What the orders do not determine stays at u.
+        Parameters that the orders do not determine stay at u.
         """
         other = Comparison(model, data, self.sought)
         far = 0.5 * (other.high - other.low)
@@ -126,21 +126,21 @@ class Comparison:
 
     @property
     def start(self) -> Array:
-        """Coordinates (p,) from which the search starts."""
+        """Coordinates (p,) at which the search starts."""
         return self._start
 
     @property
     def prior(self) -> Array:
-        """Information (p, p) that the file's priors give."""
+        """Information (p, p) from the file's priors."""
         return np.diag(self._prior**2)
 
     @property
     def known(self) -> Array:
-        """Information (p, p) that the priors and the bounds give, bounds as a uniform distribution between them."""
+        """Information (p, p) from priors and bounds, where bounds count as a uniform distribution."""
         return self.prior + np.diag(12.0 / (self.high - self.low) ** 2)
 
     def answers(self, inner: Array) -> Answers:
-        """Answers with the correction of a higher level; ``InputError``, ``SolverError``."""
+        """Return the model's data with the correction of a higher level; ``InputError``, ``SolverError``."""
         found = self.model.answers(outer_values(self.sought, inner))
         if self.correction is None:
             return found
@@ -148,7 +148,7 @@ class Comparison:
         return Answers(strands, found.scalars, found.shapes)
 
     def rows(self, inner: Array) -> list[Array]:
-        """Residuals (n, c) of each order, held out ones too, then of the numbers (n, 1) and of the shapes (n, 1)."""
+        """Return residuals (n, c) of each order with held-out points, then of numbers (1, 1) and shapes (n, 1)."""
         found, rows = self.answers(inner), list[Array]()
         for one, own in zip(self.data.strands, found.strands, strict=True):
             if one.phases:
@@ -162,11 +162,11 @@ class Comparison:
         return rows
 
     def own(self, inner: Array) -> list[NDArray[np.complex128]]:
-        """The model's amplitudes (n,) beside each order."""
+        """Return the model's complex amplitudes (n,) of each order."""
         return list(self.answers(inner).strands)
 
     def weigh(self, biases: dict[str, Bias], own: Sequence[NDArray[np.complex128]]) -> None:
-        """Take a covariance for each set, with the model's ``own`` orders (n,)."""
+        """Set the covariance of each set from its parameters and the model's ``own`` orders (n,)."""
         self.biases, self._factors, self._turns = dict(biases), [], [_turn(one) for one in own]
         self._constants = []
         for k, one in enumerate(self.data.strands):
@@ -179,17 +179,17 @@ class Comparison:
             self._constants.append(Constant(by, columns, np.asarray(np.linalg.pinv(columns))) if one.wheel else None)
 
     def covariance_of(self, k: int, sizes: Array) -> Array:
-        """Covariance (n, n) of one component of the ``k``-th order, with the model's amplitudes ``sizes`` (n,)."""
+        """Return the covariance (n, n) of one component of the ``k``-th order; ``sizes`` (n,) are model amplitudes."""
         one = self.data.strands[k]
         place = sum(other.name == one.name for other in self.data.strands[:k])
         return covariance(one.speeds, sizes, one.noise, self.biases[one.name].of(place))
 
     def first_biases(self, own: Sequence[NDArray[np.complex128]]) -> dict[str, Bias]:
-        """Covariances before anything is fitted: a tenth of the amplitudes."""
+        """Return covariance parameters before the first fit, with a bias of a tenth of the amplitudes."""
         return {name: first_bias([self._residue(k, own[k]) for k in which]) for name, which in self._sets().items()}
 
     def found_biases(self, pieces: Sequence[Piece], own: Sequence[NDArray[np.complex128]]) -> dict[str, Bias]:
-        """Covariances by the restricted likelihood of each set."""
+        """Estimate covariance parameters of each set by the restricted likelihood."""
         found = {}
         for name, which in self._sets().items():
             columns = [self._column(k, own[k]) for k in which]
@@ -201,7 +201,7 @@ class Comparison:
         return found
 
     def _column(self, k: int, own: NDArray[np.complex128]) -> Array | None:
-        """Derivatives (n, c, 2) of the ``k``-th order by its constant over the constant's standard deviation."""
+        """Return derivatives (n, c, 2) of the ``k``-th order by its wheel constant in standard deviations, or None."""
         one = self.data.strands[k]
         return WIDE * float(np.abs(one.values).max()) * by_constant(one, _turn(own)) if one.wheel else None
 
@@ -221,7 +221,7 @@ class Comparison:
         return Residue(one.speeds[keep], np.abs(own)[keep], one.noise[keep], rows.reshape(rows.shape[:2]), slopes)
 
     def whitened(self, blocks: Sequence[Array]) -> list[Array]:
-        """Blocks (n, c, …) of the fitted rows over their standard deviations, (n·c, …) each."""
+        """Return fitted rows of blocks (n, c, …) as (n·c, …), whitened and without wheel constants."""
         found = []
         for k, block in enumerate(blocks):
             if k < len(self.data.strands):
@@ -233,13 +233,13 @@ class Comparison:
         return found
 
     def _white(self, k: int, block: Array) -> Array:
-        """Block (n, c, …) of the ``k``-th order's fitted rows over their standard deviations, (n·c, …)."""
+        """Return fitted rows of a block (n, c, …) of the ``k``-th order as (n·c, …), whitened."""
         keep = ~self.data.strands[k].held
         flat = _turned(block[keep], self._turns[k][keep]).reshape(int(keep.sum()), -1)
         return np.asarray(solve_triangular(self._factors[k], flat, lower=True).reshape(-1, *block.shape[2:]))
 
     def cleared(self, pieces: Sequence[Piece]) -> list[Piece]:
-        """Pieces less the constants of wheels; derivatives are those of the model with the constants that it gives."""
+        """Return pieces minus the constants of wheels; derivatives include the change of the constants with u."""
         found = list(pieces)
         for k, constant in enumerate(self._constants):
             if constant is None:
@@ -253,7 +253,7 @@ class Comparison:
         return found
 
     def residuals(self, inner: Array) -> Array:
-        """All residuals (m,) in standard deviations; those of priors last."""
+        """Return all residuals (m,) in standard deviations, those of priors last."""
         before = (inner - self._start) * self._prior
         try:
             rows = np.concatenate(self.whitened(self.rows(inner)))
@@ -270,11 +270,11 @@ class Comparison:
 
     @property
     def constants(self) -> int:
-        """Number of real unknowns that constants of wheels add."""
+        """Number of real unknowns in the constants of wheels."""
         return sum(2 for one in self.data.strands if one.wheel)
 
     def pieces(self, inner: Array) -> list[Piece]:
-        """Residuals at u (p,) with their derivatives by central differences."""
+        """Return residuals at u (p,) with derivatives by central differences."""
         rows = self.rows(inner)
         slopes = [np.zeros((*row.shape, inner.size)) for row in rows]
         for k in range(inner.size):
@@ -283,7 +283,7 @@ class Comparison:
             ends = [np.clip(inner + side * move, self.low, self.high) for side in (1.0, -1.0)]
             above, below = (self.rows(end) for end in ends)
             for slope, a, b in zip(slopes, above, below, strict=True):
-                slope[..., k] = (b - a) / (ends[0][k] - ends[1][k])  # of the model, not of the residual
+                slope[..., k] = (b - a) / (ends[0][k] - ends[1][k])  # derivative of the model, not of the residual
         names = self.data.of_pieces
         held = [one.held for one in self.data.strands]
         held += [np.zeros(row.shape[0], dtype=bool) for row in rows[len(held) :]]
@@ -291,13 +291,13 @@ class Comparison:
 
 
 def _turn(own: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Factors (n,) that turn residuals into the phase of the model's orders (n,)."""
+    """Return factors (n,) that rotate residuals into the phase of the model's orders (n,)."""
     size = np.abs(own)
     return np.asarray(np.where(size > 0.0, np.conj(own) / np.where(size > 0.0, size, 1.0), 1.0))
 
 
 def _turned(block: Array, turn: NDArray[np.complex128]) -> Array:
-    """Residuals or derivatives (n, c, …) turned by factors (n,); those of amplitudes alone, c = 1, stay."""
+    """Return residuals or derivatives (n, c, …) rotated by factors (n,); amplitudes without phase (c = 1) stay."""
     if block.shape[1] == 1:
         return block
     shape = (-1, *(1 for _ in block.shape[2:]))

@@ -1,16 +1,15 @@
-"""How sure the identified parameters are: covariance, profiles, bootstrap, and what the data cannot tell apart.
+"""Confidence of identified parameters: covariance, profiles, bootstrap, and combinations the data do not determine.
 
-With the information A = Jᵀ C⁻¹ J of the data and P of what was known before (priors, and the bounds as uniform
-distributions), the covariance of u is
+With the information A = Jᵀ C⁻¹ J of the data and P of prior knowledge (priors, and bounds as uniform distributions),
+the covariance of u is
 
     S = (A + P)⁻¹ + Σ d dᵀ,
 
-d being what each level of the model above the fitted one would move, beyond the level below it
-(:mod:`cranktrain_lab.identification.ladder`). Intervals take
-Student's t with the number of independent residuals less that of the parameters. A profile fixes one parameter, fits
-all others and ends where the sum of squares has risen by t². The bootstrap draws blocks of residuals at neighbouring
-speeds, or single ones among repeated runs of a speed, and draws of what was known before, and maps each draw by the
-linear estimate.
+d being the change of u by each level above the fitted one, compared with the level below it
+(:mod:`cranktrain_lab.identification.ladder`). Intervals use Student's t; the degrees of freedom are the number of
+independent residuals minus the number of parameters. A profile fixes one parameter, fits all others and ends where the
+sum of squares has risen by t². The bootstrap resamples residuals in blocks of neighbouring speeds, or among repeated
+runs of a speed, draws from the priors, and maps each draw to u by the linear estimate.
 
 Sources: G. A. F. Seber, C. J. Wild, *Nonlinear Regression* (1989), ch. 5; H. R. Künsch, Ann. Statist. 17 (1989) 1217,
 blocks.
@@ -37,28 +36,28 @@ Integers = NDArray[np.intp]
 LEVEL = 0.95
 """Probability of all intervals."""
 WEAK = 0.3
-"""Relative deviation of a combination of parameters above which the data do not determine it."""
+"""Relative deviation above which a combination of parameters counts as not determined by the data."""
 PART = 0.3
-"""Part of a combination from which a parameter is named."""
+"""Component of a combination (of unit length) above which its parameter is listed."""
 ENTANGLED = 3.0
-"""Deviation of a parameter over that with all others known, from which it is named with others."""
+"""Ratio of a parameter's deviation to its deviation with all others known, above which it is listed as correlated."""
 UNLIKELY = 1e-4
-"""Probability below which sets contradict each other."""
+"""Probability below which two sets count as contradicting."""
 FEWEST = 3.0
-"""Least degrees of freedom of an interval."""
+"""Least degrees of freedom used for an interval."""
 _STEPS = 5
 
 
 @dataclass(frozen=True)
 class Confidence:
-    """Confidence of an estimate: covariance (p, p) of u, the degrees of freedom, and half an interval in deviations."""
+    """Confidence of an estimate: covariance (p, p) of u, and degrees of freedom of its intervals."""
 
     covariance: Array
     freedom: float
 
     @property
     def reach(self) -> float:
-        """Half of an interval over a standard deviation."""
+        """Half width of an interval in standard deviations."""
         return float(t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
 
     @property
@@ -68,17 +67,17 @@ class Confidence:
 
 
 class Direction(NamedTuple):
-    """A combination of parameters: its relative deviation by the data alone, and its parts (p,), of unit length."""
+    """Combination of parameters: relative deviation from the data alone, and components (p,) of unit length."""
 
     deviation: float
     parts: Array
 
 
 class Contradiction(NamedTuple):
-    """Test of two sets.
+    """Result of the test whether two sets contradict each other.
 
-    ``distance`` is the squared distance of what each wants, of ``freedom`` degrees and ``probability``; ``parameter``
-    the one on which they differ most, ``wants`` the u that each wants of it.
+    ``distance`` is the squared distance of their estimates (chi-square with ``freedom`` degrees and ``probability``).
+    ``parameter`` is the index of the parameter on which they differ most, ``wants`` its u by each set.
     """
 
     first: str
@@ -91,7 +90,7 @@ class Contradiction(NamedTuple):
 
 
 def confidence_of(comparison: Comparison, found: Estimate, moves: Array) -> Confidence:
-    """Covariance of an estimate, widened by what levels above would move, (n, p) in u."""
+    """Return the confidence of an estimate, widened by the ``moves`` (n, p) of u that higher levels would cause."""
     own = np.linalg.inv(found.information + comparison.known)
     count = float(len(comparison.data.scalars) + sum(one.values.size for one in comparison.data.shapes))
     sizes = [np.abs(own) for own in comparison.own(found.inner)]
@@ -99,13 +98,13 @@ def confidence_of(comparison: Comparison, found: Estimate, moves: Array) -> Conf
         keep = np.flatnonzero(~one.held)
         count += effective_count(comparison.covariance_of(k, sizes[k])[np.ix_(keep, keep)]) * (2 if one.phases else 1)
     free = count - comparison.constants - found.inner.size + int((np.diag(comparison.prior) > 0.0).sum())
-    # Deviations of numbers and shapes are stated, not found from residuals.
+    # Deviations of numbers and shapes are given and not estimated from residuals, so they have no degrees of freedom.
     freedom = max(free, FEWEST) if comparison.data.strands else 1e6
     return Confidence(own + moves.T @ moves, freedom)
 
 
 def directions(information: Array) -> list[Direction]:
-    """Combinations of parameters by what the data say of them, ``information`` (p, p), the least known first."""
+    """Return eigenvectors of ``information`` (p, p) as combinations of parameters, the least determined first."""
     values, vectors = np.linalg.eigh(information)
     least = 1e-12 * max(float(values[-1]), 1e-300)
     return [
@@ -115,23 +114,23 @@ def directions(information: Array) -> list[Direction]:
 
 
 def unexcited(comparison: Comparison, found: Estimate) -> list[int]:
-    """Parameters that move the data by less than a standard deviation over all of their bounds."""
+    """Return parameters that change the data by less than a standard deviation over the range of their bounds."""
     moved = np.sqrt(np.diag(found.information)) * (comparison.high - comparison.low)
     return [int(k) for k in np.flatnonzero(moved < 1.0)]
 
 
 def told_apart(information: Array, known: Array, keys: Sequence[str]) -> list[str]:
-    """What data cannot tell apart of parameters (p,), in words.
+    """Describe the parameters (p,) and combinations that the data do not determine.
 
     Parameters
     ----------
-    information, known : (p, p) in u, that of the data, and that of priors and bounds
-    keys : of the parameters
+    information, known : information (p, p) in u of the data, and of priors and bounds
+    keys : keys of the parameters
     """
     weak = [one for one in directions(information) if one.deviation >= WEAK]
     if not weak:
         return []
-    # Several unknown directions are one space: any of their combinations is unknown as well.
+    # Several undetermined directions span a space in which every combination is undetermined.
     share = np.sqrt(np.sum([one.parts**2 for one in weak], axis=0))
     alone = np.sqrt(np.diag(np.linalg.inv(information + known)) * np.diag(information))
     named = [int(k) for k in np.argsort(-share, kind="stable") if share[k] >= PART or alone[k] >= ENTANGLED]
@@ -145,7 +144,7 @@ def told_apart(information: Array, known: Array, keys: Sequence[str]) -> list[st
 
 
 def _combinations(information: Array, keys: Sequence[str], named: Sequence[int], count: int) -> str:
-    """The ``count`` combinations of some parameters that the data know best, in words."""
+    """Describe the ``count`` combinations of some parameters that the data determine best."""
     values, vectors = np.linalg.eigh(information[np.ix_(named, named)])
     texts = []
     for value, parts in list(zip(values.tolist(), vectors.T, strict=True))[: -count - 1 : -1]:
@@ -156,7 +155,7 @@ def _combinations(information: Array, keys: Sequence[str], named: Sequence[int],
 
 
 def profiles(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[tuple[float, float]]:
-    """Interval of each parameter in u by its profile, widened as the covariance is; ends at a bound where it is met."""
+    """Return each parameter's profile interval in u, widened like the covariance and clipped to the bounds."""
     slopes = np.concatenate(comparison.whitened([piece.slopes for piece in found.pieces]))
     weak = np.sqrt(np.diag(comparison.prior))
     jacobian = np.vstack((-slopes, np.diag(weak)[weak > 0.0]))
@@ -178,13 +177,13 @@ def profiles(comparison: Comparison, found: Estimate, confidence: Confidence) ->
 def _end(
     comparison: Comparison, inner: Array, jacobian: Array, ahead: tuple[int, float], least: float, rise: float
 ) -> float:  # fmt: skip
-    """The u of a parameter, ``ahead`` its number and first step, at which the sum of squares has risen by ``rise``."""
+    """Return u of parameter ``ahead[0]`` where the sum of squares has risen by ``rise``; first step ``ahead[1]``."""
     k, step = ahead
     others = np.delete(np.arange(inner.size), k)
     by = jacobian[:, others]
-    # Bounds keep what the data do not determine where it is.
+    # Information from the bounds keeps parameters in place that the data do not determine.
     factor = np.linalg.solve(by.T @ by + comparison.known[np.ix_(others, others)], by.T)
-    along = -factor @ jacobian[:, k]  # how the others follow
+    along = -factor @ jacobian[:, k]  # change of the other parameters per change of this one
     share = 1.0
     bound = comparison.high[k] if step > 0.0 else comparison.low[k]
     for _ in range(_STEPS):
@@ -208,10 +207,10 @@ def _end(
 
 
 def bootstrap(comparison: Comparison, found: Estimate, draws: int, seed: int) -> Array:
-    """Draws (b, p) of u: residuals of each order in blocks over the speed, or among runs at the same speed.
+    """Return bootstrap draws (b, p) of u, with residuals resampled in blocks of speeds or among runs of one speed.
 
-    What was known before is drawn too, as one more measurement of each parameter; draws of the data alone would scatter
-    less than the covariance wherever a prior counts.
+    The prior of each parameter is drawn too, as one more measurement. Draws of the data alone would scatter less than
+    the covariance if a prior has an influence.
     """
     rng, before = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     known = np.sqrt(np.diag(comparison.known))
@@ -236,7 +235,7 @@ def bootstrap(comparison: Comparison, found: Estimate, draws: int, seed: int) ->
 
 
 def _block(comparison: Comparison, piece: Piece, k: int) -> int:
-    """Points of a block: twice the length of the bias over the step of the speeds."""
+    """Return the number of points of a block: twice the length of the bias over the step of the speeds."""
     if k >= len(comparison.data.strands):
         return 1
     one = comparison.data.strands[k]
@@ -246,7 +245,7 @@ def _block(comparison: Comparison, piece: Piece, k: int) -> int:
 
 
 def _drawn(comparison: Comparison, k: int, keep: Integers, block: int, rng: np.random.Generator) -> Integers:
-    """Places among ``keep`` whose residuals take the places of all."""
+    """Return indices into ``keep`` of the residuals that replace all residuals."""
     speeds = comparison.data.strands[k].speeds[keep]
     repeated = [np.flatnonzero(speeds == one) for one in np.unique(speeds)]
     if all(places.size > 1 for places in repeated):
@@ -259,7 +258,7 @@ def _drawn(comparison: Comparison, k: int, keep: Integers, block: int, rng: np.r
 
 
 def contradictions(comparison: Comparison, found: Estimate) -> list[Contradiction]:
-    """Pairs of sets that want different parameters, the least likely first."""
+    """Return pairs of sets that contradict each other, the least likely first."""
     names, result = comparison.data.names, []
     wanted = {name: _wanted(comparison, found, name) for name in names}
     for i, first in enumerate(names):
@@ -271,7 +270,7 @@ def contradictions(comparison: Comparison, found: Estimate) -> list[Contradictio
 
 
 def _wanted(comparison: Comparison, found: Estimate, name: str) -> tuple[Array, Array]:
-    """Information (p, p) of a set and its slope (p,) at the estimate."""
+    """Return the information (p, p) of a set and the gradient Jᵀ C⁻¹ r (p,) at the estimate."""
     slopes, rows = (comparison.whitened([getattr(one, part) for one in found.pieces]) for part in ("slopes", "rows"))
     chosen = [k for k, one in enumerate(found.pieces) if one.name == name]
     by, own = np.concatenate([slopes[k] for k in chosen]), np.concatenate([rows[k] for k in chosen])
@@ -281,8 +280,9 @@ def _wanted(comparison: Comparison, found: Estimate, name: str) -> tuple[Array, 
 def _test(
     found: Estimate, first: str, second: str, one: tuple[Array, Array], other: tuple[Array, Array]
 ) -> Contradiction | None:  # fmt: skip
-    """Test of two sets in the combinations of parameters that both determine; None where there are none."""
-    # In scales by which the sum of both has unit information, those that both determine have a part of neither 0 nor 1.
+    """Test two sets in the combinations of parameters that both determine; None if there are none."""
+    # In coordinates in which the sum of both has unit information, the eigenvalues of one lie between 0 and 1. In
+    # directions that both sets determine they are neither 0 nor 1.
     values, vectors = np.linalg.eigh(one[0] + other[0])
     good = values > 1e-9 * values[-1]
     if not good.any():

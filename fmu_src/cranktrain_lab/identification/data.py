@@ -1,4 +1,4 @@
-"""Measured sets as arrays: orders over speed, natural frequencies, decays and shapes, with what is held out."""
+"""Measured sets as arrays: orders over speed, natural frequencies, decays and shapes, with held-out points."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ from cranktrain_lab.identification.tables import (
 from cranktrain_lab.measured.tracking import BAND
 
 FREQUENCY, RATIO, TARGET, MOUNTS = "frequency", "damping ratio", "target", "mount frequency"
-"""Kinds of measured numbers: of twist, and of the crank that bends, in its block."""
+"""Kinds of measured numbers: two of torsional modes, two of the bending crank in its block."""
 BEYOND = 0.05
-"""Distance beyond the engine's speeds, over them, up to which measured speeds are taken."""
+"""Relative distance outside the engine's speed range up to which measured speeds are accepted."""
 FEWEST = 4
-"""Fewest speeds of an order."""
+"""Least number of speeds of an order."""
 
 
 @dataclass(frozen=True)
 class Strand:
-    """One measured order of one set over speed.
+    """Measured order of a set over speed.
 
     Attributes
     ----------
-    name, output, order : of the set, what it measures, the order
+    name, output, order : name of the set, measured output, and order
     speeds : (n,) rad/s
-    values : (n,) complex amplitudes, rad or N m; real ones where only amplitudes count
-    noise : (n,) standard deviation of each component; not a number where it is not known
-    held : (n,) whether a point is held out of the fit
-    phases : whether phases count
-    wheel : whether a toothed wheel adds an unknown constant to the order
+    values : (n,) complex amplitudes, rad or N m; real if only amplitudes are compared
+    noise : (n,) standard deviation of each component; NaN if unknown
+    held : (n,) True for points held out of the fit
+    phases : True if phases are compared
+    wheel : True if a toothed wheel adds an unknown constant to the order
     """
 
     name: str
@@ -68,15 +68,15 @@ class Strand:
 
 @dataclass(frozen=True)
 class Orbit(Strand):
-    """A measured orbit: a strand over crank angles.
+    """Measured orbit, as a strand over crank angles.
 
     ``speeds`` (n,) are crank angles, rad, ``values`` (n,) displacements x + i y, m.
 
     Attributes
     ----------
     bearing : number of the main bearing, from 1
-    speed : rad/s
-    free : whether the mean place is free
+    speed : speed, rad/s
+    free : True if the mean position is not compared
     """
 
     bearing: int
@@ -84,16 +84,16 @@ class Orbit(Strand):
     free: bool
 
     def seen(self, orbit: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """A computed orbit (n,) as the probes see it: without its mean where that is free."""
+        """Return a computed orbit (n,) as the probes measure it, without its mean if that is free."""
         return np.asarray(orbit - orbit.mean() if self.free else orbit)
 
 
 @dataclass(frozen=True)
 class Scalar:
-    """A measured number of one of the kinds: a frequency, Hz, or the damping ratio of a torsional mode.
+    """Measured number of one of the kinds above: a frequency (Hz) or the damping ratio of a torsional mode.
 
-    ``deviation`` is relative.
-    ``damper``: with the damper's ring, as warm as at ``speed``, rad/s (None: the engine's highest).
+    ``deviation`` is the relative standard deviation. ``damper``: mode with the damper's ring, at the damper temperature
+    of ``speed``, rad/s (None: the engine's highest).
     """
 
     name: str
@@ -107,7 +107,7 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Shape:
-    """A measured shape of a torsional mode at interfaces of the crank, of unit length; ``deviation`` of it."""
+    """Measured shape of a torsional mode at interfaces of the crank, of unit length, with its standard deviation."""
 
     name: str
     number: int
@@ -118,32 +118,32 @@ class Shape:
 
 @dataclass(frozen=True)
 class Data:
-    """All data of a file."""
+    """All data of a measured file."""
 
     strands: tuple[Strand, ...] = ()
     scalars: tuple[Scalar, ...] = ()
     shapes: tuple[Shape, ...] = ()
     orbits: tuple[Orbit, ...] = ()
-    """Of journals, not compared before there are runs in time: see :meth:`with_orbits`."""
+    """Orbits of journals, which are compared only once there are runs in time, see :meth:`with_orbits`."""
 
     def with_orbits(self) -> Data:
-        """The same with orbits among the strands, after all orders."""
+        """Return the data with orbits appended to the strands, after all orders."""
         return replace(self, strands=(*self.strands, *self.orbits), orbits=())
 
     @property
     def names(self) -> list[str]:
-        """Names of the sets, in their order."""
+        """Names of the sets, in the order of the file."""
         return list(dict.fromkeys(self.of_pieces))
 
     @property
     def of_pieces(self) -> list[str]:
-        """Name of the set of each order, number and shape."""
+        """Name of the set to which each order, number and shape belongs."""
         strands, numbers = [one.name for one in self.strands], [one.name for one in self.scalars]
         return [*strands, *numbers, *(one.name for one in self.shapes)]
 
     @property
     def deviations(self) -> list[float]:
-        """Deviation of each number and shape."""
+        """Standard deviation of each number and shape."""
         return [*(one.deviation for one in self.scalars), *(one.deviation for one in self.shapes)]
 
     @property
@@ -153,7 +153,7 @@ class Data:
 
 
 def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
-    """Data of a measured file at ``path``; ``InputError``."""
+    """Return the data of a measured file at ``path``; ``InputError``."""
     names: list[str] = []
     strands: list[Strand] = []
     tables: list[tuple[OrdersTable | TorqueTable, str]] = [(one, "orders") for one in read.orders]
@@ -173,7 +173,7 @@ def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
 
 
 def name_of_set(wanted: str, names: list[str]) -> str:
-    """Name of a set, with a number where another has it; added to ``names``."""
+    """Return the name of a set, with a number if another set has this name, and add it to ``names``."""
     found, k = wanted, 1
     while found in names:
         k += 1
@@ -183,7 +183,7 @@ def name_of_set(wanted: str, names: list[str]) -> str:
 
 
 def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where: str, path: Path) -> list[Strand]:
-    """Orders of a set; ``InputError``."""
+    """Return the orders of a set; ``InputError``."""
     torque = isinstance(table, TorqueTable)
     output, kinds = (_shaft(engine, table.shaft, where), {"torque": "torque"}) if isinstance(table, TorqueTable) else (
         table.output, OUTPUTS)  # fmt: skip
@@ -227,14 +227,14 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
 
 
 def _of_wheel(table: OrdersTable, found: MeasuredOrders, output: str) -> bool:
-    """Whether a wheel measured an output: as the set states, else as its file does, else yes."""
+    """True if a wheel measured an output, as stated by the set, else by its file; by default true."""
     if table.wheel is not None:
         return table.wheel
     return found.wheels is None or output in found.wheels
 
 
 def _shaft(engine: Engine, shaft: str, where: str) -> str:
-    """Output of a shaft's torque; ``InputError`` for one that the drive line does not have."""
+    """Return the output of a shaft's torque; ``InputError`` for a shaft that the drive line lacks."""
     line = engine.drive_line_chain
     names = [] if line is None else [f"{a} to {b}" for a, b in zip(line.starts, line.ends, strict=True)]
     if not names:
@@ -245,7 +245,7 @@ def _shaft(engine: Engine, shaft: str, where: str) -> str:
 
 
 def _noise(value: Any, dimension: str, where: str) -> float | None:
-    """Standard deviation of a set's noise, SI; None where the file states none."""
+    """Return the standard deviation of a set's noise, SI; None if the file states none."""
     if value is None:
         return None
     if begins_as_number(value):
@@ -265,7 +265,7 @@ def _within(speeds: Array, table: RangeTable | None) -> NDArray[np.bool_]:
 
 
 def _check_speeds(engine: Engine, speeds: Array, where: str) -> None:
-    """Refuse speeds that the engine does not run at; ``InputError``."""
+    """Raise ``InputError`` for speeds outside the engine's range."""
     low, high = engine.speeds
     outside = (speeds < low * (1.0 - BEYOND)) | (speeds > high * (1.0 + BEYOND))
     if outside.any():
@@ -277,7 +277,7 @@ def _check_speeds(engine: Engine, speeds: Array, where: str) -> None:
 
 
 def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:
-    """Strands with the points held out that are nearest to each speed; ``InputError`` for a speed that is not there."""
+    """Return strands with the points nearest to each speed held out; ``InputError`` for a speed not measured."""
     if not strands:
         raise InputError("hold_out: holds out speeds of [[orders]] or [[torque]], and the file has neither")
     for rpm in speeds_rpm:
@@ -305,7 +305,7 @@ def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:
 
 
 def _reach(speeds: Array) -> float:
-    """Half of the mean distance of measured speeds."""
+    """Return half of the mean distance between measured speeds."""
     different = np.unique(speeds)
     return 0.5 * float(np.diff(different).mean()) + 1e-6 if different.size > 1 else 1.0
 
@@ -348,5 +348,5 @@ def _shape(engine: Engine, table: ModeTable, name: str) -> Shape:
     values = np.array(list(table.shape.values()))
     if values.size < 2 or not np.any(values):
         raise InputError(f"{where}: a shape has rotations of two places or more, not all zero")
-    values = values / np.abs(values).max()  # squares of what the file states may be beyond measure
+    values = values / np.abs(values).max()  # avoids overflow of the squares
     return Shape(name, table.number, tuple(table.shape), values / np.linalg.norm(values), table.deviation)

@@ -15,23 +15,22 @@ from cranktrain_lab.measured.decimation import decimated
 from cranktrain_lab.measured.reading import read_measured
 
 MOST_SAMPLES = 2000
-"""Samples of a free decay that are analysed: a longer signal is thinned, and cut."""
+"""Largest number of samples of a free decay that is analysed; a longer signal is thinned and cut."""
 PER_CYCLE = 32.0
-"""Samples a cycle of the strongest oscillation to which a signal may be thinned."""
+"""Least number of samples per period of the strongest oscillation after thinning."""
 EXPLAINED = 0.2
-"""Least part of a signal's energy that its largest decaying oscillation holds."""
+"""Least fraction of a signal's energy in its largest decaying oscillation."""
 FALL = 0.05
-"""Least part by which an oscillation falls over the recording, so that noise is not taken for its decay."""
+"""Least relative decrease of an oscillation over the recording, so that noise is not mistaken for decay."""
 ROUNDED = 0.05
-"""Difference of a step of time from the mean one, over it, up to which it is one of rounding."""
+"""Relative difference of a time step from the mean step up to which it counts as rounding."""
 
 
 def measured_damping_ratio(path: Path, name: str | None, where: str) -> float:
-    """Damping ratio of the largest decaying oscillation of a channel, from its largest sample on.
+    """Return the damping ratio of a channel's largest decaying oscillation, from its largest sample on.
 
-    What comes before the largest sample, such as the time before a trigger, does not count. ``name`` is that of the
-    channel; None for a file of one channel. Raises ``InputError``: several channels, none over even times, none that
-    decays.
+    Samples before the largest one, such as those before a trigger, are ignored. ``name`` is the channel; None for a
+    file with one channel. Raises ``InputError`` for several channels without a name, uneven time steps, or no decay.
     """
     found = read_measured(path, channels=None if name is None else [name])
     if len(found.channels) != 1:
@@ -46,7 +45,7 @@ def measured_damping_ratio(path: Path, name: str | None, where: str) -> float:
     hz = exponents.imag / (2.0 * math.pi)
     energies = np.where((hz > 1.0 / (signal.size * step)) & (exponents.real < 0.0), energies, 0.0)
     best = int(np.argmax(energies))
-    # An oscillation has two exponents, which are conjugate.
+    # An oscillation has two conjugate exponents, hence the factor of two.
     part = 2.0 * float(energies[best]) / float(signal @ signal)
     if part < EXPLAINED:
         raise InputError(
@@ -63,7 +62,7 @@ def measured_damping_ratio(path: Path, name: str | None, where: str) -> float:
 
 
 def _even(channel: Channel, where: str) -> Channel:
-    """A channel whose times rise by even steps but for their rounding; ``InputError``."""
+    """Return the channel with uniform time steps, corrected for rounding; ``InputError`` if they are not uniform."""
     if math.isfinite(channel.rate):
         return channel
     times = channel.abscissae() if channel.abscissa == TIME else np.zeros(1)
@@ -76,7 +75,7 @@ def _even(channel: Channel, where: str) -> Channel:
 
 
 def _from_the_largest(channel: Channel) -> tuple[Array, float]:
-    """Samples (n,) from the largest on without their mean, thinned to ``MOST_SAMPLES`` or fewer, and their step, s."""
+    """Return samples (n,) from the largest on minus their mean, at most ``MOST_SAMPLES``, and their time step, s."""
     values = channel.values()
     values = values[int(np.argmax(np.abs(values - np.median(values)))) :]
     if values.size > MOST_SAMPLES:
@@ -84,7 +83,7 @@ def _from_the_largest(channel: Channel) -> tuple[Array, float]:
         strongest = max(int(np.argmax(spectrum)), 1) / (values.size * channel.step)
         rest = Channel("", "", values.size, "", of_array(values), 0.0, channel.step)
         _, step, thin = decimated(rest, max(PER_CYCLE * strongest, channel.rate * MOST_SAMPLES / values.size))
-        # The filter sees no samples before the first one: its first half is left out.
+        # The filter lacks samples before the first one, so the first samples of its output are left out.
         values = thin[16 if step > channel.step else 0 :][:MOST_SAMPLES]
         return np.asarray(values - values.mean()), step
     return np.asarray(values - values.mean()), channel.step

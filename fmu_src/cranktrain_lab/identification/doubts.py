@@ -1,4 +1,4 @@
-"""What is unlikely of identified values, one sentence each: a value at its bound, a load that no engine gives."""
+"""Warnings on unlikely identified values, one sentence each: a value at its bound, or an impossible load."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from cranktrain_lab.identification.parameters import LOAD
 
 MOST_LOAD = 1.4
-"""Load over the full load of the engine file from which the amplitudes are doubted."""
+"""Ratio of identified load to full load of the engine file above which the amplitudes are doubted."""
 PEAK_TO_PEAK = (
     "amplitudes are zero to peak: peak-to-peak ones are twice as large, r.m.s. values 0.71 times; or combustion.heat "
     "is too small"
@@ -16,7 +16,7 @@ PEAK_TO_PEAK = (
 
 
 def doubtful_values(rows: Sequence[Mapping[str, Any]], amplitudes: bool) -> Iterator[str]:
-    """Sentences on rows of parameters; ``amplitudes``: whether orders are among the data."""
+    """Yield warnings on rows of parameters; ``amplitudes``: True if orders are among the data."""
     for row in rows:
         value, unit = row["value"], "" if row["unit"] == "1" else f" {row['unit']}"
         hint = ""

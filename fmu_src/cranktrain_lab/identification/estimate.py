@@ -1,4 +1,4 @@
-"""Estimate of the sought parameters: search, covariance of the residuals, and both once more until neither changes."""
+"""Estimate of the sought parameters by alternate search and estimation of the residuals' covariance."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cranktrain_lab.calibration.search import smooth_search
 from cranktrain_lab.identification.comparison import Comparison, Piece
 
 POINTS, STARTS = 16, 2
-"""Points of the Sobol sequence for each parameter (up to 128), and those of them from which least squares start."""
+"""Number of Sobol points per parameter (up to 128), and number of the best of them that start least squares."""
 ROUNDS = 4
-"""Times that the covariance of the residuals is found, at most."""
+"""Largest number of estimates of the residuals' covariance."""
 SAME = 0.05
-"""Change of a parameter, in standard deviations, below which the estimate is the last."""
+"""Change of the parameters, in standard deviations, at which the estimate has converged."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class Estimate:
     Attributes
     ----------
     inner : (p,) coordinates u
-    pieces : residuals and derivatives there, less the constants of wheels
-    information : (p, p) that the data give, without priors
-    evaluations : of the model
-    interrupted : whether the search was ended early
+    pieces : residuals and derivatives at u, minus the constants of wheels
+    information : information (p, p) of the data, without priors
+    evaluations : number of evaluations of the model
+    interrupted : True if the search was ended early
     """
 
     inner: Array
@@ -43,12 +43,12 @@ def estimate(
     comparison: Comparison, seed: int = 1, follow: Callable[[float, float], None] = lambda share, cost: None,
     start: Array | None = None,
 ) -> Estimate:  # fmt: skip
-    """Best parameters of a comparison, with the covariance of its residuals left in it.
+    """Estimate the parameters of a comparison; the covariance of its residuals is stored in the comparison.
 
     Parameters
     ----------
-    seed : of the starts
-    start : (p,) u of an earlier estimate, from which alone the search starts
+    seed : seed of the starts
+    start : (p,) u of an earlier estimate, as the only start of the search
     """
     inner, evaluations, interrupted = comparison.start if start is None else start, 0, False
     if not comparison.biases:
@@ -74,7 +74,7 @@ def estimate(
 
 
 def information_of(comparison: Comparison, pieces: list[Piece], name: str | None = None) -> Array:
-    """Information (p, p) of all sets, or of one by its name: Jᵀ C⁻¹ J."""
+    """Return the information Jᵀ C⁻¹ J (p, p) of all sets, or of one set by name."""
     slopes = comparison.whitened([one.slopes for one in pieces])
     chosen = [s for s, one in zip(slopes, pieces, strict=True) if name is None or one.name == name]
     whole = np.concatenate(chosen)

@@ -1,13 +1,13 @@
-"""Signals that a measured file could have besides its own, and what each would say of the sought parameters.
+"""Further signals that could be measured, and the information on the sought parameters that each would add.
 
-A signal needs no measured values: with the derivatives J of the model's answers at an estimate and the covariance C
-that its values would have, its information is B = Jᵀ C⁻¹ J.
+The information of a signal follows without measured values: B = Jᵀ C⁻¹ J, with the derivatives J of the model at an
+estimate and the expected covariance C of the signal's values.
 
-Orders of rotation at another place and torques of the drive line's shafts are taken at the orders and speeds of the
-file's own orders, as noisy and as wrong as these. Of pulley, flywheel and the twist between them two are measurements,
-and the third is their difference. Decays, frequencies and shapes are those of the first torsional modes, with and
-without the damper's ring, to the deviation that the file assumes by default; a frequency has at least a tenth of its
-damping ratio, because its peak is wide.
+Orders of rotation at another position and torques of the drive line's shafts are taken at the orders and speeds of the
+file's own orders, with the same noise and bias. The twist is the difference of pulley and flywheel, so only two of the
+three count as measurements. Decays, frequencies and shapes are those of the first torsional modes, with and without the
+damper's ring, with the default deviation of the file. The deviation of a frequency is at least a tenth of the damping
+ratio, because its peak is wide.
 """
 
 from __future__ import annotations
@@ -33,26 +33,26 @@ from cranktrain_lab.identification.parameters import outer_values
 from cranktrain_lab.identification.tables import OUTPUTS, TWIST, DecayTable, FrequencyTable, ModeTable
 
 MODES = 2
-"""Torsional modes whose decays, frequencies and shapes are considered."""
+"""Number of torsional modes whose decays, frequencies and shapes are considered."""
 DAMPED = 0.2
 """Largest damping ratio of a mode whose decay or frequency can be measured."""
 OF_WIDTH = 0.1
-"""Least deviation of a frequency over the damping ratio of its mode."""
+"""Least relative deviation of a frequency, as a fraction of the damping ratio of its mode."""
 SPEEDS, HIGHEST = 24, 12.0
-"""Speeds and highest half order of orders that are considered where the file has none."""
+"""Number of speeds, and highest order, of orders that are considered if the file has no orders."""
 NOISE, ERROR = 0.01, 0.02
-"""Their noise over the largest order, also that of torques, and their relative error of the model."""
+"""Noise of these orders and of torques, as a fraction of the largest order, and relative bias of the model."""
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A further signal.
+    """Further signal that could be measured.
 
     Attributes
     ----------
-    words, states : what it is, and what states it in the measured file
-    information : (p, p) in u
-    agreed : whether all levels of the model answer it alike
+    words, states : description, and the entry of the measured file that gives the signal
+    information : information (p, p) in u
+    agreed : True if all levels of the model give the same values
     """
 
     words: str
@@ -63,7 +63,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class _Wanted:
-    """A signal before it is answered: words, the table that states it, and its data."""
+    """Signal before its information is computed: description, entry of the measured file, and data."""
 
     words: str
     states: str
@@ -71,7 +71,7 @@ class _Wanted:
 
 
 def further_signals(model: TorsionalModel, comparison: Comparison, inner: Array) -> list[Signal]:
-    """Signals that the data do not have, with the information of each at u (p,); none where the model has no answer."""
+    """Return signals that the data lack, with their information at u (p,); empty if the model cannot be evaluated."""
     wanted = [*_orders(model, comparison), *_numbers(model, comparison, inner)]
     strands, scalars, shapes = (
         tuple(k for one in wanted for k in getattr(one.data, part)) for part in ("strands", "scalars", "shapes")
@@ -94,13 +94,13 @@ def further_signals(model: TorsionalModel, comparison: Comparison, inner: Array)
 
 
 def _rotation(comparison: Comparison) -> list[Strand]:
-    """Orders of the first set of rotation, with their phases."""
+    """Return the orders of the first set of rotation, with phases."""
     found = [one for one in comparison.data.strands if one.output in OUTPUTS and not isinstance(one, Orbit)]
     return [one for one in found if one.name == found[0].name]
 
 
 def _orders(model: TorsionalModel, comparison: Comparison) -> Iterator[_Wanted]:
-    """Orders of rotation and torque at places that were not measured."""
+    """Yield orders of rotation and torque at positions that were not measured."""
     own, noise = _rotation(comparison), "as noisy as those of the file"
     if not own:
         speeds, noise = np.linspace(*model.engine.speeds, SPEEDS), f"with {100.0 * NOISE:.0f} % of noise"
@@ -130,7 +130,7 @@ def _unmeasured(order: float, speeds: Array) -> Strand:
 
 
 def _bias(comparison: Comparison, name: str, strands: Sequence[Strand], own: Sequence[NDArray[np.complex128]]) -> Bias:
-    """Covariance of a further set of orders: that of the first set of rotation, if there is one."""
+    """Return covariance parameters of a further set of orders, if possible those of the first set of rotation."""
     sizes = [float(np.sqrt(np.mean(np.abs(a) ** 2))) for one, a in zip(strands, own, strict=True) if one.name == name]
     noise, rotation = NOISE * max(sizes), _rotation(comparison)
     span = float(np.ptp(np.concatenate([one.speeds for one in strands])))
@@ -141,7 +141,7 @@ def _bias(comparison: Comparison, name: str, strands: Sequence[Strand], own: Seq
 
 
 def _numbers(model: TorsionalModel, comparison: Comparison, inner: Array) -> Iterator[_Wanted]:
-    """Decays, frequencies and shapes of the first modes that were not measured and can be."""
+    """Yield decays, frequencies and shapes of the first modes that were not measured but could be."""
     made = model.assembly(outer_values(comparison.sought, inner))
     measured = {(one.kind, one.number, one.damper) for one in comparison.data.scalars}
     fitted = model.damper and model.engine.damper is not None

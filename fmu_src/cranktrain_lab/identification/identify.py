@@ -1,6 +1,6 @@
 """Identification of an engine's parameters from measured data: from the measured file to a report and an engine file.
 
-A file of ``[targets]`` alone is a calibration: the same search, with the intervals that the targets' tolerances give.
+A file of ``[targets]`` alone is a calibration, with the same search and with intervals from the targets' tolerances.
 """
 
 from __future__ import annotations
@@ -49,12 +49,12 @@ from cranktrain_lab.identification.written import identified_text, write_identif
 
 Follow = Callable[[float, float], None]
 AT_BOUND = 1e-3
-"""Distance to a bound, over the bounds' distance, within which a parameter lies on it."""
+"""Distance of a parameter from a bound, as a fraction of the range, below which it counts as at the bound."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked besides the data: levels and seed, draws of the bootstrap, and whether profiles are made."""
+    """Settings of an identification: levels and seed, number of bootstrap draws, and whether to compute profiles."""
 
     ask: Ask
     draws: int = 400
@@ -62,7 +62,7 @@ class Request:
 
 
 def read_measured_file(path: str | Path) -> tuple[MeasuredTable, Path]:
-    """A measured file and its path; ``InputError``: one line with file and key."""
+    """Read a measured file and return its tables and path; ``InputError`` is one line with file and key."""
     place = user_path(path)
     document = read_toml(place, "measured file", "give the path of a MEASURED.toml")
     try:
@@ -75,20 +75,20 @@ def identify(
     engine: str | Path, measured: str | Path, out: str | Path | None = None, *, request: Request | None = None,
     say: Progress = lambda stage: None, follow: Follow = lambda share, cost: None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Parameters of an engine from a measured file: a report, JSON-able, and a new engine file where ``out`` is given.
+    """Identify engine parameters from a measured file, return a report for JSON, and write engine file ``out``, if any.
 
-    Raises ``InputError``: files that cannot be used, an ``out`` that exists, data of another engine, a parameter that
-    nothing depends on, sets that contradict each other; ``SolverError`` where the model has no answer.
+    Raises ``InputError`` for unusable files, an ``out`` that exists, data of another engine, a parameter without
+    influence on the data, or contradicting sets; ``SolverError`` if the model cannot be evaluated.
 
     Returns
     -------
     ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``above``
-    (values to which levels above the fitted one would move, each after the one below it), ``advice`` (what would narrow
-    wide intervals most), ``doubts`` (of values at their bounds, in words), ``orders``, ``numbers``, ``held_out``,
+    (values that levels above the fitted one would give, in ascending order), ``advice`` (signals that would narrow wide
+    intervals most), ``doubts`` (warnings on unlikely values, in words), ``orders``, ``numbers``, ``held_out``,
     ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
     """
     request = request or Request(Ask())
-    _ = request.ask.crank_above  # refused before the work
+    _ = request.ask.crank_above  # raises InputError before the work
     read, place = read_measured_file(measured)
     base, path = load_engine(engine), engine_path(engine)
     new = new_path(Path(out)) if out is not None else None
@@ -101,9 +101,9 @@ def identify(
             model, comparison = prepared(base, read, place, say)
             text = partial(_text, path, base, model, place.name)
             if new is not None:
-                text([parameter_of_start(one) for one in model.sought])  # before minutes of search
+                text([parameter_of_start(one) for one in model.sought])  # raises InputError before the long search
             check = partial(checks.check_estimate, comparison, remedy=partial(remedy_for, model, comparison))
-            # What orbits alone depend on moves nothing before there are runs in time.
+            # Parameters on which only orbits depend have no influence before there are runs in time.
             first = partial(checks.check_explained, comparison) if read.orbit else check
             found = climb(model, comparison, request.ask, say, follow, first)
             report = report_of(model, comparison, found, request, say)
@@ -113,7 +113,7 @@ def identify(
     report |= {"engine": base.name, "measured": place.name, "seed": request.ask.seed, "file": None, "refused": None}
     if new is None:
         return report
-    # Minutes of search are not lost to a file that cannot be: the report is given all the same.
+    # If the file cannot be written, the report of the long search is returned all the same.
     try:
         found_text = text(report["parameters"], interrupted=report["interrupted"])
         write_identified(new, found_text, path.parent, model.sought, report["parameters"])
@@ -127,14 +127,14 @@ def _text(
     path: Path, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
     *, interrupted: bool = False,
 ) -> str:  # fmt: skip
-    """Text of the engine file with the values of ``rows``; ``InputError`` where the old file has no place for one."""
+    """Return the engine file's text with the values of ``rows``; ``InputError`` if a value cannot be inserted."""
     engine = replace(base, damping=model.engine.damping)
     old = path.read_text("utf-8")
     return identified_text(old, engine, model.sought, rows, data, path.name, interrupted=interrupted)
 
 
 def parameter_of_start(one: Sought) -> dict[str, Any]:
-    """Row of a parameter before the search: its start and its bounds."""
+    """Return the row of a parameter before the search, with start and bounds."""
     return {
         "key": one.key, "value": one.shown(one.start), "unit": one.unit,
         "low": one.shown(one.low), "high": one.shown(one.high),
@@ -142,13 +142,13 @@ def parameter_of_start(one: Sought) -> dict[str, Any]:
 
 
 def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
-    """Model and data of a measured file, with what needs no search refused; ``InputError``."""
+    """Return model and data of a measured file after all checks that need no search; ``InputError``."""
     if not read.has_sets:
         if read.targets:
             raise InputError("has [targets] alone, which are a calibration; use 'cranktrain calibrate'")
         raise InputError("has no data; add [[orders]], [[torque]], [[orbit]], [[frequencies]], [[decay]] or [[modes]]")
     targets, data = targets_of(read), read_data(base, read, place)
-    # Numbers of the crank that bends last, in the order of their answers.
+    # Numbers of the bending crank come last, in the order in which the model computes them.
     mounts = [one for one in data.scalars if one.kind == MOUNTS]
     twist = [one for one in data.scalars if one.kind != MOUNTS]
     data = replace(data, scalars=(*twist, *target_scalars(targets, data.names), *mounts))
@@ -173,7 +173,7 @@ def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> t
 
 
 def with_ratios(engine: Engine, read: MeasuredTable, damper: bool, say: Progress) -> Engine:
-    """The engine with damping ratios that are sought: its own, those of the level above, or the structure's."""
+    """Return the engine with start values of sought damping ratios: its own, the higher level's or the structure's."""
     if not any(key.startswith(RATIOS) for key in read.parameters) or engine.damping.torsional_ratios:
         return engine
     plain = engine.without_additions
@@ -187,7 +187,7 @@ def with_ratios(engine: Engine, read: MeasuredTable, damper: bool, say: Progress
 def report_of(
     model: TorsionalModel, comparison: Comparison, climbed: Climbed, request: Request, say: Progress
 ) -> dict[str, Any]:
-    """Report of an identification, JSON-able; refuses what the data cannot be. ``InputError``."""
+    """Return the report of an identification for JSON; ``InputError`` for data of another engine."""
     found = climbed.estimate
     checks.check_estimate(comparison, found)
     confidence = confidence_of(comparison, found, climbed.moves)
@@ -200,7 +200,7 @@ def report_of(
         draws = bootstrap(comparison, found, request.draws, request.ask.seed) if request.draws else None
         advice = advised(model, comparison, climbed, confidence, request.ask)
     except KeyboardInterrupt:
-        found = replace(found, interrupted=True)  # the values are found, and an hour of runs in time is not lost
+        found = replace(found, interrupted=True)  # keeps the estimate after possibly an hour of runs in time
     values = outer_values(comparison.sought, found.inner)
     model.check(values)
     rows = [
@@ -251,7 +251,7 @@ def parameter_row(
     one: Sought, k: int, inner: Array, confidence: Confidence, profile: Sequence[tuple[float, float]] | None,
     draws: Array | None, moves: Array,
 ) -> dict[str, Any]:  # fmt: skip
-    """Value and intervals of a parameter in its unit: that of the covariance, of the profile, of the bootstrap."""
+    """Return value and intervals of a parameter in its unit, by covariance, profile and bootstrap."""
     reach = confidence.reach * float(confidence.deviations[k])
 
     def shown(u: float) -> float:
@@ -266,7 +266,7 @@ def parameter_row(
     relative = float(confidence.deviations[k]) * (
         1.0 if one.log else (one.high - one.low) / max(abs(one.value(own)), 1e-300)
     )
-    # Of an angle about zero there is no relative deviation.
+    # An angle about zero has no relative deviation.
     known = math.isfinite(relative) and (one.log or abs(own) > float(confidence.deviations[k]))
     return {
         "key": one.key, "value": one.shown(one.value(own)), "unit": one.unit,
@@ -280,7 +280,7 @@ def parameter_row(
 
 
 def correlations(confidence: Confidence, sought: Sequence[Sought]) -> list[dict[str, Any]]:
-    """Pairs of parameters whose estimates are correlated by more than 0.9."""
+    """Return pairs of parameters whose estimates have a correlation above 0.9."""
     spread = confidence.deviations
     matrix = confidence.covariance / np.outer(spread, spread)
     return [

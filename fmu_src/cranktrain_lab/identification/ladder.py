@@ -1,19 +1,18 @@
-"""The levels of an identification: the cheap model is fitted, a dear one corrects it.
+"""Levels of an identification: a cheap model is fitted, and an expensive model corrects its results.
 
-With the answers y of the linear level and Y of a higher one, the fit of
+With the results y of the linear level and Y of a higher level, the fit of
 
     y(u) + [Y(u₀) − y(u₀)]
 
 moves u₀ to u; at the fixed point the residuals of Y are orthogonal to the derivatives of y (manifold mapping,
-Echeverría and Hemker, Comput. Methods Appl. Math. 5, 2005). Three to five answers of the higher level suffice, where
-derivatives of its own would take one for each parameter and round. Where Y is of a crank that bends, y is first moved
-to where its resonances are those of Y, and what is added has its derivatives, from one answer for each parameter
+Echeverría and Hemker, Comput. Methods Appl. Math. 5, 2005). Three to five evaluations of the higher level suffice; its
+own derivatives would take one evaluation per parameter and iteration. If Y is of a bending crank, y is first shifted in
+u until its resonances match those of Y, and the correction has derivatives, from one evaluation per parameter
 (:mod:`cranktrain_lab.identification.mapping`).
 
-Levels above the fitted one answer once, at the estimate, each after the one below it: harmonic balance above the
-linear level, films by Reynolds' equation above the map of impedances, and the next crank in time, which bends where the
-fitted one only twists. By how much each would move the parameters is added to their covariance: it is what the fitted
-level cannot see in its residuals.
+Levels above the fitted one are evaluated once, at the estimate, in ascending order: harmonic balance above the linear
+level, films by Reynolds' equation above the map of impedances, and the next bending crank in time. The change of the
+parameters by each level is added to their covariance, because the residuals of the fitted level do not show it.
 """
 
 from __future__ import annotations
@@ -40,33 +39,33 @@ from cranktrain_lab.identification.progress import BALANCED, SEARCH, Follow, Wor
 from cranktrain_lab.identification.tables import NEXT, NONE
 
 MOST, MOST_ORBITS = 5, 15
-"""Corrections by a level, at most; with orbits, each is a step of Gauss and Newton."""
+"""Largest number of corrections by a level, without and with orbits (then Gauss-Newton steps)."""
 LONGEST = 0.4
-"""Longest step in u by the derivatives of orbits: half as much again, or two fifths of the distance of the bounds."""
+"""Longest step in u by the derivatives of orbits: a factor of 1.5, or two fifths of the range between bounds."""
 BEYOND = "beyond"
-"""Part of the work that levels above the fitted one take."""
+"""Name of the part of the work for levels above the fitted one."""
 FOR_SIZE = 1e-2
-"""Settling error, at least, of runs in time that say once what a level would move."""
+"""Least settling error of the runs in time that estimate the change of the parameters by a higher level."""
 FOLLOWED = 2
-"""Answers of a level by which the fitted one is moved; the corrections take up what is left."""
+"""Number of evaluations of a level after which the fitted model is shifted; later ones only correct it."""
 EXPECTED = 3
-"""Answers of a level that progress expects."""
+"""Number of evaluations of a level that progress assumes."""
 SAME = 0.1
-"""Change of a parameter, in standard deviations, at which the corrections end."""
+"""Change of the parameters, in standard deviations, at which the corrections have converged."""
 SETTLED = 1e-4
-"""Settling error, at most, of runs in time whose differences are derivatives."""
+"""Largest settling error of runs in time whose differences give derivatives."""
 ComplexArrays = tuple[NDArray[np.complex128], ...]
 
 
 @dataclass(frozen=True)
 class Level:
-    """A level above the fitted one.
+    """Level above the fitted one.
 
     Attributes
     ----------
-    name, answer : what it is called, and its orders and orbits for values (p,), SI
-    mapped : the fitted model where that is moved to the level's orders, or none
-    longest : longest step in u between two answers; an estimate that does not come to rest is then refused
+    name, answer : name, and function that returns orders and orbits for values (p,), SI
+    mapped : fitted model if it is shifted to match the level's orders, else None
+    longest : longest step in u between two evaluations; if finite, an estimate that does not converge is refused
     """
 
     name: str
@@ -77,7 +76,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Step:
-    """What a level found: its name, the estimate (p,) u, and how many of its answers it took."""
+    """Result of a level: its name, the estimate (p,) of u, and the number of evaluations."""
 
     level: str
     inner: Array
@@ -86,9 +85,9 @@ class Step:
 
 @dataclass(frozen=True)
 class Climbed:
-    """Result of the ladder: the last estimate, the steps to it, and those ``beyond``.
+    """Result of the ladder: last estimate, steps to the estimate, and steps ``beyond``.
 
-    A step beyond has the u to which a level above, and all below it, would move the estimate.
+    A step beyond has the u that a higher level, together with all levels below it, would give.
     """
 
     estimate: Estimate
@@ -97,16 +96,16 @@ class Climbed:
 
     @property
     def moves(self) -> Array:
-        """What each level above would move (n, p) in u, beyond the one below it."""
+        """Change (n, p) of u by each higher level, compared with the level below it."""
         places = [self.estimate.inner, *(step.inner for step in self.beyond)]
         return np.diff(places, axis=0)
 
 
 @dataclass(frozen=True)
 class Ask:
-    """How far the ladder goes: the last level, the crank and the settling of runs in time, and the seed of starts.
+    """Settings of the ladder: last level, crank and settling error of runs in time, and seed of the starts.
 
-    ``above`` is the crank whose run in time answers once at the estimate: a crank level, ``next`` or ``none``.
+    ``above`` is the crank level of the single run in time at the estimate: a crank level, ``next`` or ``none``.
     """
 
     level: str = BALANCE
@@ -117,7 +116,7 @@ class Ask:
 
     @property
     def crank_above(self) -> str:
-        """Crank level of the step beyond the fit, empty for none; ``InputError``."""
+        """Crank level of the step beyond the fit, or empty; ``InputError``."""
         own = self.crank if self.level == TIME else "torsional"
         levels = list(CRANKS)
         bending = [name for name in levels[levels.index(own) + 1 :] if CRANKS[name].bends]
@@ -133,9 +132,9 @@ def climb(
     model: TorsionalModel, comparison: Comparison, ask: Ask, say: Progress = lambda stage: None,
     follow: Follow = lambda share, cost: None, check: Callable[[Estimate], None] = lambda found: None,
 ) -> Climbed:  # fmt: skip
-    """Identification from the linear level to that of ``ask``; ``SolverError`` where a level has no answer.
+    """Identify from the linear level up to the level of ``ask``; ``SolverError`` if a level cannot be evaluated.
 
-    ``check`` is asked of the linear estimate, before dear levels run: it raises for data that are none of the engine.
+    ``check`` is called with the linear estimate before expensive levels run, and raises for data of another engine.
     """
     work = _work(comparison, ask, say, follow)
     if not comparison.data.of_pieces:
@@ -178,7 +177,7 @@ def climb(
 
 
 def _work(comparison: Comparison, ask: Ask, say: Progress, follow: Follow) -> Work:
-    """Expected work of a ladder, in runs in time."""
+    """Return the expected work of a ladder, in runs in time."""
     data, parameters = comparison.data, comparison.start.size
     speeds = float(np.unique(np.concatenate([one.speeds for one in data.strands])).size) if data.strands else 0.0
     in_time = EXPECTED + (parameters if CRANKS[ask.crank].bends else 0)
@@ -195,9 +194,9 @@ def levels_beyond(
     model: TorsionalModel, in_films: OrbitModel | None, comparison: Comparison, found: Estimate, ask: Ask,
     say: Progress = lambda stage: None, run: Progress = lambda stage: None,
 ) -> tuple[Step, ...]:  # fmt: skip
-    """What levels above the fitted one would move, each after the one below it; one that has no answer is left out.
+    """Estimate the u that levels above the fitted one would give, in ascending order; a failing level is left out.
 
-    ``run`` is told the speeds of runs in time, ``say`` all else.
+    ``run`` is called with the stages of runs in time, ``say`` with all others.
     """
     values = outer_values(comparison.sought, found.inner)
     orders, crank = sum(not isinstance(one, Orbit) for one in comparison.data.strands), ask.crank_above
@@ -214,7 +213,7 @@ def levels_beyond(
         high = model.in_time(values, crank, max(ask.settle, FOR_SIZE), run)
         fitted = comparison.model if in_films is None else in_films.orders
         move = found.inner - imitated(fitted, comparison, found.inner, high, ask.seed, beside=True)
-        # A run in time contains the step to harmonic balance, but not that to better films.
+        # A run in time includes the change by harmonic balance, but not the change by better films.
         return (steps[-1].inner if steps and in_films is not None else found.inner) + move
 
     steps: list[Step] = []
@@ -238,13 +237,13 @@ def levels_beyond(
 def _with_orbits(
     comparison: Comparison, found: Estimate, level: Level, in_films: OrbitModel, work: Work
 ) -> tuple[Estimate, Step]:
-    """Estimate by runs in time with orbits, which from here on are compared; interrupted before, without them."""
+    """Estimate by runs in time with orbits; if interrupted before the first run, return the estimate without orbits."""
     before = comparison.model, comparison.data, comparison.biases, comparison.correction
     comparison.take(in_films, comparison.data.with_orbits())
     found, step = _corrected(comparison, found, level, work)
     if found.interrupted and not step.answers:
         if not found.pieces:
-            raise KeyboardInterrupt  # nothing was found yet
+            raise KeyboardInterrupt  # there is no estimate yet
         comparison.take(*before[:2])
         comparison.correction = before[3]
         comparison.weigh(before[2], comparison.own(found.inner))
@@ -252,7 +251,7 @@ def _with_orbits(
 
 
 def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work) -> tuple[Estimate, Step]:
-    """Estimate whose answers are those of a higher level; after an interrupt the last one."""
+    """Return the estimate corrected to a higher level; after an interrupt the last estimate."""
     answers, mapped, name = 0, level.mapped, level.name
     slopes: ComplexArrays = ()
     spread = _spread(comparison, found)
@@ -266,7 +265,7 @@ def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work
                 start = start - mapped.follow(comparison, values, high, 1)
             low = comparison.model.answers(values).strands
             added = tuple(a - b for a, b in zip(high, low, strict=True))
-            if mapped is not None and answers == FOLLOWED - 1 and math.isinf(level.longest):  # not beside orbits
+            if mapped is not None and answers == FOLLOWED - 1 and math.isinf(level.longest):  # only without orbits
                 slopes = mapped.slopes(comparison, found.inner, added, spread)
         except KeyboardInterrupt:
             return _interrupted(found), Step(name, found.inner, answers)
@@ -290,7 +289,7 @@ def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work
 
 
 def _spread(comparison: Comparison, found: Estimate) -> Array:
-    """Standard deviations (p,) of u; those of the bounds where nothing was compared yet."""
+    """Return standard deviations (p,) of u from data and bounds."""
     return np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
 
 
@@ -301,7 +300,7 @@ def _interrupted(found: Estimate) -> Estimate:
 def moved_by(
     comparison: Comparison, found: Estimate, high: ComplexArrays, low: ComplexArrays
 ) -> Array:  # fmt: skip
-    """Change of u (p,) that other answers (s,) for the orders bring, by the linear estimate."""
+    """Return the change of u (p,), by the linear estimate, if orders ``high`` replace the orders ``low``."""
     blocks = []
     for one, above, own in zip(comparison.data.strands, high, low, strict=True):
         away = own - above
@@ -313,7 +312,7 @@ def moved_by(
 
 
 def linear_move(comparison: Comparison, pieces: list[Piece], information: Array, blocks: list[Array]) -> Array:
-    """Change of u (p,) by residuals (n, c): A⁻¹ Jᵀ C⁻¹ r."""
+    """Return the change of u (p,) by residuals (n, c): (A + P)⁻¹ Jᵀ C⁻¹ r."""
     slopes = np.concatenate(comparison.whitened([piece.slopes for piece in pieces]))
     rows = np.concatenate(comparison.whitened(blocks))
     return np.asarray(np.linalg.solve(information + comparison.known, slopes.T @ rows))

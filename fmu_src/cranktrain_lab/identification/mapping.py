@@ -1,11 +1,12 @@
-"""A cheap model that answers as a dear one by standing elsewhere: what it finds of the other's orders.
+"""Space mapping: shift the parameters of a cheap model until its orders match those of an expensive one.
 
-A crank that bends on films has its torsional resonances up to an eighth higher or lower than one that twists. There the
-difference of their orders cannot be added to the cheap one, since its peaks, and so its derivatives, lie at other
-speeds. It is first moved in u to where its orders are those of the other model (space mapping: Bandler et al., IEEE
-Trans. Microw. Theory Techn. 43, 1995). The difference that is left is added, with its derivatives: films damp and
-journals move aside, and no value of the cheap model does so. The derivatives take one run-up for each parameter
-(approximations that are exact in value and slope: Alexandrov, Lewis, Optim. Eng. 2, 2001).
+A bending crank on films has its torsional resonances up to an eighth higher or lower than a torsional crank. The
+difference of their orders then cannot simply be added to the cheap model, because its peaks, and so its derivatives,
+lie at other speeds. The cheap model is first shifted in u until its orders match those of the other model (space
+mapping: Bandler et al., IEEE Trans. Microw. Theory Techn. 43, 1995). The remaining difference is added with its
+derivatives, because damping of films and lateral motion of journals correspond to no parameter of the cheap model. The
+derivatives take one run-up per parameter (approximations exact in value and slope: Alexandrov, Lewis, Optim. Eng. 2,
+2001).
 """
 
 from __future__ import annotations
@@ -34,20 +35,20 @@ from cranktrain_lab.identification.tables import SoughtTable
 
 ComplexArrays = Sequence[NDArray[np.complex128]]
 REACH, LEAST, MOST = 5.0, 2e-3, 2e-2
-"""Step in u of the derivatives: so many standard deviations of a parameter, within these bounds."""
+"""Step in u for derivatives, in standard deviations of a parameter, and bounds of this step."""
 
 
 def imitated(
     model: Answering, comparison: Comparison, inner: Array, orders: ComplexArrays, seed: int,
     start: Array | None = None, *, beside: bool = False,
 ) -> Array:  # fmt: skip
-    """What a model finds, (p,) u, of another's orders (n,) at u (p,), which are as uncertain as the measured ones.
+    """Return the u (p,) at which a model fits another model's orders (n,) at ``inner`` (p,), with the measured noise.
 
-    The model answers with the correction of the comparison. What the orders do not determine stays at u. With
-    ``beside`` numbers and shapes are data too, those of the model at u: both models answer them alike. The search has
-    several starts unless one is given; ``KeyboardInterrupt`` where it is interrupted.
+    The correction of the comparison is applied. Parameters that the orders do not determine stay at ``inner``. With
+    ``beside`` the model's numbers and shapes at ``inner`` are fitted too, because both models give equal ones. The
+    search has several starts unless ``start`` is given; ``KeyboardInterrupt`` if it is interrupted.
     """
-    noises = {name: bias.noise for name, bias in comparison.biases.items()}  # none before the first fit of a level
+    noises = {name: bias.noise for name, bias in comparison.biases.items()}  # empty before the first fit of a level
     strands = tuple(
         replace(one, values=values, noise=np.where(np.isnan(one.noise), noises.get(one.name, np.nan), one.noise))
         for one, values in zip(comparison.data.strands, orders, strict=False)
@@ -68,9 +69,9 @@ def imitated(
 
 
 class Mapped:
-    """A torsional model whose orders are those at values moved in u; numbers and shapes are its own.
+    """Torsional model with orders at shifted values of u; numbers and shapes are not shifted.
 
-    The stiffness of the crank moves as well if it is not sought. ``answer`` gives the orders of the other model.
+    The stiffness of the crank is shifted too, also if it is not sought. ``answer`` returns the other model's orders.
     """
 
     def __init__(self, model: TorsionalModel, answer: Callable[[Array], ComplexArrays]) -> None:
@@ -81,7 +82,7 @@ class Mapped:
         self.move: Array = np.zeros(len(self._free.sought))
 
     def answers(self, values: Array) -> Answers:
-        """Answers for sought values (p,), SI; ``InputError``, ``SolverError``."""
+        """Return computed data for sought values (p,), SI; ``InputError``, ``SolverError``."""
         if not self.move.any():
             return self._own.answers(values)
         moved = self._free.answers(outer_values(self._free.sought, self._inner(values) + self.move))
@@ -89,7 +90,7 @@ class Mapped:
         return replace(own, strands=moved.strands)
 
     def follow(self, comparison: Comparison, values: Array, orders: ComplexArrays, seed: int) -> Array:
-        """Move to where the orders are nearest to another model's at ``values`` (p,); the change of the move (p,)."""
+        """Shift the model to match another model's orders at ``values`` (p,); return the change of the shift (p,)."""
         free, inner = self._free, self._inner(values)
         about = Comparison(free, free.data, free.sought)
         about.biases = comparison.biases
@@ -101,10 +102,10 @@ class Mapped:
     def slopes(
         self, comparison: Comparison, inner: Array, added: ComplexArrays, spread: Array
     ) -> tuple[NDArray[np.complex128], ...]:
-        """Derivatives (n, p) by u of the other model's orders less one's own, which are ``added`` at u (p,).
+        """Return derivatives (n, p) by u of the difference ``added`` between the other model's orders and own orders.
 
-        Orbits behind the orders have none. ``spread`` (p,) are standard deviations of u. A parameter whose change the
-        other model does not answer keeps the derivatives of this one.
+        Orbits after the orders get zero. ``spread`` (p,) are standard deviations of u. Derivatives are zero for a
+        parameter at whose changed value the other model fails.
         """
         count, found = len(self._own.data.strands), [np.zeros((own.size, inner.size), complex) for own in added]
         for k, one in enumerate(comparison.sought):

@@ -1,8 +1,8 @@
-"""What the model answers for sought values: orders, frequencies, decays and shapes beside the measured ones.
+"""Computed orders, frequencies, decays and shapes for sought values, as counterparts of the measured ones.
 
-Three levels. ``linear`` is the run-up of :mod:`cranktrain_lab.variants.torsional`, all speeds and orders at once;
-``harmonic-balance`` takes the rods' exact torques and the damper's law; ``time`` runs a crank of any level to its
-steady cycle at each speed. The levels above the first are asked a few times only, see
+There are three levels. ``linear`` is the run-up of :mod:`cranktrain_lab.variants.torsional`, all speeds and orders at
+once. ``harmonic-balance`` uses the rods' exact torques and the damper's law. ``time`` runs a crank of any level to its
+steady cycle at each speed. The levels above the first are evaluated only a few times, see
 :mod:`cranktrain_lab.identification.ladder`.
 
 Modes are those of the cranktrain with mean rods, free to turn, without its drive line, as in
@@ -50,18 +50,18 @@ from cranktrain_lab.variants.torsional import SolvedOrders, against_frame, solve
 ComplexArray = NDArray[np.complex128]
 LINEAR, BALANCE, TIME = LEVELS
 _TWISTS = slice(5, None)
-"""Coordinates of a torsional crank that twist: rotation about the axis, and the elastic modes."""
+"""Torsional coordinates of a torsional crank: rotation about the axis, and elastic modes."""
 _KEPT = 6
-"""Cranks that are kept: derivatives by values of the damper or the load take the same one."""
+"""Number of cranks kept for reuse. Derivatives by values of the damper or the load use the same crank."""
 _FEWEST_ORDERS = 12.0
-"""Highest order of the linear level at least: higher ones hardly twist the damper, so lower ones do not feel them."""
+"""Least highest order of the linear level. Higher orders hardly twist the damper, so they do not affect lower ones."""
 _ROUNDS = 6
-"""Iterations of a frequency with a damper whose stiffness depends on it."""
+"""Largest number of iterations of a frequency with a damper whose stiffness depends on the frequency."""
 
 
 @dataclass(frozen=True)
 class Answers:
-    """Answers of the model, one for each set of data: complex orders, frequencies and damping ratios, shapes."""
+    """Computed counterparts of the data: complex orders, frequencies and damping ratios, shapes."""
 
     strands: tuple[ComplexArray, ...]
     scalars: Array
@@ -69,17 +69,17 @@ class Answers:
 
 
 class TorsionalModel:
-    """A torsional crank that answers for sought values.
+    """Model of a torsional crank as a function of the sought values.
 
     Parameters
     ----------
-    engine : with the values that are not sought; added bodies and connections are left out
-    data, sought : what is compared, and by which parameters
-    load : fraction of the full-load burn where it is not sought
-    damper : whether it is fitted
-    inherit : whether the crank takes the damping of the level above
-    say : told the stages of making the crank
-    bending : what answers for targets and for the engine on its mounts
+    engine : engine with the values that are not sought; added bodies and connections are left out
+    data, sought : measured data, and sought parameters
+    load : fraction of the full-load burn if the load is not sought
+    damper : True if the damper is fitted
+    inherit : True if the crank takes the damping of the level above
+    say : called with each stage of making the crank
+    bending : model of the bending crank for targets and mount frequencies
 
     Raises
     ------
@@ -114,13 +114,13 @@ class TorsionalModel:
         self._structures: list[tuple[Any, ShaftOrders]] = []
 
     def _place(self, data: Data) -> None:
-        """Speeds of the data, all of them, and the highest order that the linear level takes."""
+        """Set all speeds of the data, and the highest order of the linear level."""
         self.speeds: Array = np.unique(np.concatenate([np.zeros(0), *(one.speeds for one in data.strands)]))
         self._rows = [np.searchsorted(self.speeds, one.speeds) for one in data.strands]
         self._highest = max([_FEWEST_ORDERS, *(one.order for one in data.strands)])
 
     def beside(self, data: Data) -> TorsionalModel:
-        """The same model that answers for other data, of twist alone."""
+        """Return a copy of the model for other data, without the bending crank."""
         other = copy(self)
         other.data, other._bending = data, None
         if other._highest < max([0.0, *(one.order for one in data.strands)]):
@@ -129,13 +129,13 @@ class TorsionalModel:
         return other
 
     def seeking(self, sought: Sequence[Sought]) -> TorsionalModel:
-        """The same model for other parameters, of which those of the engine file are among its own."""
+        """Return a copy of the model for other parameters; those of the engine file must be among the model's own."""
         other = copy(self)
         other.sought = tuple(sought)
         return other
 
     def check(self, values: Array) -> Engine:
-        """Checked engine of sought values (p,), SI; ``InputError`` for values that do not fit together."""
+        """Return the checked engine of sought values (p,), SI; ``InputError`` for inconsistent values."""
         engine = self.engine_of(values)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -143,14 +143,14 @@ class TorsionalModel:
         return engine
 
     def engine_of(self, values: Array) -> Engine:
-        """Engine of sought values (p,), SI, not checked: each of them is within the range of its quantity."""
+        """Return the engine of sought values (p,), SI, without checks; each value must be within its valid range."""
         return engine_with(self.engine, self.sought, values.tolist())
 
     def assembly(self, values: Array) -> Assembly:
-        """Torsional crank of sought values; ``InputError``."""
+        """Return the torsional crank of sought values; ``InputError``."""
         named, engine = self._named(values), self.engine_of(values)
         damper, ratios = engine.damper, engine.damping.torsional_ratios
-        # The crank carries the damper's housing, and nothing else of the damper; its damping ratios are put on last.
+        # Only the housing of the damper affects the crank; damping ratios are applied later.
         key = (
             replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=ratios[:0])), len(ratios),
             None if damper is None else (damper.housing_inertia, damper.mass),
@@ -162,7 +162,7 @@ class TorsionalModel:
         return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
 
     def _structure(self, made: Assembly) -> ShaftOrders:
-        """Linear structure of an assembly, from a kept one that differs in load, viscosity, damping or stiffness."""
+        """Return the linear structure of an assembly, made from one of other load, viscosity, damping or stiffness."""
         engine, damper, body = made.engine, made.engine.damper, made.body
         key = (
             replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=())),
@@ -176,7 +176,7 @@ class TorsionalModel:
         return found.with_crank(squares, damping).at_load(made.settings.gas_load)
 
     def answers(self, values: Array) -> Answers:
-        """Linear answers for sought values (p,), SI; ``InputError``, ``SolverError``."""
+        """Return computed data of the linear level for sought values (p,), SI; ``InputError``, ``SolverError``."""
         self.evaluations += 1
         if not self.data.of_pieces:
             return Answers((), np.zeros(0), ())
@@ -189,7 +189,7 @@ class TorsionalModel:
         return Answers(strands, self._scalars(made, values), self._shapes(made))
 
     def balanced(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Orders of each strand by harmonic balance; ``InputError``, ``SolverError``."""
+        """Return orders of each strand by harmonic balance; ``InputError``, ``SolverError``."""
         made, named = self.assembly(values), self._named(values)
         orders = sorted({one.order for one in self.data.strands})
         found = frequency_run_up(made.engine, made.body, made.settings, self.speeds, orders, HARMONIC_BALANCE)
@@ -202,9 +202,9 @@ class TorsionalModel:
         self, values: Array, crank: str, settle: float, tell: Progress = lambda stage: None,
         cycles: dict[float, CycleStart] | None = None,
     ) -> tuple[ComplexArray, ...]:  # fmt: skip
-        """Orders of each strand of a crank of any level, run to its steady cycle at each speed.
+        """Return orders of each strand by runs of a crank of any level to its steady cycle at each speed.
 
-        ``cycles`` of a run-up with other values, by speed, are where those of this one start, which replace them.
+        ``cycles`` by speed, from a run-up with other values, are the initial states; they are replaced by new ones.
         """
         named, made = self._named(values), self.made_in_time(values, crank)
         outputs = sorted({name for one in self.data.strands for name in _needed(one.output)})
@@ -227,7 +227,7 @@ class TorsionalModel:
         )
 
     def made_in_time(self, values: Array, crank: str, bearings: str = "auto") -> Assembly:
-        """Crank and mains of any level with sought values (p,), SI, for runs in time; ``InputError``."""
+        """Return the assembly of a crank of any level with sought values (p,), SI, for runs in time; ``InputError``."""
         named, engine = self._named(values), self.check(values)
         damper, load = "fitted" if self.damper else "none", named.get(LOAD, self._load)
         settings = Settings(crank=crank, bearings=bearings, damper=damper, gas_load=load)
@@ -235,16 +235,16 @@ class TorsionalModel:
         return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
 
     def _named(self, values: Array) -> dict[str, float]:
-        """Sought values that are none of the engine file, by key."""
+        """Return sought values that do not belong to the engine file, by key."""
         return {one.key: float(v) for one, v in zip(self.sought, values, strict=True) if not one.in_file}
 
     def _measured(self, one: Strand, values: ComplexArray, named: dict[str, float]) -> ComplexArray:
-        """Orders as the encoder and the amplifier of their set show them."""
+        """Return orders as measured by their set, with the encoder's zero and the scale factor applied."""
         turn, factor = named.get(f"{ZERO}.{one.name}", 0.0), named.get(f"{SCALE}.{one.name}", 1.0)
         return np.asarray(factor * np.exp(1j * one.order * turn) * values)
 
     def _orders(self, one: Strand, solved: SolvedOrders) -> ComplexArray:
-        """One order of an output at all speeds, (s,)."""
+        """Return one order of an output at all speeds, (s,)."""
         structure, at = solved.structure, round(2.0 * one.order)
         _, pulley, _, flywheel = structure.ends_rows()
         if one.output == TWIST:
@@ -257,11 +257,11 @@ class TorsionalModel:
         return np.asarray(torques[:, at, names.index(one.output)])
 
     def numbers(self, values: Array) -> Array:
-        """Frequencies (Hz) and damping ratios beside all measured numbers; ``InputError``, ``SolverError``."""
+        """Return the frequency (Hz) or damping ratio for each measured number; ``InputError``, ``SolverError``."""
         return self._scalars(self.assembly(values), values)
 
     def _scalars(self, made: Assembly, values: Array) -> Array:
-        """Frequency, Hz, or damping ratio beside each measured one; those of the crank that bends last."""
+        """Return the frequency (Hz) or damping ratio for each measured number; those of the bending crank come last."""
         found = []
         for one in self.data.scalars:
             if one.kind in (FREQUENCY, RATIO):
@@ -270,17 +270,17 @@ class TorsionalModel:
         return np.array([*found, *bent])
 
     def _shapes(self, made: Assembly) -> tuple[Array, ...]:
-        """Shape of unit length beside each measured one, of the same sign."""
+        """Return the shape for each measured one, of unit length and the same sign."""
         return tuple(shape_of(made, one) for one in self.data.shapes)
 
 
 def _needed(output: str) -> tuple[str, ...]:
-    """Outputs of a run of which a measured one is made."""
+    """Return the outputs of a run from which a measured output is computed."""
     return (TORSION, FLYWHEEL) if output == TWIST else (output,)
 
 
 def _of_run_up(one: Strand, amplitudes: Any, orders: Sequence[float]) -> ComplexArray:
-    """One order of an output at all speeds, (s,), of a run-up's amplitudes (s, o)."""
+    """Return one order of an output at all speeds, (s,), from a run-up's amplitudes (s, o)."""
     at = list(orders).index(one.order)
     if one.output == TWIST:
         return np.asarray(amplitudes[TORSION][:, at] - amplitudes[FLYWHEEL][:, at])
@@ -288,13 +288,13 @@ def _of_run_up(one: Strand, amplitudes: Any, orders: Sequence[float]) -> Complex
 
 
 def _stiffer(body: Any, factor: float) -> Any:
-    """A crank that is stiffer by a factor, its masses and damping ratios being the same."""
+    """Return a crank that is stiffer by a factor, with unchanged masses and damping ratios."""
     root = math.sqrt(factor)
     return replace(body, omega=body.omega * root, damping=body.damping * root)
 
 
 def mode_of(made: Assembly, one: Scalar) -> tuple[float, float]:
-    """Frequency (Hz) and damping ratio of a torsional mode; ``SolverError`` where there are fewer modes."""
+    """Return frequency (Hz) and damping ratio of a torsional mode; ``SolverError`` if there are fewer modes."""
     stiffness, damping, mass = _matrices(made)
     found = damped_modes(stiffness, damping, mass)
     if one.damper:
@@ -306,13 +306,13 @@ def mode_of(made: Assembly, one: Scalar) -> tuple[float, float]:
 
 
 def _matrices(made: Assembly) -> tuple[Array, Array, Array]:
-    """K, C, M (n, n) of the cranktrain's torsion, without the damper's ring."""
+    """Return K, C, M (n, n) of the cranktrain's torsion, without the damper's ring."""
     stiffness, mass = (matrix[_TWISTS, _TWISTS] for matrix in cranktrain_matrices(made.engine, made.body))
     return stiffness, np.diag(structural_damping(made.engine, made.body)[_TWISTS]), mass
 
 
 def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]) -> Any:
-    """Modes with the damper's ring, its stiffness that of the mode's own frequency."""
+    """Return modes with the damper's ring, whose stiffness is iterated to belong to the mode's own frequency."""
     if made.settings.damper != "fitted" or made.engine.damper is None:
         raise InputError(f"'{one.name}': asks for a mode with the damper, which is not fitted; set damper = true")
     stiffness, damping, mass = matrices
@@ -336,7 +336,7 @@ def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]
 
 
 def shape_of(made: Assembly, one: Shape) -> Array:
-    """Shape of a torsional mode at the measured places, of unit length and the sign of the measured one."""
+    """Return a torsional mode's shape at the measured positions, of unit length and the sign of the measured one."""
     stiffness, _, mass = _matrices(made)
     squares, shapes = eigh(stiffness, mass)
     elastic = np.flatnonzero(squares > 1e-6 * squares[-1])

@@ -1,19 +1,19 @@
-"""Orbits of journals by runs in time, and their derivatives, by which a search moves.
+"""Orbits of journals by runs in time, and their derivatives for the search.
 
-No level below a run in time has the orbit of a journal in its film. A run to a steady cycle at one speed takes some
-tenths of a second, so the orbits z(u) of sought values u are those of the line about the last estimate u₀,
+Only a run in time gives the orbit of a journal in its film. A run to a steady cycle at one speed takes some tenths of a
+second, so the search uses orbits z(u) linearised about the last estimate u₀,
 
     z(u) ≈ z(u₀) + Σ ∂z/∂u_k (u_k − u₀_k),
 
-with derivatives by differences of steady cycles, each of which starts from that of u₀. The fit of this line is a step
-of Gauss and Newton; :mod:`cranktrain_lab.identification.ladder` repeats it until the estimate stands. Orders that
-were measured beside orbits are corrected by runs in time as they are without.
+with derivatives by differences of steady cycles, each of which starts from the cycle of u₀. The fit of this line is a
+Gauss-Newton step, which :mod:`cranktrain_lab.identification.ladder` repeats until the estimate has converged. Measured
+orders are corrected by runs in time in the same way as without orbits.
 
-The runs are on films of level impedance. One run at the estimate on films by Reynolds' equation says how far better
-films would move it, which is added to the covariance.
+The runs use films of level impedance. One run at the estimate with films by Reynolds' equation gives the change of the
+estimate by better films, which is added to the covariance.
 
-An orbit is kept as its series over the crank angle, so that where the encoder counts from (``zero.NAME``) and the gain
-of the probes (``scale.NAME``) need no runs.
+An orbit is kept as a Fourier series over the crank angle, so the encoder's zero (``zero.NAME``) and the gain of the
+probes (``scale.NAME``) need no further runs.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ from cranktrain_lab.identification.parameters import SCALE, ZERO, inner_values, 
 HIGHEST = 48.0
 """Highest order of an orbit over the crank angle."""
 STEP = 0.02
-"""Step in u of the derivatives: 2 % of a parameter, or of the distance of its bounds."""
+"""Step in u for derivatives: 2 % of a parameter, or of the range between its bounds."""
 SETTLE = 1e-4
-"""Largest settling error at most, a part of what a step moves."""
+"""Upper limit of the settling error, small compared with the change of an orbit by :data:`STEP`."""
 
 ABOVE, FOR_SIZE = "reynolds", 1e-2
-"""Level of films that says once how far a better film would move the values, and the settling error of its run."""
+"""Film level of the run that estimates the change by better films, and settling error of this run."""
 
 
 class Series(NamedTuple):
-    """An orbit over the crank angle: mean x + i y, m, and amplitudes (2, o) of x and y at orders 0.5, 1, …."""
+    """Fourier series of an orbit over crank angle: mean x + i y, m; amplitudes (2, o) of x, y at orders 0.5, 1, …."""
 
     mean: complex
     amplitudes: ComplexArray
 
     def at(self, angles: Array) -> ComplexArray:
-        """Displacement x + i y (n,) at crank angles (n,) rad."""
+        """Return the displacement x + i y (n,) at crank angles (n,) rad."""
         orders = 0.5 * np.arange(1, self.amplitudes.shape[1] + 1)
         x, y = (np.exp(1j * angles[:, None] * orders) @ self.amplitudes.T).real.T
         return np.asarray(self.mean + x + 1j * y)
@@ -59,7 +59,7 @@ class Series(NamedTuple):
 
 @dataclass(frozen=True)
 class Line:
-    """Orbits about an estimate: its coordinates (p,), their series, and derivatives by each coordinate."""
+    """Linearised orbits: coordinates (p,) of the estimate, series of the orbits, and derivatives by each coordinate."""
 
     inner: Array
     series: tuple[Series, ...]
@@ -67,15 +67,15 @@ class Line:
 
 
 class OrbitModel:
-    """Answers of a torsional model with orbits of a crank that moves in its films beside them.
+    """Torsional model with additional orbits of a crank that moves in its films.
 
     Parameters
     ----------
-    model : makes engines of sought values
-    orders : what answers for all other data
-    orbits : what was measured
-    crank, settle : of the runs
-    say : told what runs
+    model : model that makes engines of sought values
+    orders : model of all other data
+    orbits : measured orbits
+    crank, settle : crank level and settling error of the runs
+    say : called with the stage of each run
     """
 
     def __init__(
@@ -89,18 +89,18 @@ class OrbitModel:
         self.runs = 0
 
     def in_time(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Orders and orbits by runs in time, where the line is drawn anew; ``InputError``, ``SolverError``."""
+        """Compute orders and orbits by runs in time, and linearise anew; ``InputError``, ``SolverError``."""
         orders = self._model.in_time(values, self._crank, self._settle, self._say) if self._model.data.strands else ()
         self._line = self._lined(values)
         return (*orders, *self._answered(values))
 
     def above(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Orbits by films one level above; ``InputError``, ``SolverError``."""
+        """Return orbits with films one level higher; ``InputError``, ``SolverError``."""
         series, _ = self._run(values, {}, ABOVE)
         return self._seen(values, series)
 
     def answers(self, values: Array) -> Answers:
-        """Answers for sought values (p,), SI, orbits linearised about the last estimate."""
+        """Return computed data for sought values (p,), SI, with orbits linearised about the last estimate."""
         found = self.orders.answers(values)
         return replace(found, strands=(*found.strands, *self._answered(values)))
 
@@ -118,7 +118,7 @@ class OrbitModel:
         return self._seen(values, found)
 
     def _seen(self, values: Array, series: Sequence[Series]) -> tuple[ComplexArray, ...]:
-        """Orbits as encoder and probes show them."""
+        """Return orbits as measured, with encoder zero and gain of the probes applied."""
         named = dict(zip([one.key for one in self._model.sought], values.tolist(), strict=True))
         return tuple(
             one.seen(named.get(f"{SCALE}.{one.name}", 1.0) * own.at(one.speeds + named.get(f"{ZERO}.{one.name}", 0.0)))
@@ -126,7 +126,7 @@ class OrbitModel:
         )
 
     def _lined(self, values: Array) -> Line:
-        """Orbits and derivatives at sought values."""
+        """Return linearised orbits at sought values."""
         sought, inner = self._model.sought, inner_values(self._model.sought, values.tolist())
         self._say(f"orbits by the {self._crank} crank in time")
         base, starts = self._run(values, {})
@@ -142,7 +142,7 @@ class OrbitModel:
     def _slopes(
         self, inner: Array, k: int, base: tuple[Series, ...], starts: dict[float, CycleStart]
     ) -> tuple[Series, ...]:
-        """Derivatives of all orbits by one coordinate, to the side on which the bounds are further off."""
+        """Return derivatives of all orbits by one coordinate, with a step towards the farther bound."""
         one = self._model.sought[k]
         low, high = one.inner(one.low), one.inner(one.high)
         side = 1.0 if high - inner[k] >= inner[k] - low else -1.0
@@ -162,7 +162,7 @@ class OrbitModel:
     def _run(
         self, values: Array, starts: dict[float, CycleStart], bearings: str = "auto"
     ) -> tuple[tuple[Series, ...], dict[float, CycleStart]]:
-        """Series of each orbit at sought values, and the starts of steady cycles by their speed."""
+        """Return the series of each orbit at sought values, and the starts of steady cycles by speed."""
         made = self._model.made_in_time(values, self._crank, bearings)
         settle = min(self._settle, SETTLE) if bearings == "auto" else max(self._settle, FOR_SIZE)
         outputs = sorted({f"{one.output}.{axis}" for one in self._orbits for axis in "xy"})
@@ -182,7 +182,7 @@ class OrbitModel:
 
 
 def check_films(level: str, crank: str) -> None:
-    """Refuse a level of the model in which journals have no films; ``InputError``."""
+    """Raise ``InputError`` for a level of the model in which journals have no films."""
     remedy = "an orbit takes --level time --crank beam or solid, whose journals run in oil films"
     if level != TIME:
         raise InputError(f"[[orbit]]: level '{level}' has no oil films; {remedy}")

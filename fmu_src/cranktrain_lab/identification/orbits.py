@@ -5,14 +5,14 @@
     4,   -2.7, -24.9
 
 x is across the engine, y upwards along the cylinders, the crank turns from x to y, and angle 0 is firing dead centre of
-cylinder 1. Probes that stand elsewhere are turned by ``probe_angle``. Cycles are laid over each other, and samples are
-averaged in up to :data:`MOST` steps of a cycle.
+cylinder 1. For probes in other directions, x and y are rotated by ``probe_angle``. Samples of all cycles are averaged
+in up to :data:`MOST` intervals of crank angle.
 
-Probes do not know the middle of the bore: it moves with temperature, and their zero drifts. Therefore the mean place of
-an orbit is free unless ``centre`` is ``bore``: the means of both orbits, measured and computed, are taken away.
+Probes do not measure the middle of the bore, because it moves with temperature and their zero drifts. The means of
+measured and computed orbit are therefore removed unless ``centre`` is ``bore``.
 
-In the fit an orbit is a complex curve z = x + i y over the crank angle, as an order is one over the speed. Its bias is
-one over the crank angle (:mod:`cranktrain_lab.identification.bias`).
+The fit treats an orbit as a complex function z = x + i y of the crank angle, as it treats an order as a function of the
+speed. Its bias is correlated over the crank angle (:mod:`cranktrain_lab.identification.bias`).
 """
 
 from __future__ import annotations
@@ -39,20 +39,20 @@ from cranktrain_lab.identification.parameters import Sought
 from cranktrain_lab.identification.tables import OrbitTable
 
 MOST = 180
-"""Points of an orbit that are fitted, at most."""
+"""Largest number of points of an orbit that are fitted."""
 WIDEST = math.radians(10.0)
-"""Widest step of the crank angle: films close and open within some ten degrees."""
+"""Largest step of the crank angle, because films close and open within some ten degrees."""
 NEVER = 1.5
-"""Width of an orbit over that of the clearance, from which it is none of the bearing; elastic bores give way less."""
+"""Ratio of orbit width to diametral clearance above which an orbit is refused. Elastic bores deform less than this."""
 STILL = 1e-6
-"""Width of an orbit over the clearance, below which nothing was measured."""
+"""Ratio of orbit width to clearance below which an orbit counts as no motion."""
 CLEARANCE = "main_bearing.clearance"
 FREE, BORE = "free", "bore"
 _REMEDY = "give lines of crank_angle [deg], x [um], y [um] under this header"
 
 
 class _Cycle(NamedTuple):
-    """Samples over the crank angle of one cycle, rising (n,) rad, and how many each is the mean of (n,)."""
+    """Samples over the increasing crank angle (n,) rad of one cycle, and number of samples (n,) averaged in each."""
 
     angles: Array
     values: NDArray[np.complex128]
@@ -60,7 +60,7 @@ class _Cycle(NamedTuple):
 
 
 def read_orbits(engine: Engine, tables: Sequence[OrbitTable], path: Path, names: Sequence[str]) -> tuple[Orbit, ...]:
-    """Orbits of a measured file at ``path``, whose other sets have ``names``; ``InputError``."""
+    """Return orbits of a measured file at ``path``; ``names`` are those of its other sets; ``InputError``."""
     taken, found = list(names), []
     for table in tables:
         name = name_of_set(table.name or Path(table.file).stem, taken)
@@ -89,7 +89,7 @@ def _orbit(engine: Engine, table: OrbitTable, name: str, path: Path) -> Orbit:
 
 
 def _bearing(engine: Engine, name: str, where: str) -> int:
-    """Number of a main bearing with a film, from 1; ``InputError``."""
+    """Return the number of a main bearing with a film, from 1; ``InputError``."""
     names = [f"main[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]
     if name not in names:
         raise InputError(f"{where}: no main bearing is called {shown(name)}; {nearest(name, names)}")
@@ -104,7 +104,7 @@ def _bearing(engine: Engine, name: str, where: str) -> int:
 
 
 def _cycle(engine: Engine, table: OrbitTable, where: str, path: Path) -> _Cycle:
-    """One cycle of an orbit's file; ``InputError``."""
+    """Return the averaged cycle of an orbit's file; ``InputError``."""
     name = Path(table.file).name
     read = read_table(beside(path, table.file), "file of a journal's orbit", _REMEDY)
     columns = _columns(read, table, f"{where}: {name}")
@@ -125,7 +125,7 @@ def _cycle(engine: Engine, table: OrbitTable, where: str, path: Path) -> _Cycle:
 
 
 def _columns(read: TextTable, table: OrbitTable, where: str) -> list[int]:
-    """Columns of angle, x and y, as the table names them or by their own names; ``InputError``."""
+    """Return columns of angle, x and y, from the table or by their usual names; ``InputError``."""
     if table.columns:
         if len(table.columns) != 3:
             raise InputError(f"{where}: columns names {len(table.columns)}; name three, of angle, x and y")
@@ -141,8 +141,8 @@ def _columns(read: TextTable, table: OrbitTable, where: str) -> list[int]:
 
 
 def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where: str) -> _Cycle:
-    """Samples (n,) of whole cycles over one; ``InputError`` for parts of a cycle, and for steps that are too wide."""
-    # Angles that begin anew with each cycle, or with each revolution, go on.
+    """Average samples (n,) of whole cycles over one cycle; ``InputError`` for incomplete cycles or wide steps."""
+    # Angles that restart with each cycle or revolution are made continuous.
     turn = 2.0 * math.pi
     steps = np.diff(angle)
     steps = np.where(steps < -0.5 * turn, np.mod(steps, turn), steps)
@@ -157,7 +157,7 @@ def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where
             f"{math.degrees(WIDEST):.0f} deg or less"
         )
     covered = (angle[-1] - angle[0] + step) / cycle
-    whole = round(covered - 0.5 * step / cycle)  # a last sample that is the first one again is no further cycle
+    whole = round(covered - 0.5 * step / cycle)  # a last sample that repeats the first one adds no cycle
     if whole < 1 or abs(covered - whole) * cycle > 1.5 * step:
         raise InputError(
             f"{where}: its crank angles cover {covered:.3g} cycles of {degrees:.0f} deg; an orbit is measured over "
@@ -176,7 +176,7 @@ def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where
 
 
 def _length(value: float | str, where: str) -> float:
-    """A positive length, m; ``InputError``."""
+    """Return a positive length, m; ``InputError``."""
     if begins_as_number(value):
         try:
             value = in_unit(stated(str(value), "0.5 um"), "m", "length", True)
@@ -188,7 +188,7 @@ def _length(value: float | str, where: str) -> float:
 
 
 def _turn(value: float | str, where: str) -> float:
-    """An angle, rad; numbers are degrees. ``InputError``."""
+    """Return an angle, rad; numbers without unit are degrees; ``InputError``."""
     if begins_as_number(value) and isinstance(value, str):
         try:
             return in_unit(stated(value, "45 deg"), "rad", "angle")
@@ -200,7 +200,7 @@ def _turn(value: float | str, where: str) -> float:
 
 
 def check_orbits(engine: Engine, orbits: Sequence[Orbit], sought: Sequence[Sought]) -> None:
-    """Refuse orbits that do not fit into their bearing, whatever its sought clearance; ``InputError``."""
+    """Raise ``InputError`` for orbits that do not fit into their bearing at the largest sought clearance."""
     for one in orbits:
         assert engine.main_bearing is not None
         own = [s.high for s in sought if s.key == CLEARANCE] or [engine.main_bearing.clearance]
@@ -221,5 +221,5 @@ def check_orbits(engine: Engine, orbits: Sequence[Orbit], sought: Sequence[Sough
 
 
 def _width(values: NDArray[np.complex128]) -> float:
-    """Largest distance of two points (n,), m."""
+    """Return the largest distance between two points (n,), m."""
     return float(np.abs(values[:, None] - values).max())

@@ -1,4 +1,4 @@
-"""Sought parameters: values of the engine file by their keys, and others that belong to the measurement.
+"""Sought parameters: values of the engine file by key, and values that belong to the measurement.
 
     table.key, table.key[2]         a number of the engine file
     damping.torsional_ratios[1]     damping ratio of the first torsional mode of the cranktrain, without its damper
@@ -33,25 +33,25 @@ LOAD, CRANK = "load", "crank.stiffness"
 ZERO, SCALE = "zero", "scale"
 RATIOS = "damping.torsional_ratios"
 WIDE = 4.0
-"""Bounds of a parameter whose file gives none: its start over and times this."""
+"""Default bounds of a parameter: its start divided by and multiplied by this factor."""
 FARTHEST = 1e15
-"""Largest bound, SI: squares of what is sought within it are finite."""
+"""Largest bound, SI, so that squares of values remain finite."""
 _TURN = math.radians(30.0)
-"""Bounds of an encoder's zero where the file gives none, rad."""
+"""Default bounds of an encoder's zero, ± rad."""
 
 
 @dataclass(frozen=True)
 class Sought:
-    """A parameter that is sought.
+    """Sought parameter.
 
     Attributes
     ----------
-    key : as the file names it
-    start, low, high : SI
-    prior : relative standard deviation about ``start`` of what is known before; infinite if nothing is
-    unit, scale, zero : shown value = (SI value − zero) / scale
-    in_file : whether it is a value of the engine file
-    note : of the file
+    key : key in the file
+    start, low, high : start and bounds, SI
+    prior : relative standard deviation about ``start`` from prior knowledge; infinite without
+    unit, scale, zero : displayed value in ``unit`` = (SI value − zero) / scale
+    in_file : True for a value of the engine file
+    note : note in the file
     """
 
     key: str
@@ -67,37 +67,37 @@ class Sought:
 
     @property
     def log(self) -> bool:
-        """Whether it is sought as its logarithm."""
+        """True if the logarithm of the parameter is sought."""
         return self.low > 0.0 and not self.zero
 
     def inner(self, value: float) -> float:
-        """Coordinate u of a value, SI."""
+        """Return the coordinate u of a value, SI."""
         return math.log(value) if self.log else value / (self.high - self.low)
 
     def value(self, inner: float) -> float:
-        """Value, SI, of a coordinate u."""
+        """Return the value, SI, of a coordinate u."""
         return math.exp(inner) if self.log else inner * (self.high - self.low)
 
     @property
     def prior_inner(self) -> float:
-        """Standard deviation of u that is known before."""
+        """Standard deviation of u from prior knowledge."""
         if self.log or not math.isfinite(self.prior):
             return self.prior
         return self.prior * abs(self.start or self.high) / (self.high - self.low)
 
     def shown(self, value: float) -> float:
-        """A value (SI) in the parameter's unit."""
+        """Convert a value (SI) to the parameter's unit."""
         return (value - self.zero) / self.scale
 
     def text(self, value: float) -> str:
-        """A value (SI) with its unit, as messages say it."""
+        """Format a value (SI) with its unit for messages."""
         return f"{self.shown(value):.4g}{'' if self.unit == '1' else ' ' + self.unit}"
 
 
 def sought_parameters(
     engine: Engine, tables: Mapping[str, SoughtTable], sets: Sequence[str], load: float
 ) -> tuple[Sought, ...]:
-    """Parameters of a file; ``sets`` are the names of its data sets. ``InputError``."""
+    """Return the parameters of a file; ``sets`` are the names of its data sets; ``InputError``."""
     if not tables:
         raise InputError('parameters: none is given; name at least one, e.g. "damper.viscosity" = {}')
     found = tuple(_sought(engine, key, table, sets, load) for key, table in tables.items())
@@ -202,7 +202,7 @@ def _measured(engine: Engine, key: str, sets: Sequence[str], load: float, where:
 
 
 def engine_with(engine: Engine, sought: Sequence[Sought], values: Sequence[float]) -> Engine:
-    """The engine with sought values (p,), SI, and what follows from them, not checked."""
+    """Return the engine with sought values (p,), SI, and values that follow from them, without checks."""
     found = engine
     for one, value in zip(sought, values, strict=True):
         if one.in_file:
@@ -213,7 +213,7 @@ def engine_with(engine: Engine, sought: Sequence[Sought], values: Sequence[float
 
 
 def following(engine: Engine, sought: Sequence[Sought], one: Sought, value: float) -> dict[str, float]:
-    """Values of the engine file (SI) that follow a sought one: more material has more inertia about all axes."""
+    """Return values of the engine file (SI) that scale with a sought one, such as inertia about the other axes."""
     table, _, name = one.key.partition(".")
     key = f"{table}.diametral_inertia"
     part = getattr(engine, table, None)
@@ -224,11 +224,11 @@ def following(engine: Engine, sought: Sequence[Sought], one: Sought, value: floa
 
 
 def inner_values(sought: Sequence[Sought], values: Sequence[float]) -> Array:
-    """Coordinates u (p,) of values (p,), SI."""
+    """Return coordinates u (p,) of values (p,), SI."""
     return np.array([one.inner(float(value)) for one, value in zip(sought, values, strict=True)])
 
 
 def outer_values(sought: Sequence[Sought], inner: Array) -> Array:
-    """Values (p,), SI, of coordinates u (p,), within their bounds."""
+    """Return values (p,), SI, of coordinates u (p,), clipped to the bounds."""
     found = [one.value(float(u)) for one, u in zip(sought, inner, strict=True)]
     return np.array([min(max(v, one.low), one.high) for v, one in zip(found, sought, strict=True)])

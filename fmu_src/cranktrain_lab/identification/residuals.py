@@ -1,4 +1,4 @@
-"""What an identification leaves: residuals by order and speed, systematic ones, and held-out speeds with bands."""
+"""Residuals of an identification by order and speed, systematic residuals, and held-out speeds with bands."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from cranktrain_lab.identification.estimate import Estimate
 RARE = 0.01
 """Probability below which residuals of an order are called systematic."""
 MATTERS = 0.02
-"""Systematic residuals count from this fraction of the order's amplitudes on."""
+"""Fraction of the order's amplitudes above which systematic residuals are reported."""
 
 
 def residual_rows(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
-    """A row for each order: points, residual over amplitude and noise, whether it is systematic, its constant."""
+    """Return a row per order: points, residual relative to amplitude and noise, systematic or not, wheel constant."""
     rows = []
     for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
         if isinstance(one, Orbit):
@@ -54,7 +54,7 @@ def residual_rows(comparison: Comparison, found: Estimate, confidence: Confidenc
 
 
 def _constant(piece: Piece, confidence: Confidence) -> dict[str, float | None]:
-    """Constant of a wheel that was found: size, deg, half width of its 95 % interval, and phase, deg."""
+    """Return the fitted constant of a wheel: amplitude, half width of its 95 % interval, and phase, all in deg."""
     if (found := piece.constant) is None:
         return {"constant_deg": None, "constant_band_deg": None, "constant_phase_deg": None}
     spread = found.spread + found.slopes @ confidence.covariance @ found.slopes.T
@@ -66,7 +66,7 @@ def _constant(piece: Piece, confidence: Confidence) -> dict[str, float | None]:
 
 
 def orbit_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
-    """A row for each orbit: points, residual, where it is largest, and whether it is systematic over the angle."""
+    """Return a row per orbit: points, residual, angle of the largest residual, and systematic over the angle or not."""
     rows = []
     for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
         if not isinstance(one, Orbit):
@@ -88,7 +88,7 @@ def orbit_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
 
 
 def number_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
-    """A row for each measured number and shape: measured, computed, and the residual over its deviation."""
+    """Return a row per measured number and shape: measured, computed, and residual in standard deviations."""
     rows: list[dict[str, Any]] = []
     first = len(comparison.data.strands)
     for one, piece in zip(comparison.data.scalars, found.pieces[first:], strict=False):
@@ -108,7 +108,7 @@ def number_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]
 
 
 def runs_probability(rows: Array, speeds: Array) -> float:
-    """Probability of as few changes of sign along the speed as residuals (n, c) have, were they independent.
+    """Return the probability that independent residuals (n, c) have as few sign changes along the speed (runs test).
 
     Wald and Wolfowitz, Ann. Math. Statist. 11 (1940) 147; all components together.
     """
@@ -128,9 +128,9 @@ def runs_probability(rows: Array, speeds: Array) -> float:
 
 
 def lack_of_fit(rows: Array, speeds: Array) -> float | None:
-    """Probability of residuals (n, c) as large beside the scatter of repeated speeds, were the model right.
+    """Return the probability of such large residuals (n, c) for a correct model, from scatter at repeated speeds.
 
-    None where no speed was repeated.
+    None if no speed was repeated.
     """
     different = np.unique(speeds)
     c = rows.shape[1]
@@ -146,17 +146,17 @@ def lack_of_fit(rows: Array, speeds: Array) -> float | None:
 
 
 def region(parts: int, freedom: float) -> float:
-    """Reach, in standard deviations, of the region of 95 % of a point of one or two parts.
+    """Return the half width, in standard deviations, of the 95 % region of a point with one or two components.
 
-    A complex order has two parts, and both of them lie within 95 % intervals of their own for 90 % of the points only.
+    A complex order has two components, and both lie within their own 95 % intervals for only 90 % of the points.
     """
     return math.sqrt(parts * float(fisher.ppf(LEVEL, parts, freedom)))
 
 
 def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
-    """A row for each held-out point: measured, predicted, half of the band of 95 %, whether it is inside.
+    """Return a row per held-out point: measured, predicted, half width of the 95 % band, inside or not.
 
-    The band is the largest half width of the region of 95 % of the complex amplitude.
+    The half width is the largest of the 95 % region of the complex amplitude.
     """
     rows: list[dict[str, Any]] = []
     sizes = [np.abs(own) for own in comparison.own(found.inner)]

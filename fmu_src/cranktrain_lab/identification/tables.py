@@ -68,7 +68,7 @@ OUTPUTS = (TORSION, FLYWHEEL, TWIST)
 """Outputs of measured orders of rotation."""
 LEVELS = ("linear", "harmonic-balance", "time")
 NEXT, NONE = "next", "none"
-"""Words in place of a crank level above the fitted one: the next level that bends, or none."""
+"""Special values for the crank level above the fitted one: the next bending level, or none."""
 """Levels of the model, the cheapest first."""
 _Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min", "speed")]
 _Deviation = Annotated[float, between(1e-6, 1.0, "e.g. 0.005 for half a per cent", "1", "1")]
@@ -77,7 +77,7 @@ _Amount = float | str
 
 
 class RangeTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
-    """Speeds of a set that count, rev/min."""
+    """Range of a set's speeds to use, rev/min."""
 
     first: _Rpm
     last: _Rpm
@@ -86,10 +86,10 @@ class RangeTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
 
 
 class OrdersTable(Table, kw_only=True):
-    """Measured orders over speed: amplitude and phase.
+    """Table of measured orders over speed, with amplitude and phase.
 
-    ``wheel``: whether a toothed wheel or encoder measured them, so that whole orders have an unknown constant; by
-    default as the column of this name in the file says, and true where the file has none.
+    ``wheel``: True if a toothed wheel or encoder measured the orders, so that whole orders have an unknown constant. By
+    default the column of this name in the file decides, or true without the column.
     """
 
     file: str
@@ -103,7 +103,7 @@ class OrdersTable(Table, kw_only=True):
 
 
 class TorqueTable(Table, kw_only=True):
-    """Measured orders of the torque of a shaft of the drive line."""
+    """Table of measured torque orders of a shaft of the drive line."""
 
     file: str
     shaft: str
@@ -115,7 +115,7 @@ class TorqueTable(Table, kw_only=True):
 
 
 class OrbitTable(Table, kw_only=True):
-    """A measured orbit: displacement of a main journal in its bore over the crank angle, at one speed."""
+    """Table of a measured orbit: displacement of a main journal in its bore over the crank angle, at one speed."""
 
     file: str
     bearing: str
@@ -128,7 +128,7 @@ class OrbitTable(Table, kw_only=True):
 
 
 class FrequencyTable(Table, kw_only=True):
-    """A measured natural frequency of torsion or of the engine on its mounts, or the critical speed of an order."""
+    """Table of a measured torsional or mount natural frequency, or of the critical speed of an order."""
 
     of: Literal["torsion", "mounts"] = "torsion"
     number: _Number = 1
@@ -141,7 +141,7 @@ class FrequencyTable(Table, kw_only=True):
 
 
 class DecayTable(Table, kw_only=True):
-    """A measured decay of a torsional mode; of a ``file``, the free decay of its ``channel``."""
+    """Table of a measured decay of a torsional mode, as a number or as the ``channel`` of a ``file``."""
 
     number: _Number = 1
     damping_ratio: Annotated[float, between(1e-6, 0.99, "damping ratio", "1", "1")] | None = None
@@ -154,7 +154,7 @@ class DecayTable(Table, kw_only=True):
 
 
 class ModeTable(Table, kw_only=True):
-    """A measured shape of a torsional mode: rotations of pulley, mains and flywheel, in any scale."""
+    """Table of a measured torsional mode shape: rotations of pulley, mains and flywheel, in any scale."""
 
     shape: dict[str, float]
     number: _Number = 1
@@ -163,7 +163,7 @@ class ModeTable(Table, kw_only=True):
 
 
 class SoughtTable(Table, kw_only=True):
-    """A parameter that is sought: bounds, start, and relative standard deviation of what is known of it before."""
+    """Table of a sought parameter: bounds, start, and relative standard deviation of prior knowledge."""
 
     low: _Amount | None = None
     high: _Amount | None = None
@@ -174,7 +174,7 @@ class SoughtTable(Table, kw_only=True):
 
 
 class HoldOutTable(Table, kw_only=True):
-    """Measured speeds that are predicted and not fitted."""
+    """Table of measured speeds that are predicted and not fitted."""
 
     speeds_rpm: list[_Rpm]
 
@@ -182,7 +182,7 @@ class HoldOutTable(Table, kw_only=True):
 
 
 class MeasuredTable(TargetsTable, kw_only=True):
-    """Measured data of an engine and the parameters sought from them."""
+    """Whole measured file: measured data of an engine and the parameters sought from them."""
 
     parameters: dict[str, SoughtTable] = field(default_factory=dict)  # type: ignore[assignment]
     orders: list[OrdersTable] = field(default_factory=list)
@@ -199,5 +199,5 @@ class MeasuredTable(TargetsTable, kw_only=True):
 
     @property
     def has_sets(self) -> bool:
-        """Whether there is any data set besides targets."""
+        """True if there is a data set other than targets."""
         return bool(self.orders or self.torque or self.orbit or self.frequencies or self.decay or self.modes)

@@ -1,4 +1,4 @@
-"""Confidence of a calibration: what its targets, with their tolerances as deviations, say of the free values.
+"""Confidence of a calibration's free values, with the tolerances of targets as standard deviations.
 
 With the sensitivities J = ∂ ln f/∂ ln p of the report, tolerances τ and bounds as a uniform prior,
 
@@ -17,9 +17,9 @@ from cranktrain_lab.identification.confidence import told_apart
 
 
 def with_confidence(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Report of a calibration with ``deviation_percent`` of its parameters, and ``told_apart`` in words.
+    """Return a calibration's report with ``deviation_percent`` of its parameters, and ``told_apart`` in words.
 
-    Parameters that may be zero or negative have none: a relative deviation says nothing of them.
+    Parameters that may be zero or negative have no relative deviation.
     """
     parameters = [p for p in report["parameters"] if p["low"] * p["high"] > 0.0 and p["value"]]
     keys = [p["key"] for p in parameters]

@@ -1,9 +1,9 @@
-"""Constants of a toothed wheel: the complex number w that its pitch errors add to a whole order at all speeds.
+"""Constants of a toothed wheel: complex numbers w that its pitch errors add to a whole order at all speeds.
 
-Pitch errors recur each revolution, so a wheel reads the same w of order 1, 2, 3, … at every speed. Nothing is known of
-w before the measurement. With the whitened residuals r of an order and their derivatives B (m, 2) by real and imaginary
-part of w, a fit that seeks w as well leaves r − B B⁺ r, with w = B⁺ r. Residuals and derivatives are compared in this
-form, so w is eliminated exactly.
+Pitch errors recur each revolution, so a wheel adds the same w to order 1, 2, 3, … at every speed. w is unknown before
+the measurement. With the whitened residuals r of an order and their derivatives B (m, 2) by real and imaginary part of
+w, a fit that includes w has w = B⁺ r and the residual r − B B⁺ r. Residuals and derivatives are used in this form, so w
+is eliminated exactly.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cranktrain.core.types import Array
 from cranktrain_lab.identification.data import Strand
 
 WIDE = 100.0
-"""Standard deviation of w over the largest amplitude of its order where a likelihood takes w as a parameter."""
+"""Prior standard deviation of w in the likelihood, as a multiple of the largest amplitude of its order."""
 
 
 class Constant(NamedTuple):
@@ -35,21 +35,21 @@ class Constant(NamedTuple):
     inverse: Array
 
     def of(self, rows: Array) -> Array:
-        """Constant (2, …) that whitened rows (m, …) give."""
+        """Return the constant (2, …) fitted to whitened rows (m, …)."""
         return np.asarray(np.tensordot(self.inverse, rows, axes=1))
 
     def left(self, rows: Array) -> Array:
-        """Whitened rows (m, …) less the constant that they give."""
+        """Return whitened rows (m, …) minus their fitted constant."""
         return np.asarray(rows - np.tensordot(self.columns, self.of(rows), axes=1))
 
 
 class FoundConstant(NamedTuple):
-    """Constant of an order that a fit has found.
+    """Fitted constant of an order.
 
     Attributes
     ----------
     value, slopes : (2,) real and imaginary part, and their derivatives (2, p) by u
-    spread : covariance (2, 2) at known u
+    spread : covariance (2, 2) for known u
     by : derivatives (n, c, 2) of the order's rows by real and imaginary part
     """
 
@@ -65,9 +65,9 @@ class FoundConstant(NamedTuple):
 
 
 def by_constant(strand: Strand, turn: NDArray[np.complex128]) -> Array:
-    """Derivatives (n, c, 2) of an order's rows by its constant; ``turn`` (n,) turns into the model's phase.
+    """Return derivatives (n, c, 2) of an order's rows by its constant; ``turn`` (n,) rotates into the model's phase.
 
-    Amplitudes alone depend on w by |y + w| ≈ |y| + Re(w exp(−i arg y)), which holds for w far below y.
+    Amplitudes without phase depend on w by |y + w| ≈ |y| + Re(w exp(−i arg y)), valid for w far below y.
     """
     if strand.phases:
         return np.tile(np.eye(2), (turn.size, 1, 1))
@@ -75,13 +75,12 @@ def by_constant(strand: Strand, turn: NDArray[np.complex128]) -> Array:
 
 
 def beside_slopes(slopes: Sequence[Array], columns: Sequence[Array | None], known: Array) -> tuple[list[Array], Array]:
-    """Derivatives and prior information of a likelihood that takes the constants of a set as further parameters.
+    """Return derivatives and prior information of a likelihood with the constants of a set as further parameters.
 
     Parameters
     ----------
     slopes : derivatives (n, c, p) of each order
-    columns : derivatives (n, c, 2) of each order by its constant, over the constant's standard deviation; None where it
-        has none
+    columns : derivatives (n, c, 2) of each order by its constant in standard deviations; None without a constant
     known : prior information (p, p)
     """
     p, count = known.shape[0], 2 * sum(one is not None for one in columns)

@@ -1,4 +1,4 @@
-"""The engine file of an identification: the old text with identified values, their data, date and interval."""
+"""Engine file of an identification: the old text with identified values, their data, date and interval."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def identified_text(
     text: str, engine: Engine, sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str, name: str,
     *, interrupted: bool = False,
 ) -> str:  # fmt: skip
-    """Text of the new engine file.
+    """Return the text of the new engine file.
 
     Parameters
     ----------
-    text, engine : of the old file
-    sought, rows : the parameters and what was found of each
+    text, engine : text and engine of the old file
+    sought, rows : parameters, and report row of each
     data, name : names of the measured file and of the old engine file
-    interrupted : whether the search ended early; its values then have no intervals
+    interrupted : True if the search ended early; values then have no intervals
     """
     if interrupted:
         rows = [{**row, "low": None} for row in rows]
@@ -55,26 +55,26 @@ def identified_text(
 
 
 def _interval(row: Mapping[str, Any]) -> str:
-    """Interval of a row in words; that of an interrupted search is none, because no fit has ended there."""
+    """Return the interval of a row in words; an interrupted search has none, because its fit is incomplete."""
     if row["low"] is None:
         return "best so far of an interrupted search, without interval"
     return f"95 % from {row['low']:.4g} to {row['high']:.4g}"
 
 
 def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
-    """Data, date and interval of a value, and the note of the measured file."""
+    """Return the note of a value: data, date, interval, and the note of the measured file."""
     unit = "" if one.unit == "1" else f" {one.unit}"
     unit = unit if row["low"] is not None else ""
     return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
 
 
 def _list_of(key: str) -> str:
-    """Key of a value, or of the list that it belongs to."""
+    """Return the key of a value, or of the list that contains it."""
     return key.partition("[")[0]
 
 
 def _notes(sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str) -> dict[str, str]:
-    """Note of each value; a list has one for all of its identified values, each named by its number."""
+    """Return the note of each value; a list has one note for all its identified values, listed by number."""
     notes: dict[str, str] = {}
     for one, row in zip(sought, rows, strict=True):
         base, _, number = one.key.partition("[")
@@ -87,7 +87,7 @@ def _notes(sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: st
 def _with_ratios(
     text: str, engine: Engine, ratios: Sequence[tuple[Sought, Mapping[str, Any]]], data: str
 ) -> str:  # fmt: skip
-    """Text with the list of damping ratios, which a file may not have yet."""
+    """Return the text with the list of damping ratios, which is added if the file has none."""
     values = list(engine.damping.torsional_ratios)
     for one, row in ratios:
         index = re.search(r"\[(\d+)\]", one.key)
@@ -105,7 +105,7 @@ def _with_ratios(
 
 
 def write_identified(path: Path, text: str, beside: Path, sought: Sequence[Sought], rows: Sequence[Any]) -> None:
-    """Write an engine file that must not exist, read back and compared; ``InputError``: nothing is written then."""
+    """Write a new engine file and verify it by reading it back; on ``InputError`` nothing is written."""
     found = engine_of(tomllib.loads(text), path.name, beside)
     for one, row in zip(sought, rows, strict=True):
         if one.in_file:

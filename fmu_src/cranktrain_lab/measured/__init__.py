@@ -1,1 +1,1 @@
-"""Measured signals: files of test benches, rotation from pulses, cylinder pressures, orders."""
+"""Measured signals: test-bench files, rotation from pulses, cylinder pressures, and orders."""

@@ -1,15 +1,16 @@
-"""Pulses that are sampled too slowly, and read as those of another speed.
+"""Detection of aliasing: pulses that are sampled too slowly and look like pulses of another speed.
 
 A wheel of N teeth at f revolutions a second gives N f pulses a second. Sampled at a rate R below 2 N f, they look
 exactly like N f_a = |N f − k R| pulses a second, with k whole, because a sample depends only on the fraction of a
-pulse that has passed. No waveform, level or histogram tells the two apart. What tells is what the shaft does:
+pulse that has passed. Waveform, level and histogram do not distinguish the two. The motion of the shaft does:
 
 * a stated speed, an index pulse or a second wheel;
 * the torsion of an engine, which recurs each cycle. Under the assumption (k, ±) the angle at each pulse n, at time t,
-  is 2π (k R t ± n)/N. Under the right one half orders of a low number hold nearly all of the torsion. Under a wrong one
-  its frequencies are no multiples of half the assumed speed.
+  is 2π (k R t ± n)/N. Under the right assumption low half orders contain nearly all of the torsion. Under a wrong one
+  the frequencies of the torsion are not multiples of half the assumed speed.
 
-A gap in the wheel tells too: it recurs after N pulses (:func:`cranktrain_lab.measured.wheel.number_teeth`).
+A gap in the wheel also shows the speed, because it recurs after N pulses
+(:func:`cranktrain_lab.measured.wheel.number_teeth`).
 """
 
 from __future__ import annotations
@@ -29,33 +30,32 @@ from cranktrain_lab.measured.rotation import Rotation
 from cranktrain_lab.measured.wheel import CYCLE, Wheel
 
 LINES = 12
-"""Half orders, from 0.5 to 6, that hold the torsion of an engine."""
+"""Number of half orders, from 0.5 to 6, assumed to contain the torsion of an engine."""
 SPAN, SHORTEST, FINE = 16, 6, 96
-"""Cycles of a fit, the fewest of a recording that is too short for them, and pulses a cycle from which only some are
-taken."""
+"""Cycles of a fit, least number of cycles of a recording, and pulses per cycle above which pulses are thinned."""
 FASTEST_ENGINE = 20_000.0
-"""Highest speed, rev/min, that is looked for in place of the one read."""
+"""Highest alternative speed, rev/min, that is tested."""
 CLEAR = 3.0
-"""Size of the deviations over the errors of the crossings, from which they tell."""
+"""Ratio of the deviations to the timing errors of crossings above which the deviations are used."""
 TREND = 4
-"""Coefficients of the polynomial by which the mean rotation varies within a fit."""
+"""Number of polynomial coefficients of the mean rotation within a fit."""
 FITS = 12
-"""Fits over the recording, at most."""
+"""Largest number of fits over the recording."""
 SURE, DOUBTFUL = 0.9, 0.5
-"""Fraction of the torsion that half orders hold under a speed that is right, at least, and under one that is wrong, at
-most. Both must hold for a recording to be refused."""
+"""Least fraction of the torsion in half orders under a right speed, and largest fraction under a wrong speed. A
+recording is refused only if the alternative speed meets the first and the speed as read meets the second limit."""
 ALIKE = 0.02
-"""Difference of such fractions that does not tell two speeds apart."""
+"""Difference of these fractions below which two speeds cannot be distinguished."""
 POINTS = 3.0
-"""Pulses of a fit over its unknowns, at least."""
+"""Least ratio of pulses to unknowns of a fit."""
 RESTLESS = 0.02
-"""Deviations that do not recur, as a fraction of a pitch (rms), from which a remark tells them."""
+"""Non-recurring deviations, as a fraction of a pitch (rms), above which a remark reports them."""
 NEAR = 0.05
-"""Relative difference of a stated speed from the range of the speeds found, from which both disagree."""
+"""Relative deviation of a stated speed from the range of measured speeds above which they disagree."""
 
 
 class Alias(NamedTuple):
-    """A speed that fits the pulses better than the one read: rad/s, fractions of the torsion at half orders."""
+    """Alternative speed (rad/s), and fractions of torsion in half orders at this speed and at the speed as read."""
 
     speed: float
     share: float
@@ -63,10 +63,10 @@ class Alias(NamedTuple):
 
 
 def check_aliasing(turning: Rotation, channel: Channel, stated: float | None = None) -> Rotation:
-    """Rotation, with a remark where its pulses may be those of another speed; ``InputError`` where they are.
+    """Check a rotation for aliasing; returns it with a remark if this is possible, ``InputError`` if certain.
 
-    ``stated`` is a speed that the shaft had, rad/s. If it agrees with the pulses, they are right. Without one the
-    torsion decides where it can.
+    ``stated`` is a known speed of the shaft, rad/s. If it agrees with the pulses, there is no aliasing. Without a known
+    speed the torsion decides if possible.
     """
     where, low, high = f"{channel.source}, channel {channel.name}", *turning.speed_range
     if stated is not None:
@@ -100,9 +100,9 @@ def check_aliasing(turning: Rotation, channel: Channel, stated: float | None = N
 
 
 def restless(turning: Rotation) -> tuple[float, float]:
-    """Part of the torsion that differs from cycle to cycle: its size (rms, rad), and its fraction of the variance.
+    """Return the part of the torsion that differs between cycles: RMS, rad, and fraction of the variance.
 
-    Each pulse is compared with that of the same tooth a cycle later, so teeth that are wrong do not count.
+    Each pulse is compared with the pulse of the same tooth a cycle later, so pitch errors cancel.
     """
     teeth, torsion = turning.numbered.teeth, turning.torsion
     cycle = 2 * turning.wheel.teeth
@@ -116,7 +116,7 @@ def restless(turning: Rotation) -> tuple[float, float]:
 
 
 def aliased(channel: Channel, wheel: Wheel, speed: float) -> str:
-    """Say that pulses of a speed, rad/s, are sampled too slowly; empty where they are not."""
+    """Return a text saying that pulses of a speed, rad/s, are sampled too slowly; empty if they are not."""
     hz = wheel.teeth * speed / math.tau
     if not channel.rate < FEWEST_SAMPLES * hz:
         return ""
@@ -128,7 +128,7 @@ def aliased(channel: Channel, wheel: Wheel, speed: float) -> str:
 
 
 def likely_alias(turning: Rotation, rate: float) -> Alias | None:
-    """Speed of which the torsion is, where the speed read is wrong by aliasing and the torsion says so."""
+    """Return the alternative speed to which the torsion belongs, if the torsion shows aliasing, else None."""
     if not math.isfinite(rate) or turning.wheel.missing or turning.wheel.teeth < 2:
         return None
     times, teeth = turning.times - turning.times[0], turning.numbered.teeth - turning.numbered.teeth[0]
@@ -145,16 +145,16 @@ def likely_alias(turning: Rotation, rate: float) -> Alias | None:
             share = held(times, angle)[0] if angle[-1] / times[-1] / RPM < FASTEST_ENGINE else 0.0
             found.append(Alias(float(angle[-1] / times[-1]), share, plain))
         k += 1
-    # A speed that is constant to the clock's last digit may have several; the lowest one is named.
+    # A perfectly constant speed may have several alternatives; the lowest one is reported.
     likely = [one for one in found if one.share > max(SURE, max(other.share for other in found) - ALIKE)]
     return min(likely, key=lambda one: one.speed) if likely else None
 
 
 def held(times: Array, angle: Array) -> tuple[float, float]:
-    """Fraction of the deviations from a smooth rotation that half orders hold, and the deviations' size (rms), rad.
+    """Return the fraction of deviations from smooth rotation in half orders, and the RMS of the deviations, rad.
 
-    ``times`` (k,) s and ``angle`` (k,) rad, which rises from 0 on. Variances are those of degrees of freedom, so noise
-    gives 0. The fraction is not a number where there are too few pulses.
+    ``times`` (k,) in s and ``angle`` (k,) in rad increase, ``angle`` from 0. Variances are divided by degrees of
+    freedom, so noise gives 0. The fraction is NaN if there are too few pulses.
     """
     cycles = angle[-1] / CYCLE
     stride = max(1, int(times.size / cycles / FINE))

@@ -1,4 +1,4 @@
-"""Analyses of a measurement by the names of its channels: rotations, orders, pressures."""
+"""Analyses of a measurement by channel names: rotations, orders, pressures."""
 
 from __future__ import annotations
 
@@ -35,11 +35,10 @@ from cranktrain_lab.measured.wheel import Wheel
 
 @dataclass(frozen=True)
 class RotationAsked:
-    """Rotation of one or two places as options ask for it; see :func:`cranktrain_lab.measured.rotation.rotation`.
+    """Options for the rotation of one or two places; see :func:`cranktrain_lab.measured.rotation.rotation`.
 
-    ``teeth`` and ``missing`` may be None: a wheel with a gap that recurs says them itself. ``speed`` (rev/min) is one
-    that the shaft had, against which the pulses are checked; ``clock`` (Hz) that of a counter whose ticks the channels
-    hold.
+    ``teeth`` and ``missing`` may be None if a recurring gap shows them. ``speed`` (rev/min) is a known speed of the
+    shaft for checking the pulses. ``clock`` (Hz) is the frequency of a counter whose ticks the channels contain.
     """
 
     channel: str
@@ -60,7 +59,7 @@ class RotationAsked:
 
 
 def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotation]:
-    """Rotation of the first place, and of the second one against the first's mean rotation; ``InputError``."""
+    """Return the rotation of the first place, and of the second relative to the first's mean; ``InputError``."""
     channel = measurement[asked.channel]
     wheel = None if asked.teeth is None else Wheel(asked.teeth, asked.missing or 0)
     index = measurement[asked.index] if asked.index else None
@@ -95,7 +94,7 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
     try:
         return [first, second.against(first)]
     except InputError as error:
-        # A wheel whose pulses would be too dense at the other's speed is likely to be the wrong one.
+        # The wheel whose pulses would be undersampled at the other's speed is probably the wrong one.
         pairs = ((channel, first, second), (other, second, first))
         said = [aliased(own, one.wheel, another.speed_range[1]) for own, one, another in pairs]
         raise InputError(f"{error}{max(said, key=len)}") from None
@@ -105,9 +104,9 @@ def orders_of(
     measurement: Measurement, rotations: Sequence[Rotation], orders: Sequence[float], of: Sequence[str] = (),
     integrals: int = 0, step_rpm: float = 0.0, cycles: int | None = None, bandwidth: float = 0.0,
 ) -> list[Orders]:  # fmt: skip
-    """Orders of the named channels, or of the torsion of each place and, of two places, of the twist between them.
+    """Return orders of the channels ``of``, or by default of the torsion of each place and the twist between two.
 
-    By fits over cycles, or with a ``bandwidth`` (Hz) by the Vold–Kalman filter.
+    Orders are fitted over cycles, or with a ``bandwidth`` (Hz) follow from the Vold–Kalman filter.
     """
     wanted, base = np.asarray(orders, dtype=np.float64), rotations[0]
     if bandwidth:
@@ -129,19 +128,19 @@ def orders_of(
     for one in points:
         check_orders(wanted, one)
     if cycles is None and len(points) > 1 and not of:
-        # Both places are fitted over the same cycles, so that their difference is that of the same motion.
+        # Both places are fitted over the same cycles, so that their difference belongs to the same motion.
         cycles = max(fit_shape(one, base, wanted).cycles for one in points)
     found = [track(one, base, wanted, step_rpm=step_rpm, cycles=cycles) for one in points]
     return found if of or len(found) < 2 else [*found, _twist(found[0], found[1])]
 
 
 def _in_si(orders: Orders, scale: float, unit: str) -> Orders:
-    """Orders in another unit."""
+    """Convert orders to another unit."""
     return replace(orders, amplitudes=orders.amplitudes * scale, errors=orders.errors * scale, unit=unit)
 
 
 def angle_unit(unit: str, integrals: int) -> tuple[float, str]:
-    """Factor and unit of a channel after its integrals: angles in rad, lengths in m; others keep theirs."""
+    """Return factor and unit of a channel after integration: rad for angles, m for lengths, else the channel's own."""
     from cranktrain.core.units import known_factor
 
     kinds = (("angle", "rad"), ("speed", "rad"))[: 1 + integrals] if integrals < 2 else ()
@@ -158,7 +157,7 @@ def angle_unit(unit: str, integrals: int) -> tuple[float, str]:
 
 
 def _twist(first: Orders, second: Orders) -> Orders:
-    """Orders of the first place less the second, at the speeds that both have."""
+    """Return orders of the first place minus the second, at their common speeds."""
     speeds, one, two = np.intersect1d(np.round(first.speeds, 6), np.round(second.speeds, 6), return_indices=True)
     if not speeds.size:
         nearest = np.array([np.argmin(np.abs(second.speeds - speed)) for speed in first.speeds])
@@ -173,7 +172,7 @@ def _twist(first: Orders, second: Orders) -> Orders:
 def pressures_of(
     measurement: Measurement, turning: Rotation | None, engine: Engine, asked: Any
 ) -> list[tuple[Cycles, Compression | None, Cylinder]]:
-    """Cycles with their zeros, fits and cylinders of the pressure channels that options name; ``InputError``.
+    """Return pegged cycles, fit and cylinder of each pressure channel in the options; ``InputError``.
 
     ``asked`` has the options of ``cranktrain measured`` as attributes: ``pressure``, ``cylinders``, ``unit``,
     ``samples_per_cycle``, ``first_deg``, ``speed``, ``pegging``, ``exponent``, ``intake_bar``, ``intake_deg_c``,
@@ -214,7 +213,7 @@ def pressures_of(
 
 
 def cylinder_numbers(asked: Any, engine: Engine) -> list[int]:
-    """Numbers of the cylinders of the pressure channels; ``InputError`` where they do not fit."""
+    """Return the cylinder number of each pressure channel; ``InputError`` if the options do not match."""
     if not asked.cylinders:
         if len(asked.pressure) > engine.n_cylinders:
             raise InputError(f"{len(asked.pressure)} pressures for the {engine.n_cylinders} cylinders of {engine.name}")

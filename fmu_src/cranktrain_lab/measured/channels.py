@@ -1,8 +1,8 @@
-"""Channels of a measurement: names, units, sampling, and samples that are read in blocks.
+"""Channels of a measurement, with names, units, sampling, and samples that are read in blocks.
 
-Samples stay in the file until they are asked for, and in the unit of the file. A channel over time has its samples at
-``start + i step`` seconds, or a time base of its own. Channels over another abscissa (orders over speed, spectra) name
-that abscissa and its unit.
+Samples stay in the file until they are read, and have the unit of the file. A channel over time has samples at
+``start + i step`` seconds, or its own time base. Channels over another abscissa (orders over speed, spectra) name the
+abscissa and its unit.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.types import Array
 
 BLOCK = 2**20
-"""Samples of a block: 8 MB."""
+"""Number of samples of a block (8 MB)."""
 UNEVEN = 1e-3
 """Time steps count as equal if their largest deviation is below this fraction of their median."""
 MANY, PROBES = 2_000_000, 12
-"""Samples up to which times are compared one by one; of more, both ends and so many places between."""
+"""Largest number of times that are all compared; of longer channels, number of positions to check between the ends."""
 TIME = "time"
 Reader = Callable[[int, int], Array]
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One measured channel.
+    """Measured channel.
 
     Attributes
     ----------
-    name, unit : as in the file; an empty unit is one that the file does not state
+    name, unit : name and unit in the file; the unit is empty if the file states none
     size : number of samples
     source : name of the file
-    read : (first, past the last) → samples as float64, in ``unit``
-    start, step : of the abscissa; ``step`` is not a number where the abscissa is read by ``places``
-    places : (first, past the last) → abscissa, or None
-    abscissa, abscissa_unit : what the samples are over: ``time`` in s, ``speed`` in rev/min, ``frequency`` in Hz, …
-    about : further words of the file: title, group, direction
-    began : when the abscissa is 0, ns since 1970 UTC; None where the file does not state it
+    read : function (first, past the last) → samples as float64, in ``unit``
+    start, step : start and step of the abscissa; ``step`` is NaN if ``places`` reads the abscissa
+    places : function (first, past the last) → abscissa, or None
+    abscissa, abscissa_unit : kind and unit of the abscissa: ``time`` in s, ``speed`` in rev/min, ``frequency`` in Hz, …
+    about : further text of the file: title, group, direction
+    began : date and time of abscissa 0, ns since 1970 UTC; None if the file does not state it
     """
 
     name: str
@@ -59,20 +59,20 @@ class Channel:
 
     @property
     def rate(self) -> float:
-        """Samples per second, Hz; not a number where the step varies or the samples are not over time."""
+        """Sampling rate, Hz; NaN if the step varies or the samples are not over time."""
         return 1.0 / self.step if self.step > 0.0 and self.abscissa == TIME else math.nan
 
     def blocks(self, size: int = BLOCK) -> Iterator[tuple[int, Array]]:
-        """Samples in turn: first index and values of each block."""
+        """Yield first index and samples of each block."""
         for first in range(0, self.size, size):
             yield first, self.read(first, min(first + size, self.size))
 
     def values(self, first: int = 0, last: int | None = None) -> Array:
-        """Samples from ``first`` to before ``last``; the whole channel by default."""
+        """Return samples from ``first`` to before ``last``; the whole channel by default."""
         return self.read(first, self.size if last is None else min(last, self.size))
 
     def abscissae(self, first: int = 0, last: int | None = None) -> Array:
-        """Abscissa of these samples: times in s for a channel over time."""
+        """Return the abscissa of samples ``first`` to before ``last``, for a channel over time in s."""
         last = self.size if last is None else min(last, self.size)
         if self.places is not None:
             return self.places(first, last)
@@ -86,7 +86,7 @@ class Channel:
 
     @property
     def duration(self) -> float:
-        """Last minus first abscissa; 0 for channels of less than two samples."""
+        """Last minus first abscissa; 0 for channels with fewer than two samples."""
         if self.size < 2:
             return 0.0
         if self.places is None:
@@ -98,7 +98,7 @@ class Channel:
 class Measurement:
     """Channels of one or more files.
 
-    ``remarks`` are one line each about what was found odd in the files and how it was read.
+    ``remarks`` are one-line descriptions of irregularities in the files and how they were treated.
     """
 
     channels: tuple[Channel, ...]
@@ -106,11 +106,11 @@ class Measurement:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the channels, each once."""
+        """Names of the channels, without repetition."""
         return tuple(channel.name for channel in self.channels)
 
     def __getitem__(self, name: str) -> Channel:
-        """Return a channel by its name, in any case; ``InputError`` names the nearest."""
+        """Return a channel by name (case-insensitive); ``InputError`` suggests the nearest."""
         by_name = {channel.name: channel for channel in self.channels}
         if name in by_name:
             return by_name[name]
@@ -121,19 +121,19 @@ class Measurement:
         raise InputError(f"channel '{name}' is not in {where}; {nearest(name, by_name)}")
 
     def chosen(self, names: Sequence[str]) -> Measurement:
-        """Measurement of the named channels only, in the order of the names."""
+        """Return a measurement with only the named channels, in the order of the names."""
         return Measurement(tuple(self[name] for name in names), self.remarks)
 
 
 def of_array(values: Array) -> Reader:
-    """Read from an array that is in memory."""
+    """Return a reader of an array in memory."""
     return lambda first, last: np.asarray(values[first:last], dtype=np.float64)
 
 
 def time_base(times: Array, where: str) -> tuple[float, float, Array | None, list[str]]:
-    """Return start and step of sampling times (n,) s, or the times themselves where steps differ; and remarks.
+    """Return start and step of sampling times (n,) s, the times themselves if steps differ, and remarks.
 
-    ``InputError``: times that are not finite; :func:`timed` leaves their samples out.
+    ``InputError`` for times that are not finite; :func:`timed` removes their samples first.
     """
     times = np.asarray(times, dtype=np.float64)
     if times.size < 2:
@@ -162,7 +162,7 @@ def time_base(times: Array, where: str) -> tuple[float, float, Array | None, lis
 
 
 def timed(times: Array, where: str) -> tuple[NDArray[np.int64] | None, list[str]]:
-    """Samples (n,) that have a time, None where all do, and a remark on the others; ``InputError`` where none does."""
+    """Return indices of samples (n,) with a finite time (None: all), and a remark; ``InputError`` if there is none."""
     good = np.flatnonzero(np.isfinite(times))
     if good.size == times.size:
         return None, []
@@ -173,7 +173,7 @@ def timed(times: Array, where: str) -> tuple[NDArray[np.int64] | None, list[str]
 
 
 def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
-    """Start and step of many sampling times, from both ends and some places between; None where these are uneven."""
+    """Return start and step of many sampling times from the ends and some positions between; None if uneven."""
     begin, end = read(0, 2), read(size - 1, size)
     step = float(end[0] - begin[0]) / (size - 1)
     places = np.linspace(0, size - 2, PROBES).astype(int).tolist()
@@ -182,9 +182,9 @@ def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
 
 
 def rising_times(read: Reader, size: int, where: str) -> list[str] | None:
-    """Remarks on many uneven sampling times, which are read block by block; None where they run backwards.
+    """Return remarks on many uneven sampling times, read block by block; None if times decrease.
 
-    ``InputError``: times that are not finite.
+    ``InputError`` for times that are not finite.
     """
     usual = float(np.median(np.diff(read(0, min(BLOCK, size)))))
     gaps, longest, at, bad, back = 0, 0.0, 0.0, 0, False
@@ -211,7 +211,7 @@ def rising_times(read: Reader, size: int, where: str) -> list[str] | None:
 def sampled(
     name: str, unit: str, times: Array, values: Array, source: str, about: str = "", began: int | None = None
 ) -> tuple[Channel, list[str]]:
-    """Make a channel over time of arrays (n,), and remarks on its times."""
+    """Return a channel over time from arrays (n,), and remarks on its times."""
     where = f"{source}, channel {name}"
     n = min(times.size, values.size)
     times, values = np.asarray(times[:n], dtype=np.float64), np.asarray(values[:n])

@@ -1,18 +1,18 @@
-"""Dead centre and zero of a measured pressure, from the first law along its compression.
+"""Dead centre and zero of a measured pressure, from the first law of thermodynamics along its compression.
 
     dp/dθ = [−γ p dV/dθ − (γ − 1) Q̇/ω] / V,    Q̇ = C α A (T − T_w),    T = T₀ p V / (p₀ V₀)
 
 γ(T) is that of air, by the polynomials of :mod:`cranktrain.modules.combustion.gas`, and α Woschni's coefficient
 without its combustion term. The measured trace is p − z at θ + δ. A least-squares fit finds the shift δ, the zero z,
-p₀, T₀, the factor C of the heat and a change of the heat capacity and of its rise with the temperature (mixture,
-residual gas, another formula). T₀, C and the heat capacity are held near usual values by their usual scatter, since a
-noisy trace does not determine them; the standard errors of δ and z include this.
+p₀, T₀, the heat factor C, and changes of the heat capacity and of its rise with temperature (mixture, residual gas,
+another formula). T₀, C and the heat capacity have priors with usual values and scatter, because a noisy trace does not
+determine them. The standard errors of δ and z include this.
 
-Of a motored trace the fit takes both flanks: its peak lies before dead centre by the thermodynamic loss angle, which
-the heat determines. Of a fired trace it takes the compression until heat is released, and δ is less certain: a shift, a
-zero and a change of the exponent bend one flank alike. A light load of a diesel engine has flanks that are alike too.
-It shows because both flanks together are then those of no usual gas, while the compression alone is one of the engine
-and heat is released behind it.
+The fit uses both flanks of a motored trace, whose peak lies before dead centre by the thermodynamic loss angle, which
+the heat determines. Of a fired trace it uses the compression until heat is released. δ is less certain then, because
+shift, zero and change of the exponent have similar effects on one flank. A diesel engine at light load has nearly
+symmetric flanks too. It is recognised because both flanks together fit no usual gas, while the compression alone fits
+the engine and heat is released after it.
 """
 
 from __future__ import annotations
@@ -29,56 +29,57 @@ from cranktrain.modules.combustion.gas import AIR, HIGHEST, MIDDLE, POLYNOMIALS
 from cranktrain_lab.measured.cylinder import Cylinder
 
 FIRST_DEG, FIRST_OF_TWO_STROKES_DEG, LAST_DEG = -115.0, -90.0, 75.0
-"""Range of a motored fit, degrees after firing dead centre; valves or ports are closed there."""
+"""Range of a motored fit, degrees after firing dead centre, in which valves or ports are closed."""
 BEFORE_BURN_DEG = 6.0
 """Distance of a fired fit's end from the start of the heat release."""
 MOTORED_SYMMETRY = 1.06
 HALF_WAY, NEAR = math.radians(50.0), math.radians(8.0)
-"""A trace is motored if its peak is within ``NEAR`` of dead centre and its pressure ``HALF_WAY`` after the peak exceeds
-that before by less than this ratio, both above the pressure 110 degrees before the peak."""
+"""Angles of the test for a motored trace: largest distance ``NEAR`` of the peak from dead centre, and distance
+``HALF_WAY`` from the peak at which flanks are compared. Their ratio must be below ``MOTORED_SYMMETRY``, pressures
+counted from the pressure 110 degrees before the peak."""
 BURNED = 0.02
-"""Heat over peak pressure times clearance volume above which a trace whose flanks are alike is a fired one."""
+"""Ratio of heat to peak pressure times clearance volume above which a trace with symmetric flanks counts as fired."""
 HEAT, TEMPERATURE = (0.3, 0.4), (65.0, 20.0)
-"""Usual value and scatter of ln C and of T₀ above the intake's temperature (K). Hohenberg's and Annand's heat of a
-motored engine are 1.3 and 1.9 times Woschni's.
+"""Priors (value, scatter) of ln C, and of T₀ minus intake temperature (K). Hohenberg's and Annand's heat of a motored
+engine are 1.3 and 1.9 times Woschni's.
 """
 CAPACITY, UNSURE = {True: 0.02, False: 0.005}, 0.02
-"""Scatter about air of the heat capacity, and of its rise with the temperature in 1000 K: motored, whose both flanks
-tell them, and fired; and that of the stated errors, which is wider because formulas for gas and heat differ so.
+"""Prior scatter of the relative change of heat capacity, and of its rise in 1000 K, from air: for motored (True) and
+fired (False) traces. ``UNSURE`` is the wider scatter for standard errors, because formulas of gas and heat differ.
 """
 UNUSUAL, IMPOSSIBLE = 4.0, 25.0
-"""Standard deviations by which one of these is told as unusual, and refused. A compression ratio of 16.4 in
-place of 17 is told.
+"""Deviations of these values, in standard deviations, that give a remark and an error. A compression ratio of 16.4
+instead of 17 gives a remark.
 """
 BAND = 1.96
-"""Standard errors on either side of an interval that holds 95 %."""
+"""Half width of a 95 % interval in standard errors."""
 MIDWAY = 0.5
-"""Temperature, 1000 K, at which the change of the rise is zero."""
+"""Temperature, 1000 K, at which a change of the rise does not change the heat capacity."""
 TIGHT = 1.0e-12
-"""Tolerances of the fit, so small that files read in one piece or in several give the same parameters."""
+"""Tolerances of the fit, small enough that files read in one or several pieces give the same parameters."""
 MODEL_ERROR = 1.0e-3
-"""Relative error of the model's pressure, by which points are weighted besides their noise."""
+"""Relative error of the model's pressure, used with the noise for the weights of points."""
 _AIR = tuple(
     tuple(sum(share * POLYNOMIALS[name][k][i] for name, share in AIR.items()) for i in range(5)) for k in (0, 1)
 )
-"""Coefficients of c_p/R of air by powers of T, below and above ``MIDDLE``."""
+"""Polynomial coefficients of c_p/R of air in T, below and above ``MIDDLE``."""
 
 
 class Compression(NamedTuple):
-    """Result of a fit.
+    """Result of a compression fit.
 
     Attributes
     ----------
-    shift : rad, true crank angle minus that of the trace
-    zero : Pa, to be added to the trace
+    shift : true crank angle minus that of the trace, rad
+    zero : pressure to add to the trace, Pa
     exponent : mean polytropic exponent of the fitted range's compression
-    loss : rad, by which a motored trace's peak lies before dead centre; not a number for a fired one
+    loss : angle of a motored trace's peak before dead centre, rad; NaN for a fired trace
     heat : factor of the heat to the walls
-    shift_error, zero_error : standard errors
-    motored : whether both flanks were taken
+    shift_error, zero_error : standard errors of shift and zero
+    motored : True if both flanks were used
     range : fitted angles, rad
-    residual : root mean square of what is left, Pa
-    doubt : a remark where the fit needs unusual heat, temperature or heat capacity; else empty
+    residual : RMS residual, Pa
+    doubt : remark if the fit needs unusual heat, temperature or heat capacity, else empty
     """
 
     shift: float
@@ -100,7 +101,7 @@ class Compression(NamedTuple):
 
 
 def is_motored(angle: Array, pressure: Array) -> bool:
-    """Whether a trace (n,) over angles (n,) rad has no combustion: its flanks are alike, seen from a peak near 0."""
+    """True if a trace (n,) over angles (n,) rad has symmetric flanks about a peak near 0, so no combustion."""
     wide = max(3, round(math.radians(4.0) / float(angle[1] - angle[0])) | 1)
     smooth = np.convolve(np.pad(pressure, wide // 2, mode="edge"), np.ones(wide) / wide, mode="valid")
     peak = float(angle[np.argmax(smooth)])
@@ -119,15 +120,15 @@ def fit_compression(
     noise: float = 0.0,
     shift: float | None = None,
 ) -> Compression:
-    """Fit dead centre and zero of a mean cycle; ``InputError``: no compression to be seen, data of another engine.
+    """Fit dead centre and zero of a mean cycle; ``InputError`` without visible compression or for another engine.
 
     Parameters
     ----------
-    angle : (n,) rad after the assumed firing dead centre, −2π to 2π, rising
-    pressure : (n,) Pa, its zero unknown
-    speed : rad/s
+    angle : (n,) rad after the assumed firing dead centre, −2π to 2π, increasing
+    pressure : (n,) Pa, with unknown zero
+    speed : speed, rad/s
     noise : standard deviation of a value of ``pressure``, Pa
-    shift : rad, where it is known; only the zero is sought then
+    shift : known shift, rad; then only the zero is fitted
     """
     trace = _Trace(angle, pressure, cylinder, speed, intake_temperature, wall_temperature, noise, shift)
     if not is_motored(angle, pressure):
@@ -139,8 +140,8 @@ def fit_compression(
             return motored
     except InputError as error:
         refusal = error
-    # A light load burns so little that its flanks are alike. Its compression alone is one of the engine then, and tells
-    # the heat that follows.
+    # A light load burns so little that the flanks are nearly symmetric. Its compression alone then fits the engine, and
+    # shows the heat released afterwards.
     try:
         fired = _fitted(trace, False)
     except InputError:
@@ -153,7 +154,7 @@ def fit_compression(
 
 
 class _Trace(NamedTuple):
-    """What a fit is given: see :func:`fit_compression`."""
+    """Input of a fit, see :func:`fit_compression`."""
 
     angle: Array
     pressure: Array
@@ -166,7 +167,7 @@ class _Trace(NamedTuple):
 
 
 def _burned(trace: _Trace, fit: Compression) -> float:
-    """Heat from 30 degrees before to 60 after dead centre, over peak pressure times clearance volume; γ = 1.35."""
+    """Return heat from 30° before to 60° after dead centre over peak pressure times clearance volume, with γ = 1.35."""
     theta, p = trace.angle + fit.shift, trace.pressure + fit.zero
     inside = (theta > math.radians(-30.0)) & (theta < math.radians(60.0))
     p, volume = p[inside], trace.cylinder.volume(theta[inside])[0]
@@ -175,7 +176,7 @@ def _burned(trace: _Trace, fit: Compression) -> float:
 
 
 def _fitted(trace: _Trace, motored: bool) -> Compression:
-    """Fit of the compression, or of both flanks where ``motored``; ``InputError``."""
+    """Fit the compression, or both flanks if ``motored``; ``InputError``."""
     from scipy.optimize import least_squares
 
     cylinder, shift, warm = trace.cylinder, trace.shift, trace.intake_temperature
@@ -224,17 +225,17 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
 
 
 def _standard_errors(found: Any, points: int, scale: Array, motored: bool) -> Array:
-    """Standard errors (7,) of a fit's unknowns, with what the priors of the heat capacity hide."""
+    """Return standard errors (7,) of a fit's unknowns, with the wider prior ``UNSURE`` of the heat capacity."""
     scaled = found.jac * scale
     scaled[points + 2 : points + 4] *= CAPACITY[motored] / UNSURE
-    # Pressures in Pa and changes of a hundredth do not stand in one matrix.
+    # Unknowns are scaled, because pressures in Pa and changes of a hundredth make an ill-conditioned matrix.
     covariance = np.linalg.pinv(scaled.T @ scaled) * np.outer(scale, scale)
     inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 7))
     return np.asarray(np.sqrt(np.diag(covariance) * inflated))
 
 
 def _compressed(angle: Array, pressure: Array, cylinder: Cylinder, motored: bool) -> NDArray[np.bool_]:
-    """Samples (n,) of the compression that the fit takes; ``InputError`` where there are too few."""
+    """Return a mask (n,) of the samples to fit; ``InputError`` if there are too few."""
     last = math.radians(LAST_DEG) if motored else burn_begins(angle, pressure, cylinder) - math.radians(BEFORE_BURN_DEG)
     first = FIRST_DEG if cylinder.cycle > 3.0 * math.pi else FIRST_OF_TWO_STROKES_DEG
     inside = (angle >= math.radians(first)) & (angle <= last)
@@ -249,7 +250,7 @@ def _compressed(angle: Array, pressure: Array, cylinder: Cylinder, motored: bool
 def _shape(
     angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, ...], motored: bool
 ) -> tuple[float, float]:
-    """Mean polytropic exponent of a compression along true angles (n,), and the loss angle, rad, where motored."""
+    """Return the mean polytropic exponent along true angles (n,), and the loss angle, rad (NaN if not motored)."""
     curve = _pressure(angle, cylinder, speed, numbers)
     volume = cylinder.volume(angle)[0]
     top = int(np.argmin(volume))
@@ -266,7 +267,7 @@ def _shape(
 
 
 def _doubt(x: Array, pulls: Array, intake_temperature: float, cylinder: Cylinder) -> str:
-    """What a fit needs that is unusual, in numbers."""
+    """Return a remark on the most unusual value that a fit needs."""
     said = (
         f"{x[3] + intake_temperature:.0f} K at the begin of the compression",
         f"{math.exp(float(x[4])):.2f} times the usual heat to the walls",
@@ -281,7 +282,7 @@ def _doubt(x: Array, pulls: Array, intake_temperature: float, cylinder: Cylinder
 
 
 def burn_begins(angle: Array, pressure: Array, cylinder: Cylinder) -> float:
-    """Angle, rad, at which heat begins to be released; from dQ/dθ = γ/(γ−1) p V' + V p'/(γ−1), γ = 1.35."""
+    """Return the angle, rad, of the start of heat release, from dQ/dθ = γ/(γ−1) p V' + V p'/(γ−1), γ = 1.35."""
     inside = (angle > math.radians(-90.0)) & (angle < math.radians(60.0))
     theta = angle[inside]
     wide = max(3, round(math.radians(3.0) / float(angle[1] - angle[0])) | 1)
@@ -302,7 +303,7 @@ def two_point_zero(
     exponent: float = 1.34,
     points: tuple[float, float] = (-100.0, -65.0),
 ) -> float:
-    """Zero z (Pa, to be added) for which p V^n is the same at two angles, deg; means over 2 degrees around each."""
+    """Return the zero (Pa, to be added) for equal p V^n at two angles, deg, with means over 2 degrees around each."""
     means, powers = [], []
     for point in points:
         near = np.abs(angle - math.radians(point)) <= math.radians(1.0)
@@ -313,7 +314,7 @@ def two_point_zero(
 
 
 def _start(theta: Array, p: Array, cylinder: Cylinder) -> tuple[float, float]:
-    """First guess of zero and of the true pressure at the first angle, by p V^1.35 at a straight line."""
+    """Return initial guesses of zero and of the true pressure at the first angle, by a line of p over V^−1.35."""
     power = cylinder.volume(theta)[0] ** -1.35
     half = theta < min(math.radians(-30.0), float(theta[-1]))
     slope, shift = np.polyfit(power[half], p[half], 1)
@@ -321,10 +322,10 @@ def _start(theta: Array, p: Array, cylinder: Cylinder) -> tuple[float, float]:
 
 
 def _pressure(angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, ...]) -> Array:
-    """Pressure (n,) Pa along rising angles (n,) rad by Runge and Kutta's method, a step between two angles.
+    """Compute pressure (n,) Pa along increasing angles (n,) rad by a Runge-Kutta method, one step per angle.
 
-    ``numbers``: pressure and temperature at the first angle, ln C, change of the heat capacity and of its
-    rise in 1000 K, wall temperature.
+    ``numbers`` are pressure and temperature at the first angle, ln C, changes of the heat capacity and of its rise in
+    1000 K, and wall temperature.
     """
     p0, t0, heat, capacity, rise, wall = (float(value) for value in numbers)
     halves = np.empty(2 * angle.size - 1)

@@ -1,7 +1,7 @@
-"""Times of pulses that a counter noted itself: in s, or in ticks of a stated clock, which may wrap around.
+"""Times of pulses recorded by a counter, in s or in ticks of a stated clock, which may wrap around.
 
-A counter of n bits begins again at 0 behind 2ⁿ − 1 ticks. Its times then fall; 2ⁿ ticks are added from there on, with
-the smallest n of usual counters for which the interval at each fall is like its neighbours.
+A counter of n bits restarts at 0 after 2ⁿ − 1 ticks, so its times decrease there. 2ⁿ ticks are added from there on,
+with the smallest usual n for which the interval at each decrease is similar to its neighbours.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from cranktrain.core.types import Array
 from cranktrain_lab.measured.channels import Channel
 
 TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9}
-"""Units of time, in s."""
+"""Units of time, with their length in s."""
 _FREQUENCY = re.compile(r"([0-9][0-9.]*(?:[eE]\+?\d+)?)\s*([kMG]?)Hz", re.IGNORECASE)
 _TICKS = re.compile(r"(?i)\b(?:ticks?|counts?|clocks?|clk|counter|takte?|zähler|timer)\b")
 _PREFIX = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}
 BITS = (16, 24, 32, 40, 48, 64)
-"""Bits of counters."""
+"""Usual numbers of bits of counters."""
 PROBE, MOST_FALLS = 4096, 0.4
-"""Samples that tell times of pulses, and the fraction of them at which a counter may begin again."""
+"""Number of samples tested for times of pulses, and largest fraction of them at which a counter may restart."""
 LIKE = 30.0
-"""Ratio to the median interval within which an interval across a fall lies, a gap of the wheel and speeds included."""
+"""Largest ratio between an interval across a restart and the median interval, with gap of the wheel and speeds."""
 
 
 def clock_of(text: str) -> float | None:
-    """Frequency, Hz, of a clock of which a text says that ticks are counted: ``ticks of 80 MHz``; None of any other."""
+    """Return the clock frequency, Hz, from a text such as ``ticks of 80 MHz``; None for other texts."""
     match = _FREQUENCY.search(text)
     if match is None or not (_TICKS.search(text) or re.fullmatch(r"\s*1\s*/\s*.*", text)):
         return None
@@ -37,7 +37,7 @@ def clock_of(text: str) -> float | None:
 
 
 def second_of(unit: str, clock: float | None = None) -> float | None:
-    """Seconds of a unit of time or of a tick; None of other units. A ``clock``, Hz, is that of ticks without one."""
+    """Return the length in s of a unit of time or a tick, else None; ``clock`` (Hz) applies to ticks without clock."""
     if (known := TIMES.get(unit.strip().lower())) is not None:
         return known
     if (stated := clock_of(unit)) is not None:
@@ -46,9 +46,10 @@ def second_of(unit: str, clock: float | None = None) -> float | None:
 
 
 def counted_times(channel: Channel, clock: float | None = None) -> tuple[Array, tuple[str, ...]] | None:
-    """Times of pulses (k,) s that a channel holds itself, and remarks; None where it holds a signal.
+    """Return times of pulses (k,) s that are the samples of a channel, and remarks; None if they are a signal.
 
-    ``InputError``: times that fall in another way than a counter's, or that a stated ``clock``, Hz, does not make rise.
+    ``InputError`` for times that decrease differently from a counter's restart, or that do not increase in spite of a
+    stated ``clock``, Hz.
     """
     where = f"{channel.source}, channel {channel.name}"
     second = second_of(channel.unit, clock)
@@ -87,7 +88,7 @@ def counted_times(channel: Channel, clock: float | None = None) -> tuple[Array, 
 
 
 def _bits(values: Array, falls: NDArray[np.intp], ticks: float) -> int | None:
-    """Bits of the counter that begins again at the ``falls`` (f,) of the values (k,), each of ``ticks`` ticks."""
+    """Return the bits of the counter that restarts at ``falls`` (f,) of values (k,) of ``ticks`` ticks, or None."""
     steps = np.diff(values)
     usual = float(np.median(steps[steps > 0.0])) * ticks if ticks else 0.0
     for bits in BITS:
@@ -100,7 +101,7 @@ def _bits(values: Array, falls: NDArray[np.intp], ticks: float) -> int | None:
 
 
 def ticks_hint(channel: Channel) -> str:
-    """End of a message for a channel of rising whole numbers, which may be ticks of a counter; else empty."""
+    """Return a hint for messages if the channel has increasing whole numbers (possibly ticks), else an empty text."""
     probe = channel.values(0, min(channel.size, PROBE))
     if probe.size > 2 and np.array_equal(probe, np.rint(probe)) and np.all(np.diff(probe) > 0.0):
         return "; its whole numbers rise, and if they are ticks of a counter, state its clock, --clock-hz HZ"

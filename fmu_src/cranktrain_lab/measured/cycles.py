@@ -1,7 +1,7 @@
-"""Cycles of a measured pressure, some at a time: rows of samples that are read and converted when they are asked for.
+"""Cycles of a measured pressure, as rows of samples that are read and converted in blocks when needed.
 
-A recording of 1 GB holds some 10⁴ cycles of 10⁴ samples. Means, scatter and figures of each cycle need one pass over
-them each, never all at once.
+A recording of 1 GB has some 10⁴ cycles of 10⁴ samples. Means, scatter and values of each cycle need one pass over the
+samples, never all samples at once.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from cranktrain.core.types import Array
 
 Kind = TypeVar("Kind", bound=np.generic)
 BLOCK = 1_000_000
-"""Samples that are read at once."""
+"""Number of samples that are read at once."""
 HELD = 4_000_000
-"""Samples of computed rows that stay in memory; more go to a temporary file."""
+"""Number of samples of computed rows kept in memory; more go to a temporary file."""
 
 
 class CycleRows:
-    """Rows (count, size) of samples, read block by block; ``numpy.asarray`` makes an array of all.
+    """Rows (count, size) of samples, read block by block; ``numpy.asarray`` returns all as an array.
 
-    ``read``: (first, past the last) → (k, size).
+    ``read`` is a function (first, past the last) → (k, size).
     """
 
     def __init__(self, count: int, size: int, read: Callable[[int, int], Array]) -> None:
@@ -37,12 +37,12 @@ class CycleRows:
 
     @classmethod
     def of(cls, values: Array) -> CycleRows:
-        """Rows of an array in memory."""
+        """Return rows of an array in memory."""
         return cls(len(values), values.shape[1], lambda first, last: values[first:last])
 
     @classmethod
     def kept(cls, blocks: Iterable[Array]) -> CycleRows:
-        """Rows of blocks (k, size) that are expensive: in memory, or in a temporary file."""
+        """Return rows of blocks (k, size) that are expensive to compute, stored in memory or a temporary file."""
         parts, held, size, spill = list[Array](), 0, 0, None
         for block in blocks:
             held, size = held + len(block), block.shape[1]
@@ -73,11 +73,11 @@ class CycleRows:
             yield first, self.read(first, min(first + step, self.count))
 
     def mapped(self, change: Callable[[int, Array], Array]) -> CycleRows:
-        """Rows as ``change`` makes them of a first row's number and a block (k, size), whenever they are read."""
+        """Return rows that apply ``change`` (first row number, block (k, size)) whenever they are read."""
         return CycleRows(self.count, self.size, lambda first, last: change(first, self.read(first, last)))
 
     def chosen(self, rows: NDArray[np.intp]) -> CycleRows:
-        """Rows of these numbers, which increase."""
+        """Return the rows of these increasing numbers."""
 
         def read(first: int, last: int) -> Array:
             own = rows[first:last]
@@ -100,7 +100,7 @@ class CycleRows:
         return np.asarray(np.sqrt(total / max(1, self.count - 1)))
 
     def each(self, value: Callable[[Array], NDArray[Kind]]) -> NDArray[Kind]:
-        """Return a number for each row, (count,), of blocks (k, size)."""
+        """Return one number per row, (count,), by a function of blocks (k, size)."""
         return np.concatenate([np.asarray(value(block)) for _, block in self.blocks()])
 
 
@@ -121,12 +121,12 @@ class Cycles:
 
     Attributes
     ----------
-    name : of the channel
-    angle : (n,) rad after firing dead centre as it is assumed
-    pressure : (c, n) Pa, zeros as measured until they are pegged; read block by block, ``numpy.asarray`` has all
-    speed : rad/s, mean
-    rate : samples per second of the channel, Hz; not a number where unknown
-    zeros : (c,) Pa that were added
+    name : name of the channel
+    angle : (n,) rad after the assumed firing dead centre
+    pressure : (c, n) Pa, with measured zeros until pegging; read block by block, ``numpy.asarray`` returns all
+    speed : mean speed, rad/s
+    rate : sampling rate of the channel, Hz; NaN if unknown
+    zeros : (c,) Pa added by pegging
     remarks : one line each
     """
 
@@ -145,11 +145,11 @@ class Cycles:
 
     @cached_property
     def scatter(self) -> Array:
-        """Standard deviation of the cycles, (n,) Pa; zeros for a single one."""
+        """Standard deviation between cycles, (n,) Pa; zeros for a single cycle."""
         return self.pressure.deviation(self.mean)
 
     def turned(self, by: float) -> Cycles:
-        """Move the cycles by an angle, rad: what was at θ is at θ + by."""
+        """Shift the cycles from θ to θ + ``by``, rad."""
         whole = period(self.angle)
 
         def moved(_: int, rows: Array) -> Array:
@@ -158,7 +158,7 @@ class Cycles:
         return replace(self, pressure=self.pressure.mapped(moved))
 
     def low_passed(self, shortest: float) -> Cycles:
-        """Without waves shorter than an angle, rad; no delay. ``InputError``: an angle below two samples."""
+        """Low-pass waves shorter than an angle, rad, without delay; ``InputError`` for an angle below two samples."""
         step = float(self.angle[1] - self.angle[0])
         if shortest < 2.0 * step:
             raise InputError(
@@ -175,5 +175,5 @@ class Cycles:
 
 
 def period(angle: Array) -> float:
-    """Angle of a cycle, rad, that these angles (n,) go through."""
+    """Return the angle of one cycle, rad, that angles (n,) cover."""
     return float(angle[1] - angle[0]) * angle.size

@@ -14,7 +14,7 @@ from cranktrain.engine.model import Engine
 
 @dataclass(frozen=True)
 class Cylinder:
-    """One cylinder, SI: bore, stroke, rod length, compression ratio, pin offset, cycle (rad), name of the engine."""
+    """Cylinder, SI: bore, stroke, rod length, compression ratio, pin offset, cycle (rad), name of the engine."""
 
     bore: float
     stroke: float
@@ -33,7 +33,7 @@ class Cylinder:
 
     @classmethod
     def of(cls, engine: Engine, number: int = 1) -> Cylinder:
-        """Cylinder of an engine, by its number from 1."""
+        """Return a cylinder of an engine by its number from 1."""
         offsets = engine.offsets
         if not 1 <= number <= engine.n_cylinders:
             raise InputError(f"{engine.name} has no cylinder {number}; it has 1 to {engine.n_cylinders}")
@@ -50,11 +50,11 @@ class Cylinder:
         return 0.25 * math.pi * self.bore**2
 
     def volume(self, angle: Array) -> tuple[Array, Array]:
-        """Volume (n,) m³ and its derivative (n,) m³/rad at angles (n,) rad after firing dead centre."""
+        """Return volume (n,) m³ and its derivative (n,) m³/rad at angles (n,) rad after firing dead centre."""
         r, length = 0.5 * self.stroke, self.rod
         top = math.sqrt((length + r) ** 2 - self.offset**2)
         swept = top - math.sqrt((length - r) ** 2 - self.offset**2)
-        # The dead centre of an offset cylinder is not where its throw points along it.
+        # With a pin offset, dead centre is not where the throw points along the cylinder axis.
         turned = angle - math.asin(self.offset / (length + r))
         x = -r * np.sin(turned) - self.offset
         s = np.sqrt(length**2 - x**2)
@@ -63,5 +63,5 @@ class Cylinder:
         return volume, self.area * (r * np.sin(turned) - x * r * np.cos(turned) / s)
 
     def walls(self, volume: Array) -> Array:
-        """Wall area (n,) m²: head, piston and liner."""
+        """Return the wall area (n,) m² of head, piston and liner."""
         return np.asarray(2.0 * self.area + 4.0 * volume / self.bore)

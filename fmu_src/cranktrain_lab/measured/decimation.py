@@ -1,4 +1,4 @@
-"""Samples of a channel over time, low-passed and thinned, and their integrals."""
+"""Decimation (low-pass and thinning) of a channel over time, and integration of its samples."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cranktrain_lab.measured.channels import Channel
 
 
 def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
-    """Start, step and values of a channel, low-passed without delay and thinned to ``rate`` Hz or more."""
+    """Return start, step and values of a channel, low-passed without delay and thinned to ``rate`` Hz or more."""
     from scipy.signal import firwin, upfirdn
 
     factor = max(1, math.floor(channel.rate / rate))
@@ -35,7 +35,7 @@ def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
 
 
 def integrated(values: Array, step: float, times: int) -> Array:
-    """Integrals over time of values without their mean; fourth order in the step."""
+    """Integrate values minus their mean over time, ``times`` times, with fourth order in the step."""
     for _ in range(times):
         values = values - values.mean()
         slope = np.gradient(values)

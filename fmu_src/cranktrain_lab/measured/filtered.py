@@ -1,6 +1,6 @@
 """Orders over speed by the Vold–Kalman filter, for orders that beat or cross a resonance within a few cycles.
 
-Signals are taken at even steps of time: channels as they are, torsional vibration by a cubic through the pulses. Long
+Signals are sampled at uniform time steps: channels as they are, torsional vibration by a cubic through the pulses. Long
 recordings are filtered in pieces that overlap by a few decay times of the filter. Envelopes are averaged in bins of the
 mean speed; half a decay time at either end of a recording is left out.
 """
@@ -21,21 +21,21 @@ from cranktrain_lab.measured.tracking import ComplexArray, Orders, Points, check
 from cranktrain_lab.measured.vold_kalman import MOST_UNKNOWNS, POLES, envelopes
 
 OVERLAP, END = 3.0, 1.0
-"""Overlap of pieces, and length of an end that is left out, over the reciprocal of the bandwidth."""
+"""Overlap of pieces, and length left out at each end, as multiples of the reciprocal of the bandwidth."""
 SAMPLES = 6.0
-"""Samples a period of the highest order."""
+"""Number of samples per period of the highest order."""
 
 
 def filtered_orders(
     source: Rotation | Channel, turning: Rotation, orders: Array, bandwidth: float, step_rpm: float = 0.0
 ) -> Orders:
-    """Orders of a place's torsion or of a channel; ``InputError`` as of :func:`cranktrain_lab.measured.tracking.track`.
+    """Return orders of a rotation's torsion or of a channel; ``InputError`` as :func:`.tracking.track`.
 
     Parameters
     ----------
-    source : a rotation, whose torsional vibration is taken, or a channel
-    turning : gives the mean rotation
-    bandwidth : Hz, of the envelopes
+    source : rotation, whose torsional vibration is used, or channel
+    turning : rotation with the mean rotation
+    bandwidth : bandwidth of the envelopes, Hz
     step_rpm : width of a bin, rev/min; a 40th of the speed range by default
     """
     wanted = np.atleast_1d(np.asarray(orders, dtype=np.float64))
@@ -62,7 +62,7 @@ def filtered_orders(
 
 
 def _torsion(place: Rotation, rate: float) -> tuple[Array, Array, float]:
-    """Times, torsional vibration and step at about a rate, Hz."""
+    """Return times, torsional vibration and step, resampled at about ``rate``, Hz."""
     from scipy.interpolate import CubicSpline
 
     count = max(8, math.ceil(float(np.ptp(place.times)) * rate))
@@ -71,7 +71,7 @@ def _torsion(place: Rotation, rate: float) -> tuple[Array, Array, float]:
 
 
 def _in_pieces(phase: Array, values: Array, step: float, orders: Array, bandwidth: float) -> ComplexArray:
-    """Envelopes (t, o), piece by piece; pieces are joined in the middle of their overlap."""
+    """Return envelopes (t, o), filtered in pieces that are joined in the middle of their overlap."""
     a_sample = (2 * orders.size * POLES + 1) * 2 * orders.size
     overlap = math.ceil(OVERLAP / bandwidth / step)
     length = max(4 * overlap, MOST_UNKNOWNS // 4 // a_sample)
@@ -94,7 +94,7 @@ def _binned(
     asked: tuple[Array, float, float],
     words: tuple[str, str],
 ) -> Orders:
-    """Means of envelopes in bins of the speed; samples count as independent once in half a decay time."""
+    """Average envelopes in bins of the speed; independent samples are half a decay time apart."""
     orders, bandwidth, step_rpm = asked
     low, high = turning.speed_range
     width = step_rpm * RPM if step_rpm > 0.0 else max(10.0 * RPM, (high - low) / 40.0)

@@ -1,13 +1,13 @@
-"""Gaps of a wheel: how often they recur, which wheel that makes of the teeth that were stated, and pulses beside them.
+"""Gaps of a wheel: their recurrence, the wheel that follows from it, and pulses next to gaps.
 
-A signal shows after how many teeth its gap recurs. It does not show whether that is a revolution, because a wheel of
-three equal gaps looks like one of a third of the teeth that turns three times as fast. So only usual wheels are taken
-from the signal alone.
+A signal shows after how many teeth its gap recurs. It does not show whether this is a revolution, because a wheel with
+three equal gaps looks like a wheel with a third of the teeth at three times the speed. Only usual wheels are therefore
+recognised from the signal alone.
 
-The voltage of an inductive pick-up is zero in a gap. One of its two crossings is that of a tooth's middle and lies
-between two equal half waves; the other one lies between two teeth, and beside a gap it begins or ends in the flat zero.
-That crossing is late or early by a good part of a pitch each revolution, which adds false whole orders. The pulses on
-either side of a gap are therefore compared with a cubic in the number of the tooth through three teeth on either side.
+The voltage of an inductive pick-up is zero in a gap. One of its two crossings belongs to the middle of a tooth and lies
+between two equal half waves. The other lies between two teeth, and next to a gap it begins or ends in the flat zero.
+This crossing is late or early by a considerable fraction of a pitch once per revolution, which adds false whole orders.
+The pulses on either side of a gap are therefore compared with a cubic through three teeth on either side.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ USUAL = frozenset(
     ((12, 1), (24, 1), (24, 2), (32, 2), (36, 1), (36, 2), (40, 1), (48, 2), (58, 2), (60, 1), (60, 2), (62, 2),
      (120, 1), (120, 2), (120, 4), (360, 1), (360, 2), (720, 1))
 )  # fmt: skip
-"""Teeth and missing teeth of wheels of one gap that are in use."""
+"""Teeth and missing teeth of usual wheels with one gap."""
 MOST_GAP, FEWEST_GAPS, FEWEST_APART = 4, 3, 8
-"""Largest interval of a gap in pitches; gaps from which a pattern is seen, and teeth between them at least."""
+"""Largest interval of a gap in pitches, least number of gaps for a pattern, and least number of teeth between them."""
 ALIKE, COVERED = 0.7, 0.6
-"""Fraction of the distances between gaps that are equal, and of the teeth that lie between such gaps, at least."""
+"""Least fraction of equal distances between gaps, and least fraction of all teeth between such gaps."""
 BESIDE, RATIO = 0.03, 5.0
-"""Deviation of a pulse beside a gap, in pitches and over that of other teeth, from which the pulse is wrong."""
+"""Limits of a valid pulse next to a gap: deviation in pitches, and as a multiple of the deviation of other teeth."""
 MOST_GAPS = 6
 
 
 class Gap(NamedTuple):
-    """A gap that recurs: teeth from one to the next as if none were missing, and the teeth missing in it."""
+    """Recurring gap: teeth from one gap to the next including missing ones, and missing teeth in the gap."""
 
     apart: int
     missing: int
 
 
 def recurring_gap(times: Array) -> Gap | None:
-    """Gap that recurs in the times (k,) s of pulses; None where there is none, or pulses are too uneven."""
+    """Return the gap that recurs in times (k,) s of pulses; None if there is none, or pulses are too uneven."""
     from scipy.ndimage import median_filter
 
     if times.size < 16:
@@ -64,10 +64,10 @@ def recurring_gap(times: Array) -> Gap | None:
 
 
 def recognised(wheel: Wheel, times: Array, where: str) -> tuple[Wheel, list[str]]:
-    """Wheel of which the teeth that were stated and the gap that recurs are, and a remark where it is another one.
+    """Return the wheel that matches the stated teeth and the recurring gap, and a remark if it differs.
 
-    The teeth may be those as if none were missing (60) or those counted (58), those from gap to gap, or of a revolution
-    of several gaps. ``InputError``: teeth that no number of such gaps makes.
+    Stated teeth may include the missing ones (60) or not (58), and may be counted from gap to gap or per revolution
+    with several gaps. ``InputError`` if no number of such gaps gives the stated teeth.
     """
     gap = recurring_gap(times)
     if gap is None or wheel.gaps > 1 or wheel.missing not in (0, gap.missing):
@@ -92,7 +92,7 @@ def recognised(wheel: Wheel, times: Array, where: str) -> tuple[Wheel, list[str]
 
 
 def untold(wheel: Wheel, where: str) -> list[str]:
-    """Remark on a wheel of several equal gaps whose tooth 0 no index pulse marks."""
+    """Return a remark on a wheel with several equal gaps and no index pulse that marks tooth 0."""
     if wheel.gaps < 2:
         return []
     return [
@@ -103,9 +103,9 @@ def untold(wheel: Wheel, where: str) -> list[str]:
 
 
 def wheel_of(gap: Gap | None, speed: float, where: str) -> Wheel:
-    """Wheel of a signal whose teeth nobody stated; ``InputError`` asks for them where the gap does not say them.
+    """Return the wheel of a signal without stated teeth; ``InputError`` if the gap does not determine it.
 
-    ``speed`` is that of a revolution from gap to gap, rev/min.
+    ``speed``, rev/min, assumes one revolution from gap to gap.
     """
     if gap is None:
         raise InputError(f"{where}: has no gap that says its teeth a revolution; give --teeth N")
@@ -122,7 +122,7 @@ def wheel_of(gap: Gap | None, speed: float, where: str) -> Wheel:
 
 
 def beside_gaps(numbered: Numbered, wheel: Wheel) -> dict[int, float]:
-    """Deviations of the pulses before (−1) and behind (0) the gaps, in pitches, where they exceed those of others."""
+    """Return excessive deviations of the pulses before (key −1) and after (key 0) the gaps, in pitches."""
     sector = wheel.sector
     if not wheel.missing or sector.teeth < 10 + 2 * wheel.missing:
         return {}
@@ -147,13 +147,13 @@ def beside_gaps(numbered: Numbered, wheel: Wheel) -> dict[int, float]:
 
 
 def _median(values: Array) -> float:
-    """Median of the values that are numbers; 0 where none is."""
+    """Return the median of the finite values, 0 if there are none."""
     values = values[np.isfinite(values)]
     return float(np.median(values)) if values.size else 0.0
 
 
 def without_wrong(numbered: Numbered, wheel: Wheel, wrong: dict[int, float]) -> Numbered:
-    """Pulses without those beside the gaps that are ``wrong``."""
+    """Return the pulses without the ``wrong`` ones next to gaps."""
     sector = wheel.sector
     drop = [0 if side == 0 else sector.pulses - 1 for side in wrong]
     keep = ~np.isin(numbered.teeth % sector.teeth, drop)

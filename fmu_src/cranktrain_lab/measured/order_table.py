@@ -1,8 +1,8 @@
-"""Tables of measured orders: curves of UFF files and tables over speed, and the table that tracking writes.
+"""Tables of measured orders: reading curves over speed from UFF files and tables, and writing tracked orders.
 
-The written table is the one that ``--measured`` of run-up pictures and reports reads: speed_rpm, order, amplitude,
-unit, phase_deg, band (half of the 95 % band, in the same unit), output, signal, wheel (its teeth, as 60-2, where the
-rotation is that of a toothed wheel, whose pitch errors add a constant to whole orders).
+The option ``--measured`` of run-up pictures and reports reads the written table. Its columns are speed_rpm, order,
+amplitude, unit, phase_deg, band (half width of the 95 % band, in the same unit), output, signal, and wheel (teeth such
+as 60-2 if a toothed wheel measured the rotation, whose pitch errors add a constant to whole orders).
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ ORDER = re.compile(r"(?i)\border\b\D{0,3}(\d+(?:\.\d+)?)|\bo(\d+(?:\.\d+)?)\b")
 
 
 def curves_of_file(path: str | Path) -> list[OrderCurve] | None:
-    """Measured orders of a file that is no text table; None for one that is."""
+    """Return measured orders of a binary file; None for a text table."""
     return None if file_format(user_path(path)).module == "text" else order_curves(read_measured(path))
 
 
 def order_curves(measurement: Measurement) -> list[OrderCurve]:
-    """Curves of channels over speed whose name or title says which order they are; ``InputError`` where none does."""
+    """Return curves of channels over speed with the order in name or title; ``InputError`` if there are none."""
     curves = []
     for channel in measurement.channels:
         found = ORDER.search(f"{channel.name} {channel.about}")
@@ -69,8 +69,8 @@ def write_orders(
 ) -> Path:
     """Write tracked orders as a table; angles in ``unit`` ``deg``, others in the unit of their signal.
 
-    ``outputs``: output of a run-up that each signal is laid over; by default its unit decides when the table is read.
-    ``wheel``: teeth of the wheel whose rotation the orders are, such as ``60-2``.
+    ``outputs``: output of a run-up to compare each signal with; by default the signal's unit decides on reading.
+    ``wheel``: teeth of the wheel that measured the rotation, such as ``60-2``.
     """
     lines = [MARK, "speed_rpm,order,amplitude,unit,phase_deg,band,output,signal,wheel"]
     for orders, output in zip_longest(found, outputs[: len(found)], fillvalue=""):
@@ -94,7 +94,7 @@ def write_orders(
 def write_trace(path: str | Path, angle: Array, pressures: Sequence[Array], cylinders: Sequence[int] = ()) -> Path:
     """Write mean cycles (n,) Pa over angles (n,) rad as a trace that ``--pressure`` reads, bar over degrees.
 
-    ``cylinders``: their numbers; 1, 2, … by default.
+    ``cylinders``: cylinder numbers; 1, 2, … by default.
     """
     names = (
         ["bar"] if len(pressures) == 1 else [f"cylinder[{k}] (bar)" for k in cylinders or range(1, len(pressures) + 1)]

@@ -1,9 +1,9 @@
-"""Cycles of measured cylinder pressures: mean and scatter, from encoder-triggered or time-sampled channels.
+"""Cycles of measured cylinder pressures, with mean and scatter, from encoder-triggered or time-sampled channels.
 
 A cycle goes from −360 to 360 degrees around firing dead centre of its cylinder (two-strokes: −180 to 180). Time-sampled
-channels are taken at equal steps of the measured rotation, torsion included. The zero of each cycle (drift of a charge
-amplifier) follows from the shape of the fitted compression (:mod:`.compression`), from two points of
-a polytrope, or from the intake's pressure.
+channels are resampled at equal steps of the measured rotation, torsion included. The zero of each cycle (drift of a
+charge amplifier) follows from the shape of the fitted compression (:mod:`.compression`), from two points of a
+polytropic change, or from the intake pressure.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ STEP_DEG = 0.5
 MODEL, POLYTROPIC, INTAKE, KEPT = "compression", "polytropic", "intake", "keep"
 PEGGING = (MODEL, POLYTROPIC, INTAKE, KEPT)
 PEG_RANGE = (-110.0, -50.0)
-"""Angles, deg, whose shape gives the zero of a single cycle."""
+"""Range of angles, deg, in which the zero of a single cycle is fitted."""
 INTAKE_RANGE = (-190.0, -170.0)
-"""Angles, deg, at which the cylinder has the intake's pressure."""
+"""Range of angles, deg, in which the cylinder has intake pressure."""
 RESONANCE_FROM = 1500.0
-"""Frequency, Hz, from which oscillations of the indicating channel and of the chamber are looked for."""
+"""Lowest frequency, Hz, in the search for oscillations of the indicating channel and the chamber."""
 SPEED_OF_SOUND = 900.0, 450.0
-"""In burning gas and in the gas of an indicating channel, m/s; for the frequency of the chamber and a channel's
-length.
+"""Speed of sound in burning gas and in the gas of an indicating channel, m/s, for the chamber's frequency and the
+channel's length.
 """
 EXACT = math.radians(0.1)
-"""Half of the 95 % interval of the dead centre from which a remark tells it."""
+"""Half width of the dead centre's 95 % interval above which a remark reports it."""
 UNUSUAL = 2e4, 3e7
-"""Range between lowest and highest pressure, Pa, outside which a trace has another unit."""
+"""Limits of the difference between highest and lowest pressure, Pa; other values indicate a wrong unit."""
 
 
 def pascal(channel: Channel, unit: str = "") -> tuple[float, float]:
-    """Scale and zero of a channel's unit, Pa; ``InputError``: no unit, or one of something else."""
+    """Return scale and zero of a channel's unit, Pa; ``InputError`` without a unit or with no unit of pressure."""
     stated = unit or channel.unit
     if not stated:
         raise InputError(f"{channel.source}, channel {channel.name}: states no unit; give one, e.g. bar")
@@ -64,20 +64,20 @@ def pascal(channel: Channel, unit: str = "") -> tuple[float, float]:
 def cycles_by_encoder(
     channel: Channel, samples: int, first_deg: float, speed: float, *, cycle: float = 4.0 * math.pi, unit: str = ""
 ) -> Cycles:
-    """Cycles of a channel that an encoder triggered: samples at equal crank angles.
+    """Return cycles of an encoder-triggered channel, with samples at equal crank angles.
 
     Parameters
     ----------
-    samples : of a cycle
+    samples : number of samples per cycle
     first_deg : crank angle of the first sample after the cylinder's firing dead centre
-    speed : rad/s
-    cycle : rad
+    speed : speed, rad/s
+    cycle : angle of a cycle, rad
     """
     scale, zero = pascal(channel, unit)
     step = cycle / samples
     lead = -0.5 * cycle - math.radians(first_deg)
     skip = round((lead % cycle) / step) % samples
-    # Dead centre need not lie on a sample.
+    # Dead centre may lie between samples.
     rest = lead + (0.0 if lead >= 0 else cycle * math.ceil(-lead / cycle)) - skip * step
     count = (channel.size - skip) // samples
     if count < 1:
@@ -105,10 +105,10 @@ def cycles_by_rotation(
     cycle: float = 4.0 * math.pi,
     unit: str = "",
 ) -> Cycles:
-    """Cycles of a channel sampled over time, at equal steps of the measured rotation.
+    """Return cycles of a channel sampled over time, resampled at equal steps of the measured rotation.
 
-    ``firing``: crank angle, rad, of the cylinder's firing dead centre after that of cylinder 1. Where the rotation
-    does not know which of two revolutions fires, the one with the higher pressure does.
+    ``firing``: crank angle, rad, of the cylinder's firing dead centre after that of cylinder 1. If the rotation does
+    not show which of two revolutions fires, the one with the higher pressure is used.
     """
     scale, zero = pascal(channel, unit)
     if not math.isfinite(channel.rate):
@@ -141,7 +141,7 @@ def cycles_by_rotation(
 
 
 def _sampled_at(channel: Channel, times: Array) -> Array:
-    """Values at times: means over the spacing where samples are denser, else a cubic through them."""
+    """Return values at times, as means over the spacing if samples are denser, else by a cubic through samples."""
     from scipy.interpolate import CubicSpline
 
     place = (times - channel.start) / channel.step
@@ -157,7 +157,7 @@ def _sampled_at(channel: Channel, times: Array) -> Array:
 
 
 def _whole(rows: CycleRows, channel: Channel) -> tuple[CycleRows, list[str]]:
-    """Cycles without those that have missing values; ``InputError`` where none is left."""
+    """Remove cycles with missing values; ``InputError`` if none remains."""
     good = rows.each(lambda block: np.asarray(np.isfinite(block).all(axis=1)))
     if not good.any():
         raise InputError(f"{channel.source}, channel {channel.name}: every cycle has values that are not numbers")
@@ -169,7 +169,7 @@ def _whole(rows: CycleRows, channel: Channel) -> tuple[CycleRows, list[str]]:
 
 
 def _firing_revolution(cycles: Cycles) -> Cycles:
-    """Turn by a revolution where the peak lies in the other one."""
+    """Shift cycles by a revolution if the peak lies in the other revolution."""
     if period(cycles.angle) < 3.0 * math.pi or abs(cycles.angle[int(np.argmax(cycles.mean))]) < math.pi:
         return cycles
     half = cycles.angle.size // 2
@@ -177,7 +177,7 @@ def _firing_revolution(cycles: Cycles) -> Cycles:
 
 
 def _checked(cycles: Cycles, channel: Channel) -> Cycles:
-    """Refuse pressures that are none of an engine."""
+    """Raise ``InputError`` for pressures that are impossible in an engine."""
     swing = float(np.ptp(cycles.mean))
     if not UNUSUAL[0] < swing < UNUSUAL[1]:
         raise InputError(
@@ -199,14 +199,14 @@ def pegged(
     wall_temperature: float = 430.0,
     correct_shift: bool = False,
 ) -> tuple[Cycles, Compression | None]:
-    """Cycles with true zeros, and the fit of their mean's compression (None where its method is another and it fails).
+    """Return cycles with true zeros, and the compression fit of their mean (None if not needed and it fails).
 
-    Raises ``InputError``: an unknown method, no intake pressure for ``intake``, another engine's data.
+    Raises ``InputError`` for an unknown method, a missing intake pressure for ``intake``, or another engine's data.
 
     Parameters
     ----------
     method : ``compression`` (first law), ``polytropic`` (two points), ``intake`` or ``keep``
-    correct_shift : whether the cycles are moved by the shift that the fit finds
+    correct_shift : True to shift the cycles by the fitted shift of dead centre
     """
     if method not in PEGGING:
         raise InputError(f"pegging '{method}' does not exist; valid: {', '.join(PEGGING)}")
@@ -256,11 +256,11 @@ def pegged(
 
 
 def _relative_zeros(cycles: Cycles) -> Array:
-    """Zeros of the cycles against their mean: the mean compression, scaled and shifted, fitted to each."""
+    """Return zeros of the cycles relative to their mean, by fitting the scaled and shifted mean compression to each."""
     first = PEG_RANGE[0] if period(cycles.angle) > 3.0 * math.pi else FIRST_OF_TWO_STROKES_DEG
     inside = (cycles.angle >= math.radians(first)) & (cycles.angle <= math.radians(PEG_RANGE[1]))
     shape = cycles.mean[inside]
-    # Charge varies little: its scale is held at 1 with a scatter of 1 %, so noise does not trade it for a zero.
+    # Charge varies little, so the scale has a prior of 1 ± 1 %, which keeps noise from exchanging scale and zero.
     off = cycles.pressure.each(lambda rows: (rows[:, inside] - shape).mean(axis=1))
     square = cycles.pressure.each(lambda rows: ((rows[:, inside] - shape) ** 2).mean(axis=1))
     noise = max(math.sqrt(max(0.0, float(square.mean() - off.mean() ** 2))), 1.0)
@@ -275,14 +275,14 @@ def _relative_zeros(cycles: Cycles) -> Array:
 
 
 def _noise(cycles: Cycles) -> float:
-    """Standard deviation of a value of the mean cycle, Pa, from third differences along the compression."""
+    """Return the standard deviation of a value of the mean cycle, Pa, from third differences in the compression."""
     inside = (cycles.angle >= math.radians(-115.0)) & (cycles.angle <= math.radians(-30.0))
     third = np.diff(cycles.mean[inside], 3)
     return float(np.std(third) / math.sqrt(20.0)) if third.size else 0.0
 
 
 def resonance(cycles: Cycles, cylinder: Cylinder) -> dict[str, float] | None:
-    """Strongest oscillation of the expansion from 1.5 kHz on, if one stands out: frequency, amplitude, likely length.
+    """Return frequency, amplitude and likely length of the expansion's strongest oscillation above 1.5 kHz, or None.
 
     ``chamber_hz`` is the first circumferential mode of the chamber, 1.84 c/(π B), ``channel_m`` the length of a channel
     whose quarter wave has the frequency.
@@ -315,7 +315,7 @@ def resonance(cycles: Cycles, cylinder: Cylinder) -> dict[str, float] | None:
 
 
 def _smooth(values: Array, step: float) -> Array:
-    """Mean over a period of the lowest frequency of interest, twice."""
+    """Apply a moving average over a period of the lowest frequency of interest, twice."""
     wide = max(3, round(1.0 / (RESONANCE_FROM * step)) | 1)
     for _ in range(2):
         values = np.convolve(
@@ -325,7 +325,7 @@ def _smooth(values: Array, step: float) -> Array:
 
 
 def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> dict[str, Any]:
-    """Numbers of the cycles for tables and JSON: peaks, work, scatter, zeros, dead centre."""
+    """Summarise cycles for tables and JSON: peaks, work, scatter, zeros, dead centre."""
     volume, derivative = cylinder.volume(cycles.angle)
     step = float(cycles.angle[1] - cycles.angle[0])
     scale = step / float(np.ptp(volume))

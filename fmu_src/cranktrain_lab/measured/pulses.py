@@ -1,14 +1,14 @@
-"""Times of pulses of a sampled signal: crossings of a level with hysteresis, to fractions of a sample.
+"""Times of pulses of a sampled signal, as level crossings with hysteresis, to fractions of a sample.
 
-A rising crossing counts when the signal has been below ``level − h`` since the last one and rises above ``level + h``;
-its time is that of the last passage of the level before. Between samples a straight line, or the cubic through four
-samples, is taken. Where a flank has many samples, a cubic is fitted to all samples of the flank by least squares, which
-averages their noise: with n samples the error of a crossing falls to 1.5/√n of that of one sample (Savitzky and Golay,
-Anal. Chem. 36 (1964) 1627). Samples are read in blocks, so a channel of any length takes bounded memory.
+A rising crossing counts when the signal has been below ``level − h`` since the last crossing and rises above
+``level + h``. Its time is the last passage of the level before, interpolated by a straight line or by the cubic through
+four samples. If a flank has many samples, a cubic is fitted to all its samples by least squares, which averages noise:
+with n samples the error of a crossing falls to 1.5/√n of the error of one sample (Savitzky and Golay, Anal. Chem. 36
+(1964) 1627). Samples are read in blocks, so a channel of any length takes bounded memory.
 
-Level and hysteresis follow the signal where they are not given: they are taken from the range between its 2nd and 98th
-percentile in each ``STRETCH`` samples, because the amplitude of inductive pick-ups changes with the speed. A stretch
-whose range is below ``FAINT`` of the largest is at rest.
+If not given, level and hysteresis follow from the range between the 2nd and 98th percentile of the signal in each
+stretch of ``STRETCH`` samples, because the amplitude of inductive pick-ups changes with the speed. In a stretch whose
+range is below ``FAINT`` of the largest, the shaft is at rest.
 """
 
 from __future__ import annotations
@@ -27,36 +27,36 @@ from cranktrain_lab.measured.counters import counted_times, ticks_hint
 HYSTERESIS = 0.1
 """Half width of the hysteresis, as a fraction of the range of the signal."""
 FAINT = 0.02
-"""Range of a block, as a fraction of the largest, below which nothing turns."""
+"""Range of a stretch, as a fraction of the largest, below which the shaft counts as at rest."""
 STRETCH, PROBES = 2**16, 64
-"""Samples of a stretch of one level; stretches whose range is looked at before the others."""
+"""Number of samples of a stretch with one level, and number of stretches whose range is evaluated beforehand."""
 FEWEST_SAMPLES, STRETCH_OF_PULSES = 4.0, 64
-"""Samples a pulse below which it is undersampled, and the pulses over which they are counted."""
+"""Samples per pulse below which pulses are undersampled, and number of pulses over which samples are counted."""
 INTERPOLATED, BY_SAMPLES = 0.0035, 4.8
-"""Error of crossings of a sine at four samples a pulse, as a fraction of a pitch (rms), and the power by which it falls
+"""Error of crossings of a sine at four samples per pulse, as a fraction of a pitch (rms), and exponent of its decrease
 with their number. Measured with the cubic through four samples: 1.1 % at 3.2, 0.35 % at 4.1, 0.1 % at 5.3, 0.012 % at
 8.3, 0.004 % at 10.3 samples.
 """
 GOOD, PART = 8.0, 1_000_000
-"""Samples a pulse below which a remark says how far crossings are off; samples that tell two levels."""
+"""Samples per pulse below which a remark gives the timing error, and number of samples to test for two levels."""
 BETWEEN = 0.05
-"""Fraction of the samples within half the range about the middle below which a signal has two levels; of a sine it is
-a third, of a square wave the samples of its flanks.
+"""Fraction of samples in the middle half of the range below which a signal has two levels. For a sine the fraction is
+a third, for a square wave only the samples of its flanks count.
 """
 FLANK, OF_PITCH, LONGEST = 0.65, 0.12, 48
-"""A flank's samples: within this fraction of half the range from the level, this fraction of the distance to the next
-pulse from the crossing, and at most so many on either side.
+"""Limits of a flank's samples: distance from the level as a fraction of half the range, distance from the crossing as a
+fraction of the distance to the next pulse, and largest number on either side.
 """
 FEWEST_OF_FLANK = 3
-"""Samples on either side from which the flank is fitted."""
+"""Least number of samples on either side for a fit of the flank."""
 EDGES = ("rising", "falling")
 _ARMED, _LAST, _BEFORE, _BEFORE2, _PENDING = range(5)
 
 
 class Pulses(NamedTuple):
-    """Times (k,) s of the rising (or falling) crossings, level and hysteresis used, in the channel's unit; remarks.
+    """Times (k,) s of crossings, level and hysteresis used in the channel's unit, and remarks.
 
-    ``spacing`` has the median and the least number of samples a pulse, ``two_levels`` tells square pulses.
+    ``spacing`` has the median and the least number of samples per pulse; ``two_levels`` is True for square pulses.
     """
 
     times: Array
@@ -75,15 +75,15 @@ def pulse_times(
     cubic: bool = True,
     clock: float | None = None,
 ) -> Pulses:
-    """Times of a channel's pulses; the samples of a channel of rising times (a counter's) are these times themselves.
+    """Return the times of a channel's pulses; the samples of a counter's channel are these times themselves.
 
-    Raises ``InputError``: a channel that is not over time, no pulse, fewer than three samples a pulse.
+    Raises ``InputError`` for a channel that is not over time, without pulses, or with too few samples per pulse.
 
     Parameters
     ----------
-    level, hysteresis : in the channel's unit; found from the signal where not given
+    level, hysteresis : in the channel's unit; by default from the signal
     edge : ``rising`` or ``falling``
-    cubic : whether the cubic through four samples is taken, not a straight line; lines fit square pulses better
+    cubic : True to interpolate by a cubic through four samples, False by a straight line, better for square pulses
     clock : frequency of the counter whose ticks the samples are, Hz
     """
     where = f"{channel.source}, channel {channel.name}"
@@ -122,9 +122,9 @@ def pulse_times(
 
 
 def timing_error(samples: float, two_levels: bool = False) -> float:
-    """Error of a crossing by sampling alone (rms), as a fraction of a pitch, at a number of samples a pulse.
+    """Return the error (rms) of a crossing by sampling alone, as a fraction of a pitch, for ``samples`` per pulse.
 
-    A step between two levels may lie anywhere between two samples: 1/√12 of a sample.
+    A step between two levels may lie anywhere between two samples, so its error is 1/√12 of a sample.
     """
     if two_levels:
         return 1.0 / (math.sqrt(12.0) * samples)
@@ -132,7 +132,7 @@ def timing_error(samples: float, two_levels: bool = False) -> float:
 
 
 def _spacing(places: Array, times: Array, where: str) -> tuple[float, float]:
-    """Median and least samples a pulse, the least over ``STRETCH_OF_PULSES``; ``InputError``: too few (aliasing)."""
+    """Return median and least samples per pulse (over ``STRETCH_OF_PULSES``); ``InputError`` if too few (aliasing)."""
     reach = min(STRETCH_OF_PULSES, places.size - 1)
     means = (places[reach:] - places[:-reach]) / reach
     k = int(np.argmin(means))
@@ -147,7 +147,7 @@ def _spacing(places: Array, times: Array, where: str) -> tuple[float, float]:
 
 
 def _has_two_levels(channel: Channel) -> bool:
-    """Whether hardly a sample lies between the levels of the pulses, as of square ones of which flanks are short."""
+    """True if hardly any sample lies between two levels, as for square pulses with short flanks."""
     some = channel.values(0, min(channel.size, PART))
     low, high = _range(some)
     middle, half = 0.5 * (low + high), 0.25 * (high - low)
@@ -157,7 +157,7 @@ def _has_two_levels(channel: Channel) -> bool:
 def _crossings(
     channel: Channel, level: float | None, hysteresis: float | None, sign: float, cubic: bool
 ) -> tuple[list[Array], tuple[float, float], list[str]]:
-    """Places of crossings in samples, the level and hysteresis that were used last, and remarks."""
+    """Return positions of crossings in samples, the last level and hysteresis used, and remarks."""
     memory = np.array([-1.0, math.nan, math.nan, math.nan, math.nan])
     out = np.empty(STRETCH // 2 + 2)
     parts: list[Array] = []
@@ -182,7 +182,7 @@ def _crossings(
             count = int(find_crossings(signed, float(first + begin), sign * own_level, width, int(cubic), memory, out))
             ends = np.full((2, count), [[own_level], [0.5 * FLANK * (high - low)]])
             found.append(np.vstack((out[:count], ends)))
-        # The last crossings of a block wait for the next one: their flanks may go on there.
+        # The last crossings of a block are refined with the next block, because their flanks may extend into it.
         rows = np.hstack(found)
         last = first + values.size >= channel.size
         ready = rows.shape[1] if last else int(np.searchsorted(rows[0], first + values.size - LONGEST - 2))
@@ -199,7 +199,7 @@ def _crossings(
 
 
 def _largest_range(channel: Channel) -> float:
-    """Largest range of some stretches over the whole channel: what is far below it is noise at rest."""
+    """Return the largest range of some stretches over the whole channel; a much smaller range is noise at rest."""
     if channel.size <= STRETCH * 2:
         return 0.0
     short = min(STRETCH // 8, channel.size // PROBES)
@@ -209,25 +209,25 @@ def _largest_range(channel: Channel) -> float:
 
 
 def _range(values: Array) -> tuple[float, float]:
-    """2nd and 98th percentile of some 20 000 samples of a block."""
+    """Return the 2nd and 98th percentile of some 20 000 samples of a block."""
     some = values[:: max(1, values.size // 4099)]
     some = some[np.isfinite(some)]
     if some.size < 2:
         return math.nan, math.nan
     low, high = np.percentile(some, (2.0, 98.0))
-    if high - low < FAINT * (some.max() - some.min()):  # narrow pulses between long rests
+    if high - low < FAINT * (some.max() - some.min()):  # narrow pulses with long pauses
         low, high = float(some.min()), float(some.max())
     return float(low), float(high)
 
 
 def _level(low: float, high: float) -> float:
-    """Zero for a signal about zero, as of inductive pick-ups, else the middle."""
+    """Return zero for a signal about zero, as from inductive pick-ups, else the middle of the range."""
     about_zero = low < 0.0 < high and 1.0 / 3.0 < -low / high < 3.0
     return 0.0 if about_zero else 0.5 * (low + high)
 
 
 def _times(channel: Channel, places: Array) -> Array:
-    """Times at fractions of samples."""
+    """Return times at fractional sample positions."""
     if channel.places is None:
         return np.asarray(channel.start + channel.step * places)
     times = channel.abscissae()
@@ -236,10 +236,10 @@ def _times(channel: Channel, places: Array) -> Array:
 
 @kernel
 def find_crossings(values, first, level, width, cubic, memory, out):
-    """Places of rising crossings, in samples from the channel's beginning, into ``out``; their number.
+    """Write positions of rising crossings, in samples from the channel's begin, to ``out``; return their number.
 
-    ``memory`` (5,) goes from block to block: whether the signal was below the hysteresis (1.0), the last three samples,
-    and the place of the last passage of the level since then.
+    ``memory`` (5,) is passed from block to block: 1.0 if the signal was below the hysteresis, the last three samples,
+    and the position of the last passage of the level since then.
     """
     n = values.shape[0]
     armed = memory[_ARMED]
@@ -274,11 +274,11 @@ def find_crossings(values, first, level, width, cubic, memory, out):
 
 @kernel
 def _fraction(a, b, c, d, level, cubic):
-    """Where between two samples b and c, their neighbours a and d, the level is crossed: 0 to 1."""
+    """Return the fraction (0 to 1) between samples b and c, with neighbours a and d, at which the level is crossed."""
     s = (level - b) / (c - b)
     if cubic == 0 or a != a or d != d:
         return s
-    # Cubic of Lagrange through −1, 0, 1, 2; three steps of Newton from the straight line.
+    # Lagrange cubic through −1, 0, 1, 2, and three Newton steps from the straight line.
     c1 = c - b / 2.0 - a / 3.0 - d / 6.0
     c2 = 0.5 * (a + c) - b
     c3 = (d - a) / 6.0 + 0.5 * (b - c)
@@ -295,11 +295,11 @@ def _fraction(a, b, c, d, level, cubic):
 
 @kernel
 def refine_crossings(values, first, sign, rows, count):
-    """Refine the places ``rows[0]`` of crossings by a cubic fitted to each flank; ``count`` of them.
+    """Refine the positions ``rows[0]`` of ``count`` crossings by a cubic fitted to each flank.
 
-    ``values`` (n,) are the samples from sample ``first`` on; ``rows`` (3, k) have places, levels and the distance from
-    the level up to which a sample belongs to the flank. A flank of few samples, or one that is not smooth, keeps its
-    place.
+    ``values`` (n,) are the samples from sample ``first`` on; ``rows`` (3, k) have positions, levels and the largest
+    distance of a flank's sample from the level. The position of a flank with few samples, or of one that is not smooth,
+    is not changed.
     """
     n = values.shape[0]
     total = rows.shape[1]
@@ -321,7 +321,7 @@ def refine_crossings(values, first, sign, rows, count):
         while m < reach:
             below = sign * (values[middle - m - 1] - level)
             above = sign * (values[middle + m + 1] - level)
-            # Noise near the level may have either sign, a flank further out has one.
+            # Noise near the level may have either sign; farther out a flank has only one.
             if not (-limit < below < 0.2 * limit and -0.2 * limit < above < limit):
                 break
             m += 1
@@ -334,7 +334,7 @@ def refine_crossings(values, first, sign, rows, count):
 
 @kernel
 def _fitted_crossing(values, middle, m, level):
-    """Where the cubic fitted to 2 m + 1 samples about one crosses the level, in samples from that one; NaN if nowhere.
+    """Return where the cubic fitted to 2 m + 1 samples about ``middle`` crosses the level, in samples from it, or NaN.
 
     Sums of even powers of −m to m separate the even and the odd coefficients.
     """

@@ -1,4 +1,4 @@
-"""Measurement files of any kind: the format by content and ending, then the channels that are asked for."""
+"""Reading of measurement files of any kind: recognise the format by content and file extension, select channels."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from cranktrain_lab.measured.channels import TIME, Channel, Measurement, Reader
 
 SOURCE = "cranktrain_lab.measured.formats"
 TALKERS = ("nptdms", "nptdms.reader", "nptdms.tdms_segment", "nptdms.types", "nptdms.tdms", "asammdf", "canmatrix")
-"""Loggers of the packages that read files."""
+"""Loggers of the file-reading packages."""
 CHECKED, ROUNDED = 4_000_000, 2.0**53
-"""Values of a file that are looked at when it is opened, and the integer from which float64 rounds."""
+"""Number of values of a file that are checked on opening, and integer above which float64 rounds."""
 EXTRA = "pip install cranktrain[measured]"
 
 
 class Format(NamedTuple):
-    """A file format: name, module that reads it, its endings, its first bytes, and the package that it needs."""
+    """File format: name, module of the reader, file extensions, first bytes, and required package."""
 
     name: str
     module: str
@@ -53,13 +53,12 @@ Listing = tuple[list[Channel], list[str]]
 
 
 def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> Measurement:
-    """Channels of measurement files, with their samples left in the files until they are asked for.
+    """Open measurement files and return their channels; samples stay in the files until needed.
 
     Formats: UFF 58 and 58b, MDF, TDMS, WAV, HDF5, MATLAB, Parquet, LabVIEW text, text tables. Channels of equal
     name in several files are told apart by their file.
 
-    Raises ``InputError``: no such file, a format that is not known or not the file's, a channel that is not there, a
-    package that is missing.
+    Raises ``InputError`` for a missing file, an unknown or wrong format, a missing channel, or a missing package.
 
     Parameters
     ----------
@@ -80,7 +79,7 @@ def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> 
 
 
 def _on_one_clock(channels: list[Channel]) -> Listing:
-    """Channels whose files state when they begin, from the first of these on, and a remark on each that began later."""
+    """Shift channels of files with start times to the earliest start, with a remark on each that began later."""
     stated = [channel for channel in channels if channel.began is not None and channel.abscissa == TIME]
     if not stated:
         return channels, []
@@ -102,7 +101,7 @@ def _on_one_clock(channels: list[Channel]) -> Listing:
 
 
 def _read_file(path: Path) -> Listing:
-    """Channels and remarks of one file."""
+    """Return channels and remarks of one file."""
     kind = file_format(path)
     listing, wrong = None, ""
     with _quiet():
@@ -117,11 +116,11 @@ def _read_file(path: Path) -> Listing:
             wrong = f"{kind.name} files need {kind.package}: {EXTRA}"
         except MemoryError:
             wrong = "its sizes are beyond this machine's memory; the file is damaged"
-        except Exception as error:  # readers of others raise whatever a damaged file makes them stumble over
+        except Exception as error:  # third-party readers raise errors of many types for a damaged file
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             wrong = f"not a {kind.name} file, or a damaged one ({reason}); export it again"
         if listing is None:
-            gc.collect()  # what was left half made complains when it is removed: now, unheard
+            gc.collect()  # removes unfinished objects while their messages are suppressed
     if listing is None:
         raise InputError(f"{path.name}: {wrong}")
     channels, remarks = listing
@@ -137,13 +136,13 @@ def _read_file(path: Path) -> Listing:
 
 
 def _odd_values(channels: Sequence[Channel]) -> list[str]:
-    """Remarks on values that are not numbers, or that float64 rounds, in the first channels up to ``CHECKED``."""
+    """Return remarks on NaN and on values that float64 rounds, in the first channels up to ``CHECKED`` values."""
     remarks, left = [], CHECKED
     for channel in channels:
         left -= channel.size
         if left < 0:
             break
-        with suppress(CranktrainError):  # damage is told when the samples are read
+        with suppress(CranktrainError):  # damage is reported when the samples are read
             values = np.abs(channel.read(0, channel.size))
             if lost := int(np.count_nonzero(~np.isfinite(values))):
                 told = f"{lost} of {channel.size} values are not numbers"
@@ -157,12 +156,12 @@ def _odd_values(channels: Sequence[Channel]) -> list[str]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep readers of others from printing: what is wrong with a file is told in one line."""
+    """Suppress the output of third-party readers, because faults of a file are reported in one line."""
     levels = {name: logging.getLogger(name).level for name in TALKERS}
     hook = sys.unraisablehook
     for name in TALKERS:
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    sys.unraisablehook = lambda _: None  # of objects that were never finished and fail to close
+    sys.unraisablehook = lambda _: None  # unfinished objects may fail to close
     try:
         yield
     finally:
@@ -172,7 +171,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _guarded(channel: Channel, kind: Format) -> Reader:
-    """Reader of a channel whose errors are one line: damage within a file shows when its samples are read."""
+    """Return a reader of a channel that reports damage within the file as one line when samples are read."""
 
     def read(first: int, last: int) -> Array:
         try:
@@ -196,7 +195,7 @@ def _guarded(channel: Channel, kind: Format) -> Reader:
 
 
 def file_format(path: Path) -> Format:
-    """Format of a file by its first bytes, else by its ending in any case; ``InputError``."""
+    """Return the format of a file by its first bytes, else by its extension (case-insensitive); ``InputError``."""
     try:
         check_file(path, f"{path}", "give a measurement file", most=sys.maxsize)
         if not file_exists(path):
@@ -226,7 +225,7 @@ def file_format(path: Path) -> Format:
 
 
 def _told_apart(channels: list[Channel]) -> list[Channel]:
-    """Rename channels of equal name: by their group or file, then by a number."""
+    """Rename channels of equal name by their group or file, then by a number."""
     counts: dict[str, int] = {}
     for channel in channels:
         counts[channel.name] = counts.get(channel.name, 0) + 1

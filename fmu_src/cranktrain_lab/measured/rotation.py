@@ -1,7 +1,7 @@
-"""Rotation of a shaft from the pulses of a wheel: angle, speed, torsional vibration, twist between two places.
+"""Rotation of a shaft from pulses of a wheel: angle, speed, torsional vibration, twist between two places.
 
-Angles count from firing dead centre of cylinder 1 where its place is given, else from the wheel's tooth 0. The mean
-rotation φ(t) is free of what recurs each cycle; torsional vibration is δ = θ − φ at the pulses, and its orders are
+Angles count from firing dead centre of cylinder 1 if its position is given, else from the wheel's tooth 0. The mean
+rotation φ(t) excludes motion that recurs each cycle. Torsional vibration is δ = θ − φ at the pulses, and its orders are
 lines over φ (:mod:`cranktrain_lab.measured.tracking`).
 """
 
@@ -22,38 +22,38 @@ from cranktrain_lab.measured.pulses import EDGES, Pulses, pulse_times, timing_er
 from cranktrain_lab.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, learn_errors, number_teeth
 
 DISAGREE = 0.005
-"""Relative difference of mean speeds from which two tachos are said to disagree."""
+"""Relative difference of mean speeds above which two tachos disagree."""
 UNLIKELY = 15.0
-"""Speed, rev/min, below which no engine runs, though it may be turned over."""
+"""Speed, rev/min, below which no engine runs, although it may be turned over."""
 SLOWEST, FASTEST = 1.0, 50_000.0
-"""Speed, rev/min, below which a shaft stands still, and above which none of an engine turns."""
+"""Speed, rev/min, below which a shaft counts as at rest, and speed above which no engine runs."""
 WRONG, FEW_WRONG = 0.04, 20
-"""Fraction of lost and of double pulses, and their number, from which a signal is not that of a wheel. Wheels with
-several gaps lack many pulses, and a bouncing switch doubles many, but noise has both.
+"""Fraction and number of lost and of double pulses above which a signal is not that of a wheel. Wheels with several
+gaps lack many pulses, and a bouncing switch doubles many, but noise has both.
 """
 NAMED = 4
-"""Orders that a remark on pitch errors names."""
+"""Number of orders listed in a remark on pitch errors."""
 KEEP, REMOVE = "keep", "remove"
 
 
 @dataclass(frozen=True)
 class Rotation:
-    """Rotation of one place of a shaft.
+    """Rotation of a shaft at one place.
 
     Attributes
     ----------
-    name : of the channel
-    times, angle : (k,) s and rad, of the pulses; rising
-    wheel, numbered : the wheel and its numbered pulses
-    errors : (teeth,) rad, pitch errors that were taken off
+    name : name of the channel
+    times, angle : times (s) and angles (rad) of the pulses, (k,), increasing
+    wheel, numbered : wheel and its numbered pulses
+    errors : (teeth,) rad, pitch errors that were subtracted
     mean : mean rotation over time
     remarks : one line each
-    cycle_known : whether angle 0 is firing dead centre of cylinder 1; else it may be a revolution off, which turns the
-        phases of half orders by 180 degrees
-    recurring : (n,) rad, zero to peak, what orders 1 to n have of constant size and phase over the recording, be it of
-        the teeth or torsion; empty where pitch errors were taken off
-    spacing : median and least samples a pulse; infinite of a channel of times
-    two_levels : whether the pulses are square, so that a crossing is known to a fraction of a sample only
+    cycle_known : True if angle 0 is firing dead centre of cylinder 1; else it may be a revolution off, which rotates
+        the phases of half orders by 180 degrees
+    recurring : (n,) rad, zero to peak, parts of orders 1 to n with constant amplitude and phase over the recording, by
+        pitch errors or torsion; empty if pitch errors were subtracted
+    spacing : median and least number of samples per pulse; infinite for a channel of times
+    two_levels : True for square pulses, whose crossings are known only to a fraction of a sample
     """
 
     name: str
@@ -96,12 +96,12 @@ class Rotation:
         return float(speed.min()), float(speed.max())
 
     def turned(self, by: float) -> Rotation:
-        """Rotate the zero: angles less by ``by`` rad."""
+        """Shift the zero, so that angles decrease by ``by`` rad."""
         mean = MeanRotation(self.mean.angle - by, self.mean.times)
         return replace(self, angle=self.angle - by, mean=mean)
 
     def with_firing(self, pressure: Channel) -> Rotation:
-        """Rotate by a revolution where the pressure of cylinder 1 peaks a revolution from angle 0; ``InputError``."""
+        """Shift by a revolution if the pressure of cylinder 1 peaks a revolution away from angle 0; ``InputError``."""
         first = math.ceil(self.angle[0] / CYCLE + 0.5)
         count = min(8, math.floor(self.angle[-1] / CYCLE - 0.5) - first + 1)
         if count < 1:
@@ -128,7 +128,7 @@ class Rotation:
         return replace(self.turned(math.tau if swings[1] > swings[0] else 0.0), cycle_known=True)
 
     def against(self, other: Rotation) -> Rotation:
-        """Rotation with another's mean rotation as reference, for twist between two places; ``InputError``.
+        """Return the rotation relative to another's mean rotation, for twist between two places; ``InputError``.
 
         The angle is shifted so that both agree on average.
         """
@@ -148,7 +148,7 @@ class Rotation:
         return replace(self, times=self.times[own], angle=self.angle[own] - shift, mean=other.mean)
 
     def summary(self) -> dict[str, Any]:
-        """Numbers for tables and JSON."""
+        """Summarise the rotation for tables and JSON."""
         low, high = self.speed_range
         pitch = math.tau / self.wheel.teeth
         return {
@@ -183,22 +183,21 @@ def rotation(
     dead_centre: float = 0.0,
     clock: float | None = None,
 ) -> Rotation:
-    """Rotation from a channel of pulses.
+    """Return the rotation from a channel of pulses.
 
-    Raises ``InputError``: no pulses, too few, a gap that does not recur, a shaft that stands still, an index channel
-    that disagrees with the pulses.
+    Raises ``InputError`` for no or too few pulses, a gap that does not recur, a shaft at rest, or an index channel that
+    disagrees with the pulses.
 
     Parameters
     ----------
-    channel : sampled pulses, or rising times of pulses
-    wheel : teeth a revolution and those missing in the gap; None takes a usual wheel from the gap that recurs
-    level : crossing level in the channel's unit; found where not given
-    edge : ``rising`` or ``falling``; where not given, the one whose pulses beside the gap are where they should be
-    learn : pitch errors of the teeth: False takes the wheel as even, True learns them from the whole recording (this
-        also removes whole orders of constant amplitude and phase), two times (s) learn them from that stretch, and an
-        array (teeth,) rad gives them
-    eccentricity : ``keep`` or ``remove`` order 1 of constant amplitude and phase, as an eccentric wheel makes it
-    index : once-a-revolution pulse, which then marks tooth 0
+    channel : sampled pulses, or increasing times of pulses
+    wheel : teeth per revolution and missing teeth in the gap; None for a usual wheel from the recurring gap
+    level : crossing level in the channel's unit; by default from the signal
+    edge : ``rising`` or ``falling``; by default the edge whose pulses next to the gap are correct
+    learn : pitch errors of the teeth. False: none. True: learned from the whole recording (this also removes whole
+        orders of constant amplitude and phase). Two times (s): learned between them. Array (teeth,) rad: given
+    eccentricity : ``keep`` or ``remove`` order 1 of constant amplitude and phase, as caused by an eccentric wheel
+    index : channel of a once-per-revolution pulse, which marks tooth 0
     dead_centre : angle from tooth 0 to firing dead centre of cylinder 1, rad
     clock : frequency of the counter whose ticks the samples are, Hz
     """
@@ -237,7 +236,7 @@ def rotation(
 
 
 def _wheel(wheel: Wheel | None, times: Array, where: str) -> tuple[Wheel, list[str]]:
-    """The wheel that was stated as its gap shows it, or the one that the gap says where none was stated; remarks."""
+    """Return the stated wheel corrected by its gap, or a usual wheel from the gap if none was stated; and remarks."""
     if wheel is not None:
         return recognised(wheel, times, where)
     gap = recurring_gap(times)
@@ -249,9 +248,9 @@ def _wheel(wheel: Wheel | None, times: Array, where: str) -> tuple[Wheel, list[s
 def _numbered(
     channel: Channel, asked: tuple[float | None, str | None], wheel: Wheel, found: Pulses, leave_out: bool
 ) -> tuple[Pulses, Numbered, list[str]]:
-    """Number the pulses of the edge that was asked for, or of the better one where none was; remarks.
+    """Number the pulses of the requested edge, or by default of the better one; and remarks.
 
-    Pulses beside the gaps that are not where the others put them are left out, if ``leave_out``.
+    With ``leave_out``, pulses next to gaps that deviate from the pattern of the others are removed.
     """
     where, (level, edge) = f"{channel.source}, channel {channel.name}", asked
     numbered = number_teeth(found.times, wheel, where)
@@ -282,7 +281,7 @@ def _numbered(
 
 
 def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel) -> Array:
-    """Errors with order 1 of what is left after them, over all revolutions."""
+    """Return pitch errors with order 1 of the residual rotation over all revolutions added."""
     number = numbered.teeth % wheel.teeth
     corrected = angle + errors[number]
     left = corrected - MeanRotation.of(numbered.times, corrected, CYCLE).at(numbered.times)
@@ -294,7 +293,7 @@ def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Whee
 
 
 def _without_order_one(errors: Array) -> Array:
-    """Errors without their order 1, which stays in the rotation."""
+    """Return pitch errors without their order 1, which stays in the rotation."""
     lines = np.fft.rfft(errors)
     if lines.size > 1:
         lines[1] = 0.0
@@ -302,7 +301,7 @@ def _without_order_one(errors: Array) -> Array:
 
 
 def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbered, list[str]]:
-    """Keep the longest stretch between standstills; ``InputError`` where none turns two revolutions."""
+    """Keep the longest stretch between standstills; ``InputError`` if it is shorter than two revolutions."""
     if not numbered.stops:
         return numbered, []
     ends = [numbered.times[0], *[time for stop in numbered.stops for time in stop], numbered.times[-1]]
@@ -321,7 +320,7 @@ def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbere
 
 
 def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
-    """Remarks on lost and double pulses and slips; ``InputError``: too many of them to be a wheel's."""
+    """Return remarks on lost and double pulses and slips; ``InputError`` if there are too many for a wheel."""
     remarks = []
     if min(numbered.lost, numbered.doubled) > max(FEW_WRONG, WRONG * numbered.times.size):
         raise InputError(
@@ -345,7 +344,7 @@ def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
 
 
 def _from_index(numbered: Numbered, wheel: Wheel, marks: Array, names: tuple[str, str]) -> tuple[Numbered, list[str]]:
-    """Number teeth from the index pulse; ``InputError`` where pulses and index disagree."""
+    """Number teeth from the index pulse; ``InputError`` if pulses and index disagree."""
     where, index = names
     inside = marks[(marks > numbered.times[0]) & (marks < numbered.times[-1])]
     if inside.size < 2:
@@ -373,9 +372,9 @@ def _from_index(numbered: Numbered, wheel: Wheel, marks: Array, names: tuple[str
 
 
 def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where: str) -> tuple[Array, list[str]]:
-    """Size of what whole orders hold that recurs each revolution, where no errors were taken off, and remarks.
+    """Return amplitudes of whole orders that recur each revolution, if no errors were subtracted, and remarks.
 
-    ``InputError``: a shaft that hardly turns.
+    ``InputError`` for an impossible speed.
     """
     speed = float(np.median(np.diff(angle) / np.diff(numbered.times)))
     if speed / RPM < SLOWEST:
@@ -409,13 +408,13 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
 
 
 def recurring_orders(errors: Array) -> Array:
-    """Sizes (n,) rad, zero to peak, of orders 1 to n of pitch errors (teeth,), up to less than half of the teeth."""
+    """Return zero-to-peak amplitudes (n,) rad of orders 1 to n of pitch errors (teeth,), n below half the teeth."""
     lines = np.abs(np.fft.rfft(errors)) * (2.0 / errors.size)
     return np.asarray(lines[1 : (errors.size + 1) // 2], dtype=np.float64)
 
 
 def tachos(measurement: Measurement) -> list[dict[str, Any]]:
-    """Channels that look like pulses: name, pulses a second, evenness, and the gap that recurs, if one does."""
+    """List channels that look like pulses: name, pulses per second, evenness, and recurring gap (if any)."""
     found = []
     for channel in measurement.channels:
         if not (told := _looks_like_pulses(channel)):
@@ -425,7 +424,7 @@ def tachos(measurement: Measurement) -> list[dict[str, Any]]:
 
 
 def _looks_like_pulses(channel: Channel) -> dict[str, Any]:
-    """Pulses of the channel's first million samples; nothing where they are too few or too uneven."""
+    """Describe pulses in a channel's first million samples; empty if they are too few or too uneven."""
     part = replace(channel, size=min(channel.size, 1_000_000))
     try:
         times = pulse_times(part).times

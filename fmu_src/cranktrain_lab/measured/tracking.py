@@ -1,20 +1,21 @@
-"""Orders of measured points over the mean rotation: fits around places of interest, with their confidence.
+"""Orders of measured points over the mean rotation, by local fits with confidence.
 
-Points need not be equidistant: pulses of a wheel with a gap, or samples over time. Around each place
+Points may be unequally spaced, such as pulses of a wheel with a gap, or samples over time. Around each position φ₀
 
     x(φ) = trend + Re Σ_n (a_n + a_n' τ + a_n'' τ²) exp(i n φ),   τ = φ − φ₀,
 
-is fitted by least squares under a window cos⁴ with all half orders up to the highest one wanted, so neighbours do not
-leak into one another at any change of speed. Points are taken where they are, so nothing is interpolated. The standard
-error of an order follows from the residual and the fit; where several fits share a bin of speed, from their scatter.
+is fitted by least squares under a window cos⁴ with all half orders up to the highest one wanted, so neighbouring orders
+do not leak into one another at any change of speed. Points are used at their own angles, without interpolation. The
+standard error of an order follows from the residual and the fit or, if several fits share a bin of speed, from their
+scatter.
 
-Few lines are there, fewer change within a window, but a_n, a_n' and a_n'' of all lines take the noise in; in the gap
-of a wheel, where there are no points, lines that are not there cancel those that are. So all places are fitted twice.
-The first fits, in which all are free, show the variance of each about its noise among the fits of a bin and its
-neighbours; the second fits hold each near zero by that variance (empirical Bayes: C. N. Morris, J. Am. Stat. Assoc. 78
-(1983) 47). A line in a resonance stays free to change, one that does not change gets the noise of a constant amplitude,
-one that is not there leaves the others alone. Each line's own amplitude is that with this line free, so none is drawn
-to zero.
+Only few orders (lines) are present, and fewer change within a window, but a_n, a_n' and a_n'' of all lines absorb
+noise. In the gap of a wheel, where there are no points, absent lines can cancel present ones. Each position is
+therefore fitted twice. The first fits, with all coefficients free, give the variance of each coefficient in excess of
+its noise among the fits of a bin and its neighbours. The second fits use this variance as prior about zero (empirical
+Bayes: C. N. Morris, J. Am. Stat. Assoc. 78 (1983) 47). A line in a resonance thus stays free to change, a constant line
+gets the noise of a constant amplitude, and an absent line does not disturb the others. The amplitude of each line comes
+from a fit in which this line has no prior, so it is not biased towards zero.
 """
 
 from __future__ import annotations
@@ -37,29 +38,29 @@ from cranktrain_lab.measured.wheel import CYCLE
 ComplexArray = NDArray[np.complex128]
 CYCLES, DEGREE = 4, 2
 STEADY = 0.005
-"""Relative change of speed below which the amplitudes of a fit do not vary."""
+"""Relative change of speed below which the amplitudes of a fit are constant."""
 TREND = 3
 WEIGHT = 0.42
-"""Points that count under the window, as a fraction of all."""
+"""Effective number of points under the window, as a fraction of all."""
 SPARE = 1.25
-"""Points that count, over the unknowns of a fit, at least."""
+"""Least ratio of effective points to unknowns of a fit."""
 SURE = 2.0
-"""Standard deviations by which squares of changes exceed those of noise where a line is free to change."""
+"""Excess of squared coefficients over noise, in standard deviations, above which a line is free to change."""
 ABSENT = 0.01
-"""Variance of a line that noise may be, over that of the noise."""
+"""Prior variance of a line that may be noise, as a fraction of the noise variance."""
 DENSEST = 4
-"""Largest overlap of fits, over half a window: in fast ramps a peak would lie between two of them."""
+"""Largest number of fits per half window, because in fast ramps a peak could lie between two fits."""
 POOLED = 8
-"""Fits by whose changes a line is judged, besides those of its bin."""
+"""Least number of fits, of a bin and its neighbours, from which variances are also estimated."""
 MOST_CYCLES = 64
 MOST_FITS = 48
-"""Fits in a bin of speed; they are spread over the bin's time."""
+"""Largest number of fits in a bin of speed, spread over the bin's time."""
 BAND = 1.96
-"""Standard errors of a band that holds 95 %."""
+"""Half width of a 95 % band in standard errors."""
 
 
 class Points(NamedTuple):
-    """Values (k,) at mean rotations (k,) rad, rising; the highest order that they resolve; name and unit."""
+    """Values (k,) at increasing mean rotations (k,) rad, with the highest resolved order, name and unit."""
 
     phase: Array
     values: Array
@@ -69,7 +70,7 @@ class Points(NamedTuple):
 
 
 class FitShape(NamedTuple):
-    """Cycles that a fit spans, degree of its amplitudes, and its lines (o,): half orders up to beyond the highest."""
+    """Number of cycles of a fit, polynomial degree of its amplitudes, and fitted half orders (o,)."""
 
     cycles: int
     degree: int
@@ -78,19 +79,18 @@ class FitShape(NamedTuple):
 
 @dataclass(frozen=True)
 class Orders:
-    """Orders over speed.
+    """Tracked orders over speed.
 
     Attributes
     ----------
-    speeds : (s,) rad/s, rising
+    speeds : (s,) rad/s, increasing
     orders : (o,)
-    amplitudes : (s, o) complex, zero to peak, x = Re Σ a exp(i n φ); not a number where the points do not have them
+    amplitudes : (s, o) complex, zero to peak, x = Re Σ a exp(i n φ); NaN if the points do not resolve the order
     errors : (s, o) standard error of |a|
-    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; of less than three fits with the error in place of
-        scatter
-    fits : (s,) fits in each bin
-    cycles : cycles that a fit spans
-    name, unit : of the signal
+    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; with fewer than three fits the error replaces scatter
+    fits : (s,) number of fits in each bin
+    cycles : number of cycles of a fit
+    name, unit : name and unit of the signal
     """
 
     speeds: Array
@@ -111,7 +111,7 @@ class Orders:
 
 
 def torsion_points(rotation: Rotation) -> Points:
-    """Torsional vibration at the pulses, rad, without half a cycle at either end, which has no mean rotation."""
+    """Return torsional vibration at the pulses, rad, without half a cycle at either end, where φ is undefined."""
     phase = rotation.phase
     first, last = rotation.mean.inner
     inside = (phase >= first) & (phase <= last)
@@ -121,10 +121,10 @@ def torsion_points(rotation: Rotation) -> Points:
 
 
 def channel_points(channel: Channel, rotation: Rotation, highest: float, integrals: int = 0) -> Points:
-    """Samples of a channel over the mean rotation, low-passed and thinned to what the highest order needs.
+    """Return samples of a channel over the mean rotation, low-passed and thinned to the rate for the highest order.
 
-    ``integrals``: times that the samples are integrated over time: 1 for a vibrometer's velocity, 2 for acceleration.
-    Raises ``InputError``: a channel without a sampling rate, aliasing, no time in common.
+    ``integrals``: number of integrations over time, 1 for a vibrometer's velocity, 2 for acceleration. Raises
+    ``InputError`` for a channel without a sampling rate, for aliasing, or without common time.
     """
     where = f"{channel.source}, channel {channel.name}"
     if not math.isfinite(channel.rate):
@@ -137,7 +137,7 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
             f"{60 * fastest:.0f} rev/min, "
             f"not {highest:g} (aliasing)"
         )
-    # Integrals want some 25 samples a period, the fit 5.
+    # Integration needs some 25 samples per period, the fit 5.
     start, step, values = decimated(channel, (12.5 if integrals else 2.5) * needed)
     if integrals:
         values = integrated(values, step, integrals)
@@ -162,17 +162,16 @@ def track(
     cycles: int | None = None,
     degree: int | None = None,
 ) -> Orders:
-    """Orders of points in bins of the mean speed.
+    """Track orders of points in bins of the mean speed.
 
-    Raises ``InputError``: orders that are no multiples of a half or that the points do not resolve, too short
-    recordings.
+    Raises ``InputError`` for orders that are not multiples of 0.5 or not resolved, or for too short recordings.
 
     Parameters
     ----------
-    orders : (o,) wanted
+    orders : (o,) wanted orders
     step_rpm : width of a bin, rev/min; by default a 40th of the speed range, 10 rev/min at least
-    cycles : cycles that a fit spans; as many as it needs by default, 4 or more
-    degree : of the polynomial by which an amplitude varies within a fit; 0 where the speed changes by less than 0.5 %
+    cycles : number of cycles of a fit; by default as many as needed, 4 or more
+    degree : degree of the polynomial of an amplitude within a fit; by default 0 if the speed changes by less than 0.5 %
     """
     wanted = np.atleast_1d(np.asarray(orders, dtype=np.float64))
     check_orders(wanted, points)
@@ -201,7 +200,7 @@ def track(
 def fit_shape(
     points: Points, rotation: Rotation, wanted: Array, cycles: int | None = None, degree: int | None = None
 ) -> FitShape:
-    """Cycles, degree and lines of the fits that determine some orders; ``InputError`` where none does."""
+    """Return cycles, degree and lines of fits that determine the wanted orders; ``InputError`` if impossible."""
     low, high = rotation.speed_range
     steady = (high - low) / high < STEADY
     degree = (0 if steady else DEGREE) if degree is None else degree
@@ -226,7 +225,7 @@ def fit_shape(
 
 
 def check_orders(orders: Array, points: Points) -> None:
-    """Refuse orders that are no multiples of a half, or that the points do not resolve."""
+    """Raise ``InputError`` for orders that are not multiples of 0.5 or not resolved by the points."""
     for order in orders:
         if not (order >= 0.5 and abs(2.0 * order - round(2.0 * order)) < 1e-9):
             raise InputError(f"order {order:g} is not a multiple of 0.5 from 0.5 on")
@@ -238,7 +237,7 @@ def check_orders(orders: Array, points: Points) -> None:
 
 
 def _places(points: Points, cycles: int, dense: int = 1) -> Array:
-    """Middles of fits, half a window apart or ``dense`` times closer; the first and the last at an end."""
+    """Return centres of fits (rad), half a window apart or ``dense`` times closer, over the whole recording."""
     half = 0.5 * cycles * CYCLE
     first, last = points.phase[0] + half, points.phase[-1] - half
     if last < first:
@@ -248,7 +247,7 @@ def _places(points: Points, cycles: int, dense: int = 1) -> Array:
 
 
 def _speeds_at(rotation: Rotation, phase: Array) -> Array:
-    """Mean speed where the mean rotation has these values, (n,) rad/s."""
+    """Return the mean speed, (n,) rad/s, at these mean rotations."""
     times = np.interp(phase, rotation.mean.angle, rotation.mean.times)
     reach = CYCLE / 2
     before = np.interp(phase - reach, rotation.mean.angle, rotation.mean.times)
@@ -258,9 +257,9 @@ def _speeds_at(rotation: Rotation, phase: Array) -> Array:
 
 
 class Fit(NamedTuple):
-    """One fit: amplitudes (o,) and their standard errors.
+    """Result of one fit: amplitudes (o,) and their standard errors.
 
-    ``squares`` and ``noise`` (degree + 1, o) have mean squares of amplitudes and of their changes, and their variances.
+    ``squares`` and ``noise`` (degree + 1, o) are mean squares and noise variances of amplitudes and their changes.
     """
 
     amplitudes: ComplexArray
@@ -270,9 +269,9 @@ class Fit(NamedTuple):
 
 
 def _fit(points: Points, place: float, shape: FitShape, held: Array | None = None) -> Fit:
-    """Fit all lines at a place; ``held``: variances (degree + 1, o) about zero of amplitudes and of their changes.
+    """Fit all lines at a position; ``held`` are prior variances (degree + 1, o) of amplitudes and their changes.
 
-    The amplitude of each line is that of a fit in which this line is free and the others are held.
+    The amplitude of each line comes from a fit in which this line has no prior and the others have.
     """
     cycles, degree, lines = shape
     half = 0.5 * cycles * CYCLE
@@ -303,10 +302,10 @@ def _fit(points: Points, place: float, shape: FitShape, held: Array | None = Non
         penalty[TREND:] = s2 / np.maximum(np.repeat(held, 2, axis=0).ravel(), 1e-9 * s2 + 1e-300)
         used = normal + np.diag(penalty)
         found, inverse = _solved(used, right)
-        # The trace of the hat matrix is the number of unknowns that the fit has left.
+        # The trace of the hat matrix is the effective number of unknowns.
         s2 = noise_of(found, float(np.sum(inverse * normal)))
         freed = _freed(inverse, penalty[TREND : TREND + count])
-    # Weights are those of interpolation, not of noise: the error of the estimate is s² N⁻¹ (Bᵀ W² B) N⁻¹.
+    # Weights are a window and not inverse noise variances, so the error of the estimate is s² N⁻¹ (Bᵀ W² B) N⁻¹.
     spread = weighted * root[:, None]
     middle = spread.T @ spread
     rows = inverse[TREND:].copy()
@@ -321,9 +320,10 @@ def _fit(points: Points, place: float, shape: FitShape, held: Array | None = Non
 
 
 def _freed(inverse: Array, penalty: Array) -> Array:
-    """Matrices (o, 2, 2) that turn the held amplitudes of each line into those with this line alone free.
+    """Return matrices (o, 2, 2) that convert each line's amplitude with prior to its amplitude without prior.
 
-    With C the inverse of a line's 2 x 2 block in the held fit and p the penalty, C⁻¹ − p is what the points say of it.
+    With C a line's 2 x 2 block of the inverse in the fit with priors and p the penalty, C⁻¹ − p is the information of
+    the points on this line.
     """
     count = penalty.size
     cosine, sine = TREND + np.arange(count), TREND + count + np.arange(count)
@@ -335,10 +335,10 @@ def _freed(inverse: Array, penalty: Array) -> Array:
 
 
 def _held(fits: list[list[Fit]]) -> list[Array]:
-    """Variances (degree + 1, o) of amplitudes and their changes in each bin, without noise.
+    """Return prior variances (degree + 1, o) of amplitudes and their changes in each bin, without noise.
 
-    Where noise may be all, an amplitude is held by ``ABSENT`` of its noise, and a change is zero. The larger one of the
-    bin's own and of that with its neighbours counts, so a resonance that one bin has stays free.
+    If a coefficient may be noise only, an amplitude gets ``ABSENT`` of its noise, and a change gets zero. The larger of
+    the values from the bin alone and from the bin with its neighbours is used, so a resonance in one bin stays free.
     """
     squares = [np.sum([one.squares for one in own], axis=0) for own in fits]
     noises = [np.sum([one.noise for one in own], axis=0) for own in fits]
@@ -356,7 +356,7 @@ def _held(fits: list[list[Fit]]) -> list[Array]:
 
 
 def _around(k: int, fits: list[list[Fit]]) -> range:
-    """Bins around bin k, its neighbours at least, with ``POOLED`` fits or all."""
+    """Return the bins around bin k, at least its neighbours, that have ``POOLED`` fits (or all bins)."""
     for reach in range(1, len(fits) + 1):
         near = range(max(0, k - reach), min(len(fits), k + reach + 1))
         if sum(len(fits[j]) for j in near) >= POOLED:
@@ -365,7 +365,7 @@ def _around(k: int, fits: list[list[Fit]]) -> range:
 
 
 def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
-    """Solution and inverse of a positive definite matrix; by singular values where it is not."""
+    """Return solution and inverse of a normal matrix; the pseudo-inverse if it is singular."""
     try:
         inverse = np.linalg.inv(normal)
     except np.linalg.LinAlgError:
@@ -374,14 +374,14 @@ def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
 
 
 def _joined(fits: list[Fit]) -> tuple[ComplexArray, Array, Array]:
-    """Mean, standard error and coherence of the fits in a bin. Neighbouring fits overlap by half a window."""
+    """Return mean, standard error and coherence of the fits in a bin; neighbouring fits overlap by half a window."""
     found = np.array([one.amplitudes for one in fits])
     own = np.array([one.errors for one in fits])
     mean = found.mean(axis=0)
     power = np.mean(np.abs(found) ** 2, axis=0)
     coherence = np.where(power > 0.0, np.abs(mean) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
     if len(fits) < 3:
-        noise = 2.0 * np.mean(own**2, axis=0)  # of both parts of an amplitude; a few fits do not show their scatter
+        noise = 2.0 * np.mean(own**2, axis=0)  # of both components; the scatter of so few fits is not meaningful
         single = np.abs(mean) ** 2 / np.maximum(np.abs(mean) ** 2 + noise, 1e-300)
         return mean, np.sqrt(np.mean(own**2, axis=0) / len(fits)), single
     scatter = np.sqrt(np.sum(np.abs(found - mean) ** 2, axis=0) / (len(fits) - 1) / 2.0)

@@ -1,10 +1,11 @@
-"""Vold–Kalman filter of the second generation: envelopes of orders over time, all orders at once.
+"""Vold–Kalman filter of the second generation, for envelopes of all orders over time at once.
 
     min Σ_t |x − Re Σ_n a_n(t) exp(i n φ(t))|² + Σ_n r² Σ_t |∇^p a_n|²
 
-The structural equation says that an envelope's p-th difference is small. Envelopes have real and imaginary parts, so
-the normal equations are real, symmetric and banded; they are solved at once, which separates orders that cross or
-beat. The envelope's transfer function is ½ / (½ + r² (2 − 2 cos ω)^p), which gives r for a bandwidth (−3 dB).
+The structural equation states that an envelope's p-th difference is small. With real and imaginary parts of the
+envelopes the normal equations are real, symmetric and banded. They are solved for all orders together, which separates
+orders that cross or beat. The envelope's transfer function is ½ / (½ + r² (2 − 2 cos ω)^p), which gives r for a
+bandwidth (−3 dB).
 
 Source: H. Vold, J. Leuridan, High resolution order tracking at extreme slew rates, using Kalman tracking filters, SAE
 931288 (1993); J. Tuma, Setting the passband width in the Vold–Kalman order tracking filter, ICSV12 (2005).
@@ -22,24 +23,24 @@ from cranktrain.core.types import Array
 
 POLES = 2
 MOST_UNKNOWNS = 40_000_000
-"""Numbers of the band matrix: 320 MB."""
+"""Largest number of elements of the band matrix (320 MB)."""
 
 
 def envelopes(
     phase: Array, values: Array, step: float, orders: Array, bandwidth: float, poles: int = POLES
 ) -> NDArray[np.complex128]:
-    """Complex envelopes (t, o), zero to peak, of orders of a signal sampled evenly over time.
+    """Return complex envelopes (t, o), zero to peak, of orders of a signal sampled uniformly over time.
 
-    Raises ``InputError``: a bandwidth that is not below a quarter of the sampling rate, orders above the Nyquist
-    frequency, a record too long for the memory.
+    Raises ``InputError`` for a bandwidth not below a quarter of the sampling rate, orders above the Nyquist frequency,
+    or a record too long for the memory.
 
     Parameters
     ----------
     phase, values : (t,) mean rotation, rad, and the signal without its trend
-    step : s
+    step : time step, s
     orders : (o,) any positive numbers
-    bandwidth : Hz, −3 dB, of an envelope, one-sided
-    poles : p, 1 to 4
+    bandwidth : one-sided bandwidth of an envelope (−3 dB), Hz
+    poles : number of poles p, 1 to 4
     """
     n, count = values.size, orders.size
     if not 0.0 < bandwidth < 0.25 / step:
@@ -76,13 +77,13 @@ def envelopes(
 
 
 def _differences(n: int, poles: int) -> list[Array]:
-    """Diagonals, from the main one on, of ∇ᵖᵀ ∇ᵖ for n samples."""
+    """Return diagonals of ∇ᵖᵀ ∇ᵖ for n samples, from the main diagonal on."""
     taps = np.array([(-1.0) ** k * math.comb(poles, k) for k in range(poles + 1)])
     diagonals = []
     for lag in range(poles + 1):
         diagonal = np.zeros(n - lag)
         for k in range(poles + 1 - lag):
-            # Row i of ∇ᵖ has taps at i … i + p; it gives taps[k] taps[k + lag] to the entry (i + k, i + k + lag).
+            # Row i of ∇ᵖ has taps at i … i + p, so it adds taps[k] taps[k + lag] to the entry (i + k, i + k + lag).
             diagonal[k : k + n - poles] += taps[k] * taps[k + lag]
         diagonals.append(diagonal)
     return diagonals

@@ -1,12 +1,12 @@
-"""Teeth of a wheel numbered from the times of its pulses: gaps, missing and double pulses, pitch errors.
+"""Numbering of a wheel's teeth from the times of its pulses, with gaps, lost and double pulses, and pitch errors.
 
-The interval between two pulses over the local median interval is 1 within a wheel, 2, 3, … across missing pulses, and
-two intervals that add up to 1 hold a double pulse. Missing pulses that recur once a revolution are the gap of a wheel
-such as 60−2; others are counted as lost. Each pulse gets the number of its tooth, so lost ones leave no error behind.
+The ratio of an interval between two pulses to the local median interval is 1 between teeth and 2, 3, … across missing
+pulses. Two intervals that add up to 1 contain a double pulse. Missing pulses that recur once per revolution are the gap
+of a wheel such as 60−2; others count as lost. Each pulse gets the number of its tooth, so lost pulses cause no error.
 
-Pitch errors are what recurs each revolution. One wheel alone cannot tell them from torsional vibration of whole orders
-that has the same amplitude and phase throughout. They are therefore learned only where the caller says so: from a
-stretch without torsion (coasting, another recording), or from all of a recording.
+Pitch errors are deviations that recur each revolution. A single wheel cannot distinguish them from torsional vibration
+of whole orders with constant amplitude and phase. They are therefore learned only on request, from a stretch without
+torsion (coasting, another recording) or from a whole recording.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 
 REACH = 9
-"""Intervals of the local median; less where the wheel has few teeth."""
+"""Number of intervals of the local median; less for wheels with few teeth."""
 DOUBLE = 0.55
 """Fraction of the local interval below which an interval is part of a double pulse."""
 CYCLE = 4.0 * math.pi
 MOST_MISSING = 6
-"""Pulses missing in a row beyond which the shaft is taken to have stood still."""
+"""Number of consecutive missing pulses above which the shaft counts as at rest."""
 GRID = 8
-"""Values of the mean rotation a cycle."""
+"""Number of values of the mean rotation per cycle."""
 SPLINED = 4.0
-"""Cycles from which the mean rotation is a spline; of less it is a parabola."""
+"""Least number of cycles for which the mean rotation is a spline; below it is a parabola."""
 STIFF = 1e-7
-"""Weight of sixth differences of the mean rotation's coefficients against its values."""
+"""Weight of sixth differences of the mean rotation's coefficients relative to its values."""
 FEWEST_REVOLUTIONS = 8
-"""Revolutions from which pitch errors are learned."""
+"""Least number of revolutions to learn pitch errors."""
 Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class Wheel:
-    """Teeth of a wheel: ``teeth`` a revolution as if none were missing, ``missing`` of them in a gap (58 = 60−2).
+    """Wheel with ``teeth`` per revolution, including the missing ones, and ``missing`` teeth in a gap (60−2).
 
-    A wheel of several equal ``gaps`` has them at equal distances.
+    Several equal ``gaps`` are equally spaced.
     """
 
     teeth: int
@@ -60,32 +60,32 @@ class Wheel:
 
     @property
     def pulses(self) -> int:
-        """Pulses a revolution."""
+        """Number of pulses per revolution."""
         return self.teeth - self.gaps * self.missing
 
     @property
     def sector(self) -> Wheel:
-        """Wheel from one gap to the next as if that were a revolution; the wheel itself where it has one gap."""
+        """Sector from one gap to the next as a wheel of its own; the wheel itself if it has one gap."""
         return Wheel(self.teeth // self.gaps, self.missing)
 
     @property
     def name(self) -> str:
-        """Teeth and missing teeth as they are usually written: 60-2, 60-2-2-2."""
+        """Teeth and missing teeth in usual notation: 60-2, 60-2-2-2."""
         return f"{self.teeth}" + f"-{self.missing}" * self.gaps
 
 
 @dataclass(frozen=True)
 class Numbered:
-    """Pulses with the numbers of their teeth.
+    """Pulses with tooth numbers.
 
     Attributes
     ----------
     times : (k,) s, double pulses removed
-    teeth : (k,) number of each pulse's tooth from the first revolution's tooth 0 on, rising; tooth 0 follows the gap,
-        or one of several
-    lost, doubled : pulses that are missing apart from the gap, and that were removed
-    slips : revolutions whose gap is not where it was, with the pulses that they have too many (+) or few (−)
-    stops : intervals in which the shaft stood still; teeth go on counting behind them
+    teeth : (k,) increasing tooth number of each pulse from the first revolution's tooth 0; tooth 0 follows the gap, or
+        one of several
+    lost, doubled : number of missing pulses outside gaps, and of removed double pulses
+    slips : revolutions with a displaced gap, with the number of excess (+) or missing (−) pulses
+    stops : time intervals of standstill; numbering continues after them
     """
 
     times: Array
@@ -97,7 +97,7 @@ class Numbered:
 
 
 def number_teeth(times: Array, wheel: Wheel, where: str) -> Numbered:
-    """Number the pulses of a wheel; ``InputError``: fewer than two revolutions, a gap that does not recur.
+    """Number the pulses of a wheel; ``InputError`` for fewer than two revolutions or a gap that does not recur.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def number_teeth(times: Array, wheel: Wheel, where: str) -> Numbered:
 
 
 def _local(intervals: Array, wheel: Wheel) -> Array:
-    """Median of the intervals around each; of wheels of few teeth over whole revolutions."""
+    """Return the local median interval at each interval; over whole revolutions for wheels with few teeth."""
     from scipy.ndimage import median_filter
 
     reach = REACH if wheel.teeth >= 3 * REACH else max(3, 2 * (wheel.pulses // 2) + 1)
@@ -132,7 +132,7 @@ def _local(intervals: Array, wheel: Wheel) -> Array:
 
 
 def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
-    """Remove second pulses: of two that are too close, the one that leaves the less even neighbours."""
+    """Remove double pulses: of two that are too close, the one that fits its neighbours worse."""
     removed = 0
     for _ in range(3):
         intervals = np.diff(times)
@@ -145,13 +145,13 @@ def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
         for k in np.flatnonzero(short):
             if k <= taken:
                 continue
-            # Without pulse k the interval before it grows; without k + 1 the one behind it.
+            # Removing pulse k lengthens the interval before it; removing k + 1 the interval after it.
             before = abs(times[k + 1] - times[k - 1] - local[k]) if k > 0 else math.inf
             after = abs(times[k + 2] - times[k] - local[k]) if k + 2 < times.size else math.inf
             if min(before, after) > 0.45 * local[k]:
                 continue
             if k > 0 and k + 2 < times.size:
-                # The pulse nearer to where its neighbours put it stays.
+                # The pulse nearer to the middle of its neighbours is kept.
                 expected = 0.5 * (times[k - 1] + times[k + 2])
                 drop.append(int(k if abs(times[k] - expected) > abs(times[k + 1] - expected) else k + 1))
             else:
@@ -167,14 +167,14 @@ def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
 def _from_the_gap(
     teeth: Indices, steps: Indices, wheel: Wheel, where: str
 ) -> tuple[Indices, tuple[tuple[int, int], ...]]:
-    """Numbers counted from the gap on, anew at each gap; revolutions that do not fit."""
-    candidates = np.flatnonzero(steps == wheel.missing + 1) + 1  # first pulse behind a gap
+    """Return tooth numbers counted from the gap, corrected at each gap, and revolutions that do not fit."""
+    candidates = np.flatnonzero(steps == wheel.missing + 1) + 1  # first pulse after a gap
     if not candidates.size:
         raise InputError(
             f"{where}: no gap of {wheel.missing} missing teeth among {teeth.size} pulses; check teeth and missing"
         )
     phase = teeth[candidates] % wheel.teeth
-    # The gap is where most candidates are; lost pulses make others. After a slip the place is another one.
+    # The gap is at the most frequent tooth of candidates; lost pulses cause others. A slip changes the tooth.
     found: list[int] = []
     slips: list[tuple[int, int]] = []
     shift = 0
@@ -208,7 +208,7 @@ def _from_the_gap(
 
 
 def _absent(teeth: Indices, wheel: Wheel) -> int:
-    """Teeth between the first and the last pulse that should have had one and have none, standstills left out."""
+    """Return the number of lost pulses between the first and the last pulse, without standstills."""
     inside = np.concatenate(([False], np.diff(teeth) <= MOST_MISSING + wheel.missing))
     numbers = np.arange(int(teeth[0]), int(teeth[-1]) + 1)
     due = numbers % wheel.teeth < wheel.pulses
@@ -217,20 +217,20 @@ def _absent(teeth: Indices, wheel: Wheel) -> int:
 
 
 def _recurs(teeth: Indices, candidates: Indices, at: int, wheel: Wheel) -> bool:
-    """Whether the next gap is a revolution behind this one."""
+    """True if another gap follows this one after a revolution."""
     behind = teeth[candidates[candidates > at]] - teeth[at]
     return bool(behind.size == 0 or np.any(behind[:4] == wheel.teeth))
 
 
 def learn_errors(numbered: Numbered, wheel: Wheel, window: tuple[float, float] | None, where: str) -> Array:
-    """Pitch errors of the teeth, (teeth,) rad with zero mean; those of missing teeth are zero.
+    """Learn pitch errors of the teeth, (teeth,) rad with zero mean; errors of missing teeth are zero.
 
-    Each revolution gives every tooth's place against the mean rotation over a cycle around it; the mean of all
-    revolutions is the error. Raises ``InputError``: too few revolutions.
+    Each revolution gives every tooth's deviation from the mean rotation over a cycle around it; the error is the mean
+    over all revolutions. Raises ``InputError`` for too few revolutions.
 
     Parameters
     ----------
-    window : times between which to learn, s; the whole recording where None
+    window : begin and end of the stretch to learn from, s; None for the whole recording
     """
     inside = slice(None)
     if window is not None:
@@ -244,7 +244,7 @@ def learn_errors(numbered: Numbered, wheel: Wheel, window: tuple[float, float] |
     if wheel.teeth == 1:
         return np.zeros(1)
     even = teeth < teeth[0] + wheel.teeth * (revolutions - revolutions % 2)
-    times, teeth = times[even], teeth[even]  # half orders change their sign each revolution and leave the mean
+    times, teeth = times[even], teeth[even]  # half orders change sign each revolution and cancel in the mean
     angle = teeth * (2.0 * math.pi / wheel.teeth)
     error = np.zeros(wheel.teeth)
     number = teeth % wheel.teeth
@@ -264,29 +264,30 @@ def learn_errors(numbered: Numbered, wheel: Wheel, window: tuple[float, float] |
 
 
 def smooth_rotation(times: Array, angle: Array, span: float) -> Array:
-    """Mean rotation at the times of pulses, (k,) rad: the time's mean over ``span`` rad, inverted.
+    """Return the mean rotation at the times of pulses, (k,) rad, by inverting the mean of time over ``span`` rad.
 
-    What recurs over ``span`` vanishes from the mean. The means of the ends are continued by their speed and its change.
+    Deviations that recur over ``span`` cancel in the mean. At the ends the mean is extrapolated by speed and
+    acceleration.
     """
     return MeanRotation.of(times, angle, span).at(times)
 
 
 @dataclass(frozen=True)
 class MeanRotation:
-    """Mean rotation over time, rad: angles (k,) of a grid and the times (k,) s at which the mean rotation has them."""
+    """Mean rotation over time, as a grid of angles (k,) rad and times (k,) s."""
 
     angle: Array
     times: Array
 
     @classmethod
     def of(cls, times: Array, angle: Array, span: float) -> MeanRotation:
-        """Smooth time S over the angle, whose means over ``span`` rad are those of the pulses' times.
+        """Compute a smooth time S over the angle with the same means over ``span`` rad as the times of pulses.
 
-        Means are integrals of the straight lines between pulses, so uneven teeth need no resampling; what recurs over
-        ``span`` vanishes from them. S is a spline of degree 5 with knots ``span`` apart. The mean of a B-spline of
-        degree 5 over the distance of its knots is the B-spline of degree 6, so S has the coefficients of the spline of
-        degree 6 that fits the means (I. J. Schoenberg, Quart. Appl. Math. 4 (1946) 45). So S follows any change of
-        speed that is smooth over some cycles, up to both ends. ``InputError``: a mean rotation that goes back.
+        Means are integrals of the straight lines between pulses, so uneven teeth need no resampling, and deviations
+        that recur over ``span`` cancel. S is a spline of degree 5 with knots ``span`` apart. The mean of a B-spline of
+        degree 5 over its knot distance is the B-spline of degree 6, so S has the coefficients of the spline of degree 6
+        that fits the means (I. J. Schoenberg, Quart. Appl. Math. 4 (1946) 45). S therefore follows any change of speed
+        that is smooth over some cycles, up to both ends. ``InputError`` if the mean rotation is not monotonic.
         """
         from scipy.interpolate import BSpline
 
@@ -305,7 +306,7 @@ class MeanRotation:
             line = np.polynomial.Polynomial.fit(angle, times, min(2, max(1, int(cycles))))
             return cls(grid, _rising(np.asarray(line(grid))))
         count = math.ceil((cycles - 1.0) * GRID)
-        v = 1.0 + (cycles - 1.0) * np.arange(count + 1) / count  # ends of the means' windows, in spans from the begin
+        v = 1.0 + (cycles - 1.0) * np.arange(count + 1) / count  # ends of the averaging windows, in spans
         ends = angle[0] + span * v
         means = (integral(ends) - integral(ends - span)) / span
         knots = np.arange(-5, math.ceil(cycles) + 7, dtype=np.float64)
@@ -315,12 +316,12 @@ class MeanRotation:
 
     @property
     def inner(self) -> tuple[float, float]:
-        """Angles between which the mean rests on a cycle around it, rad; all where there are less than two cycles."""
+        """Range of angles whose mean uses a whole cycle around them, rad; all if there are fewer than two cycles."""
         half = 0.5 * CYCLE if np.ptp(self.angle) > 2.0 * CYCLE else 0.0
         return float(self.angle[0]) + half, float(self.angle[-1]) - half
 
     def at(self, times: Array) -> Array:
-        """Mean rotation (n,) rad at times (n,) s; beyond the grid's ends by its end's speed and acceleration."""
+        """Return the mean rotation (n,) rad at times (n,) s, extrapolated by speed and acceleration at the ends."""
         from scipy.interpolate import CubicSpline
 
         spline = CubicSpline(self.times, self.angle)
@@ -333,14 +334,14 @@ class MeanRotation:
         return np.asarray(inside)
 
     def speed(self, times: Array) -> Array:
-        """Mean speed (n,) rad/s."""
+        """Return the mean speed (n,) rad/s at times (n,) s."""
         from scipy.interpolate import CubicSpline
 
         return np.asarray(CubicSpline(self.times, self.angle)(np.clip(times, self.times[0], self.times[-1]), 1))
 
 
 def _rising(times: Array) -> Array:
-    """Times (k,) s of the mean rotation; ``InputError`` where they go back."""
+    """Check that times (k,) s of the mean rotation increase, and return them; ``InputError``."""
     falls = np.diff(times) <= 0.0
     if falls.any():
         raise InputError(
@@ -351,7 +352,7 @@ def _rising(times: Array) -> Array:
 
 
 def _spline_coefficients(design: Any, values: Array) -> Array:
-    """Coefficients of the least-squares fit of a banded ``design``; 6th differences hold those that no value tells."""
+    """Return least-squares coefficients of a banded ``design``; penalised 6th differences fix undetermined ones."""
     from scipy.linalg import cho_solve_banded, cholesky_banded
     from scipy.sparse import diags
 
@@ -365,6 +366,6 @@ def _spline_coefficients(design: Any, values: Array) -> Array:
             bands[6 - lag] = row[:count]
     factor = cholesky_banded(bands)
     found = np.zeros(count)
-    for _ in range(3):  # refinements: the times are large beside what is sought
+    for _ in range(3):  # iterative refinement, because times are large compared with the corrections
         found = found + cho_solve_banded((factor, False), design.T @ (values - design @ found))
     return np.asarray(found)

@@ -1,4 +1,4 @@
-"""Maps of where methods fail: each computed with the product's own kernels and compared with theory.
+"""Stability maps, which show where numerical methods fail, by the product's own kernels and by theory.
 
 One module per map, each with ``compute(quick, progress)``; :data:`MAPS` finds it by name and imports it when called.
 """
@@ -34,4 +34,4 @@ def _lazily(name: str) -> Callable[[bool, Progress], StabilityMap]:
 
 
 MAPS: dict[str, Callable[[bool, Progress], StabilityMap]] = {name: _lazily(name) for name in NAMES}
-"""By name: a function of ``quick`` (a coarse map, some 20 s at most) and ``progress`` that computes the map."""
+"""Functions that compute the maps, by name, with arguments ``quick`` (coarse map, some 20 s) and ``progress``."""

@@ -25,7 +25,7 @@ System = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]
 
 
 def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArray[Any]:
-    """Matrix (k n, k n) that a step from ``t`` to ``t + h`` applies to the k carried blocks of n.
+    """Return the matrix (k n, k n) of a step from ``t`` to ``t + h`` for k state blocks of size n.
 
     Parameters
     ----------
@@ -68,19 +68,19 @@ def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArr
 
 
 def constant(stiffness: NDArray[Any], damping: NDArray[Any]) -> System:
-    """A system that does not change with time."""
+    """Return a time-invariant system."""
     return lambda time: (stiffness, damping)
 
 
 def radius(table: Array, h: float, stiffness: complex, damping: complex = 0.0) -> float:
-    """Spectral radius of a step on q̈ + d q̇ + s q = 0, complex coefficients allowed."""
+    """Return the spectral radius of a step on q̈ + d q̇ + s q = 0, with complex coefficients allowed."""
     system = constant(np.array([[stiffness]]), np.array([[damping]]))
     matrix = scaled(step_matrix(table, h, system), table, max(abs(stiffness) ** 0.5, 1.0 / h))
     return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
 def scaled(matrix: NDArray[Any], table: Array, rate: float) -> NDArray[Any]:
-    """A step's matrix on carried blocks of one size: velocities over ``rate`` (1/s), accelerations over its square."""
+    """Return a step's matrix with scaled blocks: velocities over ``rate`` (1/s), accelerations over its square."""
     blocks = carried(table)
     scale = np.repeat([rate**power for _, power in blocks], matrix.shape[0] // len(blocks))
     return matrix * scale[None, :] / scale[:, None]

@@ -1,4 +1,4 @@
-"""Cold start: from every position of the journals in their bores to a running engine.
+"""Stability map of the cold start from all positions of the journals in their bores.
 
 A run begins at the static equilibrium of films and loads (:func:`cranktrain.dynamics.start.settling.settle`), which is
 searched from any position of the journals. Here the journals are placed at eccentricities of 0 to 0.999 of the
@@ -46,9 +46,9 @@ from cranktrain_lab.stability.rotor import film_law, film_rotor
 from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap, curve
 
 MASS, LOAD = 10.0, 5000.0
-"""kg and N of each of the rotor's bearings."""
+"""Mass (kg) and load (N) of each of the rotor's bearings."""
 SAME = 0.01
-"""Distance, in clearances, within which all starts must come to the same place at a speed."""
+"""Tolerance, in clearances, between final positions of all starts at a speed."""
 COARSE = 0.025
 """Mesh size of the six's crankshaft in a quick map, m."""
 NEWTON_STEPS = 60
@@ -56,10 +56,10 @@ NEWTON_STEPS = 60
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """One start: whether search and first cycle succeeded, steps of the search, failed sub-steps, place afterwards.
+    """Result of one start: success, steps of the search, failed sub-steps, and final position.
 
-    ``released`` and ``released_rejected`` tell of the cycle without a search, of its failed sub-steps.
-    ``place`` (b,) complex, of each main journal in space over its clearance, after the cycle.
+    ``released`` and ``released_rejected`` are success and failed sub-steps of the cycle without a search. ``place``
+    (b,) is the complex position of each main journal in space over its clearance after the cycle.
     """
 
     succeeded: bool
@@ -71,20 +71,20 @@ class Start:
 
 
 def journals(simulation: Simulation, state: Array, angle: float = 0.0) -> np.ndarray:
-    """Places (b,) of the main journals in space over their clearance, complex: x + iy."""
+    """Return complex positions x + iy (b,) of the main journals in space over their clearance."""
     model, n = simulation.model, simulation.model.omega2.size
     u = journal_shapes(model) @ state[offset(POSITION, n) : offset(POSITION, n) + model.ports.shape[1]]
     return np.asarray((u[::2] + 1j * u[1::2]) / model.bearings[:, CLEARANCE] * np.exp(1j * angle))
 
 
 def journal_shapes(model: ModelArrays) -> Array:
-    """Shapes (2b, n_t) of x and y of the main journals."""
+    """Return shapes (2b, n_t) of x and y of the main journals."""
     mains = model.connections[: model.bearings.shape[0], slots.FIRST].astype(int)
     return model.ports[np.add.outer(mains, (0, 1)).ravel()]
 
 
 def placed(simulation: Simulation, eccentricity: float, direction: float) -> Array:
-    """State of a crank at rest in its frame, moved as a rigid body until its journals are where they are wanted."""
+    """Return the state of a crank at rest in its frame, moved as a rigid body to the wanted journal position."""
     model, n = simulation.model, simulation.model.omega2.size
     unit = np.array([math.cos(direction), math.sin(direction)])
     wanted = (eccentricity * model.bearings[:, CLEARANCE, None] * unit).ravel()
@@ -94,7 +94,7 @@ def placed(simulation: Simulation, eccentricity: float, direction: float) -> Arr
 
 
 def start(simulation: Simulation, eccentricity: float, direction: float) -> Start:
-    """Start with the journals at a place, and run a cycle; then run one from there without a search."""
+    """Start with the journals at a position and run a cycle, then run a cycle from there without a search."""
     model, work, inputs = simulation.model, simulation.work, simulation.inputs
     begin = rigid_start(model, float(inputs[0])) if simulation.settings.gas_source == "builtin" else None
     state = placed(simulation, eccentricity, direction)
@@ -114,7 +114,7 @@ def start(simulation: Simulation, eccentricity: float, direction: float) -> Star
 
 
 def _cycle(simulation: Simulation, state: Array) -> tuple[bool, int]:
-    """Whether two turns from a state succeed, and how many sub-steps failed and were halved."""
+    """Run two revolutions from a state; return True on success, and the number of failed (halved) sub-steps."""
     work = simulation.work
     simulation.state = state
     work.counters[:] = 0.0
@@ -131,7 +131,7 @@ def _cycle(simulation: Simulation, state: Array) -> tuple[bool, int]:
 
 
 def reynolds_equilibrium(simulation: Simulation, speed: float, load: float = LOAD) -> complex:
-    """Place of the rotor's journals at a speed (rad/s), over the clearance: x + iy, load downwards.
+    """Return the position x + iy of the rotor's journals at a speed (rad/s) over the clearance, load downwards.
 
     From the two-dimensional Reynolds equation, with the bearing of the simulation and the oil of the speed.
     """
@@ -139,12 +139,12 @@ def reynolds_equilibrium(simulation: Simulation, speed: float, load: float = LOA
     warm = viscosity(oil, oil_temperature(oil, speed))
     journal = Journal(2.0 * law[RADIUS], law[WIDTH], law[CLEARANCE], warm, speed)
     along, ahead = SteadyBearing(bearing_grid("none")).state(journal, load).eccentricity
-    # Its axes: x along the load, y a quarter turn on.
+    # In the bearing's axes x is along the load, y is rotated by 90 degrees.
     return complex(ahead, -along)
 
 
 def plain_newton(simulation: Simulation, eccentricity: float, direction: float, load: float = LOAD) -> bool:
-    """Whether undamped Newton steps on the static equation lead from a place to an equilibrium inside the bore."""
+    """True if undamped Newton steps on the static equation lead from a position to an equilibrium in the bore."""
     law, out = film_law(simulation.model.bearings[0]), np.zeros(16)
     c = law.clearance
     place = eccentricity * c * np.array([math.cos(direction), math.sin(direction)])
@@ -163,7 +163,7 @@ def plain_newton(simulation: Simulation, eccentricity: float, direction: float, 
 
 
 def six(speed: float, quick: bool, progress: Progress) -> Simulation:
-    """The in-line six with its elastic crankshaft, started at a speed (rad/s) in its usual way."""
+    """Return the in-line six with elastic crankshaft, started at a speed (rad/s) in the usual way."""
     from cranktrain.structure.crank.reduction import running_body
 
     engine = load_engine("diesel_i6")
@@ -177,7 +177,7 @@ def six(speed: float, quick: bool, progress: Progress) -> Simulation:
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """Map of the journals' eccentricity over its direction, all speeds together."""
+    """Compute the map of the journals' eccentricity over its direction, for all speeds together."""
     sizes = np.append(np.linspace(0.0, 0.9, 3 if quick else 10), [0.99, 0.999])
     directions = np.linspace(0.0, 2.0 * math.pi, 9 if quick else 25)
     speeds = (0.0, 20.0, 200.0) if quick else (0.0, 5.0, 20.0, 60.0, 200.0, 400.0)
@@ -207,7 +207,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         middle = np.median(places.real, axis=(0, 1)) + 1j * np.median(places.imag, axis=(0, 1))
         spread = np.abs(places - middle).max(axis=2)
         if speed > 0.0:
-            # All starts at a speed must come to one place; at standstill squeeze slides along the wall for ever.
+            # All starts at a speed must reach one position; at standstill the journal slides slowly along the wall.
             stable[:, :-1] &= spread < SAME
         else:
             still = max(still, float(spread.max()))
@@ -216,7 +216,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             if speed > 0.0:
                 exact = reynolds_equilibrium(simulation, speed)
                 away = max(away, abs(reached[-1] - exact) / abs(exact))
-    # The last direction is the first one.
+    # The last direction equals the first one.
     stable[:, -1], search[:, -1] = stable[:, 0], search[:, 0]
     lost |= {(i, directions.size - 1) for i, j in lost if j == 0}
     rotor = film_rotor(MASS, LOAD, speeds[-1])
@@ -248,7 +248,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(stable: np.ndarray, runs: list[Start], lost: int, cases: list[str], still: float) -> str:
-    """Explanation of the map, with its figures."""
+    """Return the explanation of the map, with its numbers."""
     without = sum(run.released for run in runs)
     most = max(run.search for run in runs), max(run.rejected for run in runs)
     jolts = max(run.released_rejected for run in runs)

@@ -1,4 +1,4 @@
-"""Combustion coupled with the crank: longest communication step by duration of the burn and by reconstruction.
+"""Stability map of combustion coupled with the crank: longest communication step by burn duration and reconstruction.
 
 One cylinder of the six at constant speed, under the reference master: the combustion module with ``PREMIXED`` of the
 fuel burning over one Wiebe function of the given duration, and a crank that turns uniformly and receives the work of
@@ -49,28 +49,28 @@ from cranktrain_lab.stability.stability_map import (
 
 SPEED = 2000.0 * RPM
 WAYS = (("gauss-seidel", OWN), ("jacobi", OWN), ("gauss-seidel", "linear"), ("jacobi", "linear"), ("jacobi", "hold"))
-"""Schemes and who reconstructs; the first one fills the map."""
+"""Pairs of scheme and reconstruction; the first one fills the map."""
 ALLOWED = 0.005
 """Error of a cycle's work beyond which a communication step counts as too long."""
 PHASES = 7
 """Number of positions of the communication points; odd, so that no symmetry of the cycle hides an error."""
 RUN_IN = 3
-"""Communication steps until three samples are known."""
+"""Number of communication steps until three samples are known."""
 STARTS = math.radians(-360.0)
-"""Crank angle before a firing at which runs begin, where the valves are open."""
+"""Crank angle relative to firing at which runs begin, rad; the valves are open there."""
 PIECE = math.radians(0.1)
-"""Parts of a step over which work is added up."""
+"""Step of crank angle for integration of work, rad."""
 FINE = math.radians(0.1)
-"""Step of the run that gives theory its pressure."""
+"""Step of the run that gives the pressure for theory, rad."""
 SHORTEST, LONGEST = 0.08, 24.0
-"""Communication steps looked at, degrees."""
+"""Range of communication steps, degrees."""
 BRACKET = 1.1
-"""The onset is searched from the first estimate divided by this factor to the estimate multiplied by it."""
+"""Factor of the search range: from the first estimate divided by it to the estimate multiplied by it."""
 
 
 @kernel
 def work_of_step(model, work, state, inputs, angle, turn, interval, pieces):
-    """Work, J, of the cylinders' gas over a communication step from a crank angle, as reconstructed from the inputs."""
+    """Return the work, J, of the cylinders' gas over a communication step from a crank angle, with reconstruction."""
     state[SHAFT_ANGLE] = angle
     take_sample(model, state, inputs, interval)
     reconstruct(model, work, state)
@@ -86,7 +86,7 @@ def work_of_step(model, work, state, inputs, angle, turn, interval, pieces):
 
 
 class UniformCrank:
-    """A crank that turns uniformly and takes in the work of one cylinder: ``works`` (steps,), J."""
+    """Crank that rotates uniformly and records the work of one cylinder: ``works`` (steps,), J."""
 
     input_names: tuple[str, ...] = ("cylinder[1].pressure", "pressure.angle")
     output_names: tuple[str, ...] = (ANGLE, "crank.speed")
@@ -101,11 +101,11 @@ class UniformCrank:
         self._start, self.works = start, list[float]()
 
     def initialize(self, time: float = 0.0) -> None:
-        """The start."""
+        """Initialize at a time, s."""
         self._time = time
 
     def step(self, t_end: float) -> None:
-        """Take in the work up to a time, s."""
+        """Record the work up to a time, s."""
         simulation, turn = self._simulation, SPEED * (t_end - self._time)
         taken = simulation.inputs
         taken[[simulation.input_names.index(name) for name in self.input_names]] = self.inputs
@@ -117,26 +117,26 @@ class UniformCrank:
         self.state[TIME] = t_end
 
     def read(self, places: Sequence[int]) -> list[float]:
-        """Angle, rad, and speed, rad/s."""
+        """Return angle, rad, and speed, rad/s."""
         return [(self._start + SPEED * self._time, SPEED)[place] for place in places]
 
 
 @cache
 def burn(duration: float) -> CycleSettings:
-    """Combustion of one cylinder of the six, most of whose fuel burns over a crank angle, rad."""
+    """Return settings of one cylinder of the six, with most of the fuel burnt over a crank angle, rad."""
     settings = load(module_files()["combustion_i6"])
     return replace(settings, firing_angles=(0.0,), premixed_factor=0.0, premixed_duration=duration)
 
 
 def started_combustion(duration: float, start: float) -> CombustionSimulation:
-    """The combustion at a crank angle, rad, not yet initialized."""
+    """Return the combustion at a crank angle, rad, not yet initialized."""
     gas = CombustionSimulation(burn(duration))
     gas.inputs[[gas.input_names.index(name) for name in (ANGLE, "crank.speed")]] = start, SPEED
     return gas
 
 
 def found_work(duration: float, way: tuple[str, str], count: int, phase: float) -> float:
-    """Work of a cycle, J, that the crank takes in ``count`` communication steps begun ``phase`` of one later."""
+    """Return a cycle's work, J, in ``count`` communication steps shifted by the fraction ``phase`` of a step."""
     scheme, exchange = way
     turn = 4.0 * math.pi / count
     start = STARTS + phase * turn
@@ -165,7 +165,7 @@ class Trace:
 
 @cache
 def trace(duration: float) -> Trace:
-    """One cycle of the combustion at fine steps."""
+    """Compute one cycle of the combustion at fine steps."""
     gas = started_combustion(duration, STARTS)
     gas.initialize()
     count = round(4.0 * math.pi / FINE)
@@ -192,7 +192,7 @@ def trace(duration: float) -> Trace:
 
 
 def drawn_work(duration: float, way: tuple[str, str], count: int, phase: float) -> float:
-    """The same work from the trace, by the rule on paper."""
+    """Return the theoretical work of a cycle, J, by reconstruction of samples of the trace."""
     scheme, exchange = way
     known, turn = trace(duration), 4.0 * math.pi / count
     begins: Array = STARTS + (phase + np.arange(float(count))) * turn
@@ -211,7 +211,7 @@ def drawn_work(duration: float, way: tuple[str, str], count: int, phase: float) 
 
 
 def _polytropic(known: Trace, newest: Array, turn: float, samples: list[Array], at: Array) -> Array:
-    """Pressures (steps, pieces) by the parabola of p Vⁿ through the last samples, held where it jumped."""
+    """Return pressures (steps, pieces) by the parabola of p Vⁿ through the last samples, held after a jump."""
     g = [p * known.volume(newest - s * turn) ** POLYTROPIC for s, p in enumerate(samples)]
     smooth = [np.abs(a - b) <= JUMP * np.maximum(a, b) for a, b in ((g[0], g[1]), (g[1], g[2]))]
     rate = (g[0] - g[1]) / turn
@@ -225,14 +225,14 @@ Work = Callable[[float, tuple[str, str], int, float], float]
 
 
 def error(work: Work, duration: float, way: tuple[str, str], step_deg: float) -> float:
-    """RMS error of the work over the phases, over the work itself, at the nearest step that divides a cycle."""
+    """Return the relative RMS error of the work over the phases, at the nearest step that divides a cycle."""
     count, exact = round(720.0 / step_deg), trace(duration).work
     off = [work(duration, way, count, k / PHASES) / exact - 1.0 for k in range(PHASES)]
     return float(np.sqrt(np.mean(np.square(off))))
 
 
 def longest_steps(work: Work, durations: Array, way: tuple[str, str], about: list[Onset] | None = None) -> list[Onset]:
-    """Communication steps, degrees, from which the error exceeds the allowed error, by duration of the burn."""
+    """Return communication steps, degrees, above which the error exceeds the allowed error, by burn duration."""
     found = []
     for k, duration in enumerate(durations):
         places = np.geomspace(SHORTEST, LONGEST, 25)
@@ -247,7 +247,7 @@ def longest_steps(work: Work, durations: Array, way: tuple[str, str], about: lis
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """Map of the burn's duration over the communication step."""
+    """Compute the map of burn duration over communication step."""
     degrees = np.geomspace(3.0, 60.0, 9 if quick else 17)
     steps = np.geomspace(SHORTEST, 12.0, 19 if quick else 41)
     every, ways = (4, WAYS[:2]) if quick else (2, WAYS)
@@ -256,7 +256,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     for k, way in enumerate(ways):
         name = ", ".join(way)
         progress(f"longest step: {name}", k / (len(ways) + 1.0))
-        # The edge is ragged, as communication points move across the burn: both are sought from the same bounds.
+        # The boundary is irregular as communication points move across the burn, so both searches have equal bounds.
         rough = longest_steps(drawn_work, durations, way)
         exact = longest_steps(drawn_work, durations, way, rough)
         coupled = longest_steps(found_work, durations[::every], way, rough[::every])
@@ -282,7 +282,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(curves: Sequence[Boundary], steepest: float) -> str:
-    """Explanation of the map, with its figures."""
+    """Return the explanation of the map, with its numbers."""
     least = min(float(boundary.points[:, 0].min()) for boundary in curves[:2])
     return (
         "Nothing grows here: pressures hardly depend on how the crank moves. What a long step costs is accuracy: "

@@ -1,4 +1,4 @@
-"""Duration of the ringing of a contact that a step cannot resolve.
+"""Stability map of the ringing of a contact that a step cannot resolve.
 
 A journal of 10 kg rests in its bore on contact alone (the law of :mod:`cranktrain.film.laws.impedance` below its
 contact height, at standstill, with an oil too thin to damp) and takes a small jolt. The contact is too stiff for the
@@ -27,11 +27,11 @@ from cranktrain_lab.stability.rotor import SPEED, default_method, default_step, 
 from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap, curve, deviation, onset
 
 MASS, LOAD = 10.0, 2000.0
-"""kg and N a bearing."""
+"""Mass (kg) and load (N) of each bearing."""
 SETTLING, TAIL, LEFT = 20, 10, 0.01
-"""Steps within which ringing must end, number of steps evaluated after them, and the allowed remainder."""
+"""Number of steps within which ringing must end, number of steps evaluated afterwards, and allowed remainder."""
 JOLT = 0.01
-"""The jolt: displacement over the depth of contact."""
+"""Initial displacement (jolt) as a fraction of the depth of contact."""
 LEAST_RHO = 1.0e-6
 """Least spectral radius at infinity in the search for the largest one whose ringing ends."""
 THIN = 1.0e-9
@@ -39,7 +39,7 @@ THIN = 1.0e-9
 
 
 class Contact:
-    """The journal on its contact in the running model, for any integrator of generalised-α's kind, or one by name."""
+    """Journal on its contact in the running model, for a generalised-α table or an integrator by name."""
 
     def __init__(self, integrator: str = "generalised-alpha") -> None:
         self.simulation = simulation = film_rotor(
@@ -59,7 +59,7 @@ class Contact:
         self._start = state
 
     def forces(self, h: float, count: int, table: Array | None = None) -> Array:
-        """Contact force over the load, less one, after each of ``count`` steps h (s) from the jolt."""
+        """Return contact force over load, minus one, after each of ``count`` steps h (s) from the jolt."""
         simulation: Simulation = self.simulation
         if table is not None:
             simulation.model.stages[: len(table)] = table
@@ -76,12 +76,12 @@ class Contact:
 
 
 def with_radius(rho: float) -> Array:
-    """Table of generalised-α with this spectral radius at infinite frequency."""
+    """Return the table of generalised-α with this spectral radius at infinite frequency."""
     return integrator_table(f"generalised-alpha:{rho:.17g}")
 
 
 def linear_forces(table: Array, omega_h: float, count: int) -> Array:
-    """The same from powers of the matrix of a method that carries its acceleration, but for a factor."""
+    """Return linear contact forces, up to a factor, by powers of a method's step matrix, with acceleration as state."""
     matrix = step_matrix(table, 1.0, constant(np.array([[omega_h**2]]), np.zeros((1, 1)))).real
     state, found = np.eye(matrix.shape[0])[0], np.empty(count)
     for k in range(count):
@@ -91,12 +91,12 @@ def linear_forces(table: Array, omega_h: float, count: int) -> Array:
 
 
 def ringing(forces: Array) -> float:
-    """Remaining ringing after SETTLING steps, over its largest value."""
+    """Return the remaining ringing after SETTLING steps, relative to its largest value."""
     return float(np.abs(forces[SETTLING:]).max() / np.abs(forces).max())
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """The map over step and ρ∞."""
+    """Compute the map over step and ρ∞."""
     degrees = np.geomspace(0.05, 10.0, 13 if quick else 33)
     rhos = np.linspace(0.0, 1.0, 21 if quick else 51)
     steps, count = np.radians(degrees) / SPEED, SETTLING + TAIL
@@ -135,7 +135,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(degrees: Array, contact: Contact, found: Array, default: float) -> str:
-    """Explanation of the map, with its figures."""
+    """Return the explanation of the map, with its numbers."""
     resolved = math.degrees(SPEED / contact.omega)
     return (
         f"Left of {resolved:.2g} deg (hω = 1) steps resolve the contact, and it rings as an undamped contact does; "

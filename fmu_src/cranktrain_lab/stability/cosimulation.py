@@ -1,7 +1,8 @@
-"""Co-simulation coupling: longest stable communication step of two masses, by mass ratio and the master's rule.
+"""Stability map of co-simulation: longest stable communication step of two masses by mass ratio and coupling.
 
-Theory is the spectral radius of the coupled step with slaves solved exactly; beside it the step at which slaves that
-integrate by themselves, coupled by a minimal master, begin to grow: :mod:`cranktrain_lab.stability.two_mass`.
+Theory is the spectral radius of the coupled step with slaves solved exactly. It is compared with the step at which the
+motion of slaves with their own integrators, coupled by a minimal master, begins to grow
+(:mod:`cranktrain_lab.stability.two_mass`).
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ DRAWN = (
     Coupling("displacement/displacement", "gauss-seidel 1-2", "linear"),
 )
 LONGEST = 4.0
-"""Longest communication step looked at, in units of √(m₁/c)."""
+"""Longest communication step in the search, in units of √(m₁/c)."""
 BRACKET = 1.04
-"""The simulated onset is searched from the theoretical one divided by this factor to that multiplied by it."""
+"""Factor of the search range about the theoretical onset: from it divided to it multiplied by this factor."""
 _EXPLANATION = """\
 A slave that holds or extrapolates its inputs acts on the past: the coupling spring pushes about H/2 late, which \
 feeds energy in like a damper of −c_c H/2. Where this outweighs the dampers the coupled motion grows, though each \
@@ -50,7 +51,7 @@ once a step."""
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """Map of the mass ratio over the communication step."""
+    """Compute the map of mass ratio over communication step."""
     ratios = np.geomspace(0.1, 10.0, 17 if quick else 49)
     steps = np.geomspace(0.1, LONGEST, 25 if quick else 81)
     every = 4 if quick else 2
@@ -83,12 +84,12 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def critical_steps(coupling: Coupling, ratios: Array) -> list[Onset]:
-    """Critical communication step of slaves solved exactly, by mass ratio (k,)."""
+    """Return the critical communication step of exactly solved slaves, by mass ratio (k,)."""
     return [critical_step(TwoMass(m2=float(ratio)), coupling, LONGEST, 1.0e-7) for ratio in ratios]
 
 
 def simulated_steps(coupling: Coupling, ratios: Array, exact: list[Onset]) -> list[Onset]:
-    """Critical communication step of slaves that integrate, looked for about the exact ones where there are any."""
+    """Return the critical communication step of integrating slaves, searched about the exact ones if they exist."""
     found = []
     for ratio, step in zip(ratios, exact, strict=True):
         low, high = (step / BRACKET, step * BRACKET) if math.isfinite(step) else (LONGEST / BRACKET, LONGEST)
@@ -97,7 +98,7 @@ def simulated_steps(coupling: Coupling, ratios: Array, exact: list[Onset]) -> li
 
 
 def label(coupling: Coupling) -> str:
-    """Short name of a coupling."""
+    """Return the short name of a coupling."""
     split = {"force/displacement": "F/D", "displacement/displacement": "D/D"}[coupling.decomposition]
     order = coupling.sequence.replace("jacobi", "Jacobi").replace("gauss-seidel", "GS")
     return f"{split}, {order}, {coupling.reconstruction}"

@@ -1,4 +1,4 @@
-"""Pictures of stability maps: ground by stability, the measure beneath, curves of theory and what the product does."""
+"""Pictures of stability maps: background by stability, contours of the measure, curves of theory and product."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from cranktrain_lab.stability.stability_map import Array, Axis, StabilityMap
 
 UNSTABLE = "#c8553d"
 COLOURS = ("#12355b", "#a02c7a", "#2f7d3c", "#b07a12", "#444444", "#0b7f8a", "#7a3b12", "#5a4fcf")
-"""Colours of curves by label; a numerical curve has the colour of its theory."""
+"""Colours of curves by label; a numerical curve has the colour of its theoretical curve."""
 MARKERS = ("o", "s", "^", "D", "v", "P")
 WRAP = 135
 
 
 def map_figure(found: StabilityMap) -> Any:
-    """The map with its legend beneath and its explanation below that."""
+    """Draw a map with legend and explanation below."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
@@ -42,7 +42,7 @@ def map_figure(found: StabilityMap) -> Any:
 
 
 def plot_map(ax: Any, found: StabilityMap, figure: Any) -> None:
-    """Draw the map into ``ax``; ``figure`` gets a colour bar where there is a measure."""
+    """Draw the map into ``ax``; ``figure`` gets a colour bar if there is a measure."""
     x, y = _edges(found.columns), _edges(found.rows)
     if found.measure is not None:
         finite = found.measure[np.isfinite(found.measure)]
@@ -77,7 +77,7 @@ def plot_map(ax: Any, found: StabilityMap, figure: Any) -> None:
 
 
 def _scale(own: Any, axis: Axis) -> None:
-    """Logarithm where the axis asks for it, in plain numbers where it spans little."""
+    """Set a logarithmic scale if the axis requires it, with plain numbers for a small range."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     if not axis.log:
@@ -95,7 +95,7 @@ def save_map(folder: Path, found: StabilityMap) -> list[Path]:
 
 
 def _edges(axis: Axis) -> Array:
-    """Borders (n + 1,) of the cells round an axis' values."""
+    """Return the borders (n + 1,) of the cells around an axis' values."""
     values = np.log(axis.values) if axis.log else axis.values
     if values.size == 1:
         borders = np.array([values[0] - 0.5, values[0] + 0.5])

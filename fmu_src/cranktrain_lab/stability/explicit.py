@@ -26,7 +26,7 @@ METHODS = {"rk4": RK4, "central-differences": CENTRAL}
 
 
 class FilmedJournal(NamedTuple):
-    """A journal of ``mass`` (kg) under a ``load`` (N) downwards, half its speed (rad/s), and its film's law."""
+    """Journal of ``mass`` (kg) under a downward ``load`` (N), with half its speed (rad/s) and its film's law."""
 
     mass: float
     load: float
@@ -35,7 +35,7 @@ class FilmedJournal(NamedTuple):
 
 
 def amplification(method: str, h: float, system: Array) -> Array:
-    """Matrix that a step h applies to [u, v] of u' = v, v' = −K u − C v, given as ``system`` (2n, 2n)."""
+    """Return the matrix of a step h for [u, v] of u' = v, v' = −K u − C v, given as ``system`` (2n, 2n)."""
     n = system.shape[0] // 2
     if method == "rk4":
         z = h * system
@@ -46,7 +46,7 @@ def amplification(method: str, h: float, system: Array) -> Array:
 
 
 def spectral_radius(matrix: Array) -> float:
-    """Largest magnitude of a matrix' eigenvalues."""
+    """Return the largest magnitude of a matrix' eigenvalues."""
     return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
@@ -61,7 +61,7 @@ OUT, POINT, TOTAL, SLOPE, ROWS = range(5)
 
 @kernel
 def rates(journal, y, out, slope):
-    """Fill ``slope`` (4,) with ẏ of a journal in its film; ``out`` (16,) takes the film law's results."""
+    """Compute ẏ of a journal in its film into ``slope`` (4,), and the film law's results into ``out`` (16,)."""
     journal_force(y[0], y[1], y[V_X], y[V_Y], journal.half_speed, journal.film, out)
     slope[0] = y[V_X]
     slope[1] = y[V_Y]
@@ -71,7 +71,7 @@ def rates(journal, y, out, slope):
 
 @kernel
 def march(method, h, steps, limit, journal, watched, y, work):
-    """Take up to ``steps`` explicit steps of the journal from ``y`` (4,), which it overwrites; returns steps taken.
+    """Take up to ``steps`` explicit steps of the journal from ``y`` (4,), which is overwritten; returns steps taken.
 
     Stops where |left · (y − start)|, with ``watched`` (2, 4) = [left, start], leaves 1/limit to limit times its first
     value. ``work`` is (ROWS, 16).
@@ -100,14 +100,14 @@ def march(method, h, steps, limit, journal, watched, y, work):
             for i in range(4):
                 y[i] += h / 6.0 * total[i]
         away = away_from(watched, y)
-        if not (away < limit * first and away > first / limit):  # not a number, too
+        if not (away < limit * first and away > first / limit):  # also true for NaN
             return k + 1
     return steps
 
 
 @kernel
 def away_from(watched, y):
-    """Size |left · (y − start)| of the motion that is watched."""
+    """Return the amplitude |left · (y − start)| of the watched motion."""
     away = 0.0
     for i in range(4):
         away += watched[0, i] * (y[i] - watched[1, i])

@@ -1,6 +1,7 @@
-"""Maps computed once and kept: an interrupted run goes on with those that are missing.
+"""Storage of computed maps, so that an interrupted run continues with the missing ones.
 
-A kept map belongs to the code that made it: its digest covers all that its module imports, and the shipped engines.
+A stored map is valid only for the code that made it. Its digest covers all imports of its module, and the shipped
+engines.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from cranktrain_lab.stability import MAPS
 from cranktrain_lab.stability.stability_map import StabilityMap, as_record, from_record
 
 Tell = Callable[[str, str, float], None]
-"""Told the map, its stage and the share of it that is done."""
+"""Function that is called with the map, its stage and its completed fraction."""
 
 UNDER_WAY = 0.999
 """Largest fraction that the progress of a map may report, because a map is done only when it is stored."""
@@ -31,17 +32,17 @@ def maps(
     workers: int | None = None,
     progress: Tell | None = None,
 ) -> Iterator[tuple[StabilityMap, float]]:
-    """Each map by name, read where it is kept, else computed and kept, with the seconds it took (0: read).
+    """Yield each map by name, read from the store or computed and stored, with its computing time, s (0: read).
 
     Parameters
     ----------
     names : keys of ``MAPS``
     quick : coarse maps
-    rebuild : compute even those that are kept
-    workers : processes; as many as processors where not given, none beside this one for 1
+    rebuild : True to compute stored maps again
+    workers : number of processes, by default the number of processors; 1: only this process
     """
     kept, missing = Kept("stability"), []
-    # Keys of the sources that the maps are computed from, should these change meanwhile.
+    # Keys belong to the sources at the start, which may change during the computation.
     keys = {name: f"{name}-{'quick' if quick else 'full'}-{map_digest(name)}" for name in names}
     for name in names:
         record = None if rebuild else kept.entry(keys[name])
@@ -55,7 +56,7 @@ def maps(
 
 
 def map_digest(name: str) -> str:
-    """Digest of all that a map can depend on: the sources that its computation rests on, and the shipped engines."""
+    """Return the digest of all sources that a map's computation uses, and of the shipped engines."""
     engines = [(path.name, path.read_text(encoding="utf-8")) for path in sorted(engine_folder().glob("*.toml"))]
     return digest(Path(__file__).with_name(f"{name}.py"), engines)
 

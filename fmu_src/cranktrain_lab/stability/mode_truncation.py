@@ -1,4 +1,4 @@
-"""Mode truncation: highest frequency up to which a body truncated to its first modes has the right receptance.
+"""Stability map of mode truncation: highest frequency at which a truncated body has an accurate receptance.
 
 The receptance of a free body at a loaded interface is H(ω) = Σ φ_n²/(ω_n² − ω²) over its elastic modes; its static
 value C = H(0) is the interface's elastic compliance. A body truncated to m elastic modes lacks the other modes at every
@@ -31,25 +31,25 @@ from cranktrain.engine.file import load_engine
 from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, StabilityMap, curve, deviation, onset
 
 ALLOWED = 0.01
-"""Error beyond which the cut body fails."""
+"""Error above which the truncated body fails."""
 POLYNOMIALS = 240
-"""Ritz functions of the shaft: some two thirds of its modes are true."""
+"""Number of Ritz functions of the shaft; some two thirds of its modes are accurate."""
 DIAMETER, LENGTH, SHEAR_MODULUS, DENSITY = 0.06, 0.8, 80.8e9, 7850.0
 COARSE = 0.025
 """Mesh size of the six's crankshaft in a quick map, m."""
 LEAST, NEAR_RESONANCE = 1.0e-3, 1.0e-6
-"""Shares of the first omitted frequency between which limits are sought: from the first to one less the second."""
+"""Search range of limits as fractions of the first omitted frequency: from the first value to 1 minus the second."""
 BESIDE = 1.0e-7
-"""Relative distance from a frequency of a mode within which the receptance is evaluated beside the mode."""
+"""Relative distance from a modal frequency within which the receptance is evaluated next to the frequency."""
 Loads = Sequence[tuple[str, int]]
 TORQUE: Loads = (("pulley", 5),)
 
 
 def uniform_shaft() -> ReducedBody:
-    """Uniform steel shaft that twists, free at both ends, in the modes of Ritz's method; interfaces at both ends.
+    """Return a uniform steel shaft in torsion, free at both ends, in Ritz modes, with interfaces at both ends.
 
-    Legendre polynomials of the place along it: their mass is diagonal, 2/(2k+1), and their stiffness i (i+1) for i ≤ k
-    of the same parity, so that nothing is integrated by numbers.
+    The Ritz functions are Legendre polynomials of the axial position. Their mass is diagonal, 2/(2k+1), and their
+    stiffness i (i+1) for i ≤ k of the same parity, so no numerical integration is needed.
     """
     k = np.arange(POLYNOMIALS)
     polar = math.pi * DIAMETER**4 / 32.0
@@ -58,7 +58,7 @@ def uniform_shaft() -> ReducedBody:
     even = np.add.outer(k, k) % 2 == 0
     stiffness = SHEAR_MODULUS * polar * (2.0 / LENGTH) * np.where(even, least * (least + 1.0), 0.0)
     _, modes = eigh(stiffness[1:, 1:], mass[1:, 1:])
-    # Rayleigh's quotients of the modes' own twist, a sum of squares: rounding of fast modes does not reach slow ones.
+    # Frequencies are Rayleigh quotients of the modes' twist (sums of squares), free of rounding errors of fast modes.
     rate = np.where(np.triu(np.subtract.outer(k, k) % 2), 2.0 * k[:, None] + 1.0, 0.0)[:, 1:] @ modes
     squares = SHEAR_MODULUS * polar * (2.0 / LENGTH) * (2.0 / (2.0 * k + 1.0) @ rate**2)
     n = 6 + squares.size
@@ -93,7 +93,7 @@ def uniform_shaft() -> ReducedBody:
 
 
 def receptances(body: ReducedBody, loads: Loads, answers: Loads, omega: float) -> Array:
-    """Elastic receptances (answers, loads) at an angular frequency: displacement or rotation per force or moment."""
+    """Return elastic receptances (answers, loads), displacement or rotation per force or moment, at ``omega``."""
     at, seen = (
         np.array([body.shapes[body.index(name), component, 6:] for name, component in where])
         for where in (loads, answers)
@@ -102,7 +102,7 @@ def receptances(body: ReducedBody, loads: Loads, answers: Loads, omega: float) -
 
 
 def cut(body: ReducedBody, modes: int, loads: Loads, complete: bool) -> ReducedBody:
-    """Body in its first elastic modes, ``complete`` with the static rest under the loads or without it."""
+    """Return a body in its first elastic modes, with static completeness for the loads if ``complete``."""
     frequencies = body.frequencies_hz
     cutoff = math.sqrt(frequencies[5 + modes] * frequencies[6 + modes])
     return truncate(body, cutoff, loads if complete else ())
@@ -111,10 +111,10 @@ def cut(body: ReducedBody, modes: int, loads: Loads, complete: bool) -> ReducedB
 def truncation_error(
     body: ReducedBody, short: ReducedBody, loads: Loads, answers: Loads | None
 ) -> Callable[[float], float]:
-    """Error of the cut body as a function of ω (rad/s).
+    """Return the error of the truncated body as a function of ω (rad/s).
 
-    Of the interfaces' own compliance, the worst of the loads; or, with ``answers``, of what those answer to the loads,
-    over the largest static one of them.
+    By default it is the largest error of the loads' own compliances. With ``answers`` it is the error of the responses
+    at these to the loads, relative to the largest static response.
     """
     own = answers is None
     seen = loads if answers is None else answers
@@ -122,7 +122,7 @@ def truncation_error(
     scale = np.diag(static) if own else np.abs(static).max(axis=1, keepdims=True)
 
     def error(omega: float) -> float:
-        # Kept modes cancel in the difference, at their own frequencies only next to them.
+        # Retained modes cancel in the difference; at a resonance the receptance is evaluated next to it.
         if np.abs(body.omega[6:] - omega).min() < BESIDE * omega:
             omega *= 1.0 + 2.0 * BESIDE
         missing = receptances(short, loads, seen, omega) - receptances(body, loads, seen, omega)
@@ -132,13 +132,13 @@ def truncation_error(
 
 
 def usable_share(error: Callable[[float], float], tolerance: float) -> Onset:
-    """Share of the first omitted frequency up to which ``error(share)`` stays allowed."""
+    """Return the fraction of the first omitted frequency up to which ``error(share)`` stays within the tolerance."""
     places = np.array([LEAST, 1.0 - NEAR_RESONANCE])
     return onset(lambda share: error(share) > ALLOWED, places, tolerance, LEAST)
 
 
 def shaft_error(modes: int, x: float, complete: bool) -> float:
-    """Error of the uniform shaft in closed form, at x times its first frequency."""
+    """Return the error of the uniform shaft in closed form, at x times its first frequency."""
     omitted = (digamma(modes + 1 + x) - digamma(modes + 1 - x)) / (2.0 * x)
     if not complete:
         return float(omitted / zeta(2))
@@ -147,12 +147,12 @@ def shaft_error(modes: int, x: float, complete: bool) -> float:
 
 
 def shaft_limit(modes: int, complete: bool) -> Onset:
-    """Usable share of the uniform shaft in closed form."""
+    """Return the usable fraction of the uniform shaft in closed form."""
     return usable_share(lambda share: shaft_error(modes, share * (modes + 1), complete), 1.0e-9)
 
 
 def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None, complete: bool) -> list[Onset]:
-    """Usable shares (k,) of the first omitted frequency, by number of elastic modes kept."""
+    """Return usable fractions (k,) of the first omitted frequency, by number of retained elastic modes."""
     found = []
     for count in counts.astype(int):
         short = cut(body, count, loads, complete)
@@ -162,7 +162,7 @@ def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None
 
 
 def crankshaft(quick: bool, progress: Progress) -> tuple[ReducedBody, Loads]:
-    """The six's crankshaft with flywheel and pulley, in all its modes, and the loads of the running model."""
+    """Return the six's crankshaft with flywheel and pulley in all its modes, and the loads of the running model."""
     from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_loads
 
     engine = load_engine("diesel_i6")
@@ -173,7 +173,7 @@ def crankshaft(quick: bool, progress: Progress) -> tuple[ReducedBody, Loads]:
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """Map of the usable share of the cut-off over the number of elastic modes that are kept."""
+    """Compute the map of the usable fraction of the cut-off over the number of retained elastic modes."""
     shaft = uniform_shaft()
     counts = np.unique(np.geomspace(1.0, 120.0, 16 if quick else 40).round())
     shares = np.linspace(0.013, 0.987, 25 if quick else 65)
@@ -223,7 +223,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(static: dict[int, float], kept: Array, usable: Array) -> str:
-    """Explanation of the map, with its figures."""
+    """Return the explanation of the map, with its numbers."""
     needed = next(m for m in range(1, 1000) if zeta(2, m + 1) < ALLOWED * zeta(2))
     (few, error), (many, less) = static.items()
     some = kept >= 10

@@ -1,4 +1,4 @@
-"""Onset of oil whirl with each integrator: numerical damping and the film's own damping.
+"""Stability map of the onset of oil whirl with each integrator, which depends on numerical damping.
 
 A rigid rotor on two of the six's films at constant speed and load; its mass moves it through the threshold of its
 speed parameter, so that the film's equilibrium, K and C stay. Whirl sets in where ω √(c m/W) reaches the threshold of
@@ -46,31 +46,31 @@ from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, Stabil
 ECCENTRICITY = 0.4
 METHODS = ("generalised-alpha:0.6",)
 OTHERS = ("hht:-0.1", "bdf2")
-"""Methods of every map beside backward Euler and the default, and further methods of the full map."""
+"""Methods of every map in addition to backward Euler and the default, and further methods of the full map."""
 LOWEST, HIGHEST = 0.7, 3.0
-"""Bounds of the speed over its threshold within which onset is sought."""
+"""Search range of the onset, as ratios of speed to threshold."""
 LEAST = 0.05
 """Lower bound of the search if whirl has set in at the lowest speed already."""
 APART = 0.15
 """Spacing (ln) of the speeds in the first, coarse search."""
 KICK = 1.0e-4
-"""Distance from the orbit at which the map over a revolution is taken, in clearances and clearances times ω."""
+"""Displacement from the orbit for differences over a revolution, in clearances and clearances times ω."""
 NEWTON = 1.0e-11
-"""Newton tolerance, so that the stage solver's error does not show in differences of KICK."""
+"""Newton tolerance, small enough not to disturb differences of size KICK."""
 _TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
 def threshold_mass(film: LinearFilm, clearance: float) -> float:
-    """Mass on the film (kg) at which it begins to whirl at the present speed."""
+    """Return the mass on the film (kg) at which whirl sets in at the present speed."""
     parameter, _ = whirl_threshold(film.stiffness, film.damping, film.load, clearance, SPEED)
     return parameter**2 * film.load / (clearance * SPEED**2)
 
 
 def film_as_seen(method: str, step: float, law: MapFilm, film: LinearFilm, mass: float) -> LinearFilm:
-    """The film about the place where a method holds the journal under the film's load; step in rad.
+    """Return the film linearised about the journal position at which a method holds its load; step in rad.
 
-    A steady journal r is q = r exp(−iΩt) in the frame. Methods that ask for the film once a step make of its rates
-    what their difference formulas give; those of several stages follow it to their order and are taken as exact.
+    A steady journal r is q = r exp(−iΩt) in the frame. Methods with one film evaluation per step approximate its rates
+    by their difference formulas. Methods with several stages follow it to their order and count as exact.
     """
     table, h = integrator_table(method), step / SPEED
     z = np.exp(-1j * step)
@@ -103,7 +103,7 @@ def film_as_seen(method: str, step: float, law: MapFilm, film: LinearFilm, mass:
 
 
 def linear_growth(method: str, step: float, law: MapFilm, film: LinearFilm, mass: float) -> float:
-    """Growth of the whirl per revolution, ln, of a method on the linear film in the turning frame; step in rad."""
+    """Return the whirl's growth per revolution, ln, of a method on the linear film in the frame; step in rad."""
     seen = film_as_seen(method, step, law, film, mass)
     stiffness, damping = seen.stiffness / mass, seen.damping / mass
 
@@ -115,7 +115,7 @@ def linear_growth(method: str, step: float, law: MapFilm, film: LinearFilm, mass
 
     count = round(2.0 * math.pi / step)
     h, table = 2.0 * math.pi / SPEED / count, integrator_table(method)
-    # The film looks the same again after half a revolution.
+    # The film is periodic in half a revolution.
     half = count // 2 if count % 2 == 0 else count
     over = np.eye(2 * len(carried(table)))
     for k in range(half):
@@ -124,19 +124,19 @@ def linear_growth(method: str, step: float, law: MapFilm, film: LinearFilm, mass
 
 
 def running_growth(method: str, step: float, film: LinearFilm, mass: float) -> float:
-    """The same of the running model, in its film as it is."""
+    """Return the whirl's growth per revolution, ln, of the running model with its nonlinear film; step in rad."""
     simulation = film_rotor(mass, film.load, integrator=method, step=step, newton_tolerance=NEWTON)
     count = round(2.0 * math.pi / step)
     blocks = carried(simulation.model.stages)
     at = modal_places(simulation, [0, 1], [block for block, _ in blocks]).ravel()
-    # A displacement by a clearance, and its rates at the rotor's speed, in modes.
+    # Modal size of a displacement by one clearance, and of its rates at the rotor's speed.
     size = simulation.model.bearings[0, CLEARANCE] * math.sqrt(simulation.body.mass)
     unit = np.repeat([size * SPEED**power for _, power in blocks], 2)
     matrix = np.eye(at.size)
-    # Methods of two steps begin with one that they make up.
+    # Two-step methods begin with an artificial previous step.
     _revolved(simulation, count)
     for _ in range(2):
-        # The orbit that the method closes with, not quite the film's equilibrium.
+        # The method's closed orbit differs slightly from the film's equilibrium.
         start, end = simulation.state, _revolved(simulation, count)
         matrix = _map(simulation, count, start, end, at, unit)
         start[at] += unit * np.linalg.solve(np.eye(at.size) - matrix, (end - start)[at] / unit)
@@ -145,7 +145,7 @@ def running_growth(method: str, step: float, film: LinearFilm, mass: float) -> f
 
 
 def _map(simulation: Simulation, count: int, start: Array, end: Array, at: NDArray[np.intp], unit: Array) -> Array:
-    """Matrix of a revolution about an orbit from ``start`` to ``end``, in ``unit``."""
+    """Return the matrix of a revolution about an orbit from ``start`` to ``end``, scaled by ``unit``."""
     columns = []
     for k in range(at.size):
         beside = start.copy()
@@ -156,7 +156,7 @@ def _map(simulation: Simulation, count: int, start: Array, end: Array, at: NDArr
 
 
 def _revolved(simulation: Simulation, count: int) -> Array:
-    """State after a revolution in ``count`` steps."""
+    """Return the state after a revolution in ``count`` steps."""
     begin, h = simulation.time, 2.0 * math.pi / SPEED / count
     for k in range(count):
         simulation.step(begin + (k + 1) * h)
@@ -178,7 +178,7 @@ def whirl_onset(growth: Callable[[float], float], critical: float, low: float = 
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """The map over step and speed."""
+    """Compute the map over step and speed."""
     degrees = np.array([1.25, 2.5, 5.0, 10.0] if quick else [0.25, 0.5, 1.0, 1.5, 2.5, 4.0, 5.0, 7.5, 10.0, 15.0])
     law: MapFilm = film_law(film_rotor(10.0, 1000.0).model.bearings[0])
     film = film_at(ECCENTRICITY, law)
@@ -224,7 +224,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(methods: tuple[str, ...], degrees: Array, found: Array) -> str:
-    """Explanation of the map, with its figures."""
+    """Return the explanation of the map, with its numbers."""
     at = int(np.argmin(np.abs(degrees - 2.5)))
     errors = [float(np.nanmax(np.abs(row[: at + 1] - 1.0))) for row in found[1:]]
     accurate = ", ".join(f"{m} {100.0 * e:.1g} %" for m, e in zip(methods[1:], errors, strict=True))

@@ -1,4 +1,4 @@
-"""The maps on one page of Markdown: what each says, what its curves were found with, and how far they are apart."""
+"""Markdown page of all maps, with explanations, sources of curves, and deviations from theory."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Deviations are relative, in the parameter that was bisected. `cranktrain stabili
 
 
 def page(maps: Sequence[StabilityMap], pictures: Sequence[str]) -> str:
-    """The page of some maps with the paths of their pictures, as a reader of the page finds them."""
+    """Return the page of some maps, with paths of their pictures relative to the page."""
     parts = [HEAD]
     parts.append("| map | largest difference of what was found from theory |\n| --- | --- |")
     for found in maps:
@@ -40,13 +40,13 @@ def page(maps: Sequence[StabilityMap], pictures: Sequence[str]) -> str:
 
 
 def _verdicts(boundary: Boundary) -> str:
-    """How often the search for a point of the curve gave no value, and what it gave."""
+    """Return a text on points of the curve without a value: verdicts and their numbers."""
     counts = Counter(verdict for verdict in boundary.verdicts if " " in verdict)
     return "".join(f"; {verdict}: {count} of {len(boundary.verdicts)}" for verdict, count in sorted(counts.items()))
 
 
 def shown_deviation(found: StabilityMap) -> str:
-    """The largest deviation as people read it."""
+    """Return the largest deviation as text."""
     return "no theory" if found.max_deviation is None else f"{100.0 * found.max_deviation:.2g} %"
 
 

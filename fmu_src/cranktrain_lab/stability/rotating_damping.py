@@ -1,4 +1,4 @@
-"""Internal damping that turns with the rotor: it damps below a threshold and drives the rotor round above it.
+"""Stability map of internal damping, which rotates with the rotor and destabilises it above a threshold speed.
 
 Laval's (Jeffcott's) rotor: a disc m on a shaft k, an outer damper c_e at rest on the disc, the shaft's own damping c_i
 in the turning frame. In axes at rest m r̈ + (c_e + c_i) ṙ + (k − i c_i Ω) r = 0, unstable above Ω = ω_n (1 + c_e/c_i),
@@ -45,30 +45,30 @@ from cranktrain_lab.stability.stability_map import (
 )
 
 DISC, NATURAL = 50.0, 2.0 * math.pi * 50.0
-"""Mass (kg) and natural frequency (rad/s) of the map's rotor; only ratios matter to it."""
+"""Mass (kg) and natural frequency (rad/s) of the map's rotor; the map depends only on ratios."""
 OUTER = 0.02
-"""c_e over m ω_n: a hundredth of critical."""
+"""Outer damping c_e over m ω_n, a damping ratio of 0.01."""
 HOLD = 1e7
-"""Stiffness of the journals' bearings over the shaft's."""
+"""Ratio of the stiffness of the journals' bearings to the shaft's."""
 USUAL_STEP, EULER_STEP = 2.5, 0.25
-"""Degrees of the rotor's own turning: a usual step, and one at which backward Euler sees the instability at all."""
+"""Steps in degrees of rotation: the usual one, and one at which backward Euler shows the instability at all."""
 SLOWEST, FASTEST = 0.1, 40.0
-"""Speeds over ω_n between which a method's onset is sought."""
+"""Search range of a method's onset, as ratios of speed to ω_n."""
 KICK = 1.0e-8
 """Displacement in modal units by which a step's matrix is taken: small, for the moments of forces at displaced journals
 are of second order in it, and journals on stiff springs answer with large forces."""
 LATERAL = [0, 1, 6, 7]
-"""Modes across: translation, and bending of the disc against the journals."""
+"""Lateral modes: translation, and bending of the disc against the journals."""
 
 
 class Laval:
-    """The rotor in the running model.
+    """Laval rotor in the running model.
 
     Parameters
     ----------
-    mass, natural : of the disc, kg, and its frequency on the shaft, rad/s
+    mass, natural : mass of the disc, kg, and its natural frequency on the shaft, rad/s
     outer, inner : dampers c_e and c_i, N s/m
-    integrator : by name
+    integrator : name of the integrator
     """
 
     def __init__(self, mass: float, natural: float, outer: float, inner: float, integrator: str = "auto") -> None:
@@ -91,7 +91,7 @@ class Laval:
         self._start[modal_places(simulation, LATERAL, list(range(MODAL_BLOCKS)))] = 0.0
 
     def eigenvalues(self, speed: float) -> NDArray[np.complex128]:
-        """Eigenvalues (8,) of the motions across at a speed (rad/s), in the turning frame, from the model's arrays."""
+        """Return eigenvalues (8,) of lateral motions at a speed (rad/s), in the frame, from the model's arrays."""
         model = self.simulation.model
         shapes = model.ports[:6]  # x and y of the three journals
         springs, dampers = (np.repeat(model.bearings[:, k], 2) for k in (K_X, C_X))
@@ -106,11 +106,11 @@ class Laval:
         return np.asarray(np.linalg.eigvals(np.vstack((top, np.hstack((-stiffness[chosen], -damping[chosen]))))))
 
     def growth(self, speed: float) -> float:
-        """Largest growth rate of the motions across, 1/s."""
+        """Return the largest growth rate of lateral motions, 1/s."""
         return float(self.eigenvalues(speed).real.max())
 
     def step_radius(self, speed: float, step: float) -> float:
-        """Spectral radius of one step (rad of crank angle) of the running model at a speed (rad/s)."""
+        """Return the spectral radius of one step (rad of crank angle) of the running model at a speed (rad/s)."""
         simulation, h = self.simulation, step / speed
         blocks = carried(simulation.model.stages)
         at = modal_places(simulation, LATERAL, [block for block, _ in blocks]).ravel()
@@ -136,24 +136,24 @@ class Laval:
 
 
 def methods() -> list[tuple[str, float]]:
-    """Integrators of the map with their steps: the default, generalised-α, backward Euler."""
+    """Return the integrators of the map with their steps: the default, generalised-α, backward Euler."""
     return [(default_method(), default_step()), ("generalised-alpha:0.6", USUAL_STEP), ("backward-euler", EULER_STEP)]
 
 
 def threshold(outer: float, inner: float) -> float:
-    """Speed over ω_n at which inner damping begins to drive the rotor."""
+    """Return the ratio of speed to ω_n above which inner damping destabilises the rotor."""
     return 1.0 + outer / inner
 
 
 def method_radius(method: str, step: float, natural: float, outer: float, inner: float, speed: float) -> float:
-    """Spectral radius of a method's step (rad) on Laval's rotor of unit mass in the frame; dampers over the mass."""
+    """Return the spectral radius of a method's step (rad) on Laval's rotor in the frame, per unit mass."""
     damping = complex(outer + inner, 2.0 * speed)
     stiffness = complex(natural**2 - speed**2, outer * speed)
     return radius(integrator_table(method), step / speed, stiffness, damping)
 
 
 def method_onset(method: str, step: float, outer: float, inner: float) -> Onset:
-    """Speed over ω_n at which a method first sees the rotor unstable; dampers over m ω_n."""
+    """Return the ratio of speed to ω_n at which a method first shows instability; dampers over m ω_n."""
 
     def fails(speed: float) -> bool:
         return method_radius(method, step, 1.0, outer, inner, speed) > 1.0
@@ -162,7 +162,7 @@ def method_onset(method: str, step: float, outer: float, inner: float) -> Onset:
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """The map over speed and the ratio of the dampers."""
+    """Compute the map over speed and ratio of the dampers."""
     ratios = np.geomspace(0.2, 2.0, 6 if quick else 16)
     speeds = np.linspace(0.5, 8.0, 31 if quick else 76)
     outer, chosen = OUTER * NATURAL, methods()
@@ -214,7 +214,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(ratios: Array, closed: Array, found: Array) -> str:
-    """Explanation of the map, with its figures."""
+    """Return the explanation of the map, with its numbers."""
     late = np.where(np.isfinite(found[2]), found[2], math.nan) / closed
     exact = 100.0 * deviation(found[0], closed)
     seen = [math.isfinite(method_onset("backward-euler", math.radians(USUAL_STEP), OUTER, r * OUTER)) for r in ratios]

@@ -1,8 +1,8 @@
-"""A rotor that is simple enough for hand calculation, as a cranktrain of the running model.
+"""Rotor for comparison with hand calculation, as a cranktrain of the running model.
 
-A disc on a shaft in two or three plain bearings; rod and piston weigh nothing, the gas carries nothing. It goes through
-the running model like any crank: reduced body, film laws, stage solver, integrators. The frame's origin is the mass
-centre, bearings are at equal distances to both sides (and at the disc, where there are three).
+The rotor is a disc on a shaft in two or three plain bearings, with massless rod and piston and without gas forces. It
+uses the running model like any crank: reduced body, film laws, stage solver, integrators. The frame's origin is the
+mass centre. Bearings are at equal distances on both sides (and at the disc if there are three).
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
 
 NOTHING = 1.0e-7
-"""Mass (kg) and inertia of massless parts; zero would have no inverse."""
+"""Mass (kg) and inertia of nominally massless parts, because zero cannot be inverted."""
 SPAN = 0.064
 """Distance of the outer bearings from the mass centre, m."""
 SPEED = 2000.0 * RPM
-"""Speed at which steps are crank degrees, rad/s."""
+"""Reference speed for steps in degrees of crank angle, rad/s."""
 
 
 def rotor_engine(bearings: int = 2) -> Engine:
-    """The in-line six's oil and main bearing under a rotor with a rod that weighs nothing."""
+    """Return an engine with the in-line six's oil and main bearing, and with a massless rod."""
     engine = load_engine("diesel_i6")
     width = engine.crankshaft.main_widths[0]
     return replace(
@@ -46,19 +46,19 @@ def rotor_engine(bearings: int = 2) -> Engine:
 
 
 def default_method() -> str:
-    """Integrator that the running model takes where none is named."""
+    """Return the default integrator of the running model."""
     return resolved(Settings(bearings="impedance"), rotor_engine()).integrator
 
 
 def default_step() -> float:
-    """Its step there, degrees."""
+    """Return the default step of the running model, degrees."""
     return math.degrees(resolved(Settings(bearings="impedance"), rotor_engine()).step)
 
 
 def rotor_body(engine: Engine, mass: float, journals: float = 0.0, stiffness: float = 0.0) -> ReducedBody:
-    """Rotor of ``mass`` (kg); with a ``stiffness`` (N/m) its shaft bends between the disc and the outer journals.
+    """Return a rotor of ``mass`` (kg); with a ``stiffness`` (N/m) its shaft bends between disc and outer journals.
 
-    ``journals`` (kg) then is the mass at both outer journals together, the rest is the disc's.
+    ``journals`` (kg) is then the mass of both outer journals together; the disc has the rest.
     """
     polar, diametral = 0.5, 0.4
     count = len(engine.crankshaft.main_widths)
@@ -75,7 +75,7 @@ def rotor_body(engine: Engine, mass: float, journals: float = 0.0, stiffness: fl
         motion = np.eye(6)
         motion[:3, 3:] = [[0.0, along, -y], [-along, 0.0, x], [y, -x, 0.0]]
         shapes[k, :, :6] = motion * unit
-    # Second moments of a rotor that is round: ∫ρ z² and ∫ρ x² = ∫ρ y².
+    # Second moments of an axisymmetric rotor: ∫ρ z² and ∫ρ x² = ∫ρ y².
     along2, across2 = diametral - 0.5 * polar, 0.5 * polar
     gyroscopic, centrifugal, stress = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
     gyroscopic[0, 1], gyroscopic[1, 0] = -1.0, 1.0
@@ -85,7 +85,7 @@ def rotor_body(engine: Engine, mass: float, journals: float = 0.0, stiffness: fl
     omega, translation = np.zeros(n), np.zeros((3, n))
     translation[range(3), range(3)] = math.sqrt(mass)
     if n > 6:
-        # Disc against journals: their momentum vanishes, their modal mass is one.
+        # In the bending mode disc and journals have zero total momentum and unit modal mass.
         disc = mass - journals
         omega[6:] = math.sqrt(stiffness * mass / (disc * journals))
         here, there = math.sqrt(journals / (disc * mass)), -math.sqrt(disc / (journals * mass))
@@ -103,7 +103,7 @@ def rotor_body(engine: Engine, mass: float, journals: float = 0.0, stiffness: fl
 
 
 def film_rotor(mass: float, load: float, speed: float = SPEED, **choices: Any) -> Simulation:
-    """A started simulation of a rigid rotor on two films; ``mass`` (kg) and ``load`` (N) of each bearing, rad/s."""
+    """Return a started simulation of a rigid rotor on two films, with mass (kg) and load (N) per bearing."""
     engine = rotor_engine()
     settings = Settings(crank="rigid", bearings="impedance", gas_source="input", gravity=load / mass, **choices)
     simulation = Simulation(engine, rotor_body(engine, 2.0 * mass), settings)
@@ -114,7 +114,7 @@ def film_rotor(mass: float, load: float, speed: float = SPEED, **choices: Any) -
 
 @dataclass(frozen=True, eq=False)
 class LinearFilm:
-    """A journal's film about its equilibrium, axes at rest, y up; the journal's force is −K u − C u̇.
+    """Film linearised about a journal's equilibrium, axes at rest, y up, with force −K u − C u̇ on the journal.
 
     ``place`` (2,) m, ``stiffness`` and ``damping`` (2, 2) N/m and N s/m, ``load`` N downwards.
     """
@@ -126,16 +126,16 @@ class LinearFilm:
 
 
 def film_law(bearing: Array) -> MapFilm:
-    """The film of a bearing's parameters, with its map."""
+    """Return the film law of a bearing's parameters, with its map."""
     clearance, factor, height, load = (float(bearing[k]) for k in (CLEARANCE, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD))
     return MapFilm(clearance, factor, height, load, impedance_map(float(bearing[KAPPA2])))
 
 
 def film_at(eccentricity: float, law: MapFilm, speed: float = SPEED) -> LinearFilm:
-    """The film's equilibrium at an eccentricity (share of the clearance), with its exact tangents."""
+    """Return the film's equilibrium at an eccentricity (fraction of the clearance), with exact tangents."""
     out = np.zeros(16)
     journal_force(eccentricity * law.clearance, 0.0, 0.0, 0.0, 0.5 * speed, law, out)
-    # Turn the force to point up.
+    # Rotate so that the force points up.
     angle = 0.5 * math.pi - math.atan2(out[1], out[0])
     cos, sin = math.cos(angle), math.sin(angle)
     turn = np.array([[cos, -sin], [sin, cos]])
@@ -148,6 +148,6 @@ def film_at(eccentricity: float, law: MapFilm, speed: float = SPEED) -> LinearFi
 
 
 def modal_places(simulation: Simulation, modes: list[int], blocks: list[int]) -> NDArray[np.intp]:
-    """Places (blocks, modes) in the state of some modes' position, velocity and what else integrators keep of them."""
+    """Return state indices (blocks, modes) of some modes: position, velocity and other data of integrators."""
     n = simulation.model.omega2.size
     return np.array([[offset(block, n) + k for k in modes] for block in blocks])

@@ -1,4 +1,4 @@
-"""A stability map: two parameters, where a method holds and where it fails, and the curves between.
+"""Stability map of a method over two parameters, with stable and unstable regions and boundary curves.
 
 A map sets a *numerical* boundary, found by bisection with the product's kernels and integrators, beside a *theoretical*
 one from a stability function, an eigenvalue or a closed form. Points of curves are (column value, row value).
@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from cranktrain.core.types import Array
 
 Progress = Callable[[str, float], None]
-"""Told the stage at work and the share of the map that is done, 0 to 1."""
+"""Function that is called with the stage and the completed fraction of the map, 0 to 1."""
 Refine = Callable[[float, float], float]
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One parameter of a map: ascending ``values`` (n,), drawn over a logarithm where ``log``."""
+    """Parameter of a map, with ascending ``values`` (n,), drawn on a logarithmic scale if ``log``."""
 
     name: str
     unit: str
@@ -33,15 +33,15 @@ class Axis:
 
     @property
     def label(self) -> str:
-        """Name and unit, as an axis carries them."""
+        """Label of the axis, with name and unit."""
         return f"{self.name} / {self.unit}" if self.unit else self.name
 
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """A curve in a map: ``points`` (k, 2) [column value, row value]; ``source`` says what it was found with.
+    """Curve in a map, with ``points`` (k, 2) [column value, row value] and ``source``, the method of computation.
 
-    ``verdicts`` says of each value that was looked at what the search gave: a value, ``stable to …`` or ``below …``.
+    ``verdicts`` has the result of each search: a value, ``stable to …`` or ``below …``.
     """
 
     label: str
@@ -52,20 +52,20 @@ class Boundary:
 
 @dataclass(frozen=True, eq=False)
 class StabilityMap:
-    """Where a method holds.
+    """Stability map of a method.
 
     Attributes
     ----------
-    name, title : as in the registry, and as drawn
-    rows, columns : the two parameters, r and c values
-    stable : (r, c) bool
-    measure : (r, c) what stability is read from (a spectral radius, a number of halvings), or None
-    measure_label : its name with unit
+    name, title : name in the registry, and title of the picture
+    rows, columns : parameters, with r and c values
+    stable : (r, c) True if stable
+    measure : (r, c) quantity that shows stability (spectral radius, number of halvings), or None
+    measure_label : name of the measure, with unit
     theory, numerical : boundaries from theory, and by bisection with the product's kernels
     max_deviation : largest relative difference of a numerical boundary from its theory, in the parameter that was
         bisected; None where no theory exists, infinite where only one of both has a boundary
     explanation : three to six lines: what fails, why, what to do
-    failure : what ``stable`` being false means, in a word or few for the legend
+    failure : meaning of ``stable`` = False, in few words for the legend
     """
 
     name: str
@@ -83,10 +83,10 @@ class StabilityMap:
 
 
 class Onset(float):
-    """Parameter from which on a method fails: the value itself, never ``nan``.
+    """Parameter value above which a method fails; never ``nan``.
 
-    Infinite where the method holds up to ``limit``, the largest value looked at. Where it fails at the least value
-    looked at already it is that value, with ``below`` true.
+    It is infinite if the method is stable up to ``limit``, the largest tested value. If the method already fails at the
+    least tested value, it is this value with ``below`` true.
     """
 
     below: bool
@@ -100,15 +100,15 @@ class Onset(float):
 
     @property
     def found(self) -> bool:
-        """Whether it is a value between a place that holds and one that fails."""
+        """True if the value lies between a stable and a failing test."""
         return math.isfinite(self) and not self.below
 
     def scaled(self, factor: float) -> Onset:
-        """The same in another unit."""
+        """Return the onset in another unit."""
         return Onset(factor * self, self.below, factor * self.limit)
 
     def __str__(self) -> str:
-        """The verdict, as a map's curve carries it."""
+        """Return the verdict as text for a curve."""
         if math.isinf(self):
             return f"stable to {self.limit:.4g}"
         return f"{'below ' if self.below else ''}{float(self):.4g}"
@@ -117,10 +117,10 @@ class Onset(float):
 def onset(
     fails: Callable[[float], bool], places: Array, tolerance: float, least: float, refine: Refine | None = None
 ) -> Onset:
-    """First value at which a method begins to fail, looked for at ascending ``places`` (k,) > 0.
+    """Search the first value at which a method fails, at ascending ``places`` (k,) > 0.
 
-    Where it fails at the first place already, the search goes on below it, by halving, down to ``least``. ``refine``
-    (low, high) finds the value between a place that holds and one that fails; by default bisection to ``tolerance``.
+    If the method fails at the first place, the search continues below it, by halving, down to ``least``. ``refine``
+    (low, high) finds the value between a stable and a failing place, by default by bisection to ``tolerance``.
     """
     refine = refine or (lambda low, high: bisected(fails, low, high, tolerance))
     first = float(places[0])
@@ -138,9 +138,9 @@ def onset(
 
 
 def bisected(fails: Callable[[float], bool], low: float, high: float, tolerance: float) -> float:
-    """Parameter between ``low`` and ``high`` at which ``fails`` changes, to a relative ``tolerance``.
+    """Return the parameter between ``low`` and ``high`` at which ``fails`` changes, to a relative ``tolerance``.
 
-    Positive bounds are halved by their ratio. ``nan`` where ``fails`` is the same at both.
+    Positive bounds are bisected geometrically. The result is ``nan`` if ``fails`` is equal at both.
     """
     at_low = fails(low)
     if fails(high) == at_low:
@@ -156,9 +156,9 @@ def bisected(fails: Callable[[float], bool], low: float, high: float, tolerance:
 
 
 def deviation(numerical: Array, theory: Array) -> float:
-    """Largest relative difference of two boundaries (k,); ``nan`` where neither has a point.
+    """Return the largest relative difference of two boundaries (k,); ``nan`` if neither has a point.
 
-    Infinite where only one of them has a point: a boundary that a search lost is no agreement.
+    It is infinite if only one of them has a point, because a missing boundary is no agreement.
     """
     numerical, theory = np.asarray(numerical, dtype=float), np.asarray(theory, dtype=float)
     both = np.isfinite(numerical) & np.isfinite(theory)
@@ -170,7 +170,7 @@ def deviation(numerical: Array, theory: Array) -> float:
 
 
 def curve(label: str, columns: Sequence[float] | Array, rows: Sequence[float] | Array, source: str) -> Boundary:
-    """Boundary through the points at which both coordinates are known; onsets among them leave their verdicts."""
+    """Return the boundary through points with both coordinates known, with verdicts of onsets."""
     onsets = [value for values in (columns, rows) for value in values if isinstance(value, Onset)]
     points = np.column_stack((columns, rows)).astype(float)
     known = np.isfinite(points).all(axis=1) & (np.array([value.found for value in onsets]) if onsets else True)
@@ -178,9 +178,9 @@ def curve(label: str, columns: Sequence[float] | Array, rows: Sequence[float] | 
 
 
 def as_record(found: StabilityMap) -> dict[str, Any]:
-    """The map in plain values, as JSON keeps it: see the verb ``stability``.
+    """Convert a map to plain values for JSON.
 
-    What is no finite number is None; an infinite ``max_deviation`` is ``"inf"``.
+    Non-finite numbers become None; an infinite ``max_deviation`` becomes ``"inf"``.
     """
     record = _plain(found)
     del record["name"]
@@ -190,7 +190,7 @@ def as_record(found: StabilityMap) -> dict[str, Any]:
 
 
 def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
-    """The map that :func:`as_record` wrote; ``KeyError``, ``TypeError`` or ``ValueError`` where it is none."""
+    """Restore a map from :func:`as_record`; ``KeyError``, ``TypeError`` or ``ValueError`` for invalid data."""
     plain = dict(record)
     axes = plain.pop("axes")
     for which in ("rows", "columns"):
@@ -218,7 +218,7 @@ def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
 
 
 def _plain(value: Any) -> Any:
-    """Dataclasses, tuples and arrays as JSON holds them."""
+    """Convert dataclasses, tuples and arrays to JSON types."""
     if is_dataclass(value):
         return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, list | tuple | np.ndarray):

@@ -1,4 +1,4 @@
-"""Longest explicit step in a stiff film, and longest implicit step of the running model.
+"""Stability map of the longest explicit step in a stiff film, and of the longest implicit step of the running model.
 
 A journal of 10 kg a bearing in the six's film at 2000 rev/min. Near its equilibrium the film is a stiffness K and a
 damping C that both grow without end as the gap closes; the largest |λ| of m ü + C u̇ + K u = 0 is some C/m, a motion
@@ -47,28 +47,28 @@ LOAD = 1000.0
 """Load (N) of the model that the bearing's data are read from; the journal is then placed at the wanted
 eccentricity."""
 STEPS, LIMIT = 4000, 100.0
-"""Explicit steps at most until the fastest motion has grown or died by LIMIT."""
+"""Largest number of explicit steps, and factor of growth or decay of the fastest motion at which they end."""
 KICK = 1.0e-4
-"""Initial velocity of that motion over the surface speed: small, so that the force of the film is linear."""
+"""Initial velocity of the fastest motion over the surface speed, small enough for a linear film force."""
 RADIUS = 1.0 + 1.0e-9
-"""Spectral radius that counts as growth: one plus rounding."""
+"""Spectral radius above which motion counts as growing (one plus rounding)."""
 BLOW = 30.0
-"""Factor by which the journal's load grows at once."""
+"""Factor of the sudden increase of the journal's load."""
 LONGEST, LEAST = 90.0, 1.0e-3
 """Longest step of the running model that is tried, degrees, and the shortest, for films that reject 0.1 degrees."""
 
 
 BRACKET, LEAST_SHARE = np.array([0.5, 5.0]), 1.0e-3
-"""Steps over 1/|λ| of the fastest motion between which an explicit method is expected to fail, and the least tried."""
+"""Search range of an explicit method's limit, and least step tried, in units of 1/|λ| of the fastest motion."""
 
 
 def journal_system(film: LinearFilm, mass: float) -> Array:
-    """First-order matrix (4, 4) of a journal in its linear film."""
+    """Return the first-order matrix (4, 4) of a journal in its linear film."""
     return np.block([[np.zeros((2, 2)), np.eye(2)], [-film.stiffness / mass, -film.damping / mass]])
 
 
 def theoretical_limit(method: str, system: Array) -> Onset:
-    """Longest stable step of an explicit method, s."""
+    """Return the longest stable step of an explicit method by theory, s."""
     shortest = 1.0 / float(np.abs(np.linalg.eigvals(system)).max())
 
     def fails(h: float) -> bool:
@@ -78,7 +78,7 @@ def theoretical_limit(method: str, system: Array) -> Onset:
 
 
 def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> Onset:
-    """Longest step at which the method, marched in the film as it is, lets the fastest motion die, s."""
+    """Return the longest step, s, at which the fastest motion decays with the method in the nonlinear film."""
     system = journal_system(film, mass)
     left, right = _fastest(system)
     shortest = 1.0 / float(np.abs(np.linalg.eigvals(system)).max())
@@ -96,7 +96,7 @@ def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> O
 
 
 def product_limit(film: LinearFilm, mass: float, tried: int) -> Onset:
-    """Shortest step (rad) of the running model that Newton's iteration rejects after the blow."""
+    """Return the shortest step (rad) of the running model that Newton's iteration rejects after the load increase."""
     simulation = film_rotor(mass, film.load)
     simulation.model.scalars[at.GRAVITY] *= BLOW
     start = simulation.state
@@ -112,7 +112,7 @@ def product_limit(film: LinearFilm, mass: float, tried: int) -> Onset:
 
 
 def _fastest(system: Array) -> tuple[Array, Array]:
-    """Left and right eigenvector (4,) of the fastest motion, which does not swing."""
+    """Return left and right eigenvector (4,) of the fastest motion, which does not oscillate."""
     values, right = np.linalg.eig(system)
     others, left = np.linalg.eig(system.T)
     k = int(np.abs(values).argmax())
@@ -120,7 +120,7 @@ def _fastest(system: Array) -> tuple[Array, Array]:
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """The map over step and film stiffness."""
+    """Compute the map over step and film stiffness."""
     count, tried = (8, 21) if quick else (20, 61)
     eccentricities = 1.0 - np.geomspace(0.9, 0.02, count)
     law = film_law(film_rotor(MASS, LOAD).model.bearings[0])
@@ -164,7 +164,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def _explanation(marched: Array, eccentricities: Array, rejected: Array) -> str:
-    """Explanation of the map, with its figures."""
+    """Return the explanation of the map, with its numbers."""
     failing = np.isfinite(rejected)
     newton = (
         f"A film at eccentricity {eccentricities[failing][0]:.2f} or above that takes a thirtyfold blow makes the "

@@ -1,4 +1,4 @@
-"""Two masses, each a simulation of its own, and the minimal master that couples them.
+"""Two masses as separate simulations, coupled by a minimal master.
 
     m₁ ẍ₁ = −c₁ x₁ − d₁ ẋ₁ + F,   m₂ ẍ₂ = −c₂ x₂ − d₂ ẋ₂ − F,   F = c_c (x₂ − x₁) + d_c (ẋ₂ − ẋ₁)
 
@@ -34,13 +34,13 @@ from cranktrain_lab.stability.stability_map import Onset, onset
 DECOMPOSITIONS = {"force/displacement": 0, "displacement/displacement": 1}
 SEQUENCES = {"jacobi": 0, "gauss-seidel 1-2": 1, "gauss-seidel 2-1": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "quadratic": 2}
-# Coupled state: x₁, v₁, x₂, v₂, then of each slave's two inputs the values now and at the last two points.
+# Coupled state: x₁, v₁, x₂, v₂, then for each slave's two inputs the present values and those at the last two points.
 SIZE = 16
 _FIRST_INPUT, _SECOND_INPUT = 4, 10
 INTEGRATOR = integrator_table("sdirk4")
 """Integrator of the slaves. All its stages are implicit, so it needs no initial acceleration."""
 INNER_STEP = 0.15
-"""Its step over 1/ω of the slave's fastest motion."""
+"""Step of this integrator in units of 1/ω of the slave's fastest motion."""
 SHORTEST_SHARE, SCANNED, LEAST_SHARE = 2.0e-2, 90, 1.0e-6
 """Search for instability: first communication step over the longest, number of steps, and the shortest step over the
 longest, to which the search continues if the first step is unstable."""
@@ -48,7 +48,7 @@ longest, to which the search continues if the first step is unstable."""
 
 @dataclass(frozen=True)
 class TwoMass:
-    """Masses, springs and dampers to ground, and what couples them; any consistent units."""
+    """Masses, springs and dampers to ground, and coupling spring and damper, in consistent units."""
 
     m1: float = 1.0
     m2: float = 1.0
@@ -79,9 +79,9 @@ class Coupling:
 
 
 def amplification(masses: TwoMass, coupling: Coupling, step: float, inner_step: float | None = None) -> Array:
-    """Matrix (16, 16) that one communication step applies to the coupled state.
+    """Return the matrix (16, 16) of one communication step for the coupled state.
 
-    Slaves are solved exactly, or integrate by themselves in steps of ``inner_step`` over 1/ω of the faster one.
+    Slaves are solved exactly, or with ``inner_step`` integrated with this step in units of 1/ω of the faster one.
     """
     degree = RECONSTRUCTIONS[coupling.reconstruction]
     known, renewed = _polynomial(degree, 0), _polynomial(degree, 1)
@@ -122,12 +122,12 @@ def amplification(masses: TwoMass, coupling: Coupling, step: float, inner_step: 
 
 
 def spectral_radius(masses: TwoMass, coupling: Coupling, step: float, inner_step: float | None = None) -> float:
-    """Factor by which the coupled motion grows in a communication step in the long run."""
+    """Return the asymptotic growth factor of the coupled motion per communication step."""
     return float(np.abs(np.linalg.eigvals(amplification(masses, coupling, step, inner_step))).max())
 
 
 def critical_step(masses: TwoMass, coupling: Coupling, longest: float, tolerance: float = 1.0e-12) -> Onset:
-    """Smallest communication step at which the coupled motion begins to grow; infinite where none to ``longest``."""
+    """Return the smallest communication step at which the coupled motion grows; infinite if none to ``longest``."""
 
     def unstable(step: float) -> bool:
         return spectral_radius(masses, coupling, step) > 1.0
@@ -137,12 +137,12 @@ def critical_step(masses: TwoMass, coupling: Coupling, longest: float, tolerance
 
 
 def growth(masses: TwoMass, coupling: Coupling, step: float) -> float:
-    """Logarithm by which the motion of coupled slaves that integrate grows per communication step."""
+    """Return the logarithmic growth per communication step of coupled slaves with their own integrators."""
     return math.log(spectral_radius(masses, coupling, step, INNER_STEP))
 
 
 def simulated_onset(masses: TwoMass, coupling: Coupling, low: float, high: float) -> Onset:
-    """Communication step at which slaves that integrate begin to grow, looked for between ``low`` and ``high`` first.
+    """Return the communication step at which integrating slaves begin to grow, searched from ``low`` to ``high``.
 
     If they already grow at ``low``, smaller steps are searched. The result is infinite if they do not grow at ``high``.
     """
@@ -151,12 +151,12 @@ def simulated_onset(masses: TwoMass, coupling: Coupling, low: float, high: float
 
 
 def _polynomial(degree: int, newest: int) -> Array:
-    """Coefficients (degree + 1, degree + 1) of τ^k from values at τ = newest, newest − 1, ...; a step ends at 1."""
+    """Return coefficients (degree + 1, degree + 1) of τ^k from values at τ = newest, newest − 1, …; steps end at 1."""
     return np.asarray(np.linalg.inv(np.vander(newest - np.arange(degree + 1.0), increasing=True)))
 
 
 def _slaves(masses: TwoMass, coupling: Coupling) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Both slaves' matrices (2, 2) of motion and of inputs."""
+    """Return both slaves' matrices (2, 2) of motion and of inputs."""
     m = masses
     shared = DECOMPOSITIONS[coupling.decomposition]
 
@@ -171,13 +171,13 @@ def _slaves(masses: TwoMass, coupling: Coupling) -> tuple[tuple[Array, Array], t
 
 
 def _propagation(motion: Array, inputs: Array, step: float, degree: int) -> tuple[Array, list[Array]]:
-    """Flow over a step, and the answers (2, 2) to inputs that go with (τ/H)^k, k up to ``degree``."""
+    """Return the flow over a step, and responses (2, 2) to inputs proportional to (τ/H)^k, k up to ``degree``."""
     n = 2 * (degree + 2)
     system = np.zeros((n, n))
     system[:2, :2] = motion * step
     system[:2, 2:4] = inputs * step
     for k in range(degree):
-        # A chain of integrators makes τ^k/k!.
+        # A chain of integrators generates τ^k/k!.
         system[2 + 2 * k : 4 + 2 * k, 4 + 2 * k : 6 + 2 * k] = np.eye(2)
     flow = expm(system)
     answers = [math.factorial(k) * flow[:2, 2 + 2 * k : 4 + 2 * k] for k in range(degree + 1)]
@@ -185,9 +185,9 @@ def _propagation(motion: Array, inputs: Array, step: float, degree: int) -> tupl
 
 
 def _integrated(motion: Array, inputs: Array, step: float, degree: int, inner: int) -> tuple[Array, list[Array]]:
-    """What :func:`_propagation` gives, of a slave that takes ``inner`` steps of its integrator."""
+    """Return flow and responses as :func:`_propagation`, for a slave with ``inner`` steps of its integrator."""
     h, n = step / inner, degree + 2
-    # Besides the motion the powers of the time within a step, as forces of constant size.
+    # The state also contains powers of the time within a step, which act as forces.
     damping = np.zeros((n, n))
     damping[0, 0] = -motion[1, 1]
 
@@ -197,7 +197,7 @@ def _integrated(motion: Array, inputs: Array, step: float, degree: int, inner: i
         return stiffness, damping
 
     matrix = step_matrix(INTEGRATOR, h, system).real[[0, n]]
-    # The same powers of the time from the end of a step on: (1 + s)^k.
+    # The powers of the time relative to the end of a step: (1 + s)^k.
     on = np.array([[math.comb(k, j) for k in range(degree + 1)] for j in range(degree + 1)])
     once = np.block([[matrix[:, [0, n]], matrix[:, 1:n]], [np.zeros((degree + 1, 2)), on]])
     whole = np.linalg.matrix_power(once, inner)[:2]

@@ -1,4 +1,4 @@
-"""Parametric resonance: a crank whose rod makes its inertia vary as it turns, on a shaft that is a spring.
+"""Stability map of parametric resonance: a crank on an elastic shaft, whose inertia varies with the angle by its rod.
 
 A piston on a very long rod gives the crank J(θ) = J₀ (1 − ε cos 2θ). With the shaft's stiffness k and the angle
 φ by which the crank leads uniform rotation θ = Ω t, small motions about it obey
@@ -48,11 +48,11 @@ from cranktrain_lab.stability.rotor import NOTHING, rotor_body, rotor_engine
 from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
 
 THROW, NATURAL = 0.5, 100.0
-"""Throw (m) and natural angular frequency ω_n (rad/s) of the crank: any will do."""
+"""Throw (m) and natural angular frequency ω_n (rad/s) of the crank, chosen arbitrarily."""
 LENGTH = 1.0e4
-"""Length of the rod over the throw: its own slant then adds 1e-4 to the law of inertia."""
+"""Ratio of rod length to throw, at which the rod's obliquity changes the inertia by 1e-4."""
 STIFF = 1.0e12
-"""Stiffness of the bearings, N/m: so high that they do not take part."""
+"""Stiffness of the bearings, N/m, high enough to have no effect."""
 STEP = math.radians(2.5)
 INTEGRATOR = "sdirk4"
 """Step of the runs, and an integrator whose stages are all implicit: it needs no acceleration to
@@ -60,9 +60,9 @@ start with."""
 KICK = 1.0e-4
 """Initial displacement (rad), and initial velocity over Ω, of the displaced runs."""
 GROWS = 1.0e-4
-"""Growth over half a turn that counts; errors of differences and of the integrator are smaller."""
+"""Least growth over half a turn that counts as unstable; numerical errors are smaller."""
 BANDS = {1: (0.6, 1.15), 2: (1.85, 2.01)}
-"""Range of ν in which the bands about 1 and 2 lie for the ε of the map."""
+"""Ranges of ν that contain the bands about 1 and 2 for the ε of the map."""
 WIDER = np.array([1.5, 3.0, 6.0])
 """Distances from the middle of a band, in half widths, at which a stable motion is searched, one after the other."""
 ZOOMS, ZOOMED = 6, 41
@@ -80,14 +80,14 @@ What to do: keep speeds away from ω_n and ω_n/2, spread the reciprocating mass
 
 @dataclass(frozen=True, eq=False)
 class SingleCrank:
-    """A started crank with one rod; ``epsilon`` is the share by which its inertia varies."""
+    """Started crank with one rod; ``epsilon`` is the relative variation of its inertia."""
 
     simulation: Simulation
     epsilon: float
 
     @classmethod
     def of(cls, epsilon: float) -> SingleCrank:
-        """Crank of the running model whose mean inertia and shaft give ω_n."""
+        """Return a crank of the running model whose mean inertia and shaft give ω_n."""
         engine = rotor_engine()
         engine = replace(engine, crankshaft=replace(engine.crankshaft, throw=THROW))
         body = rotor_body(engine, 1.0e4)
@@ -97,7 +97,7 @@ class SingleCrank:
         engine = replace(
             engine,
             cylinders=replace(engine.cylinders, piston_mass=2.0 * mean * epsilon / THROW**2),
-            # Two point masses: no remainder inertia.
+            # The rod is equal to two point masses, without residual inertia.
             rod=replace(engine.rod, length=LENGTH * THROW, inertia=0.5 * NOTHING * (LENGTH * THROW) ** 2),
             main_bearing=replace(bearing.in_rigid_bores, stiffness_x=STIFF, stiffness_y=STIFF),
             drive_line=replace(
@@ -106,7 +106,7 @@ class SingleCrank:
         )  # fmt: skip
         settings = Settings(
             crank="rigid", bearings="linear", gas_source="input", gravity=0.0, integrator=INTEGRATOR,
-            # One step to a communication step even where the wobbling shaft runs fast.
+            # The step is long enough for one step per communication step even at the shaft's highest speed.
             step=2.0 * STEP, reconstruction="interpolate", newton_tolerance=1.0e-11,
         )  # fmt: skip
         simulation = Simulation(engine, body, settings)
@@ -115,12 +115,12 @@ class SingleCrank:
         return cls(simulation, epsilon)
 
     def monodromy(self, nu: float, kick: float = KICK) -> Array:
-        """Matrix (2, 2) that half a turn at Ω = ω_n/ν applies to (φ, φ̇/Ω)."""
+        """Return the matrix (2, 2) of half a turn at Ω = ω_n/ν for (φ, φ̇/Ω)."""
         rest, displaced, hastened = (self.after(nu, *start) for start in ((0.0, 0.0), (kick, 0.0), (0.0, kick)))
         return np.column_stack((displaced - rest, hastened - rest)) / kick
 
     def after(self, nu: float, lead: float, rate: float, half_turns: int = 1) -> Array:
-        """φ and φ̇/Ω (2,) half turns after the crank stood at ``lead`` and ran ahead by ``rate``."""
+        """Return φ and φ̇/Ω (2,) a number of half turns after initial values ``lead`` and ``rate``."""
         simulation = self.simulation
         speed = NATURAL / nu
         wobble = 2.0 * self.epsilon / nu**2
@@ -148,12 +148,12 @@ class SingleCrank:
         return np.array([angle, (end[SHAFT_SPEED] + end[LEAD_SPEED] + unit * end[v]) / speed - 1.0])
 
     def growth(self, nu: float) -> float:
-        """Largest factor of growth over half a turn, as the product's runs show it."""
+        """Return the largest growth factor over half a turn in the product's runs."""
         return float(np.abs(np.linalg.eigvals(self.monodromy(nu))).max())
 
 
 def floquet(epsilon: float, nu: Array, steps: int = 400) -> tuple[Array, Array]:
-    """Trace and determinant (k,) of the exact monodromy matrix over θ = π, by Runge–Kutta steps of order four."""
+    """Return trace and determinant (k,) of the exact monodromy matrix over θ = π, by fourth-order Runge–Kutta steps."""
     nu = np.atleast_1d(np.asarray(nu, dtype=float))
     y = np.zeros((2, 2, nu.size))
     y[0, 0] = y[1, 1] = 1.0
@@ -175,7 +175,7 @@ def floquet(epsilon: float, nu: Array, steps: int = 400) -> tuple[Array, Array]:
 
 
 def exact_band(epsilon: float, band: int) -> tuple[float, float]:
-    """Lower and upper ν of a band of instability, from the exact monodromy matrix; not numbers where there is none."""
+    """Return lower and upper ν of a band of instability, from the exact monodromy matrix; NaN if there is none."""
     # The trace is −2 at the edges of the first band, +2 at those of the second.
     sign = -1.0 if band % 2 else 1.0
 
@@ -204,9 +204,9 @@ def exact_band(epsilon: float, band: int) -> tuple[float, float]:
 
 
 def found_band(crank: SingleCrank, about: tuple[float, float], tolerance: float = 2.0e-5) -> tuple[float, float]:
-    """Lower and upper ν between which the product's crank grows; looked for from the middle of ``about`` outwards.
+    """Return lower and upper ν of the band in which the product's crank grows, searched from the middle of ``about``.
 
-    Where it grows at ``WIDER`` times the half width of ``about`` too, or not in the middle, an edge is not a number.
+    An edge is NaN if there is growth even at ``WIDER`` times the half width of ``about``, or none in the middle.
     """
     if not np.isfinite(about).all():
         return math.nan, math.nan
@@ -227,11 +227,11 @@ def found_band(crank: SingleCrank, about: tuple[float, float], tolerance: float 
 
 
 LARGEST, LOWEST = 0.3, 0.8
-"""Share ε and ν to which the map goes: beyond 2 ε = ν² the far end of the shaft would have to turn backwards."""
+"""Largest ε and least ν of the map; beyond 2 ε = ν² the far end of the shaft would have to rotate backwards."""
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """Map of the share by which inertia varies over ν = ω_n/Ω."""
+    """Compute the map of the relative variation of inertia over ν = ω_n/Ω."""
     shares = np.linspace(0.05, LARGEST, 5 if quick else 16)
     ratios = np.linspace(LOWEST, 2.1, 27 if quick else 79)
     growth = np.zeros((shares.size, ratios.size))
@@ -246,7 +246,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             for side in (0, 1):
                 edges[band, side][:, i] = exact[side], found[side]
     theory, simulated = [], []
-    # A band is one curve: down its lower edge, up its upper one.
+    # A band is one curve along its lower edge and back along its upper edge.
     rows = np.concatenate((shares[::-1], shares))
     for band in BANDS:
         both = np.concatenate((edges[band, 0][:, ::-1], edges[band, 1]), axis=1)

@@ -1,1 +1,1 @@
-"""Accuracy against speed: cost and error of each choice of method, level and resolution."""
+"""Study of accuracy against speed, with cost and error of each choice of method, level and resolution."""

@@ -1,4 +1,4 @@
-"""A case: everything that decides one run, so that equal cases need not run twice."""
+"""Case of the study: all settings that determine one run, so that equal cases run only once."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 
 CYCLES = 6
-"""Cycles of a run from a settled start, after which the transient due to its own method and step has decayed."""
+"""Number of cycles of a run, after which the transient due to its own method and step has decayed."""
 GRID_DEG = 1.0
 COMMUNICATION_DEG = 3.0
-"""Outputs are kept every 3 degrees or at the next multiple of the step: no method pays for more than another."""
+"""Interval of stored outputs, degrees (or the next multiple of the step), so that output costs are equal."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One run; angles rad.
+    """Settings of one run; angles in rad.
 
     Attributes
     ----------
     settings : levels, integrator and step
-    cutoff_hz : of the crank's elastic modes; None as the engine file says
-    interval_deg : degrees between kept outputs; None: see ``COMMUNICATION_DEG``
+    cutoff_hz : cut-off frequency of the crank's elastic modes; None for that of the engine file
+    interval_deg : degrees between stored outputs; None: see ``COMMUNICATION_DEG``
     coupled_deg : communication step of a master that gives the pressures; None: built-in trace
     scheme, exchange : of a master that couples the cranktrain with the combustion, and who reconstructs pressures
         (:data:`cranktrain_lab.coupling.modules.RECONSTRUCTIONS`); None: the master's pressures are those of the trace
@@ -50,7 +50,7 @@ class Case:
 
     @property
     def levels(self) -> Settings:
-        """Settings with nothing left open."""
+        """Settings with all defaults resolved."""
         return resolved(self.settings, self.engine)
 
     @property
@@ -60,7 +60,7 @@ class Case:
 
     @property
     def kept_deg(self) -> float:
-        """Degrees between kept outputs."""
+        """Degrees between stored outputs."""
         if self.interval_deg is not None:
             return self.interval_deg
         if self.coupled_deg is not None:
@@ -78,7 +78,7 @@ class Case:
         return self.cycles * self.period
 
     def parameters(self) -> dict[str, Any]:
-        """The choice in numbers and names, as points hold it."""
+        """Return the choice in numbers and names, as stored in points."""
         levels = self.levels
         found: dict[str, Any] = {
             "speed_rpm": round(self.speed / RPM, 6),

@@ -1,4 +1,4 @@
-"""Pictures of the study: a chart for each family, and all that belongs together in one with its Pareto front."""
+"""Pictures of the study: a chart for each family, and an overall chart with Pareto front."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AXES = {
     "mesh": ("mesh_size_mm", "largest element edge / mm"),
     "pressure": ("trace_deg", "spacing of the trace's samples / deg"),
 }
-"""Families whose choices cost nearly the same are drawn over the chosen quantity instead of the cost."""
+"""Quantity on the horizontal axis for families whose choices have nearly equal cost."""
 KINDS = {
     NUMERICAL: "numerical error: same model, finer step",
     TOP: "model error: against the top of its ladder",
@@ -26,23 +26,23 @@ KINDS = {
 }
 MARKS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*")
 LEAST = 1.0e-9
-"""Errors below it are drawn there."""
+"""Least error in charts; smaller ones are drawn at this value."""
 FARTHEST = 30.0
-"""Errors above this only mean that the answer is lost, so they are not drawn."""
+"""Largest error in charts; larger ones only mean a useless result and are not drawn."""
 MARK = 6.0
-"""Half the size of a mark in a picture's dots, as labels see it."""
+"""Half the size of a mark, in points, for placing labels."""
 PLACES = (
     (-6, -9), (7, 4), (7, -11), (7, 15), (-7, -12), (-7, 6), (7, -22), (-7, 18), (-7, -24), (-22, -5), (-22, -16),
     (-22, 7), (-34, -5), (-34, -16), (-34, -27), (-34, 10), (7, 27), (7, -34), (-14, 44), (-14, -48),
 )  # fmt: skip
-"""Where a label is tried, in points from its mark."""
+"""Candidate positions of a label, in points from its mark."""
 FAR = 14
-"""Points from which on a line leads from mark to label."""
+"""Distance, in points, above which a line connects mark and label."""
 Labels = list[tuple[float, float, str]]
 
 
 def series(point: Point) -> str:
-    """Name of the line that a point belongs to in a chart."""
+    """Return the name of the line to which a point belongs in a chart."""
     p = point.parameters
     if point.family == "integrators":
         if point.solver:
@@ -68,7 +68,7 @@ def series(point: Point) -> str:
 
 
 def family_figure(points: Sequence[Point], family: str, scenes: Sequence[str]) -> Any:
-    """Error of each output over cost, or over what is chosen; a column for each scene, a row for each output."""
+    """Draw errors of outputs (rows) in scenes (columns) over cost, or over the chosen quantity."""
     own = [point for point in points if point.family == family and _drawn(point)]
     columns = [scene for scene in scenes if in_scene(own, scene)] or list(scenes[:1])
     rows = [name for name in OUTPUTS if any(point.error[name] for point in own)] or [OUTPUTS[0]]
@@ -91,9 +91,9 @@ def family_figure(points: Sequence[Point], family: str, scenes: Sequence[str]) -
 def plot_family(
     ax: Any, points: Sequence[Point], family: str, output: str, names: Sequence[str], handles: dict[str, Any]
 ) -> Labels:
-    """Draw one output's errors of a family; lines of like choices, the front through them, the default ringed.
+    """Draw one output's errors of a family, with lines of related choices, the front, and a ring at the default.
 
-    Returns the labels that it wants.
+    Returns the wanted labels.
     """
     parameter = AXES[family][0] if family in AXES else None
 
@@ -125,7 +125,7 @@ def plot_family(
 
 
 def overall_figure(points: Sequence[Point], scenes: Sequence[str]) -> Any:
-    """All points of a scene over their cost, by kind of error, with the front marked and labelled."""
+    """Draw all points of scenes over their cost, by kind of error, with the front marked and labelled."""
     drawn = [point for point in points if _drawn(point)]
     found = {point.parameters["error_kind"] for point in drawn}
     kinds = [kind for kind in KINDS if kind in found and kind != MODEL] or [NUMERICAL]
@@ -145,7 +145,7 @@ def overall_figure(points: Sequence[Point], scenes: Sequence[str]) -> Any:
 def _figure(
     size: tuple[float, float], shape: tuple[int, int], draw: Callable[..., Labels], fontsize: int, title: str = ""
 ) -> Any:
-    """Figure of axes drawn by ``draw(ax, row, column, handles)``, one legend beside them, points named."""
+    """Make a figure of axes by ``draw(ax, row, column, handles)``, with a common legend and labelled points."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, dpi=130, layout="constrained")
@@ -162,7 +162,7 @@ def _figure(
 def plot_overall(ax: Any, points: Sequence[Point], families: Sequence[str], handles: dict[str, Any]) -> Labels:
     """Draw the largest errors over cost, families by colour, other solvers hollow, and the front through the best.
 
-    Returns the numbers by which the front is listed beside.
+    Returns the numbers that refer to the list of the front.
     """
     for k, family in enumerate(families):
         for hollow in (False, True):
@@ -187,7 +187,7 @@ def plot_overall(ax: Any, points: Sequence[Point], families: Sequence[str], hand
 
 
 def _named(point: Point) -> str:
-    """Label of a point among those of other families."""
+    """Return the label of a point among points of other families."""
     family = "" if point.parameters["error_kind"] == NUMERICAL else f"{point.family}: "
     return f"{family}{point.label}{' (default)' if point.parameters.get('default') else ''}"
 
@@ -209,7 +209,7 @@ def _worst(point: Point) -> float:
 
 
 def name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]], fontsize: float = 6.5) -> None:
-    """Write labels beside points once the figure is laid out; each clear of marks and other labels, or left out."""
+    """Write labels next to points after layout; a label that would overlap is left out."""
     from matplotlib.transforms import Bbox
 
     figure.draw_without_rendering()
@@ -242,7 +242,7 @@ def _inside(ax: Any, box: Any) -> bool:
 def _finish(
     ax: Any, points: Sequence[Point], x: Callable[[Point], float], y: Callable[[Point], float], handles: dict[str, Any]
 ) -> None:
-    """Ring the default settings; logarithmic axes, in plain numbers where they span little."""
+    """Ring the default settings, and set logarithmic axes, with plain numbers for small ranges."""
     from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
     ax.set(xscale="log", yscale="log")

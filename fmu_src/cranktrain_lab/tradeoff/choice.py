@@ -1,4 +1,4 @@
-"""Recommended choices for an accuracy, from the measured points, in a few lines of text."""
+"""Recommended choices for an accuracy as text, from the measured points."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from cranktrain_lab.tradeoff.study import Study
 
 ACCURACIES = (0.1, 0.01, 0.001)
 NAMED = 4
-"""How many runs that began unsettled are named."""
+"""Largest number of runs with unsettled start that are listed."""
 
 
 def choice_text(study: Study) -> str:
-    """Text for each scene: recommended choices for 10 %, 1 % and 0.1 %."""
+    """Return the text of recommended choices for 10 %, 1 % and 0.1 % in each scene."""
     lines = [
         "What to choose, from the measured points. Errors are the largest of pulley torsion, pulley axial motion and",
         "least film: RMS of the difference over the last cycle over the RMS of the reference's alternating part.",
@@ -37,7 +37,7 @@ def choice_text(study: Study) -> str:
 
 
 def unsettled_lines(points: Sequence[Point]) -> list[str]:
-    """Lines of a scene whose runs or references began in a motion that does not repeat; none where all do."""
+    """Return lines on runs or references of a scene that began in a motion that is not periodic."""
     doubtful = [point for point in points if point.unsettled is not None]
     if not doubtful:
         return []
@@ -51,11 +51,11 @@ def unsettled_lines(points: Sequence[Point]) -> list[str]:
 
 
 def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
-    """Lines of what to choose for an accuracy."""
+    """Return lines of recommended choices for an accuracy."""
     lines = []
 
     def cheapest(what: str, chosen: Callable[[Point], bool], alone: bool = False) -> None:
-        """Line for all outputs; with ``alone`` also for pulley torsion by itself, where that allows something else."""
+        """Add the line for all outputs; with ``alone`` also for pulley torsion only, if the choice differs."""
         among = [point for point in points if chosen(point) and point.usable]
         if not among:
             return
@@ -92,7 +92,7 @@ def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
 
 
 def _cheapest(points: Sequence[Point], accuracy: float, error: Callable[[Point], float | None]) -> Point | None:
-    """Cheapest point whose error is within the accuracy; None where none is."""
+    """Return the cheapest point whose error is within the accuracy, or None."""
     within = [point for point in points if (found := error(point)) is not None and found <= accuracy]
     return min(within, key=lambda point: point.seconds_per_simulated_second or 0.0, default=None)
 
@@ -100,11 +100,11 @@ def _cheapest(points: Sequence[Point], accuracy: float, error: Callable[[Point],
 def _coarsest(
     points: Sequence[Point], accuracy: float, family: str, parameter: str, what: str, lines: list[str]
 ) -> None:
-    """Add the line of the coarsest choice of a family that is within the accuracy."""
+    """Add the line of the coarsest choice of a family within the accuracy."""
     among = [point for point in points if point.family == family and point.usable]
     within = [point for point in among if (point.worst or 0.0) <= accuracy]
     if within:
-        # The coarsest, and of equally coarse ones the closest.
+        # Of equally coarse choices the most accurate is used.
         best = max(within, key=lambda point: (point.parameters[parameter], -(point.worst or 0.0)))
         lines.append(f"{what}: {_said(best)}")
     elif among:
@@ -112,7 +112,7 @@ def _coarsest(
 
 
 def _said(point: Point) -> str:
-    """A point with its cost and errors, for people."""
+    """Return a point with cost and errors as text."""
     errors = ", ".join(
         f"{name.rpartition('_')[2]} {value:.1e}" for name, value in point.error.items() if value is not None
     )

@@ -1,4 +1,4 @@
-"""Families of choices: each family lists the entries that it measures in one scene.
+"""Families of choices, each a function that lists the entries to measure in one scene.
 
 Families: ``integrators`` over their steps; ``adaptive`` against fixed steps; ``modes`` of the crank; ``ladder`` of the
 crank and the block; ``bearings`` with table and grid; ``coupling`` to a master that sends the pressures; ``schemes`` of
@@ -31,14 +31,14 @@ from cranktrain_lab.tradeoff.reference import reference_case
 Entries = list[Entry]
 
 ALL_MODES = 1.0e6
-"""Cut-off (Hz) above every mode that is stored."""
+"""Cut-off (Hz) above all stored modes."""
 
 
 @dataclass(frozen=True)
 class StudyScene:
-    """An engine at one speed (rad/s) in which choices are compared; ``settings`` give what is not varied.
+    """Engine at one speed (rad/s) for comparing choices; ``settings`` are the values that are not varied.
 
-    ``cutoff_hz`` of the crank's modes is the engine file's where it is None.
+    ``cutoff_hz`` is the cut-off of the crank's modes; None for that of the engine file.
     """
 
     name: str
@@ -49,11 +49,11 @@ class StudyScene:
 
     @property
     def case(self) -> Case:
-        """Default integrator and step in this scene."""
+        """Return the case with default integrator and step in this scene."""
         return self.at(self.settings)
 
     def at(self, settings: Settings) -> Case:
-        """The same at other levels."""
+        """Return the scene at other levels."""
         return level_case(self.engine, self.speed, settings, self.cutoff_hz)
 
 
@@ -71,19 +71,19 @@ WAYS = (
     ("gauss-seidel", OWN), ("jacobi", OWN), ("jacobi", "hold"), ("jacobi", "linear"), ("jacobi", "quadratic"),
     ("gauss-seidel", "hold"), ("gauss-seidel", "linear"), ("iterative", OWN), ("iterative", "linear"),
 )  # fmt: skip
-"""Schemes of the master, and who reconstructs."""
+"""Pairs of the master's scheme and reconstruction."""
 TRACES_DEG = (0.1, 0.5, 1.0, 2.0)
 TRACE_STEP_DEG = 0.25
 """Step of runs that compare pressure traces, fine enough for the orders that a coarse trace distorts."""
 
 
 def integrators(scene: StudyScene, quick: bool) -> Entries:
-    """The stage solver's integrators over their steps."""
+    """Return entries of the stage solver's integrators at several steps."""
     return numerical_entries(scene.case, quick)
 
 
 def adaptive(scene: StudyScene, quick: bool) -> Entries:
-    """Fixed steps, and steps that the error estimate chooses as parts of a long one."""
+    """Return entries of fixed steps, and of adaptive steps as parts of a long step."""
     case = scene.case
     reference = reference_case(case, quick)
     entries: Entries = []
@@ -106,7 +106,7 @@ def adaptive(scene: StudyScene, quick: bool) -> Entries:
 
 
 def modes(scene: StudyScene, quick: bool) -> Entries:
-    """Elastic modes of the crank up to a cut-off, against all that are stored."""
+    """Return entries of the crank's elastic modes up to a cut-off, compared with all stored modes."""
     case, more = scene.case, {"against": "all modes"}
     reference = replace(case, cutoff_hz=ALL_MODES)
     return [
@@ -116,7 +116,7 @@ def modes(scene: StudyScene, quick: bool) -> Entries:
 
 
 def ladder(scene: StudyScene, quick: bool) -> Entries:
-    """Crank levels against the top one, and each against the next."""
+    """Return entries of crank levels, compared with the top level and with the next one."""
     case = scene.case
     # From the scene's settings: the bearings follow the crank's level.
     entries = _ladder(scene, "ladder", "crank", list(CRANKS), lambda level: replace(scene.settings, crank=level))
@@ -129,7 +129,7 @@ def ladder(scene: StudyScene, quick: bool) -> Entries:
 
 
 def bearings(scene: StudyScene, quick: bool) -> Entries:
-    """Bearing levels against the top one and against the next; resolution of the table, grid of films in the loop."""
+    """Return entries of bearing levels, compared with the top and the next level, and of table and film resolution."""
     plain = not scene.engine.rollers_only
     levels = bearing_levels(scene.engine)
     if quick and plain:
@@ -149,7 +149,7 @@ def bearings(scene: StudyScene, quick: bool) -> Entries:
 
 
 def coupling(scene: StudyScene, quick: bool) -> Entries:
-    """Communication step of a master that sends the pressures, and their reconstruction in the model."""
+    """Return entries of communication steps of a master that sends pressures, and of their reconstruction."""
     base = scene.case
     fine = replace(base.settings, step=math.radians(COUPLED_REFERENCE_DEG), reconstruction="linear")
     reference = replace(base, settings=fine, coupled_deg=COUPLED_REFERENCE_DEG, interval_deg=1.0)
@@ -167,7 +167,7 @@ def coupling(scene: StudyScene, quick: bool) -> Entries:
 
 
 def schemes(scene: StudyScene, quick: bool) -> Entries:
-    """Scheme and reconstruction of the reference master beside the combustion, over the communication step."""
+    """Return entries of scheme, reconstruction and communication step of the master coupled with the combustion."""
     if not has_combustion(scene.engine):
         return []
     base = scene.case
@@ -188,7 +188,7 @@ def schemes(scene: StudyScene, quick: bool) -> Entries:
 
 
 def mesh(scene: StudyScene, quick: bool) -> Entries:
-    """Mesh of the solid crank against the finest; slow where a mesh is not in the cache."""
+    """Return entries of the solid crank's mesh, compared with the finest; slow if a mesh is not cached."""
     if quick:
         return []
     case = scene.case
@@ -205,7 +205,7 @@ def mesh(scene: StudyScene, quick: bool) -> Entries:
 
 
 def pressure(scene: StudyScene, quick: bool) -> Entries:
-    """Samples of the pressure trace and what is drawn through them, against the trace itself."""
+    """Return entries of sampled and interpolated pressure traces, compared with the trace itself."""
     case = replace(scene.case, settings=_stepped(scene.case, TRACE_STEP_DEG), interval_deg=1.0)
     return [
         Entry(
@@ -232,7 +232,7 @@ FAMILIES: dict[str, Callable[[StudyScene, bool], Entries]] = {
 def _ladder(
     scene: StudyScene, family: str, kind: str, levels: Sequence[str], settings: Callable[[str], Settings]
 ) -> Entries:
-    """Each level against the top one; where the next one up is another, against that as well."""
+    """Return entries of each level compared with the top one and, if different, with the next one."""
     cases = [scene.at(settings(level)) for level in levels]
     entries = []
     for k, level in enumerate(levels[:-1]):

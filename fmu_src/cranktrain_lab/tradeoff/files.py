@@ -1,4 +1,4 @@
-"""Everything that a study writes into its folder, each file whole or not at all."""
+"""Output files of a study, each written completely or not at all."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FIRST_COLUMNS = ("scene", "error_kind", "speed_rpm", "crank", "bearings", "block
 
 
 def write_files(study: Study, folder: Path) -> list[Path]:
-    """Charts (PNG and SVG), page, points and choice; returns their paths."""
+    """Write charts (PNG and SVG), page, points and choice; returns their paths."""
     scenes = [scene.name for scene in study.scenes]
     families = list(dict.fromkeys(point.family for point in study.points))
     figures = {family: family_figure(study.points, family, scenes) for family in families}
@@ -40,7 +40,7 @@ def write_files(study: Study, folder: Path) -> list[Path]:
 
 
 def points_csv(study: Study) -> str:
-    """All points as a table: label, cost, errors, status, then what else each says."""
+    """Return all points as a table: label, cost, errors, status, then further parameters."""
     names = {name for point in study.points for name in point.parameters}
     rest = sorted(names - set(FIRST_COLUMNS))
     text = io.StringIO()

@@ -1,4 +1,4 @@
-"""Levels and integrators of the study: cases of levels, and every integrator over its steps at one level."""
+"""Cases of levels, and entries of every integrator with its steps at one level."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cranktrain_lab.tradeoff.point import NUMERICAL
 from cranktrain_lab.tradeoff.reference import reference_case
 
 SLOW_CYCLES = {DEAR: 2, DEAREST: 2}
-"""Cycles of runs whose films are solved in the loop; they are judged over the second."""
+"""Number of cycles of runs with films solved online, evaluated over the second."""
 QUICK_STEPS = {
     "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5),
     "esdirk47": (6.0, 5.0, 4.0, 3.0, 2.5),
@@ -40,11 +40,11 @@ STEPS = {
     "esdirk4": _FOURTH_ORDER,
     **dict.fromkeys(("esdirk5", "esdirk47", "esdirk57"), (10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5)),
 }
-"""Steps in degrees of each integrator that is known here; one that is not takes those of ``sdirk2``."""
+"""Steps in degrees of each listed integrator; others use those of ``sdirk2``."""
 
 
 def integrator_steps(quick: bool) -> list[tuple[str, float]]:
-    """Integrators that exist, each with the steps (degrees) that it is measured at."""
+    """Return all integrators with the steps (degrees) to measure."""
     if quick:
         return [(name, step) for name, steps in QUICK_STEPS.items() for step in steps]
     named = {name.partition(":")[0] for name in STEPS}
@@ -58,7 +58,7 @@ def integrator_steps(quick: bool) -> list[tuple[str, float]]:
 
 
 def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: float | None = None) -> Case:
-    """Case with the default integrator and step at the settings' levels; dear films run fewer cycles."""
+    """Return the case with default integrator and step at the settings' levels; expensive films run fewer cycles."""
     levels = resolved(settings, engine)
     plain = Settings()
     chosen = replace(
@@ -69,7 +69,7 @@ def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: floa
 
 
 def numerical_entries(case: Case, quick: bool) -> list[Entry]:
-    """Entries of one level: every integrator over its steps, against the same model with a fine step."""
+    """Return entries of every integrator and step at one level, compared with the same model at a fine step."""
     reference = reference_case(case, quick)
     chosen = [(name, step) for name, step in integrator_steps(quick) if keeps_peaks(name, case.levels, case.engine)]
     default = (case.levels.integrator, case.step_deg)
@@ -86,5 +86,5 @@ def numerical_entries(case: Case, quick: bool) -> list[Entry]:
 
 
 def bearing_levels(engine: Engine) -> list[str]:
-    """Levels of the engine's main bearings that move, from the lowest to the highest."""
+    """Return the levels of main bearings with moving journals, from the lowest to the highest."""
     return [level for level in bearing_ladder(engine.rollers_only) if bearing_law(level).carries]

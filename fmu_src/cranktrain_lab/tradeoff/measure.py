@@ -43,7 +43,7 @@ from cranktrain_lab.tradeoff.point import OTHERS, OUTPUTS, Point
 
 
 class Begun(NamedTuple):
-    """Motion in which runs of a model begin, what its laws remember of the cycle before, and how settled it is."""
+    """Initial motion of runs of a model, with memory of its force laws and settling error."""
 
     motion: Motion
     memory: Array
@@ -51,16 +51,16 @@ class Begun(NamedTuple):
 
 
 _SETTLED: dict[str, Begun] = {}
-"""Motions in which runs begin, found once in a process."""
+"""Initial motions of runs, computed once per process."""
 
 HIGH_ORDERS = (12.0, 40.0)
-"""Orders whose error in pulley torsion is given apart: those that a coarse pressure trace spoils."""
+"""Range of orders of pulley torsion with a separate error, because a coarse pressure trace affects them."""
 FINE_SAMPLES = 7200
 """Samples by which a trace of straight lines is handed to the model, whose own spline hardly rounds its kinks then."""
 SETTLE = 1.0e-4
 """Settling error at the start of runs."""
 SLOW = 5.0
-"""A run that takes longer than this, s, is not repeated, because it averages the drift of the machine's speed."""
+"""Duration, s, above which a run is not repeated, because it averages the drift of the machine's speed."""
 
 
 class Recorded(NamedTuple):
@@ -80,7 +80,7 @@ class Recorded(NamedTuple):
 
 @dataclass(frozen=True)
 class Entry:
-    """A point to be measured: the choice, its case, the case that it is compared with, and what else to say of it.
+    """Point to measure: the choice, its case, the reference case, and further parameters.
 
     ``other`` runs the case in place of the stage solver.
     """
@@ -95,7 +95,7 @@ class Entry:
 
 
 def run(case: Case, say: Progress | None = None) -> Recorded:
-    """Run a case; ``SolverError`` where it fails, ``InputError`` where it cannot be."""
+    """Run a case; ``SolverError`` if it fails, ``InputError`` for an invalid case."""
     simulation, unsettled = _started(case, say or (lambda stage: None))
     bearings = len(case.engine.crankshaft.main_widths)
     names = ["pulley.torsion", "pulley.axial"]
@@ -129,7 +129,7 @@ def _assembled(case: Case, say: Progress) -> Assembly:
 
 
 def _started(case: Case, say: Progress) -> tuple[Simulation, float | None]:
-    """Simulation of a case at its start, and what its motion there lacks of one that repeats."""
+    """Return the simulation of a case at its start, and the settling error of its initial motion."""
     settings = case.settings
     if case.coupled_deg is not None:
         settings = replace(settings, gas_source="input")
@@ -151,7 +151,7 @@ def _started(case: Case, say: Progress) -> tuple[Simulation, float | None]:
 
 
 def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | None) -> float | None:
-    """Move a simulation that stands at its start into a settled cycle of its model; ``Recorded.unsettled``.
+    """Set a simulation at its start to a settled cycle of its model; returns ``Recorded.unsettled``.
 
     The cycle is that of the default method and step. The dearest films start from rest: a cycle of them takes minutes.
     Raises ``KeyboardInterrupt`` where the cycles before it are interrupted.
@@ -181,12 +181,12 @@ def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | 
 
 
 def _memory(simulation: Simulation) -> slice:
-    """Where laws and added connections keep in a state what they remember, as the friction of a spline."""
+    """Return the slice of the state with the memory of laws and added connections, such as spline friction."""
     return slice(int(memory_offset(simulation.model, 0)), int(motion_size(simulation.model)))
 
 
 def _coupled(simulation: Simulation, case: Case, series: Array) -> float:
-    """Step as a master does that sends the pressures, keep outputs in the rows of ``series``; processor seconds."""
+    """Run with a master that sends pressures, store outputs in ``series``; returns processor seconds."""
     inner = round(case.kept_deg / (case.coupled_deg or case.kept_deg))
     h = case.simulated / (len(series) * inner)
     begin = time.process_time()
@@ -206,7 +206,7 @@ def _give_pressures(simulation: Simulation) -> None:
 
 
 def _change_grid(simulation: Simulation, case: Case) -> None:
-    """Solve the films in the loop on the case's grid from here on."""
+    """Set the case's grid for films solved online."""
     model = simulation.model
     size = case.film_grid or (0, 0)
     record = rigid_bore(case.engine.plain_mains, model.bearings, None, model.laws.solved, size=size)
@@ -214,7 +214,7 @@ def _change_grid(simulation: Simulation, case: Case) -> None:
 
 
 def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:
-    """The built-in trace as samples every ``spacing_deg`` would tell it, joined by a spline or by straight lines.
+    """Return the built-in trace sampled every ``spacing_deg`` and interpolated by a spline or by straight lines.
 
     Samples lie half a spacing beside the knots of the trace's own spline, which a measurement does not know either.
     """
@@ -236,14 +236,14 @@ def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:
 
 
 def key_of(case: Case) -> str:
-    """Key of a case in the store."""
+    """Return the key of a case in the store."""
     from cranktrain.structure.crank.reduction import input_digest
 
     return digest(__file__, case, input_digest(case.engine))
 
 
 def recorded(case: Case, store: Kept, say: Progress | None = None) -> tuple[Array, float]:
-    """Values of a case over all cycles and their interval (degrees), from the store where they are kept."""
+    """Return values of a case over all cycles and their interval (degrees), from the store or by a run."""
     key = key_of(case)
     kept = store.arrays(key)
     if kept is None:
@@ -255,14 +255,14 @@ def recorded(case: Case, store: Kept, say: Progress | None = None) -> tuple[Arra
 
 
 def unsettled_start(case: Case, store: Kept) -> float | None:
-    """``Recorded.unsettled`` of a case that the store keeps."""
+    """Return ``Recorded.unsettled`` of a stored case."""
     kept = store.arrays(key_of(case)) or {}
     left = float(kept.get("unsettled", math.nan))
     return None if math.isnan(left) else left
 
 
 def differences(values: Array, interval: float, exact: Array, exact_interval: float, cycles: int) -> Array:
-    """Relative error of each row over the last of ``cycles``, (rows,); the reference may have more cycles."""
+    """Return the relative error (rows,) in the last of ``cycles``; the reference may have more cycles."""
     every = interval / exact_interval
     if abs(every - round(every)) > 1e-9:
         raise InputError(
@@ -279,7 +279,7 @@ def differences(values: Array, interval: float, exact: Array, exact_interval: fl
 
 
 def named_errors(errors: Array, bearings: int, films: bool) -> dict[str, float | None]:
-    """Errors (rows,) by the names of ``OUTPUTS`` and ``OTHERS``; the worst main's of films and forces."""
+    """Return errors by names of ``OUTPUTS`` and ``OTHERS``; of films and forces that of the worst main."""
 
     def worst(rows: Array) -> float | None:
         finite = rows[np.isfinite(rows)]
@@ -326,7 +326,7 @@ def measured(
     say: Progress | None = None,
     advance: Callable[[], None] | None = None,
 ) -> list[Point]:
-    """Points of the entries; what the store keeps is not run again, and every run is kept as soon as it ends.
+    """Measure entries and return their points; stored runs are not repeated, and each run is stored at once.
 
     ``say`` is told each run before it starts, ``advance`` is called after each that was run or was not needed.
     """
@@ -352,7 +352,7 @@ def _entry_key(entry: Entry) -> str:
 
 
 def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progress) -> dict[str, Any]:
-    """Stored data of an entry after one more run."""
+    """Run an entry once more and return its data for the store."""
     case, other = entry.case, entry.other
     unsettled: list[float | None] = []
 
@@ -397,14 +397,14 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
 
 
 def _failure(status: str, problem: Exception) -> dict[str, Any]:
-    """Stored data of an entry whose run failed."""
+    """Return the data for the store of an entry whose run failed."""
     details = {"why": " ".join(str(problem).split())}
     errors = {"error": dict.fromkeys(OUTPUTS), "other_errors": dict.fromkeys(OTHERS)}
     return {"costs": [], "status": status, **errors, "details": details}
 
 
 def _point(entry: Entry, kept: dict[str, Any]) -> Point:
-    """Point of an entry from its stored data."""
+    """Return the point of an entry from its stored data."""
     details = kept["details"]
     parameters = {
         **entry.case.parameters(), **entry.more, **details, "error_kind": entry.error_kind,

@@ -1,4 +1,4 @@
-"""What the study asks of a method besides the stage solver: whoever knows such a method hands it over in its entries.
+"""Interface of methods other than the stage solver, which entries of the study may contain.
 
 ``benchmarks/tradeoff.py`` of the repository does so with explicit methods, Radau and SciPy's solvers.
 """
@@ -14,15 +14,15 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain_lab.tradeoff.case import Case
 
 Started = Callable[[Case], Simulation]
-"""Makes the simulation of a case at its start."""
+"""Function that makes the simulation of a case at its start."""
 
 
 class Unstable(SolverError):
-    """A run that left all bounds."""
+    """Error of a run that diverged."""
 
 
 class OtherMethod(Protocol):
-    """A method with its own choices, which runs cases on the model that their simulation holds."""
+    """Method other than the stage solver, which runs cases on the model of their simulation."""
 
     @property
     def key(self) -> str:

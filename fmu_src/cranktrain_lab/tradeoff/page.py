@@ -1,4 +1,4 @@
-"""The study as one HTML file: no network, no library; hover for a point, switch scenes, errors and families."""
+"""Study as one interactive HTML file without network requests or libraries."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SHOWN = (
 
 
 def page(study: Study) -> str:
-    """The page's text, with the points inside."""
+    """Return the HTML text of the page, which contains the points."""
     points = [
         {
             "scene": point.parameters.get("scene", ""),

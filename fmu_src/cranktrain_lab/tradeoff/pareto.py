@@ -1,4 +1,4 @@
-"""Which choices are worth their cost: the Pareto front over cost and error."""
+"""Pareto front of choices over cost and error."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from cranktrain_lab.tradeoff.point import MODEL, Point
 
 
 def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
-    """Indices of the choices that none other beats, cheapest first.
+    """Return indices of the non-dominated choices, cheapest first.
 
-    A choice is beaten by one that is no worse in both and better in one; of equal ones the first stays.
+    A choice is dominated by another that is no worse in both and better in one; of equal ones the first stays.
     """
     front: list[int] = []
     for index in sorted(range(len(costs)), key=lambda k: (costs[k], errors[k], k)):

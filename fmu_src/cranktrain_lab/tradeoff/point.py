@@ -1,4 +1,4 @@
-"""One measured point: a choice, its cost per simulated second, and the errors of its outputs."""
+"""Measured point of the study: a choice, its cost per simulated second, and the errors of its outputs."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 OUTPUTS = ("pulley_torsion", "pulley_axial", "bearing_film")
-"""Outputs by whose errors points are judged."""
+"""Outputs whose errors are used to compare points."""
 OTHERS = ("shaft_torque", "bearing_force")
-"""Outputs whose errors are kept beside."""
+"""Further outputs whose errors are stored."""
 NUMERICAL, MODEL, TOP, INPUT = "numerical", "model", "top", "input"
 """Kinds of error: against the same model with a finer step; the next level up; the top of the ladder, or the finest of
 what is varied; the same model with inputs known exactly."""
@@ -19,7 +19,7 @@ UNSETTLED = ("start_unsettled", "reference_start_unsettled")
 
 @dataclass(frozen=True)
 class Point:
-    """A choice with measured errors and cost.
+    """Choice with measured errors and cost.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Point:
 
     @property
     def worst(self) -> float | None:
-        """Largest of the errors that the level has; None without any."""
+        """Largest of the available errors, or None."""
         found = [value for value in self.error.values() if value is not None]
         return max(found) if found else None
 
@@ -64,12 +64,12 @@ class Point:
 
     @property
     def group(self) -> tuple[str, str]:
-        """What it may be compared with: points of the same scene and kind of error."""
+        """Scene and kind of error; points with equal ones can be compared."""
         return str(self.parameters.get("scene", "")), str(self.parameters["error_kind"])
 
     @property
     def usable(self) -> bool:
-        """Whether it has a cost and an error to be drawn by."""
+        """True if cost and error are available."""
         return self.status == "ok" and self.seconds_per_simulated_second is not None and self.worst is not None
 
     def as_dict(self) -> dict[str, Any]:
@@ -78,5 +78,5 @@ class Point:
 
 
 def in_scene(points: Iterable[Point], scene: str) -> list[Point]:
-    """Points of one scene."""
+    """Return the points of one scene."""
     return [point for point in points if point.parameters.get("scene") == scene]

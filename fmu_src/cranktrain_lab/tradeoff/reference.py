@@ -1,4 +1,4 @@
-"""Reference runs, and how far they are off themselves by two coarser levels of their own."""
+"""Reference runs, and estimates of their errors from two runs with coarser steps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SLOWEST_RATE, FASTEST_RATE = 2.0, 16.0
 
 
 def reference_case(case: Case, quick: bool = False) -> Case:
-    """The case's own model with a fine step: what its numerical error is measured against."""
+    """Return the reference of the numerical error: the case's own model with a fine step."""
     level = case.levels.bearings
     step = STEPS_DEG.get(level, COARSEST_DEG) * (2.0 if quick else 1.0)
     fine = replace(

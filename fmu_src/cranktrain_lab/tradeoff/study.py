@@ -1,4 +1,4 @@
-"""The whole study: families over scenes, references with their own error, and what it comes to."""
+"""Whole study of accuracy against speed: families over scenes, and references with their error."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Estimates = dict[str, dict[str, float | None]]
 
 @dataclass(frozen=True)
 class Study:
-    """What was measured.
+    """Results of a study.
 
     ``estimates`` gives each scene's error of its reference by output.
     """
@@ -90,7 +90,7 @@ def study(
     progress: Callable[[float], None] | None = None,
     others: Callable[[StudyScene, bool], Sequence[Entry]] | None = None,
 ) -> Study:
-    """Measure the families in the scenes; what is in the store is not run again.
+    """Measure the families in the scenes; stored runs are not repeated.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Many variants of an engine: designs, models that answer for one variant, and their running; optima."""
+"""Many variants of an engine: designs, models that compute one variant, execution, and optima."""

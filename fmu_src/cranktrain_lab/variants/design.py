@@ -1,6 +1,6 @@
-"""Designs: which values each variant has, made again for any part of them from seed and number.
+"""Designs, which define the values of each variant and are reproducible from seed and number.
 
-    latin-hypercube   n variants; each value's range is cut into n shares, and each share is met once
+    latin-hypercube   n variants; each value's range is cut into n equal parts, and each part occurs once
     sobol             n variants of a scrambled Sobol sequence; n a power of 2 keeps its balance
     random            n independent variants
     grid              all combinations of ``levels`` of each value
@@ -31,7 +31,7 @@ MOST = 10_000_000
 
 @dataclass(frozen=True)
 class Design:
-    """How variants are chosen: a method, its number n, the levels of a grid, and the seed."""
+    """Choice of variants: method, number n, levels of a grid, and seed."""
 
     method: str = "latin-hypercube"
     n: int = 100
@@ -39,13 +39,13 @@ class Design:
     seed: int = 1
 
     def count(self, distributions: Sequence[Distribution]) -> int:
-        """Number of variants."""
+        """Return the number of variants."""
         if self.method == "grid":
             return math.prod(self._sizes(distributions))
         return self.n * (len(distributions) + 2) if self.method == "sensitivity" else self.n
 
     def check(self, distributions: Sequence[Distribution]) -> None:
-        """Refuse a design that cannot be made; ``InputError``."""
+        """Raise ``InputError`` for an impossible design."""
         if not distributions:
             raise InputError("nothing is varied; name at least one value, e.g. 'damper.viscosity', with a distribution")
         if self.method in ("sobol", "sensitivity") and self.n & (self.n - 1):
@@ -55,7 +55,7 @@ class Design:
             raise InputError(f"the design has {self.count(distributions)} variants, more than {MOST}; take fewer")
 
     def values(self, distributions: Sequence[Distribution]) -> Array:
-        """Values (variants, d) in SI, the same for the same design."""
+        """Return values (variants, d) in SI, reproducible for the same design."""
         if self.method == "grid":
             axes = [one.levels(size) for one, size in zip(distributions, self._sizes(distributions), strict=True)]
             return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
@@ -66,7 +66,7 @@ class Design:
         return [len(one.values) if one.kind == "values" else self.levels for one in distributions]
 
     def _points(self, d: int) -> Array:
-        """Points (variants, d) of the open unit cube."""
+        """Return points (variants, d) of the open unit cube."""
         rng = np.random.default_rng(self.seed)
         if self.method == "random":
             return rng.random((self.n, d))
@@ -83,5 +83,5 @@ class Design:
 
 
 def _open(points: Array) -> Array:
-    """Points without the ends of the interval, where quantiles of a normal value are infinite."""
+    """Move points away from 0 and 1, where quantiles of a normal distribution are infinite."""
     return np.clip(points, 1e-12, 1.0 - 1e-12)

@@ -1,4 +1,4 @@
-"""Distributions of varied values, by their quantile functions.
+"""Distributions of varied values, defined by their quantile functions.
 
 A point u of the unit interval becomes the value F⁻¹(u), so one design in the unit cube serves all distributions:
 
@@ -28,11 +28,11 @@ KINDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "lognormal": (("factor",), ("median",)),
     "values": (("values",), ()),
 }
-"""Numbers that each distribution needs, and those that it may have; what is left out is the engine's own value."""
+"""Required and optional numbers of each distribution."""
 LARGEST = 1e100
-"""Size below which numbers of distributions have differences and squares."""
+"""Limit of numbers of distributions, so that differences and squares are finite."""
 CENTRES = {"triangular": "mode", "normal": "mean", "lognormal": "median"}
-"""Number that is the engine's own value where it is not given."""
+"""Number of each distribution that defaults to the engine's own value."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class Distribution:
     Attributes
     ----------
     kind : one of :data:`KINDS`
-    numbers : in SI, by the names of :data:`KINDS`
-    values : of kind ``values``, in the order in which they were given
+    numbers : numbers in SI, by the names of :data:`KINDS`
+    values : values of kind ``values``, in the given order
     """
 
     kind: str
@@ -52,7 +52,7 @@ class Distribution:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and largest value; infinite where nothing cuts it."""
+        """Least and largest value; infinite if unbounded."""
         if self.kind == "values":
             return min(self.values), max(self.values)
         known = dict(self.numbers)
@@ -60,7 +60,7 @@ class Distribution:
         return known.get("low", least), known.get("high", math.inf)
 
     def quantile(self, share: Array) -> Array:
-        """Values at shares (n,) in [0, 1] of the probability."""
+        """Return values at cumulative probabilities (n,) in [0, 1]."""
         share = np.asarray(share, dtype=float)
         if self.kind == "values":
             places = np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)
@@ -71,7 +71,7 @@ class Distribution:
         return np.asarray(_frozen(self.kind, known).ppf(share), dtype=float)
 
     def levels(self, count: int) -> Array:
-        """Values of a grid: ends included where the distribution has two, else in the middle of equal shares."""
+        """Return grid values, with both ends if the distribution is bounded, else at centres of equal probability."""
         if self.kind == "values":
             return np.array(self.values)
         if count == 1:
@@ -82,7 +82,7 @@ class Distribution:
 
 
 def _frozen(kind: str, known: dict[str, float]) -> Any:
-    """The distribution of SciPy."""
+    """Return the distribution as a frozen SciPy distribution."""
     if kind == "triangular":
         width = known["high"] - known["low"]
         return stats.triang((known["mode"] - known["low"]) / width, known["low"], width)
@@ -96,7 +96,7 @@ def _frozen(kind: str, known: dict[str, float]) -> Any:
 
 
 def checked(kind: str, numbers: dict[str, float], values: tuple[float, ...], where: str) -> Distribution:
-    """The distribution of these numbers in SI; ``InputError`` for what is none, one line that starts with ``where``."""
+    """Return the distribution of these numbers in SI; ``InputError`` is one line that starts with ``where``."""
     for name, value in (*numbers.items(), *(("values", value) for value in values)):
         if not abs(value) < LARGEST:
             raise InputError(f"{where}: {name} {value:g} (SI) is no number of an engine; give one below {LARGEST:g}")

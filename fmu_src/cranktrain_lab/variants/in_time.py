@@ -1,8 +1,8 @@
-"""Variants run in time at one speed or several, each from the steady motion of the engine that is varied.
+"""Variants run in time at one or several speeds, each from the steady motion of the base engine.
 
-An output is one of the running model (``pulley.torsion``, ``bearing[4].force.y``; without a number: of all bearings).
-Its value is half of the peak-to-peak value over the settled cycle; ``largest NAME``, ``least NAME`` and ``mean NAME``
-are those of the cycle.
+Outputs are those of the running model (``pulley.torsion``, ``bearing[4].force.y``; without a number all bearings). The
+value is half of the peak-to-peak value over the settled cycle, or with ``largest NAME``, ``least NAME`` and ``mean
+NAME`` the respective value over the cycle.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ HIGHEST_ORDER = 24.0
 
 
 def split_output(output: str) -> tuple[str, str]:
-    """Word and name of an output; the word is empty for half of the peak-to-peak value."""
+    """Split an output into word and name; the word is empty for half of the peak-to-peak value."""
     word, _, name = output.strip().partition(" ")
     return (word, name.strip()) if word in WORDS and name else ("", output.strip())
 
 
 def time_outputs(engine: Engine, outputs: Sequence[str]) -> dict[str, str]:
-    """Single outputs that a study's list stands for, with their units; ``InputError`` for an unknown one."""
+    """Return the single outputs of a study's list, with their units; ``InputError`` for an unknown output."""
     found: dict[str, str] = {}
     for output in outputs:
         word, name = split_output(output)
@@ -43,19 +43,19 @@ def time_outputs(engine: Engine, outputs: Sequence[str]) -> dict[str, str]:
 
 
 class TimeAnswers:
-    """Runs of variants, each begun from the steady motion of the engine that is varied."""
+    """Runs of variants in time, each started from the steady motion of the base engine."""
 
     def __init__(self, made: Assembly, speeds: Array, outputs: Sequence[str], settle: float) -> None:
         self._speeds, self._outputs, self._settle = speeds, tuple(outputs), settle
         self._starts: list[CycleStart] = []
         runs = SteadyRuns(self._job(made))
-        # A second time, because modes that settle last are then known and each variant takes fewer cycles.
+        # The second run identifies the slowest modes, so each variant needs fewer cycles.
         for speed in speeds.tolist():
             first = runs.at(speed, [])
             self._starts.append(runs.at(speed, [first.start]).start)
 
     def answer(self, made: Assembly) -> dict[str, Array]:
-        """Outputs of a variant, (s,) each; ``InputError``, ``SolverError``."""
+        """Return outputs of a variant, (s,) each; ``InputError``, ``SolverError``."""
         runs, found = SteadyRuns(self._job(made)), []
         same = runs.simulation.model.omega2.size
         for speed, start in zip(self._speeds.tolist(), self._starts, strict=True):

@@ -1,10 +1,10 @@
-"""What answers for one variant: an engine at a fidelity level, two masses in closed form, or a function of a script.
+"""Models that compute one variant: engine at a fidelity level, two masses in closed form, or function of a script.
 
-The crank's bare body is made once, for the engine that is varied: pulley, flywheel, damper and all that is attached to
-it change at no cost. Values that shape the body itself are told of, and varied only where the body takes no finite
-elements, or where the study says ``reshape = true``. Damping that a torsional crank inherits is measured once, and the
-damping ratios hold for all variants. So does the factor of a crank whose stiffness is tuned to the solid in motion,
-unless the study says ``retune = true``.
+The crank's bare body is made once, for the base engine, so changes of pulley, flywheel, damper and other attached parts
+cost nothing. Values that change the body itself are varied only if the body has no finite elements, or if the study has
+``reshape = true``. Damping that a torsional crank inherits is determined once, and its damping ratios hold for all
+variants. The stiffness factor of a crank tuned to the solid crank in motion also holds for all variants, unless the
+study has ``retune = true``.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ SHAPING = ("crankshaft", "material", "thrust", "reduction")
 
 @dataclass(frozen=True)
 class Output:
-    """An output of a study: SI unit, whether it has a value for each speed, and which of these is the worst."""
+    """Output of a study: SI unit, whether it has a value for each speed, and which of these values is the worst."""
 
     name: str
     unit: str
@@ -56,16 +56,16 @@ class Output:
 
 
 class Model(Protocol):
-    """Answers for variants."""
+    """Model that computes variants."""
 
     outputs: tuple[Output, ...]
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """Outputs at these values (SI), (s,) or (1,) each; errors of the package where there are none."""
+        """Return outputs at these values (SI), (s,) or (1,) each; raises errors of the package on failure."""
 
 
 def model_of(study: Study, say: Callable[[str], None] = lambda stage: None) -> Model:
-    """Model of a study, made or from the cache; ``InputError`` for what it cannot do."""
+    """Return the model of a study; ``InputError`` for an impossible study."""
     if study.model == ENGINE:
         return EngineModel(study, say)
     if study.model == TWO_MASS:
@@ -74,7 +74,7 @@ def model_of(study: Study, say: Callable[[str], None] = lambda stage: None) -> M
 
 
 class TwoMassModel:
-    """Two masses in closed form."""
+    """Model of two masses in closed form."""
 
     def __init__(self, study: Study) -> None:
         from cranktrain.core.errors import nearest
@@ -94,7 +94,7 @@ class TwoMassModel:
 
 
 class FunctionModel:
-    """A function of a script: a mapping of values to a mapping of outputs."""
+    """Model by a function of a script, from a mapping of values to a mapping of outputs."""
 
     def __init__(self, study: Study) -> None:
         self.outputs, self._study = tuple(Output(name, "1") for name in study.outputs), study
@@ -109,12 +109,12 @@ class FunctionModel:
 
 
 class EngineModel:
-    """An engine at a fidelity level, its bare crank kept.
+    """Model of an engine at a fidelity level, which keeps the bare crank.
 
     Attributes
     ----------
-    outputs : of each variant
-    reshaping : varied values that shape the crank's body
+    outputs : outputs of each variant
+    reshaping : varied values that change the crank's body
     """
 
     def __init__(self, study: Study, say: Callable[[str], None] = lambda stage: None) -> None:
@@ -135,7 +135,7 @@ class EngineModel:
             names = time_outputs(engine, study.outputs)
         self.reshaping = self._shaping_values()
         self._settings = self._checked(settings)
-        # All else is refused by now.
+        # All other faults have been refused before.
         self._base = assemble(engine, settings, say=say, inherit=levels.inherit)
         self._bare = None if self.reshaping or self._on_bearings() or levels.retune else self._bare_crank(engine)
         self._last: tuple[Any, Any] | None = None
@@ -144,7 +144,7 @@ class EngineModel:
             worst = {name: Output(name, UNITS_OF[base_name(name)], base_name(name) != FREQUENCY)
                      for name in study.outputs}  # fmt: skip
             self.outputs = tuple(worst.values())
-            # What fails for the engine itself is told before a thousand variants fail by it.
+            # A failure of the base engine is reported before all variants fail for the same reason.
             torsional_answer(self.assembly_of(engine, study.load), self._speeds, study.outputs)
         else:
             say(f"steady motion of '{engine.name}'")
@@ -163,12 +163,12 @@ class EngineModel:
         return torsional_answer(made, self._speeds, tuple(output.name for output in self.outputs))
 
     def assembly_of(self, engine: Engine, load: float, body: Any = None) -> Assembly:
-        """Assembly of a variant of the engine, which differs in varied values or in parts attached to the crank.
+        """Return the assembly of a variant, which differs in varied values or in parts attached to the crank.
 
-        ``body`` is its running crank where that is known but for damping ratios that the engine states.
+        ``body`` is the variant's running crank if known, apart from damping ratios in the engine file.
         """
         fitted = fitted_engine(engine, self._base.settings)
-        own = fitted if self._torsional else engine  # a run in time adds the housing itself
+        own = fitted if self._torsional else engine  # a run in time adds the damper's housing itself
         if body is None:
             body = self._running(fitted, engine)
         elif self._torsional and engine.damping.torsional_ratios:
@@ -177,11 +177,11 @@ class EngineModel:
 
     @property
     def inherited(self) -> Decay | None:
-        """Damping that the crank takes from the level above."""
+        """Damping that the crank inherits from the level above."""
         return self._decay
 
     def _running(self, fitted: Engine, engine: Engine) -> Any:
-        """Running crank of a variant, ``fitted`` with the damper's housing."""
+        """Return the running crank of a variant; ``fitted`` is the engine with the damper's housing."""
         level = self._study.levels.crank
         bare = self._reshaped(engine) if self._bare is None else self._bare
         body = crank.running_crank(fitted, level, bare)
@@ -192,7 +192,7 @@ class EngineModel:
         return body
 
     def _reshaped(self, engine: Engine) -> Any:
-        """Bare crank of a variant: that of the last one where all that it is made from is the same."""
+        """Return the bare crank of a variant; the last one is reused if all its data are equal."""
         if self._on_bearings() or self._study.levels.retune:
             return self._bare_crank(engine)
         made_from = tuple(getattr(engine, table) for table in SHAPING)
@@ -201,19 +201,19 @@ class EngineModel:
         return self._last[1]
 
     def _bare_crank(self, engine: Engine) -> Any:
-        """Bare crank of an engine; a tuned one is tuned with the parts of this engine."""
+        """Return the bare crank of an engine; a tuned crank is tuned with the parts of this engine."""
         level = self._study.levels.crank
         fitted = fitted_engine(engine, self._base.settings)
         solid = reduced_crankshaft(fitted) if crank_level(level).needs_solid(engine) else None
         return crank.bare_crank(fitted, level, solid)
 
     def _on_bearings(self) -> bool:
-        """Whether values vary on which a torsional crank's stiffness depends, though not its finite elements."""
+        """True if varied values change a torsional crank's tuned stiffness, but not its finite elements."""
         own = ("main_bearing", "main_roller") if self._engine.reduction.torsional_source == "solid-on-bearings" else ()
         return self._torsional and any(one.key.partition(".")[0] in own for one in self._study.varied)
 
     def _inherited(self) -> Decay | None:
-        """Damping in motion of the level above, which the engine that is varied has."""
+        """Return the base engine's damping in motion at the level above."""
         records = self._base.body.records
         if "inherited_damping" not in records:
             return None
@@ -221,7 +221,7 @@ class EngineModel:
         return Decay(hz, ratio, float(records["inherited_at"][0]))
 
     def _shaping_values(self) -> tuple[str, ...]:
-        """Varied and derived values that shape the bare crank."""
+        """Return varied and derived values that change the bare crank."""
         keys = [one.key for one in self._study.varied] + [key for key, _ in self._study.derived]
         solid = crank_level(self._study.levels.crank).needs_solid(self._engine)
         found = []
@@ -243,7 +243,7 @@ class EngineModel:
         return tuple(found)
 
     def _checked(self, settings: Settings) -> Settings:
-        """Settings with nothing left open, refused where variants would need other parts than the engine's."""
+        """Return settings with all defaults resolved; ``InputError`` if variants would need remade parts."""
         from cranktrain.structure.assembly import checked
 
         settings = checked(self._engine, settings)
@@ -267,7 +267,7 @@ class EngineModel:
 
 
 def variant_engine(study: Study, values: Mapping[str, float]) -> tuple[Engine, float]:
-    """Checked engine of a variant, and its load; ``InputError``."""
+    """Return the checked engine of a variant, and its load; ``InputError``."""
     assert study.engine is not None
     engine, names, load = study.engine, dict[str, float](), study.load
     for key, value in values.items():
@@ -286,7 +286,7 @@ def variant_engine(study: Study, values: Mapping[str, float]) -> tuple[Engine, f
 
 
 def answered(model: Model, values: Mapping[str, float]) -> dict[str, Array] | str:
-    """Outputs of a variant, or in one line why it has none: one variant that fails must not end a study."""
+    """Return outputs of a variant, or the reason of failure as one line, so that one failure does not end a study."""
     try:
         found = model.answer(values)
     except (InputError, SolverError) as error:

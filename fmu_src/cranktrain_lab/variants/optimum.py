@@ -1,12 +1,13 @@
-"""The variant with the least of one output under limits of others.
+"""Search for the variant with the least value of one output under limits of others.
 
-Differential evolution (:func:`scipy.optimize.differential_evolution`) searches the box of the varied values, without
-derivatives, because a largest value over speeds has none where two peaks are equal, and the optimum often lies there.
-Then Powell's linear approximation (COBYLA), which knows limits, and the simplex of Nelder and Mead refine the best.
-Variants are ranked: those that meet all limits by the output, before others by how far they are beyond limits (each
-over its limit's size), before those that failed. Values over more than a decade are searched in their logarithm.
+Differential evolution (:func:`scipy.optimize.differential_evolution`) searches the box of the varied values without
+derivatives, because the largest value over speeds is not differentiable where two peaks are equal, and the optimum
+often lies there. Then Powell's linear approximation (COBYLA), which handles limits, and the Nelder-Mead simplex refine
+the best variant. Variants that meet all limits rank first, by the output. Then follow the others, by the relative
+excess over limits, and last those that failed. Values over more than a decade are searched in their logarithm.
 
-Each evaluation is kept as a variant is; the search depends on its seed alone, so the same study goes on where it ended.
+Each evaluation is stored like a variant. The search depends only on its seed, so a repeated study continues where it
+ended.
 """
 
 from __future__ import annotations
@@ -33,25 +34,25 @@ from cranktrain_lab.variants.running import Means, answers, study_digest, varian
 from cranktrain_lab.variants.study import Aim, Study
 
 REFINED = 0.25
-"""Share of the evaluations that refine the best."""
+"""Fraction of the evaluations for refinement of the best variant."""
 DECADE = 10.0
 MEMBERS = 8
-"""Members of the population for each value, and no fewer than twice as many in all."""
+"""Members of the population per value, and half of the least total number."""
 AT_BOUND = 1e-3
-"""Distance from an end, over the range, within which an optimum is said to lie at it."""
+"""Distance from an end, as a fraction of the range, below which an optimum counts as at the end."""
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """Outcome of a search; all in SI, outputs by their worst over the speeds.
+    """Result of a search, in SI, with the worst value of each output over the speeds.
 
     Attributes
     ----------
-    values, outputs : of the best variant
-    before : outputs of the engine's own values; empty where it has none, or fails
-    feasible : whether the best variant meets all limits
-    evaluations, resumed : variants computed, and of these by an earlier run
-    at_bound : values that lie at an end of their range
+    values, outputs : values and outputs of the best variant
+    before : outputs of the engine's own values; empty if there are none, or on failure
+    feasible : True if the best variant meets all limits
+    evaluations, resumed : number of computed variants, and of those computed by an earlier run
+    at_bound : values at an end of their range
     """
 
     values: dict[str, float]
@@ -65,11 +66,11 @@ class Optimum:
 
 
 class Ended(Exception):
-    """The evaluations are used up."""
+    """Exception that ends a search when its evaluations are used up."""
 
 
 class Box:
-    """The varied values as points of the unit cube."""
+    """Map between varied values and points of the unit cube."""
 
     def __init__(self, study: Study) -> None:
         self._ends = []
@@ -80,7 +81,7 @@ class Box:
             self._ends.append((low, high, low > 0.0 and high / low > DECADE))
 
     def values(self, point: Array) -> Array:
-        """Values (d,) at a point."""
+        """Return values (d,) at a point."""
         found = [
             low * (high / low) ** x if geometric else low + x * (high - low)
             for x, (low, high, geometric) in zip(np.clip(point, 0.0, 1.0).tolist(), self._ends, strict=True)
@@ -89,7 +90,7 @@ class Box:
 
 
 class Search:
-    """Evaluations of one search: each variant computed once, kept, and ranked."""
+    """Evaluations of one search, with each variant computed once, stored and ranked."""
 
     def __init__(self, aim: Aim, box: Box, files: VariantFiles, outputs: tuple[Output, ...]) -> None:
         self._aim, self._box, self._files, self._outputs = aim, box, files, outputs
@@ -101,7 +102,7 @@ class Search:
         self.tell: Callable[[str, float], None] = lambda text, share: None
 
     def read(self) -> None:
-        """Take over what an earlier run has computed."""
+        """Read the variants that an earlier run computed."""
         numbers = self._files.column("variant")
         if not numbers.size:
             return
@@ -112,7 +113,7 @@ class Search:
         self._count = self.resumed = int(numbers.size)
 
     def ranks(self, points: Iterable[Array]) -> list[float]:
-        """Rank of each point, the lowest is the best; :class:`Ended` where the evaluations are used up."""
+        """Return the rank of each point (lowest is best); raises :class:`Ended` when evaluations are used up."""
         values = [self._box.values(np.asarray(point)) for point in points]
         new = list({one.tobytes(): one for one in values if one.tobytes() not in self._known}.values())
         self.left -= len(values)
@@ -134,17 +135,17 @@ class Search:
         return found_ranks
 
     def outputs_at(self, point: Array) -> dict[str, float]:
-        """Outputs at a point, by their worst; empty where the variant fails."""
+        """Return the worst values of outputs at a point; empty if the variant failed."""
         self.ranks([point])
         return self._known[self._box.values(np.asarray(point)).tobytes()]
 
     def worst(self, found: Mapping[str, Array]) -> dict[str, float]:
-        """Worst value of each output over the speeds."""
+        """Return the worst value of each output over the speeds."""
         return {o.name: float(np.min(found[o.name]) if o.worst == "least" else np.max(found[o.name]))
                 for o in self._outputs}  # fmt: skip
 
     def excess(self, outputs: Mapping[str, float]) -> Array:
-        """How far (limits,) outputs are beyond their limits, each over its limit's size; below 0 within it."""
+        """Return the excess (limits,) of outputs over their limits, relative to each limit; negative if within."""
         found = [0.0 - 1.0]
         for limit in self._aim.limits:
             value = outputs[limit.output]
@@ -154,7 +155,7 @@ class Search:
         return np.array(found)
 
     def rank(self, outputs: Mapping[str, float]) -> float:
-        """Rank of outputs: −1 … 1 within all limits, 2 … 3 beyond, 4 where the variant failed."""
+        """Return the rank of outputs: −1 … 1 within all limits, 2 … 3 beyond, 4 for a failed variant."""
         if not outputs or not all(math.isfinite(value) for value in outputs.values()):
             return 4.0
         beyond = float(np.maximum(self.excess(outputs), 0.0).sum())
@@ -164,7 +165,7 @@ class Search:
         return value / (self.scale + abs(value))
 
     scale = 1.0
-    """Size of the output that is to be least."""
+    """Scale of the minimised output."""
 
 
 def find_optimum(
@@ -174,18 +175,18 @@ def find_optimum(
     say: Callable[[str], None] = lambda text: None,
     tell: Callable[[str, float], None] = lambda text, share: None,
 ) -> Optimum:
-    """Search the optimum of a study; evaluations are kept in ``folder``, as :func:`.running.run_variants` keeps them.
+    """Search the optimum of a study; evaluations are stored in ``folder`` as by :func:`.running.run_variants`.
 
     Raises
     ------
     InputError
-        a study without [optimize], values without ends, a folder of something else
+        a study without [optimize], unbounded values, a folder with other contents
     SolverError
-        no variant that has a result
+        all variants failed
     """
     if study.aim is None:
         raise InputError("[optimize] is missing; it has minimize, the output that is to be least, and limits")
-    parquet()  # what is lacking is told before the model is made
+    parquet()  # a missing package is reported before the model is made
     box, began = Box(study), time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)
@@ -196,7 +197,7 @@ def find_optimum(
          "n": study.aim.evaluations, "pareto": [], "crank": study.levels.crank},
     )  # fmt: skip
     files.begin(study_digest(replace(study, aim=None)) + repr(study.aim.seed), means.anew)
-    files.write()  # all that an earlier run left can then be read
+    files.write()  # makes all results of an earlier run readable
     search = Search(study.aim, box, files, model.outputs)
     search.tell = tell
     search.read()
@@ -218,7 +219,7 @@ def find_optimum(
 
 
 def _before(study: Study, model: Model, search: Search) -> dict[str, float]:
-    """Outputs of the engine's own values; empty where one has none."""
+    """Return outputs of the engine's own values; empty if a value has none."""
     own = {one.key: one.own for one in study.varied if one.own is not None}
     if len(own) < len(study.varied):
         return {}
@@ -227,10 +228,10 @@ def _before(study: Study, model: Model, search: Search) -> dict[str, float]:
 
 
 def _search(study: Study, search: Search) -> None:
-    """Differential evolution, then refinement from the best."""
+    """Run differential evolution, then refine the best variant."""
     aim, d = study.aim, len(study.varied)
     assert aim is not None
-    # The first generation fits into what is left, however few evaluations there are: ten at least.
+    # The first generation must fit into the remaining evaluations, of which there are at least ten.
     refined = min(max(int(REFINED * aim.evaluations), 4 * d), aim.evaluations // 2)
     members = min(max(MEMBERS * d, 2 * MEMBERS), aim.evaluations - refined)
     search.left -= refined
@@ -250,7 +251,7 @@ def _search(study: Study, search: Search) -> None:
 
 
 def _refine(search: Search, rule: str, d: int) -> None:
-    """Refine the best by one rule, with what it may use of the evaluations that are left."""
+    """Refine the best variant by one rule within the remaining evaluations."""
     point = np.array([_inverse(search._box, k, value) for k, value in enumerate(search.best[1].tolist())])
     limit = max(search.left // 2, d + 2)
     try:
@@ -271,7 +272,7 @@ def _refine(search: Search, rule: str, d: int) -> None:
 
 
 def _within(search: Search, point: Array) -> Array:
-    """What COBYLA holds above 0: margins of limits, and of the box."""
+    """Return the constraint values that COBYLA keeps above 0: margins of limits and of the box."""
     outputs = search.outputs_at(point)
     margins = -search.excess(outputs) if outputs else np.full(1, -1.0)
     return np.concatenate((margins[1:], point, 1.0 - point))
@@ -283,7 +284,7 @@ def _inverse(box: Box, k: int, value: float) -> float:
 
 
 def _place(distribution: Distribution, value: float) -> float:
-    """Place of the engine's own value in its range."""
+    """Return the position (0 to 1) of the engine's own value in its range."""
     low, high = distribution.ends
     inside = min(max(value, low), high)
     if low > 0.0 and high / low > DECADE:

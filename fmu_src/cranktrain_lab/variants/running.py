@@ -1,8 +1,8 @@
-"""Running the variants of a study: side by side, kept one by one, gone on from where a run ended.
+"""Execution of a study's variants in parallel, with each result stored at once and continuation of earlier runs.
 
-Processes take variants, not threads: most of a torsional variant is Python and small linear algebra, which hold the
-interpreter's lock. A worker holds the model, so that nothing is made or compiled for a variant, and a few variants wait
-for each worker. Whatever is finished is in the journal of the study's folder before the next one is handed out.
+Variants run in processes, not threads, because most of a torsional variant is Python and small linear algebra, which
+hold the interpreter's lock. A worker keeps the model, so nothing is made or compiled per variant, and a few variants
+are queued for each worker. Finished variants are in the journal of the study's folder before the next one is submitted.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ from cranktrain_lab.variants.models import Model, answered, model_of
 from cranktrain_lab.variants.study import FUNCTION, Study
 
 AHEAD = 3
-"""Variants that wait for each worker."""
+"""Number of variants queued for each worker."""
 _here = threading.local()
-"""In a worker: the model of its study."""
+"""Study and model of a worker."""
 
 
 @dataclass
 class Outcome:
-    """Outcome of a study's running, filled as far as it came.
+    """Summary of a study's execution, updated while it runs.
 
     Attributes
     ----------
-    finished, resumed, failed : variants finished now, held before, failed now
-    seconds, preparation : wall time, and that of making the model within it
-    workers : how many ran variants
-    reasons : why variants failed, and how many
+    finished, resumed, failed : numbers of variants finished now, stored before, and failed now
+    seconds, preparation : wall time, and part of it for making the model, s
+    workers : number of workers
+    reasons : reasons of failure, with numbers of variants
     """
 
     finished: int = 0
@@ -60,7 +60,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Means:
-    """Execution of a study: processes, or the address of a Dask scheduler; whether a folder is replaced."""
+    """Settings of execution: number of processes or address of a Dask scheduler, and whether to replace a folder."""
 
     workers: int | None = None
     scheduler: str | None = None
@@ -68,7 +68,7 @@ class Means:
 
 
 def study_digest(study: Study) -> str:
-    """Digest of all that the answer for a variant depends on."""
+    """Return a digest of all data that determine the result of a variant."""
     what = (
         study.engine, study.model, study.varied, study.outputs, study.speeds, study.derived, study.levels, study.load,
         study.design, source_digest(models.__file__, deferred=True),
@@ -85,16 +85,16 @@ def run_variants(
     tell: Callable[[str, float], None] = lambda text, share: None,
     outcome: Outcome | None = None,
 ) -> VariantFiles:
-    """Run the variants that the folder does not hold, and keep each as it is finished.
+    """Run the variants that the folder lacks, and store each when it is finished.
 
-    ``say`` is told the stages of making the model, ``tell`` the state of the work and the share done.
+    ``say`` is called with stages of making the model, ``tell`` with the state of the work and the completed fraction.
 
     Raises
     ------
     InputError
-        a folder of something else, a study that its model cannot answer
+        a folder with other contents, a study that its model cannot compute
     SolverError
-        workers that are lost, or a study all of whose variants failed
+        lost workers, or failure of all variants
     """
     parquet()  # what is lacking is told before the model is made
     outcome, began = Outcome() if outcome is None else outcome, time.perf_counter()
@@ -131,7 +131,7 @@ def run_variants(
 
 
 def _about(study: Study) -> dict[str, Any]:
-    """Facts of a study that its files keep."""
+    """Return the facts of a study that its files store."""
     return {
         "title": study.title, "engine": study.engine.name if study.engine else study.model, "version": __version__,
         "crank": study.levels.crank, "method": study.design.method, "n": study.design.n, "seed": study.design.seed,
@@ -146,7 +146,7 @@ def _progress(tell: Callable[[str, float], None], outcome: Outcome, count: int, 
 
 
 def answers(submit: Callable[[Array], Future[Any]], values: Array, left: list[int], workers: int) -> Iterator[Any]:
-    """Numbers of variants with their answers, as they come; few are handed out at a time."""
+    """Yield numbers of variants with their results as they finish; only few are submitted at a time."""
     waiting: dict[Future[Any], int] = {}
     numbers = iter(left)
     try:
@@ -166,12 +166,12 @@ def answers(submit: Callable[[Array], Future[Any]], values: Array, left: list[in
 def variant_workers(
     study: Study, model: Model, means: Means, count: int
 ) -> Iterator[tuple[Callable[[Array], Future[Any]], int]]:
-    """What takes variants, and how many work at a time."""
+    """Provide a function that submits variants, and the number of workers."""
     if means.scheduler is not None:
         with _cluster(study, means.scheduler) as found:
             yield found
         return
-    _here.study, _here.model = study, model  # a fork takes them along
+    _here.study, _here.model = study, model  # forked processes inherit them
     number = max(1, min(means.workers or processors(), count))
     if number == 1 or study.model == FUNCTION:
         with threadpool_limits(limits=1, user_api="blas"):
@@ -182,10 +182,10 @@ def variant_workers(
 
 
 class _Here:
-    """Runs a variant at once, in this process."""
+    """Executor that runs a variant at once in this process."""
 
     def take(self, values: Array) -> Future[Any]:
-        """A finished variant."""
+        """Run a variant and return its finished future."""
         future: Future[Any] = Future()
         future.set_result(_variant(None, values))
         return future
@@ -193,7 +193,7 @@ class _Here:
 
 @contextmanager
 def _cluster(study: Study, address: str) -> Iterator[tuple[Callable[[Array], Future[Any]], int]]:
-    """Workers of a Dask cluster; ``InputError`` where there is none."""
+    """Provide workers of a Dask cluster; ``InputError`` if there is none."""
     if study.model == FUNCTION:
         raise InputError("a function of a script runs in its own process; leave scheduler out")
     with cluster(address) as (client, number):
@@ -209,13 +209,13 @@ def _cluster(study: Study, address: str) -> Iterator[tuple[Callable[[Array], Fut
 
 
 def _begin(study: Study) -> None:
-    """Get ready for a study, unless its model is at hand."""
+    """Make the model of a study in a worker, unless it exists."""
     if getattr(_here, "study", None) != study:
         _here.study, _here.model = study, model_of(study)
 
 
 def _variant(study: Study | None, values: Array) -> dict[str, Array] | str:
-    """A variant by the model that this thread of a worker holds."""
+    """Compute a variant with the model of this worker thread."""
     if study is not None:
         _begin(study)
     keys = [one.key for one in _here.study.varied]

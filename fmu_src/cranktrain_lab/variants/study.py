@@ -1,7 +1,7 @@
-"""A study of variants, checked: what is varied and how, which outputs are wanted, by which model.
+"""Checked study of variants: varied values with distributions, wanted outputs, and model.
 
-Values are named as in an engine file, ``table.key`` or ``table.key[2]``. ``load`` is the share of the full-load burn. A
-name without a dot is a value of its own, for formulas of ``[derived]``.
+Values are named as in an engine file, ``table.key`` or ``table.key[2]``. ``load`` is the fraction of the full-load
+burn. A name without a dot is an additional value for formulas of ``[derived]``.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from cranktrain_lab.variants.distributions import CENTRES, KINDS, Distribution
 from cranktrain_lab.variants.tables import LimitTable, OptimizeTable, StudyTable, VaryTable
 
 LOAD = "load"
-"""Varied value that is none of an engine file: share of the full-load burn."""
+"""Name of the varied fraction of the full-load burn, which is not in engine files."""
 ENGINE, TWO_MASS, FUNCTION = "engine", "two-mass", "function"
 Answer = Callable[[Mapping[str, float]], Mapping[str, float]]
 
 
 @dataclass(frozen=True)
 class Varied:
-    """A varied value: key, distribution in SI, its SI unit, and the engine's own value (None where it has none)."""
+    """Varied value: key, distribution in SI, SI unit, and the engine's own value (or None)."""
 
     key: str
     distribution: Distribution
@@ -44,7 +44,7 @@ class Varied:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limit of an output in SI; infinite where there is none on a side."""
+    """Limits of an output in SI; infinite on an unlimited side."""
 
     output: str
     at_least: float = -math.inf
@@ -53,7 +53,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Aim:
-    """What an optimum is of: output, limits, and the search."""
+    """Aim of an optimisation: output, limits, and settings of the search."""
 
     minimize: str
     limits: tuple[Limit, ...] = ()
@@ -63,7 +63,7 @@ class Aim:
 
 @dataclass(frozen=True)
 class Levels:
-    """Fidelity levels of a study, as of ``cranktrain simulate``; ``damper`` None: fitted where the engine has one."""
+    """Fidelity levels of a study, as in ``cranktrain simulate``; ``damper`` None: fitted if the engine has one."""
 
     crank: str = "torsional"
     bearings: str = "auto"
@@ -77,17 +77,17 @@ class Levels:
 
 @dataclass(frozen=True)
 class Study:
-    """A study, checked but for what its model finds.
+    """Study that has been checked, except for checks by its model.
 
     Attributes
     ----------
-    name, title : of the file, and a line for people
+    name, title : name of the file, and title for reports
     model : ``engine``, ``two-mass`` or ``function``
-    speeds : rad/s
+    speeds : speeds, rad/s
     derived : keys and their formulas
-    load : share of the full-load burn where it is not varied
-    pareto : outputs of the front
-    function : of model ``function``
+    load : fraction of the full-load burn if it is not varied
+    pareto : outputs of the Pareto front
+    function : function of model ``function``
     """
 
     name: str
@@ -112,7 +112,7 @@ class Study:
 
 
 def load_study(path: str | Path) -> Study:
-    """Read and check a study file; ``InputError``: one line with file and key."""
+    """Read and check a study file; ``InputError`` is one line with file and key."""
     path = user_path(path)
     document = read_toml(path, "study file", "give the path of a study.toml")
     try:
@@ -125,7 +125,7 @@ def load_study(path: str | Path) -> Study:
 def study_of(
     read: StudyTable, name: str, path: Path | None = None, engine: Engine | None = None, function: Answer | None = None
 ) -> Study:
-    """The study of a table; an engine or a function that a script gives stands in place of the table's model."""
+    """Return the study of a table; an ``engine`` or ``function`` from a script replaces the table's model."""
     title = name if read.title is None else read.title
     check_title(title, "title")
     model = FUNCTION if function is not None else read.model
@@ -158,7 +158,7 @@ def study_of(
 
 
 def _levels(read: StudyTable) -> Levels:
-    """Fidelity levels; ``InputError`` for a crank level that does not exist."""
+    """Return the fidelity levels; ``InputError`` for an unknown crank level."""
     crank_level(read.crank)
     return Levels(
         read.crank, read.bearings, read.big_ends, read.damper, read.inherit, read.settle, read.reshape, read.retune
@@ -166,14 +166,14 @@ def _levels(read: StudyTable) -> Levels:
 
 
 def output_unit(output: str) -> str:
-    """SI unit by which a limit's text is read; empty where any unit will do."""
+    """Return the SI unit of an output, for reading limits; empty if any unit is accepted."""
     from cranktrain_lab.variants.torsional import UNITS_OF, base_name
 
     return UNITS_OF.get(base_name(output), "")
 
 
 def _aim(read: OptimizeTable, outputs: tuple[str, ...]) -> Aim:
-    """What is to be least, and the limits in SI."""
+    """Return the output to minimise, the limits in SI, and settings of the search."""
     _among(read.minimize, outputs, "optimize.minimize")
     limits = []
     for output, table in read.limits.items():
@@ -201,7 +201,7 @@ def _among(output: str, outputs: tuple[str, ...], where: str) -> None:
 
 
 def _speeds(read: StudyTable, model: str) -> tuple[float, ...]:
-    """Speeds, rad/s, increasing."""
+    """Return increasing speeds, rad/s."""
     if model != ENGINE:
         if read.speeds or read.speeds_rpm:
             raise InputError(f"model '{model}' has no speeds; leave out speeds and speeds_rpm")
@@ -220,7 +220,7 @@ def _speeds(read: StudyTable, model: str) -> tuple[float, ...]:
 
 
 def _varied(key: str, table: VaryTable, engine: Engine | None, model: str) -> Varied:
-    """A varied value with its distribution in SI."""
+    """Return a varied value with its distribution in SI."""
     where, dimension, unit, own = f"vary.'{key}'", "", "", None
     rule = None
     if model == TWO_MASS:
@@ -265,7 +265,7 @@ def _varied(key: str, table: VaryTable, engine: Engine | None, model: str) -> Va
 def _number(
     value: Any, unit: str, dimension: str, own: float | None, where: str, difference: bool = False
 ) -> float:  # fmt: skip
-    """A number in SI: as it is, with a unit, or ``"-10 %"`` and ``"90 %"`` of the engine's ``own`` value."""
+    """Return a number in SI from a number, a text with unit, or ``"-10 %"``, ``"90 %"`` of the engine's value."""
     if is_number(value):
         return float(value)
     if not begins_as_number(value):
@@ -286,7 +286,7 @@ def _number(
 
 
 def _check_derived(read: StudyTable, engine: Engine | None, model: str) -> None:
-    """Refuse keys of ``[derived]`` that do not exist, and values that nothing uses."""
+    """Raise ``InputError`` for unknown keys of ``[derived]``, and for unused values."""
     if model == FUNCTION and read.derived:
         raise InputError("derived: a function has its own formulas; leave [derived] out")
     for key in read.derived:

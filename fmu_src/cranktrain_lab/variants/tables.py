@@ -46,7 +46,7 @@ _Amount = float | str
 
 
 class SpeedsTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
-    """Speeds, rev/min, evenly spaced."""
+    """Table of uniformly spaced speeds, rev/min."""
 
     first: _Rpm
     last: _Rpm
@@ -56,7 +56,7 @@ class SpeedsTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
 
 
 class VaryTable(Table, kw_only=True):
-    """Distribution of a value: numbers in SI, texts with a unit ("30 kg") or shares of the engine's value ("-10 %")."""
+    """Table of a value's distribution: numbers in SI, texts with unit ("30 kg") or relative to the engine ("-10 %")."""
 
     distribution: Literal[tuple(KINDS)] = "uniform"  # type: ignore[valid-type]
     low: _Amount | None = None
@@ -71,14 +71,14 @@ class VaryTable(Table, kw_only=True):
 
 
 class FormulaTable(Table, kw_only=True):
-    """A value that follows from others by a formula in SI."""
+    """Table of a value that follows from others by a formula in SI."""
 
     formula: str
     note: str = ""
 
 
 class DesignTable(Table, kw_only=True):
-    """Choice of the variants."""
+    """Table of the choice of variants."""
 
     method: Literal[METHODS] = METHODS[0]  # type: ignore[valid-type]
     n: Annotated[int, between(1, 10_000_000, "variants")] = 100
@@ -87,7 +87,7 @@ class DesignTable(Table, kw_only=True):
 
 
 class ParetoTable(Table, kw_only=True):
-    """Outputs of which a variant of the front has the least."""
+    """Table of the outputs that a Pareto front minimises."""
 
     minimize: list[str]
 
@@ -95,7 +95,7 @@ class ParetoTable(Table, kw_only=True):
 
 
 class LimitTable(Table, kw_only=True):
-    """Limit of an output: number in SI, or text with a unit."""
+    """Table of an output's limits, as numbers in SI or texts with a unit."""
 
     at_most: _Amount | None = None
     at_least: _Amount | None = None
@@ -104,7 +104,7 @@ class LimitTable(Table, kw_only=True):
 
 
 class OptimizeTable(Table, kw_only=True):
-    """What is to be least, under which limits."""
+    """Table of the output to minimise, and of limits."""
 
     minimize: str
     limits: dict[str, LimitTable] = field(default_factory=dict)
@@ -115,7 +115,7 @@ class OptimizeTable(Table, kw_only=True):
 
 
 class StudyTable(Table, kw_only=True):
-    """A study of variants, or of an optimum."""
+    """Whole study file, of variants or of an optimum."""
 
     outputs: list[str]
     model: Literal[MODELS] = "engine"  # type: ignore[valid-type]
@@ -142,7 +142,7 @@ class StudyTable(Table, kw_only=True):
 
 
 def as_table(value: Any, where: str) -> Any:
-    """A distribution given in Python, ``("uniform", low, high)``, as the table of a study file; ``InputError``."""
+    """Convert a distribution in Python, ``("uniform", low, high)``, to a table of a study file; ``InputError``."""
     if isinstance(value, dict):
         return value
     if not isinstance(value, tuple | list) or not value or not isinstance(value[0], str):
@@ -157,7 +157,7 @@ def as_table(value: Any, where: str) -> Any:
     if len(numbers) > len(names):
         raise InputError(f"{where}: {shown(value)} has more than {', '.join(names)}; leave the others out")
     if len(numbers) == 1 and kind in ("normal", "lognormal"):
-        names = names[1:2]  # about the engine's own value
+        names = names[1:2]  # the engine's own value is the centre
     return {"distribution": kind, **{n: v for n, v in zip(names, numbers, strict=False) if v is not None}}
 
 

@@ -1,8 +1,8 @@
-"""Variants of a torsional crank: the linear run-up of each, all speeds and orders at once.
+"""Linear run-ups of torsional crank variants, with all speeds and orders at once.
 
 The model is that of ``cranktrain runup --crank torsional --steady linear``
-(:mod:`cranktrain.studies.torsion.frequency_run_up`). Outputs over the speed, half of the peak-to-peak value over a
-cycle where nothing else is said:
+(:mod:`cranktrain.studies.torsion.frequency_run_up`). Outputs over the speed are half of the peak-to-peak value over a
+cycle unless stated otherwise:
 
     twist              pulley against flywheel, rad
     pulley.torsion     pulley against the frame that turns steadily, rad
@@ -41,18 +41,18 @@ SHAFT, STRESS, FREQUENCY = "shaft.torque", "shaft.stress", "frequency"
 UNITS_OF = {TWIST: "rad", TORSION: "rad", HEAT: "W", TORQUE: "N m", SHAFT: "N m", STRESS: "Pa", FREQUENCY: "Hz"}
 OF_DAMPER, OF_SHAFT, OF_ORDERS = (HEAT, TORQUE), (SHAFT, STRESS), (TWIST, TORSION)
 _FINER = 2
-"""Samples of a cycle for peaks, over those of the model: 32 in a period of the highest order."""
+"""Ratio of samples per cycle for peaks to samples of the model, which gives 32 per period of the highest order."""
 _NAME = re.compile(r"([a-z.]+?)(?:\.order)?(?:\[([0-9.]+)\])?")
 
 
 def base_name(output: str) -> str:
-    """Name of an output without its order or number."""
+    """Return the name of an output without its order or number."""
     match = _NAME.fullmatch(output)
     return match[1] if match else output
 
 
 def check_torsional_output(output: str, damper: bool) -> None:
-    """Refuse an output that a linear run-up does not have; ``InputError``."""
+    """Raise ``InputError`` for an output that a linear run-up does not have."""
     match, name = _NAME.fullmatch(output), base_name(output)
     number = match[2] if match else None
     by_order = ".order[" in output
@@ -70,10 +70,10 @@ def check_torsional_output(output: str, damper: bool) -> None:
 
 
 def section_moduli(engine: Engine) -> Array:
-    """Polar section moduli (mains + 1,) of the crank's pieces as solid circles, m³.
+    """Return polar section moduli (mains + 1,) of the crank's pieces as solid circles, m³.
 
-    A piece between two mains is as thin as the thinner of main and pin, the front one as nose or main, the rear one as
-    flange or main.
+    The diameter of a piece between two mains is the smaller of main and pin, of the front piece the smaller of nose and
+    main, of the rear piece the smaller of flange and main.
     """
     c = engine.crankshaft
     thin = np.full(len(c.main_widths) + 1, min(c.main_diameter, c.pin_diameter))
@@ -82,14 +82,14 @@ def section_moduli(engine: Engine) -> Array:
 
 
 class SolvedOrders(NamedTuple):
-    """Orders of a linear run-up.
+    """Solution of a linear run-up by orders.
 
     Attributes
     ----------
-    structure : that was solved
-    motion : (s, k + 1, n) coordinates
-    twist, stiffness : (s, k + 1) twist of hub against ring and complex stiffness of the damper; None without one
-    link : the damper; None without one
+    structure : linear structure
+    motion : (s, k + 1, n) complex coordinates
+    twist, stiffness : (s, k + 1) twist of hub against ring and complex stiffness of the damper; None without damper
+    link : damper, or None
     """
 
     structure: ShaftOrders
@@ -100,12 +100,12 @@ class SolvedOrders(NamedTuple):
 
 
 def structure_of(made: Assembly, highest: float = HIGHEST_ORDER) -> ShaftOrders:
-    """Linear structure of one variant, of orders up to ``highest``; ``InputError``."""
+    """Return the linear structure of one variant for orders up to ``highest``; ``InputError``."""
     return ShaftOrders(made.engine, made.body, made.settings, GasTrace.from_engine(made.engine), highest)
 
 
 def solved_orders(made: Assembly, speeds: Array, structure: ShaftOrders | None = None) -> SolvedOrders:
-    """Linear motion of one variant at ``speeds`` (s,) rad/s, of its ``structure`` where that is known.
+    """Solve the linear motion of one variant at ``speeds`` (s,) rad/s; ``structure`` may be given if known.
 
     Raises ``InputError``, ``SolverError``.
     """
@@ -124,7 +124,7 @@ def solved_orders(made: Assembly, speeds: Array, structure: ShaftOrders | None =
 
 
 def against_frame(solved: SolvedOrders, speeds: Array, row: Array) -> ComplexArray:
-    """Rotation (s, k + 1) of a place, ``row`` (n,) of the coordinates, against the frame of a run."""
+    """Return the rotation (s, k + 1) of a place relative to the frame of a run; ``row`` (n,) acts on coordinates."""
     swing = solved.structure.ends_rows()[2]
     wobble = frame_wobble(speeds[:, None], speeds[:, None] * solved.structure.orders)
     return np.asarray(solved.motion @ row - wobble * (solved.motion @ swing))
@@ -133,9 +133,9 @@ def against_frame(solved: SolvedOrders, speeds: Array, row: Array) -> ComplexArr
 def torsional_answer(
     made: Assembly, speeds: Array, outputs: tuple[str, ...], structure: ShaftOrders | None = None
 ) -> dict[str, Array]:
-    """Outputs of one variant, (s,) each or (1,) of a frequency; ``made`` carries the damper's housing.
+    """Return outputs of one variant, (s,) each or (1,) for a frequency; ``made`` includes the damper's housing.
 
-    ``structure`` is that of ``made`` where it is known.
+    ``structure`` is the linear structure of ``made`` if known.
 
     Raises ``InputError``, ``SolverError``.
     """
@@ -154,7 +154,7 @@ def torsional_answer(
         omega = speeds[:, None] * structure.orders
         found[HEAT] = 0.5 * np.sum(omega * stiffness.imag * np.abs(twist) ** 2, axis=1)
         if TORQUE in bases:
-            # A fluid that thins has the torque of its law, not that of the linear damper with the same heat.
+            # A shear-thinning fluid has the torque of its force law, not of the linear damper with the same heat.
             law = link.torque(structure.signal(1j * omega * twist, 1)) if link.thinning else None
             found[TORQUE] = _half_range(structure, stiffness * twist) if law is None else 0.5 * np.ptp(law, axis=1)
     if bases & set(OF_SHAFT):
@@ -168,7 +168,7 @@ def torsional_answer(
 def _one(
     output: str, orders: dict[str, ComplexArray], found: dict[str, Array], hz: Array, structure: ShaftOrders
 ) -> Array:
-    """One output by its name."""
+    """Return one output by name."""
     name, match = base_name(output), _NAME.fullmatch(output)
     number = match[2] if match else None
     if name == FREQUENCY:
@@ -184,7 +184,7 @@ def _one(
 
 
 def _half_range(structure: ShaftOrders, orders: ComplexArray) -> Array:
-    """Half of the peak-to-peak value over a cycle of complex orders (s, k + 1, …), (s, …)."""
+    """Return half of the peak-to-peak value (s, …) over a cycle of complex orders (s, k + 1, …)."""
     count = _FINER * structure.samples
     moved = 0.5 * count * orders
     moved[:, 0] *= 2.0
@@ -193,7 +193,7 @@ def _half_range(structure: ShaftOrders, orders: ComplexArray) -> Array:
 
 
 def _peak(signal: Array) -> Array:
-    """Largest value over a cycle of samples (s, N, …): that of the parabola through the largest and its neighbours."""
+    """Return the largest value of samples (s, N, …) over a cycle, from a parabola through the largest three."""
     top = signal.argmax(axis=1)[:, None]
     before, at, after = (np.take_along_axis(signal, (top + k) % signal.shape[1], axis=1)[:, 0] for k in (-1, 0, 1))
     bend = 2.0 * at - before - after
@@ -201,7 +201,7 @@ def _peak(signal: Array) -> Array:
 
 
 def _piece_torques(made: Assembly, structure: ShaftOrders, motion: ComplexArray) -> Array:
-    """Half of the peak-to-peak torque (s, pieces) between neighbours of pulley, mains and flywheel."""
+    """Return half of the peak-to-peak torque (s, pieces) between neighbours of pulley, mains and flywheel."""
     names = shaft_nodes(made.engine)
     rows = np.diff(structure.rotations(made.body, names), axis=0)
     torques = motion @ (made.body.records["shaft_stiffness"][:, None] * rows).T
@@ -209,5 +209,5 @@ def _piece_torques(made: Assembly, structure: ShaftOrders, motion: ComplexArray)
 
 
 def with_load(made: Assembly, load: float) -> Assembly:
-    """The assembly at another share of the full-load burn."""
+    """Return the assembly at another fraction of the full-load burn."""
     return made if made.settings.gas_load == load else replace(made, settings=replace(made.settings, gas_load=load))

@@ -1,1 +1,1 @@
-"""Watch: which defect of an engine explains a change of its measured torsion."""
+"""Watch: detect changes of an engine's measured torsion and find the defect that explains them."""

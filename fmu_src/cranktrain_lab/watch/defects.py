@@ -1,4 +1,4 @@
-"""Defects that a watch looks for, as changes of an engine and its gas pressures of a given severity.
+"""Defects that a watch considers, as changes of an engine and its gas pressures with a severity.
 
 A severity of 0 is the healthy engine. Severity s means
 
@@ -8,8 +8,8 @@ A severity of 0 is the healthy engine. Severity s means
     cracked damper springs    stiffness times 1 − s, rubber likewise
     softer shaft or coupling  stiffness of the connecting shaft, or of one shaft of the drive line, times 1 − s
 
-Two changes are no defects but would look like one: another load (all cylinders alike) and another zero of the encoder.
-They are judged beside the defects.
+Two harmless changes look similar to defects: another load (of all cylinders) and another zero of the encoder. They are
+evaluated together with the defects.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from cranktrain.engine.parts import Damper
 from cranktrain.loads.gas_pressure import GasTrace
 
 MISFIRE, DAMPER, SHAFT, LOAD, ZERO = "misfire", "damper", "shaft", "load", "zero"
-"""Kinds."""
+"""Kinds of changes."""
 MISFIRES = (0.5, 1.0)
 LOSSES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97)
-"""Severities at which a defect's signature is computed; between them it is interpolated."""
+"""Severities at which a defect's signature is computed; it is interpolated between them."""
 LOADS = (0.25, 0.5, 1.0)
 ANGLES = (0.01, 0.05)
 """Shifts of an encoder, rad."""
 
 
 class Case(NamedTuple):
-    """An engine in one state: with its gas pressures, and the angle by which the encoder's zero has moved, rad."""
+    """Engine in one state, with gas pressures and displacement of the encoder's zero, rad."""
 
     engine: Engine
     gas: GasTrace
@@ -42,15 +42,15 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Defect:
-    """A change that a watch looks for.
+    """Defect or harmless change that a watch considers.
 
     Attributes
     ----------
-    key : name, as ``misfire[3]``
-    words : for people
+    key : name, such as ``misfire[3]``
+    words : description for reports
     kind : one of the kinds of this module
-    severities : rising, at which it is computed
-    of : the case with this change of a severity
+    severities : increasing severities at which the signature is computed
+    of : function (case, severity) → case with this change
     """
 
     key: str
@@ -61,12 +61,12 @@ class Defect:
 
     @property
     def harmless(self) -> bool:
-        """Whether it is no defect of the engine: another load or zero."""
+        """True for a change that is not a defect: another load or zero."""
         return self.kind in (LOAD, ZERO)
 
 
 def defects_of(engine: Engine, damper: bool) -> tuple[Defect, ...]:
-    """All that can be looked for in an engine; ``damper``: whether it is fitted."""
+    """Return all changes that can be considered for an engine; ``damper``: True if it is fitted."""
     found = [
         Defect(f"{MISFIRE}[{k + 1}]", f"misfire of cylinder {k + 1}", MISFIRE, MISFIRES, _misfire(k))
         for k in range(engine.n_cylinders)
@@ -84,7 +84,7 @@ def defects_of(engine: Engine, damper: bool) -> tuple[Defect, ...]:
 
 
 def with_misfire(engine: Engine, gas: GasTrace, cylinder: int, severity: float) -> GasTrace:
-    """Pressures of an engine whose cylinder, counted from 0, burns ``1 − severity`` of its fuel."""
+    """Return pressures with a burn of ``1 − severity`` in one cylinder, counted from 0."""
     own = list(gas.own) or [gas] * engine.n_cylinders
     one = own[cylinder]
     own[cylinder] = replace(one, fired=one.fired - severity * (one.fired - one.motored))
@@ -161,7 +161,7 @@ def _of_shafts(engine: Engine) -> list[Defect]:
 
 
 def _of_shaft(shaft: int) -> Callable[[Case, float], Case]:
-    """A shaft of the line, counted from 0, whose stiffness and points of stiffness are less."""
+    """Return the change that reduces stiffness and points of stiffness of a drive-line shaft, counted from 0."""
 
     def softer(case: Case, severity: float) -> Case:
         line, rest = case.engine.drive_line_chain, 1.0 - severity

@@ -1,23 +1,23 @@
-"""Detector: whether an engine's orders have changed, and which defect explains the change.
+"""Detector of changes of an engine's orders, and identification of the defect that explains a change.
 
-A measured change r is the mean of m watched recordings less that of n healthy ones, so every error of the model that
-both share cancels. Each defect has a path of signatures Δ(s) over its severity, straight between computed severities,
-by which the model changes. With the covariance C (1/m + 1/n) of r, whitened, the generalised likelihood ratio of a
+A measured change r is the mean of m watched recordings minus that of n healthy ones, so common model errors cancel.
+Each defect has a path of signatures Δ(s) over its severity, which are changes of the model's orders, linear between
+computed severities. After whitening with the covariance C (1/m + 1/n) of r, the generalised likelihood ratio of a
 defect is
 
     T = |r|² − min_s |r − Δ(s)|²
 
-and the detector's statistic is the largest T of all paths. A second one, |r|², finds changes that no path explains.
-Both are compared with draws of r without a change, whose variances are drawn from what the healthy recordings leave
-open, so the false-alarm rate is met with few recordings too. The two share one rate: an alarm is the smaller of their
-probabilities, among the least of that of the draws.
+and the detector's statistic is the largest T of all paths. A second statistic, |r|², finds changes that no path
+explains. Both are compared with random draws of r without a change. The variances of the draws follow the uncertainty
+of the variances from healthy recordings, so the false-alarm rate is met with few recordings too. The alarm uses the
+smaller of the two probabilities, compared with the same quantity of the draws, so the rate holds for both together.
 
-Which defect: signatures of the model are in error too, so residuals of path i have the covariance C + E(Δ) with
+To identify the defect, residuals of path i get the covariance C + E(Δ), because signatures have errors too, with
 
     E = δ² (|Δ_o|² + (R/5)²)/2   for each part of order o,   R the root mean square of |Δ_o| at the point,
 
-δ being the model's error on the healthy engine, over its orders. With equal probabilities before, those afterwards are
-in proportion to the likelihood of the best severity.
+δ being the model's relative error for the healthy engine. With equal prior probabilities, posterior probabilities are
+proportional to the likelihood of the best severity.
 
 Source: S. M. Kay, *Fundamentals of Statistical Signal Processing: Detection Theory* (1998), ch. 6.
 """
@@ -37,23 +37,23 @@ from cranktrain.core.types import Array
 from cranktrain_lab.watch.scatter import Scatter, groups
 
 DRAWS = 20_000
-"""Draws without a change."""
+"""Number of draws without a change."""
 LOW = 0.2
-"""Part of a signature's error that does not fall with the order's own size: rods couple orders that differ by two."""
+"""Error of a signature that is independent of the order's amplitude, because rods couple orders that differ by two."""
 LEFT = 1e-3
-"""Probability of what a defect leaves, below which it does not explain a change."""
+"""Probability of the residual below which a defect does not explain a change."""
 SHARE = 0.9
-"""Detection rate at which the smallest severity is told."""
+"""Detection rate for which the smallest severity is reported."""
 
 
 class Path(NamedTuple):
-    """Signatures of a defect.
+    """Path of a defect's signatures over severity.
 
     Attributes
     ----------
-    key : of the defect
-    severities : (k,) from 0 on
-    changes : (k, s, 2 o) of the orders, rad; the first is zero
+    key : key of the defect
+    severities : (k,) increasing from 0
+    changes : (k, s, 2 o) changes of the orders, rad; the first is zero
     """
 
     key: str
@@ -62,15 +62,15 @@ class Path(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """One defect beside a change.
+    """Result for one defect and a measured change.
 
     Attributes
     ----------
-    key : of the defect
+    key : key of the defect
     statistic : generalised likelihood ratio T
-    severity : that fits best
-    probability : of this defect, if one of them is the cause
-    left : probability that the scatter and the signature's error leave as much as this defect leaves
+    severity : best severity
+    probability : probability of this defect if one of them is the cause
+    left : probability that scatter and signature error give a residual as large as this defect's
     """
 
     key: str
@@ -86,9 +86,9 @@ class Verdict:
 
     Attributes
     ----------
-    alarm : whether they have changed
-    probability : of a change as large without a cause
-    findings : the likeliest first
+    alarm : True if the recordings have changed
+    probability : probability of an equally large change without a cause
+    findings : findings, the most likely first
     """
 
     alarm: bool
@@ -97,7 +97,7 @@ class Verdict:
 
     @property
     def explained(self) -> bool:
-        """Whether the likeliest defect leaves no more than scatter."""
+        """True if the residual of the most likely defect is explained by scatter."""
         return self.findings[0].left >= LEFT
 
 
@@ -106,13 +106,13 @@ class Detector:
 
     Parameters
     ----------
-    paths : what is looked for
+    paths : signatures of the defects
     healthy : (s, 2 o) mean of healthy recordings, rad
-    scatter, directions : of one recording, and its effects' directions (s, 2 o, 2 + c)
+    scatter, directions : scatter of one recording, and directions (s, 2 o, 2 + c) of its effects
     counts : numbers of watched and of healthy recordings
-    model_error : of the model's signatures, over them
-    rate : of false alarms
-    seed : of the draws
+    model_error : relative error of the model's signatures
+    rate : rate of false alarms
+    seed : seed of the draws
     """
 
     def __init__(
@@ -132,13 +132,13 @@ class Detector:
         self.threshold = float(np.quantile(self._largest, 1.0 - rate))
 
     def _whitened(self, changes: Array) -> Array:
-        """Changes (k, s, 2 o) over their standard deviations, (k, s · 2 o)."""
+        """Whiten changes (k, s, 2 o) to (k, s · 2 o)."""
         return np.stack(
             [solve_triangular(root, changes[:, j].T, lower=True).T for j, root in enumerate(self._roots)], axis=1
         ).reshape(changes.shape[0], -1)
 
     def _drawn(self, rng: np.random.Generator) -> Array:
-        """Whitened changes (b, N) without a cause, variances drawn as the healthy recordings leave them open."""
+        """Draw whitened changes (b, N) without a cause, with random variances as uncertain as the estimated ones."""
         scatter, (s, whole, count) = self.scatter, self._directions.shape
         degrees, half = scatter.noise_degrees, whole // 2
         noise = scatter.noise[:half] * (degrees / rng.chisquare(degrees, (DRAWS, half)))
@@ -150,11 +150,11 @@ class Detector:
         return self._whitened(rows)
 
     def ratios(self, rows: Array) -> Array:
-        """Generalised likelihood ratios (b, paths) of whitened changes (b, N)."""
+        """Return generalised likelihood ratios (b, paths) of whitened changes (b, N)."""
         return np.stack([_along(white, rows)[0] for white in self._white], axis=1)
 
     def judge(self, watched: Array) -> Verdict:
-        """Verdict on the mean (s, 2 o) of watched recordings, rad."""
+        """Return the verdict on the mean (s, 2 o) of watched recordings, rad."""
         change = (watched - self._healthy)[None]
         row = self._whitened(change)
         statistics, places = zip(*(_along(white, row) for white in self._white), strict=True)
@@ -177,7 +177,7 @@ class Detector:
         return Verdict(probability <= self.rate, probability, tuple(order))
 
     def _score(self, change: Array, signature: Array) -> tuple[float, float]:
-        """Logarithm of the likelihood of what a signature (s, 2 o) leaves, and how often scatter leaves as much."""
+        """Return log-likelihood of the residual after a signature (s, 2 o), and probability of so large a residual."""
         root = self._wider(signature)
         left = np.linalg.solve(root, (change - signature)[:, :, None])[..., 0]
         square = float(np.sum(left**2))
@@ -185,7 +185,7 @@ class Detector:
         return score, float(chi2.sf(square, left.size))
 
     def _wider(self, signature: Array) -> Array:
-        """Cholesky factors (s, 2 o, 2 o) of the covariance with the error of a signature (s, 2 o)."""
+        """Return Cholesky factors (s, 2 o, 2 o) of the covariance including the error of a signature (s, 2 o)."""
         half = signature.shape[1] // 2
         size = signature[:, :half] ** 2 + signature[:, half:] ** 2
         error = 0.5 * self._error**2 * (size + LOW**2 * size.mean(axis=1, keepdims=True))
@@ -193,7 +193,7 @@ class Detector:
         return np.asarray(np.linalg.cholesky(whole))
 
     def smallest(self, k: int) -> float:
-        """Smallest severity of path ``k`` that is found at the rate ``SHARE``; not a number where none is."""
+        """Return the smallest severity of path ``k`` that is detected at the rate ``SHARE``, or NaN."""
         path, white = self.paths[k], self._white[k]
         need = math.sqrt(self.threshold) + float(norm.ppf(SHARE))
         sizes = np.linalg.norm(white, axis=1)
@@ -204,10 +204,10 @@ class Detector:
         return math.nan
 
     def apart(self, k: int, severity: float) -> list[tuple[str, float]]:
-        """Paths with the probability that ``k`` at a severity is taken for them, from the distance of signatures.
+        """Return paths with the probability that path ``k`` at a severity is mistaken for them.
 
-        Of two signatures whose nearest points are d standard deviations apart, the wrong one is nearer with the
-        probability Φ(−d/2).
+        If the nearest points of two signatures are d standard deviations apart, the measured change is nearer to the
+        wrong signature with probability Φ(−d/2).
         """
         path = self.paths[k]
         own = _at(path.changes, float(np.interp(severity, path.severities, np.arange(path.severities.size))))
@@ -222,13 +222,13 @@ class Detector:
 
 
 def _at(changes: Array, place: float) -> Array:
-    """Signature at a place (0 to k − 1) of a path's ``changes`` (k, …)."""
+    """Interpolate a path's ``changes`` (k, …) at a position between 0 and k − 1."""
     first = min(int(place), changes.shape[0] - 2)
     return np.asarray(changes[first] + (place - first) * (changes[first + 1] - changes[first]))
 
 
 def _along(white: Array, rows: Array) -> tuple[Array, Array]:
-    """Ratios (b,) of a whitened path (k, N) for ``rows`` (b, N), and places (b,) of the best severities."""
+    """Return likelihood ratios (b,) of a whitened path (k, N) for ``rows`` (b, N), and positions (b,) of the best."""
     best, place = np.zeros(rows.shape[0]), np.zeros(rows.shape[0])
     squares = np.sum(white**2, axis=1)
     products = rows @ white.T
@@ -244,5 +244,5 @@ def _along(white: Array, rows: Array) -> tuple[Array, Array]:
 
 
 def _rarity(drawn: Array, values: Array | float) -> Array:
-    """Fractions of sorted draws (b,) that are as large as ``values``."""
+    """Return the fraction of sorted draws (b,) that are at least as large as ``values``."""
     return 1.0 - np.searchsorted(drawn, values, side="left") / drawn.size

@@ -1,4 +1,4 @@
-"""Orders of an engine's torsion in any case of :mod:`cranktrain_lab.watch.defects`, by a torsional crank."""
+"""Orders of torsion by a torsional crank, for the cases of :mod:`cranktrain_lab.watch.defects`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OUTPUTS = (TORSION, FLYWHEEL, TWIST)
 
 
 class Place(NamedTuple):
-    """Where torsion is looked at: its output, speeds (s,) rad/s and orders (o,)."""
+    """Operating points: output of torsion, speeds (s,) rad/s and orders (o,)."""
 
     output: str
     speeds: Array
@@ -32,15 +32,15 @@ class Place(NamedTuple):
 
 
 class TorsionalAnswers:
-    """A torsional crank that answers for the healthy engine and for its defects.
+    """Model of a torsional crank for the healthy engine and its defects.
 
     Parameters
     ----------
-    engine : healthy; added bodies and connections are left out
+    engine : healthy engine; added bodies and connections are left out
     load : fraction of the full-load burn
-    damper : whether it is fitted
+    damper : True if the damper is fitted
     rule : ``linear`` or ``harmonic-balance``
-    inherit : whether the crank takes the damping of the level above
+    inherit : True if the crank takes the damping of the level above
 
     Raises
     ------
@@ -58,7 +58,7 @@ class TorsionalAnswers:
         self.healthy = Case(self.engine, GasTrace.from_engine(self.engine))
 
     def orders(self, case: Case, place: Place) -> ComplexArray:
-        """Complex orders (s, o), rad: order n is Re[a exp(i n θ)]; ``InputError``, ``SolverError``."""
+        """Return complex orders (s, o), rad, with order n as Re[a exp(i n θ)]; ``InputError``, ``SolverError``."""
         made, speeds = self._made, np.unique(place.speeds)
         engine = fitted_engine(case.engine, made.settings)
         found = frequency_run_up(engine, made.body, made.settings, speeds, list(place.orders), self._rule, case.gas)

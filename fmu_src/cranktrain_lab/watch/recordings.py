@@ -1,8 +1,8 @@
-"""Recordings of a watch: complex orders of one output at the same speeds, one recording a file.
+"""Recordings for a watch: complex orders of one output at common speeds, one recording per file.
 
-Speeds of the watched recordings give the operating points; points of a file that lie within ``NEAR`` of one are its
-mean. What the model changes between a file's own speed and the operating point is added to the measured orders, so
-speeds need not agree exactly.
+Speeds of the watched recordings define the operating points. Points of a file within ``NEAR`` of an operating point are
+averaged. The change of the model's orders between a file's own speed and the operating point is added to the measured
+orders, so speeds need not agree exactly.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER
 from cranktrain_lab.watch.model import ComplexArray, Place
 
 NEAR = 0.02
-"""Distance of speeds, over the speed, up to which they are one operating point."""
+"""Relative difference of speeds up to which they are one operating point."""
 BEYOND = 0.05
-"""Distance beyond the engine's speeds, over them, up to which speeds are taken."""
+"""Relative distance outside the engine's speed range up to which speeds are accepted."""
 
 
 class Recordings(NamedTuple):
-    """Recordings at operating points.
+    """Watched and healthy recordings at operating points.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Recordings(NamedTuple):
 
 
 class _File(NamedTuple):
-    """One recording: order → speeds (k,) and complex orders (k,)."""
+    """Recording of one file: order → speeds (k,) and complex amplitudes (k,)."""
 
     name: str
     points: dict[float, tuple[Array, ComplexArray]]
@@ -52,7 +52,7 @@ def read_recordings(
     engine: Engine, watched: Sequence[str | Path], healthy: Sequence[str | Path], output: str,
     orders: Sequence[float], corrected: Callable[[Place], ComplexArray],
 ) -> Recordings:  # fmt: skip
-    """Recordings of files; ``corrected`` gives the model's orders (s, o) at a place.
+    """Read recordings from files; ``corrected`` returns the model's orders (s, o) at operating points.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def read_recordings(
 
 
 def _read(path: str | Path, output: str) -> _File:
-    """One file's orders of an output; ``InputError``."""
+    """Read one file's orders of an output; ``InputError``."""
     name, found = Path(path).name, read_measured_orders(path)
     assert isinstance(found, MeasuredOrders)
     if output not in found:
@@ -101,7 +101,7 @@ def _read(path: str | Path, output: str) -> _File:
 
 
 def _check_different(files: Sequence[_File], values: Sequence[ComplexArray], recordings: Sequence[int]) -> None:
-    """Refuse recordings of equal orders: scatter found in them would be too small; ``InputError``."""
+    """Raise ``InputError`` for recordings with equal orders, because they would underestimate the scatter."""
     for second in recordings:
         for first in recordings[: second - recordings[0]]:
             if np.array_equal(values[first], values[second]):
@@ -112,7 +112,7 @@ def _check_different(files: Sequence[_File], values: Sequence[ComplexArray], rec
 
 
 def _operating_points(speeds: Sequence[Array]) -> Array:
-    """Means (s,) of groups of speeds that lie within ``NEAR`` of each other, rad/s."""
+    """Return means (s,) of groups of speeds within ``NEAR`` of each other, rad/s."""
     groups: list[list[float]] = []
     for speed in np.sort(np.concatenate(speeds)).tolist():
         if groups and speed <= groups[-1][0] * (1.0 + NEAR):
@@ -136,7 +136,7 @@ def _check_speeds(engine: Engine, speeds: Array, name: str) -> None:
 def _at_points(
     file: _File, place: Place, own: ComplexArray, corrected: Callable[[Place], ComplexArray]
 ) -> ComplexArray:
-    """Orders (s, o) of a recording at the operating points."""
+    """Return orders (s, o) of a recording at the operating points."""
     all_speeds = np.unique(np.concatenate([file.points[order][0] for order in place.orders.tolist()]))
     moved = not np.isin(all_speeds, place.speeds).all()
     there = corrected(place._replace(speeds=all_speeds)) if moved else None

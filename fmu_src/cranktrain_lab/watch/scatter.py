@@ -1,13 +1,13 @@
-"""Scatter of healthy recordings: noise of each order; load, encoder zero and each cylinder's burn that change.
+"""Scatter of healthy recordings by noise of each order and by changes of load, encoder zero and cylinders' burn.
 
 At each operating point the orders of a recording, as real vectors y of real and imaginary parts, are
 
     y = μ + λ g + φ z + Σ_k β_k h_k + e,   λ ~ N(0, σ_λ²),  φ ~ N(0, σ_φ²),  β_k ~ N(0, σ_β²),  e ~ N(0, D),
 
 g being the model's derivative by the load, z = i n y that of an encoder's zero, h_k that by the burn of cylinder k, and
-D diagonal with one variance for each order, common to all points. The variances follow from the recordings less their
-means by expectation maximisation (Dempster, Laird and Rubin, J. R. Statist. Soc. B 39, 1977); μ, which holds every
-error of the model, is left free.
+D diagonal with one variance for each order, common to all points. The variances follow from the recordings minus their
+means by expectation maximisation (Dempster, Laird and Rubin, J. R. Statist. Soc. B 39, 1977). μ is free, because it
+contains all model errors.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from numpy.typing import NDArray
 from cranktrain.core.types import Array
 
 ROUNDS = 200
-"""Iterations of the maximisation."""
+"""Number of iterations of expectation maximisation."""
 LEAST = 1e-9
-"""Least noise, over the root mean square of the orders."""
+"""Least noise, as a fraction of the RMS of the orders."""
 
 
 class Scatter(NamedTuple):
-    """Variances of a recording.
+    """Variances of one recording.
 
     Attributes
     ----------
     noise : (2 o,) variance of real and imaginary part of each order, rad²
-    effects : (3,) variances of load, zero, rad², and burn of a cylinder
-    degrees : (3,) degrees of freedom of these; that of an order's noise
+    effects : (3,) variances of load, of encoder zero (rad²), and of a cylinder's burn
+    degrees : (3,) degrees of freedom of the effects, and those of an order's noise
     """
 
     noise: Array
@@ -41,23 +41,23 @@ class Scatter(NamedTuple):
     noise_degrees: float
 
     def covariance(self, directions: Array) -> Array:
-        """Covariance (s, 2 o, 2 o) of one recording, ``directions`` (s, 2 o, 2 + c) being g, z and h."""
+        """Return the covariance (s, 2 o, 2 o) of one recording; ``directions`` (s, 2 o, 2 + c) are g, z and h."""
         own = self.effects[groups(directions.shape[2])]
         return np.asarray(np.diag(self.noise) + (directions * own) @ directions.transpose(0, 2, 1))
 
 
 def groups(count: int) -> NDArray[np.intp]:
-    """Variance that each of ``count`` directions has: load, zero, and one for all cylinders."""
+    """Return the index of the variance of each of ``count`` directions: load, zero, then all cylinders in common."""
     return np.minimum(np.arange(count), 2)
 
 
 def real_rows(orders: NDArray[np.complex128]) -> Array:
-    """Complex orders (…, o) as real and imaginary parts (…, 2 o)."""
+    """Convert complex orders (…, o) to real and imaginary parts (…, 2 o)."""
     return np.asarray(np.concatenate((orders.real, orders.imag), axis=-1))
 
 
 def scatter_of(healthy: Array, directions: Array) -> Scatter:
-    """Scatter of healthy recordings (n, s, 2 o), n > 1; ``directions`` (s, 2 o, 2 + c) as of :class:`Scatter`."""
+    """Estimate the scatter of healthy recordings (n, s, 2 o), n > 1; ``directions`` as in :class:`Scatter`."""
     n, s, whole = healthy.shape
     away = (healthy - healthy.mean(axis=0)) * np.sqrt(n / (n - 1.0))
     least = (LEAST * float(np.sqrt(np.mean(healthy**2)))) ** 2
@@ -83,6 +83,6 @@ def scatter_of(healthy: Array, directions: Array) -> Scatter:
 
 
 def _pooled(variances: Array, half: int, least: float) -> Array:
-    """One variance for both parts of an order."""
+    """Average the variances of real and imaginary part of each order."""
     both = np.maximum(0.5 * (variances[:half] + variances[half:]), least)
     return np.concatenate((both, both))

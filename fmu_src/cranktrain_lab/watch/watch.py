@@ -1,4 +1,4 @@
-"""Watch an engine by the torsion of its pulley: from files of measured orders to a report."""
+"""Watch of an engine by its torsion, from files of measured orders to a report."""
 
 from __future__ import annotations
 
@@ -25,31 +25,31 @@ from cranktrain_lab.watch.scatter import real_rows, scatter_of
 
 Follow = Callable[[float], None]
 FEWEST = 3
-"""Fewest healthy recordings, of which scatter can be known."""
+"""Least number of healthy recordings to estimate scatter."""
 EXPLAINED = 0.5
-"""Least part of the squared healthy orders that the model must explain."""
+"""Least fraction of the squared healthy orders that the model must explain."""
 LEAST_ERROR = 0.05
-"""Least error of the model's signatures, over them: what a torsional crank leaves out is not seen in the healthy."""
+"""Least relative error of the model's signatures, as healthy orders do not show all errors of a torsional crank."""
 LIKELY = 0.05
-"""Probability from which another defect counts as possible."""
+"""Least probability of another defect that counts as possible."""
 TURN = math.radians(30.0)
-"""Largest distance between the zero of the encoder and firing dead centre of the first cylinder."""
+"""Largest angle, rad, between the encoder's zero and firing dead centre of the first cylinder."""
 STEP = 0.02
-"""Step of load by which its direction is found."""
+"""Step of the load for the derivative of orders by the load."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is watched, and how.
+    """Settings of a watch.
 
     Attributes
     ----------
-    output, orders : of the files; no orders: all that the files share
-    rate : of false alarms
+    output, orders : output and orders of the files; without orders all common orders
+    rate : rate of false alarms
     load : fraction of the full-load burn of all recordings
-    damper : whether it is fitted
-    rule, inherit : of the model, see :class:`TorsionalAnswers`
-    seed : of the draws
+    damper : True if the damper is fitted
+    rule, inherit : settings of the model, see :class:`TorsionalAnswers`
+    seed : seed of the draws
     """
 
     output: str = "pulley.torsion"
@@ -63,17 +63,17 @@ class Request:
 
 
 class Watch:
-    """An engine's defects at given operating points, ready to judge recordings.
+    """Signatures of an engine's defects at given operating points, for evaluating recordings.
 
     Parameters
     ----------
-    answers : the model
-    place : what is looked at, where
-    say, follow : told each stage, and the fraction done
+    answers : model of the engine
+    place : output, speeds and orders
+    say, follow : called with each stage, and with the completed fraction
 
     Attributes
     ----------
-    own : (s, o) the model's healthy orders
+    own : (s, o) healthy orders of the model
     paths : signatures of the defects
     """
 
@@ -94,11 +94,11 @@ class Watch:
         self._by_burn = [-path.changes[1] / path.severities[1] for path in misfires] if len(misfires) > 1 else []
 
     def _path(self, answers: TorsionalAnswers, defect: Defect) -> detectors.Path:
-        """Signatures of a defect; severities at which the model has no answer end it."""
+        """Return the signatures of a defect, up to the severity at which the model fails."""
         kept, changes = [0.0], [np.zeros_like(self.own)]
         for severity in defect.severities:
             try:
-                if defect.kind == ZERO:  # no answer of the model is needed for a turn
+                if defect.kind == ZERO:  # a shift of the zero needs no evaluation of the model
                     turn = defect.of(answers.healthy, severity).zero
                     found = self.own * np.exp(1j * turn * self.place.orders)
                 else:
@@ -112,17 +112,17 @@ class Watch:
         return detectors.Path(defect.key, np.array(kept), real_rows(np.array(changes)))
 
     def model_error(self, healthy: ComplexArray) -> float:
-        """Error of the model's healthy orders, over them, for ``healthy`` (s, o) measured ones."""
+        """Return the relative error of the model's healthy orders compared with measured ``healthy`` (s, o)."""
         return math.sqrt(float(np.sum(np.abs(healthy - self.own) ** 2) / np.sum(np.abs(healthy) ** 2)))
 
     def zero_of(self, healthy: ComplexArray) -> float:
-        """Angle, rad, within ± ``TURN`` by which the encoder of ``healthy`` (s, o) counts ahead of the model."""
+        """Return the angle (rad, within ± ``TURN``) by which the encoder of ``healthy`` (s, o) leads the model."""
         angles = np.linspace(-TURN, TURN, 2401)
         products = np.sum(np.conj(self.own) * healthy, axis=0)
         return float(angles[np.argmax((np.exp(-1j * np.outer(angles, self.place.orders)) @ products).real)])
 
     def detector(self, healthy: ComplexArray, count: int, rate: float, seed: int = 1) -> Detector:
-        """Detector of ``healthy`` recordings (n, s, o), for the mean of ``count`` watched ones; ``InputError``."""
+        """Return the detector from ``healthy`` recordings (n, s, o) for ``count`` watched ones; ``InputError``."""
         mean = healthy.mean(axis=0)
         turned = real_rows(1j * self.place.orders * mean)
         directions = np.stack((self._by_load, turned, *self._by_burn), axis=-1)
@@ -135,14 +135,14 @@ def watch(
     engine: str | Path, measured: Sequence[str | Path], healthy: Sequence[str | Path], request: Request | None = None,
     say: Progress = lambda stage: None, follow: Follow = lambda share: None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Report, JSON-able, on recordings of an engine beside healthy ones; each file is one recording.
+    """Compare recordings of an engine with healthy ones, one per file, and return a report for JSON.
 
-    Raises ``InputError``: fewer than three healthy recordings, files that do not go together, data of another engine.
+    Raises ``InputError`` for fewer than three healthy recordings, inconsistent files, or data of another engine.
 
     Returns
     -------
     ``alarm``, ``probability``, ``found``, ``possible``, ``explained``, ``defects`` (each with its statistic, severity,
-    probability, the smallest severity that is found, and what it is taken for), ``said`` in words
+    probability, smallest detectable severity, and defects it may be mistaken for), ``said`` in words
     """
     request, base = request or Request(), load_engine(engine)
     if not measured:
@@ -173,7 +173,7 @@ def watch(
 
 
 def check_engine_of(watched: Watch, healthy: ComplexArray, name: str) -> None:
-    """Refuse healthy recordings (n, s, o) of which the model explains less than half; ``InputError``."""
+    """Raise ``InputError`` for healthy recordings (n, s, o) of which the model explains less than half."""
     mean = healthy.mean(axis=0)
     if not np.any(np.abs(mean) > 0.0):
         raise InputError("the healthy recordings are zero; check their channel")
@@ -226,7 +226,7 @@ def _report(watched: Watch, read: Recordings, found: Detector, verdict: Verdict)
 
 
 def said(verdict: Verdict, rows: Sequence[dict[str, Any]]) -> list[str]:
-    """What was found, in sentences."""
+    """Return the result in sentences."""
     chance = f"{verdict.probability:.2g}" if verdict.probability > 0.0 else f"below {1.0 / detectors.DRAWS:.0e}"
     if not verdict.alarm:
         return [f"No change: scatter alone is as large with a probability of {chance}."]
@@ -239,7 +239,7 @@ def said(verdict: Verdict, rows: Sequence[dict[str, Any]]) -> list[str]:
             f"{first['severity']:.2f}; look for another cause, or for a model that is too far from the engine.",
         ]
     also = [row for row in others if row["probability"] >= LIKELY]
-    # A defect that is nearly as likely must not be ruled out.
+    # A harmless change is reported as the cause only if no defect is nearly as likely.
     cleared = first["harmless"] and all(row["harmless"] for row in also)
     what, which = "This is no defect: " if cleared else "Likeliest: ", first["defect"]
     if first["harmless"] and not cleared:

@@ -1,1 +1,1 @@
-"""Running in over time: the wear of the main bearings' shells along a schedule of speeds and loads."""
+"""Running in over time: wear of the main bearings' shells along a schedule of speeds and loads."""

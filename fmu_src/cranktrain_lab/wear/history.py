@@ -1,19 +1,18 @@
-"""Wear of the main bearings over time: an explicit history along a schedule of speeds and loads.
+"""Wear of the main bearings over time, integrated explicitly along a schedule of speeds and loads.
 
-At the state of the shells (:mod:`cranktrain_lab.wear.shells`) the engine runs some cycles; the last one gives the
-rate of wear ∂w/∂t (φ, ζ), a mean over the cycle. The state then goes on by Euler's rule,
+With the present shells (:mod:`cranktrain_lab.wear.shells`) the engine runs some cycles. The last cycle gives the mean
+rate of wear ∂w/∂t (φ, ζ). The state is then advanced by Euler's method,
 
     w ← w + Δt ∂w/∂t,      Δt = a min(σ₀/max ∂w/∂t, 1/max |∂²w/∂t∂w|),
 
-so no place wears by more than the fraction a of the roughness, and none goes beyond the depth at which its wear ends.
-The first bound rules as long as edges lie in the shell, the second as the surfaces part. The error is of first order in
-a.
-The worn volume is the sum of the increments, hence Archard's integral to rounding.
+so no point wears by more than the fraction a of the roughness, and none beyond the depth at which its wear ends. The
+first bound applies while edges touch the shell, the second when the surfaces separate. The error is of first order in
+a. The worn volume is the sum of the increments, so it equals Archard's integral to rounding.
 
-Wear has ended where no place would wear by more than ``SETTLED`` of the roughness before its contact is elastic. The
-rest of the block then passes without cycles.
+Wear has ended if no point would wear by more than ``SETTLED`` of the roughness before its contact is elastic. The rest
+of the block is then skipped without cycles.
 
-Each operating point keeps a simulation of its own, which goes on from where it was left: its orbits follow the shells.
+Each operating point has its own simulation, which continues from its last state, so its orbits adapt to the shells.
 """
 
 from __future__ import annotations
@@ -45,27 +44,27 @@ from cranktrain_lab.wear.schedule import HOUR, Block, block_at, same_until
 from cranktrain_lab.wear.shells import Shells, Wear, WornFilms, new_shells
 
 INCREMENT = 0.25
-"""Usual a."""
+"""Default increment a."""
 SETTLED = 0.01
-"""Wear that is left over the roughness of new surfaces, below which wear has ended."""
+"""Remaining wear, as a fraction of the new surfaces' roughness, below which wear has ended."""
 CYCLES, FIRST_CYCLES = 2, 4
-"""Cycles of an increment, of which the last one is read, and of the first one at an operating point."""
+"""Number of cycles of an increment, of which the last is evaluated, and of the first increment at a point."""
 MOST = 5000
-"""Increments of a history at most."""
+"""Largest number of increments of a history."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """How a history is computed.
+    """Settings of a wear history.
 
     Attributes
     ----------
-    law : of wear
-    crank : fidelity level of the crank, one that bends
-    increment : a
-    alike : all shells have the deepest profile of all, see :class:`cranktrain_lab.wear.shells.Shells`
-    straight : shells are straight when new; else they have the engine file's relief
-    cycles : of an increment
+    law : wear law
+    crank : fidelity level of a bending crank
+    increment : increment a
+    alike : True if all shells get the deepest profile of all, see :class:`cranktrain_lab.wear.shells.Shells`
+    straight : True if new shells are straight; else they have the engine file's relief
+    cycles : number of cycles of an increment
     """
 
     law: WearLaw = field(default_factory=WearLaw)
@@ -83,7 +82,7 @@ class Choices:
 
 
 class Running:
-    """The engine at the operating points of a schedule, with worn shells."""
+    """Engine with worn shells at the operating points of a schedule."""
 
     def __init__(self, engine: Engine, choices: Choices, say: Callable[[str], None]) -> None:
         bearing = engine.plain_mains
@@ -102,11 +101,11 @@ class Running:
         self.points: dict[tuple[float, float], WornFilms] = {}
 
     def new_shells(self) -> Shells:
-        """The engine's shells when new."""
+        """Return the engine's new shells."""
         return new_shells(self.engine.plain_mains, len(self.engine.plain_numbers), self.choices.alike)
 
     def wear(self, block: Block, shells: Shells) -> Wear:
-        """Wear of one cycle of an operating point."""
+        """Return the wear of one cycle at an operating point."""
         key, cycles = (block.speed, block.load), self.choices.cycles
         if key not in self.points:
             settings = replace(self.settings, gas_load=block.load)
@@ -120,7 +119,7 @@ class Running:
         return films.run(cycles)
 
     def increment(self, wear: Wear) -> float | None:
-        """Longest time step (s) at these rates; None where wear has ended."""
+        """Return the longest time step (s) at these rates; None if wear has ended."""
         sigma = self.engine.plain_mains.roughness
         rate, decrease = float(wear.rate.max()), float(wear.decrease.max())
         if rate == 0.0:
@@ -131,7 +130,7 @@ class Running:
         return self.choices.increment * min(sigma / rate, 1.0 / decrease if decrease > 0.0 else math.inf)
 
     def worn(self, shells: Shells, wear: Wear, step: float) -> Shells:
-        """The shells after a time step, s."""
+        """Return the shells after a time step, s."""
         law, bearing = self.choices.law, self.engine.plain_mains
         depths = step * wear.smoothing
         sigma = np.array([law.smoothed(bearing, float(s), float(d)) for s, d in zip(shells.sigma, depths, strict=True)])
@@ -139,7 +138,7 @@ class Running:
 
     @property
     def digest(self) -> str:
-        """What a history depends on beside its schedule."""
+        """Return a digest of all data that determine a history, except its schedule."""
         return hashlib.sha256(repr((self.engine, self.choices, self.body.digest)).encode()).hexdigest()
 
 
@@ -151,10 +150,10 @@ def wear_history(
     say: Callable[[str], None] = lambda text: None,
     follow: Callable[[float], None] = lambda share: None,
 ) -> WearHistory:
-    """Wear along a schedule, which repeats until so many ``hours``; once where None.
+    """Compute wear along a schedule, which repeats up to ``hours`` (None: once).
 
-    With a ``path`` the history is written there after each increment, and goes on where a file of the same engine,
-    choices and schedule ends.
+    With a ``path`` the history is written there after each increment. An existing file of the same engine, choices and
+    schedule is continued.
 
     Raises
     ------
@@ -184,7 +183,7 @@ def wear_history(
 
 
 class _March:
-    """The explicit march of a history to a time, s."""
+    """Explicit time integration of a history up to a time, s."""
 
     def __init__(self, running: Running, blocks: Sequence[Block], end: float, history: WearHistory) -> None:
         self.running, self.blocks, self.end, self.history = running, blocks, end, history
@@ -198,12 +197,12 @@ class _March:
 
     @property
     def block(self) -> tuple[Block, float]:
-        """Block of the present time, the last one at the end, and when it ends."""
+        """Block at the present time (the last one at the end), and its end time."""
         number, stop = block_at(self.blocks, min(self.time, self.end * (1.0 - 1e-9)))
         return self.blocks[number], stop
 
     def advance(self) -> str | None:
-        """One row more, in words; None at the end."""
+        """Add a row and return it in words; None at the end."""
         if self.time >= self.end * (1.0 - 1e-12) and self.history.time.size:
             return None
         block, stop = self.block
@@ -225,7 +224,7 @@ class _March:
         return self._record(block)
 
     def _pass_calmly(self, stop: float) -> None:
-        """Let time pass without wear: the rest of the block, or all of it once every block is without wear."""
+        """Skip time without wear: the rest of the block, or all time once no block has wear."""
         while True:
             block, end = self.block
             if block not in self.calm or self.time >= stop:
@@ -237,9 +236,9 @@ class _March:
             self.work, self.time = self.work + step * self.calm[block], self.time + step
 
     def _record(self, block: Block) -> str:
-        """Add a row of the present state and cycle; the row in words."""
+        """Add a row of the present state and cycle, and return it in words."""
         running, wear, shells = self.running, self.wear, self.shells
-        assert wear is not None  # run before
+        assert wear is not None  # the cycle has been run
         values = {
             "time": self.time, "speed": block.speed, "gas_load": block.load, "sigma": shells.sigma,
             "volume": shells.volumes(0.5 * running.engine.plain_mains.diameter), "contact_work": self.work,
@@ -256,7 +255,7 @@ class _March:
 
 
 def _begun(running: Running, blocks: Sequence[Block], path: Path | None) -> WearHistory:
-    """The history in a file of the same engine and choices, or one without rows; ``InputError`` for another's."""
+    """Return the history in a file of the same engine and choices, or an empty one; ``InputError`` for others."""
     shells, engine = running.new_shells(), running.engine
     attributes: dict[str, Any] = {
         "engine": engine.name, "crank": running.choices.crank, "digest": running.digest,

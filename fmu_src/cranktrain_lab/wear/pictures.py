@@ -13,7 +13,7 @@ from cranktrain_lab.wear.records import WearHistory
 
 PICTURES = ("wear_profiles.png", "wear_over_time.png")
 SHOWN = 6
-"""Times whose profiles are drawn."""
+"""Number of times whose profiles are drawn."""
 
 
 def save_wear_pictures(folder: Path, history: WearHistory, title: str) -> list[Path]:
@@ -23,7 +23,7 @@ def save_wear_pictures(folder: Path, history: WearHistory, title: str) -> list[P
 
 
 def profiles_figure(history: WearHistory, title: str) -> Any:
-    """Relief of each shell over the width at some times."""
+    """Draw the relief of each shell over the width at some times."""
     from matplotlib.figure import Figure
 
     count = len(history.bearings)
@@ -45,7 +45,7 @@ def profiles_figure(history: WearHistory, title: str) -> Any:
 
 
 def plot_profiles(ax: Any, history: WearHistory, bearing: int) -> None:
-    """Draw the relief of one shell (by its place among ``history.bearings``) at up to ``SHOWN`` times."""
+    """Draw the relief of one shell (by index in ``history.bearings``) at up to ``SHOWN`` times."""
     from matplotlib import colormaps
 
     depth = history.deepest.max(axis=1)
@@ -59,7 +59,7 @@ def plot_profiles(ax: Any, history: WearHistory, bearing: int) -> None:
 
 
 def over_time_figure(history: WearHistory, title: str) -> Any:
-    """Depth, roughness, fraction of the load in contact, contact pressure, friction and volume of each bearing."""
+    """Draw depth, roughness, load fraction in contact, contact pressure, friction and volume of each bearing."""
     from matplotlib.figure import Figure
 
     drawn = (
@@ -78,7 +78,7 @@ def over_time_figure(history: WearHistory, title: str) -> Any:
 
 
 def plot_over_time(ax: Any, history: WearHistory, values: Any, quantity: str, unit: str) -> None:
-    """Draw values (s, b) over the time; speeds of a schedule change where lines jump."""
+    """Draw values (s, b) over the time; jumps show changes of speed in the schedule."""
     for k, number in enumerate(history.bearings):
         ax.plot(history.hours, values[:, k], lw=1.4, label=f"main {number:.0f}")
     ax.set(xlabel="time / h", ylabel=f"{quantity} / {unit}")

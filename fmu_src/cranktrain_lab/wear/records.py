@@ -1,4 +1,4 @@
-"""History of wear of an engine's main bearings, as ``cranktrain run-in --hours`` finds it: rows and their file."""
+"""History of wear of an engine's main bearings by ``cranktrain run-in --hours``, with its file."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ OVER_TIME: dict[str, str] = {
     "contact_load": "N", "load": "N", "contact_power": "W", "friction_power": "W", "largest_pressure": "Pa",
     "least_gap": "m", "profile": "m",
 }  # fmt: skip
-"""Values of each row with their units; those behind ``gas_load`` are of each bearing."""
+"""Values of each row with their units; values after ``gas_load`` are per bearing."""
 
 
 @dataclass(frozen=True)
 class WearHistory:
-    """Wear of b bearings at s times; SI.
+    """Wear history of b bearings at s times; SI.
 
     Attributes
     ----------
-    bearings : (b,) their numbers, from 1
-    zeta : (n,) slices over the width, −1 to 1; ``weight`` (n,) of an integral over it, m
-    time, speed, gas_load : (s,) s, rad/s and fraction of the full-load burn; each row is the wear so far, and the cycle
-        that follows with it
+    bearings : (b,) bearing numbers, from 1
+    zeta : (n,) slices over the width, −1 to 1; ``weight`` (n,) are integration weights, m
+    time, speed, gas_load : (s,) time (s), speed (rad/s) and fraction of the full-load burn; each row has the wear so
+        far, and values of the next cycle with this wear
     sigma : (s, b) roughness, m
-    volume : (s, b) worn so far, m³
+    volume : (s, b) worn volume so far, m³
     contact_work : (s, b) ∫∫ p v dA dt so far, J
-    contact_load, load : (s, b) of the asperities, and of the bearing; means over the cycle of that row, N
-    contact_power, friction_power : (s, b) of the asperities, and of film and asperities, W
-    largest_pressure, least_gap : (s, b) of the asperities, Pa, and between mean planes, m; extremes of the cycle
+    contact_load, load : (s, b) loads of the asperities and of the bearing; means over the row's cycle, N
+    contact_power, friction_power : (s, b) power of the asperities, and of film and asperities, W
+    largest_pressure, least_gap : (s, b) asperity pressure, Pa, and gap between mean planes, m; extremes of the cycle
     profile : (s, b, n) relief of the shells, m
     worn : (b, angles, n) worn depth over the circumference (axes at rest) and width at the last row, m
-    attributes : what was run
-    settled : whether wear had ended at the last row
+    attributes : engine, schedule and settings of the history
+    settled : True if wear had ended at the last row
     """
 
     bearings: Array
@@ -83,21 +83,21 @@ class WearHistory:
         return np.asarray((self.profile - self.profile[0]).max(axis=2))
 
     def with_row(self, worn: Array, settled: bool, **values: Any) -> WearHistory:
-        """With one row more; ``values`` are those of ``OVER_TIME``."""
+        """Return the history with one more row; ``values`` are those of ``OVER_TIME``."""
         added: dict[str, Any] = {
             name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME
         }
         return replace(self, worn=worn, settled=settled, **added)
 
     def save(self, path: str | Path) -> Path:
-        """Write the file, whole or not at all; ``InputError`` for a place that it must not take, ``StoreError``."""
+        """Write the file, completely or not at all; ``InputError`` for an invalid path, ``StoreError``."""
         units = OVER_TIME | {"bearings": "1", "zeta": "1", "weight": "m", "worn": "m"}
         datasets = {name: (np.asarray(getattr(self, name)), unit) for name, unit in units.items()}
         return write_wear(path, datasets, {**self.attributes, "settled": int(self.settled)})
 
     @classmethod
     def load_file(cls, path: str | Path) -> WearHistory:
-        """Read what :meth:`save` wrote; ``StoreError`` for another or a damaged file."""
+        """Read a file of :meth:`save`; ``StoreError`` for another or a damaged file."""
         data, attributes = read_wear(path)
         wanted = {one.name for one in fields(cls)} - {"attributes", "settled"}
         if missing := sorted(wanted - set(data)):
@@ -106,7 +106,7 @@ class WearHistory:
         return cls(**{name: data[name] for name in wanted}, attributes=attributes, settled=settled)
 
     def write_table(self, path: str | Path) -> Path:
-        """Write a CSV table with a line for each time, in the units of engineers; as :meth:`save`."""
+        """Write a CSV table with a line per time, in engineering units; errors as :meth:`save`."""
         columns = {"hours": self.hours, "speed_rpm": self.speed / RPM, "load": self.gas_load}
         for k, number in enumerate(self.bearings.astype(int)):
             own = {
@@ -127,7 +127,7 @@ class WearHistory:
 
 
 def no_history(bearings: Array, zeta: Array, weight: Array, worn: Array, attributes: dict[str, Any]) -> WearHistory:
-    """A history without rows."""
+    """Return a history without rows."""
     b, n = len(bearings), len(zeta)
     shapes = {name: (0,) if name in ("time", "speed", "gas_load") else (0, b) for name in OVER_TIME}
     empty: dict[str, Any] = {name: np.zeros(shape) for name, shape in (shapes | {"profile": (0, b, n)}).items()}

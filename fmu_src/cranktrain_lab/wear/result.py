@@ -1,4 +1,4 @@
-"""Running in over time as a whole: from an engine and a schedule to figures, files and a new engine file."""
+"""Complete computation of running in over time: from engine and schedule to results, files and a new engine file."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ def run_in_over_time(
     say: Callable[[str], None] = lambda text: None,
     follow: Callable[[float], None] = lambda share: None,
 ) -> tuple[WearHistory, dict[str, Any]]:
-    """Wear of an engine's main bearings over so many hours: the history, and its figures, JSON-able.
+    """Compute wear of an engine's main bearings over time; returns the history, and its figures for JSON.
 
-    Raises ``InputError``: neither hours nor a schedule, both a schedule and a speed, an engine without plain mains, a
-    file of another history, an ``out`` that exists.
+    Raises ``InputError`` without hours and schedule, with both schedule and speed, for an engine without plain mains, a
+    file of another history, or an ``out`` that exists.
 
     Parameters
     ----------
     engine : path, or the name of a shipped engine
-    hours : the schedule is repeated until then; once where None
+    hours : end of the history; the schedule is repeated up to this time (None: once)
     schedule : file of :func:`cranktrain_lab.wear.schedule.read_schedule`, or its blocks
-    speed_rpm : where there is no schedule; the lowest speed at which oil temperatures are given where None
-    output : HDF5 file of the history, which goes on where it ends
+    speed_rpm : speed without a schedule; by default the lowest speed with oil temperatures
+    output : HDF5 file of the history; an existing one is continued
     out : engine file to write, with the relief fitted to the deepest profile of all shells, and their mean roughness
-    say, follow : told each increment, and the share of the time
+    say, follow : called with each increment, and with the completed fraction of the time
     """
     base = load_engine(engine)
     new = new_path(Path(out)) if out is not None else None
@@ -69,7 +69,7 @@ def run_in_over_time(
 def _blocks(
     engine: Engine, hours: float | None, schedule: str | Path | Sequence[Block] | None, speed_rpm: float | None
 ) -> Sequence[Block]:
-    """The schedule; ``InputError`` where nothing or two things say it."""
+    """Return the schedule; ``InputError`` if it is missing or ambiguous."""
     if hours is not None and not 0.0 < hours < math.inf:
         raise InputError(f"run-in: {hours:g} hours take no time; give a number above zero")
     if schedule is not None:
@@ -85,7 +85,7 @@ def _blocks(
 
 
 def envelope(history: WearHistory, row: int = -1) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """|ζ| (m,), rising, and the deepest relief of all shells and both ends there, m."""
+    """Return increasing |ζ| (m,), and the deepest relief of all shells and both ends at each, m."""
     deepest = history.profile[row].max(axis=0)
     deepest = np.maximum(deepest, deepest[::-1])
     half = history.zeta >= 0.0
@@ -94,7 +94,7 @@ def envelope(history: WearHistory, row: int = -1) -> tuple[np.ndarray[Any, Any],
 
 
 def figures(history: WearHistory, engine: Engine) -> dict[str, Any]:
-    """Figures of a history, JSON-able, in the units of engineers; lists are by main bearing."""
+    """Return results of a history for JSON, in engineering units; lists are by main bearing."""
     zeta, deepest = envelope(history)
     even = np.linspace(0.0, 1.0, 101)
     shape = np.interp(even, zeta, deepest)

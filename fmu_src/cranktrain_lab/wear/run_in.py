@@ -1,13 +1,13 @@
-"""Running in: the relief that a straight shell wears until its edges no longer touch.
+"""Running in of a straight shell: the relief by wear at which its edges no longer touch.
 
-At the lowest speed of the full-load range films are thinnest. Each pass runs the engine at level ``reynolds``, takes
-the least gap of every slice ζ over one cycle and all mains, both ends alike, and wears the shell where that is less
-than half the roughness:
+Films are thinnest at the lowest speed of the full-load range. Each pass runs the engine at level ``reynolds``, finds
+the least gap of every slice ζ over one cycle, all mains and both ends, and wears the shell where this gap is less than
+half the roughness:
 
     g(ζ) += 0.7 max(0, ½ σ − least gap(ζ)),
 
-smoothed over neighbouring slices. All shells wear alike, as one set of shells is ordered for an engine. To the worn
-shape the profile of :mod:`cranktrain.film.contact.gap` is fitted by least squares.
+smoothed over neighbouring slices. All shells wear equally, because an engine gets one set of equal shells. The profile
+of :mod:`cranktrain.film.contact.gap` is fitted to the worn shape by least squares.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from cranktrain.store.whole_file import whole_file
 from cranktrain.structure import assembly
 
 PASSES, CYCLES, PER_CYCLE = 9, 3, 288
-"""Passes of wear; cycles of a run, of which the last is read, and its samples."""
+"""Number of passes, cycles of a run (the last one is evaluated), and samples per cycle."""
 WEAR, WANTED = 0.7, 0.5
-"""Fraction of the missing gap that a pass wears, and the wanted gap over the roughness."""
+"""Fraction of the missing gap that a pass wears, and required gap as a fraction of the roughness."""
 SLICES = 101
 SMOOTHING = np.array([0.25, 0.5, 0.25])
 
@@ -55,17 +55,17 @@ def run_in(
     say: Callable[[str], None] = lambda stage: None,
     follow: Callable[[float], None] = lambda share: None,
 ) -> dict[str, Any]:
-    """Wear the shells of an engine's mains: figures, JSON-able, and a new engine file where ``out`` is given.
+    """Run in the shells of an engine's mains; returns results for JSON, and writes engine file ``out`` if given.
 
-    Raises ``InputError``: an engine without plain mains, a speed that is not positive, an ``out`` that exists.
+    Raises ``InputError`` for an engine without plain mains, a speed that is not positive, or an ``out`` that exists.
 
     Parameters
     ----------
     engine : path, or the name of a shipped engine
-    speed_rpm : the lowest speed at which oil temperatures are given where None
-    crank : fidelity level of the crank, one that bends
-    passes, cycles : of wear, and of each run
-    say, follow : told each pass, and its share of the work
+    speed_rpm : speed; by default the lowest speed with oil temperatures
+    crank : fidelity level of a bending crank
+    passes, cycles : number of passes, and of cycles of each run
+    say, follow : called with each pass, and with the completed fraction
 
     Returns
     -------
@@ -112,7 +112,7 @@ def run_in(
 
 
 def _put_profile(simulation: Simulation, zeta: Array, worn: Array) -> None:
-    """Let the films of a simulation see a worn shape, m, at |ζ| from 0 to 1."""
+    """Set the worn shape, m, at |ζ| from 0 to 1 in the films of a simulation."""
     model = simulation.model
     bearing = simulation.engine.plain_mains
     bore = rigid_bore(bearing, model.bearings, None, model.laws.solved)
@@ -126,7 +126,7 @@ def _put_profile(simulation: Simulation, zeta: Array, worn: Array) -> None:
 
 
 def least_gaps(simulation: Simulation, zeta: Array, worn: Array, cycles: int) -> Array:
-    """Least gap (m) of slices at ±ζ over the last of so many cycles, all mains and both ends."""
+    """Run ``cycles`` and return the least gap (m) of slices at ±ζ in the last one, over all mains and both ends."""
     clearance = simulation.engine.plain_mains.clearance
     begin, h = simulation.time, 4.0 * math.pi / simulation.inputs[0] / PER_CYCLE
     least = np.full(zeta.size, np.inf)
@@ -142,7 +142,7 @@ def least_gaps(simulation: Simulation, zeta: Array, worn: Array, cycles: int) ->
 
 
 def fitted_profile(zeta: Array, worn: Array) -> tuple[float, float, float]:
-    """Depth (m), share and exponent of the profile nearest to a worn shape, by least squares; straight: depth 0."""
+    """Fit depth (m), fraction and exponent of the profile to a worn shape by least squares; straight: depth 0."""
     if not worn.max() > 0.0:
         return 0.0, 0.5, 2.0
     best, least = (float(worn[-1]), 1.0, 2.0), math.inf

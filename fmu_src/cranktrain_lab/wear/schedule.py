@@ -1,10 +1,10 @@
-"""Schedule of a running-in: hours at speeds and loads, one after the other, from a text table.
+"""Schedule of running in, as a sequence of hours at speeds and loads from a text table.
 
     hours, speed_rpm, load          a line each; load, a fraction of the full-load burn, may be left out
     0.5, 1000, 0.25
     2, 1600, 1.0
 
-A schedule that is shorter than the time asked for begins anew.
+A schedule that is shorter than the requested time is repeated.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ REMEDY = "give lines of hours, speed_rpm and load under this header"
 
 
 class Block(NamedTuple):
-    """Time (s) at a speed (rad/s) and a load, a fraction of the full-load burn."""
+    """Block of a schedule: duration (s), speed (rad/s) and load as a fraction of the full-load burn."""
 
     duration: float
     speed: float
@@ -37,7 +37,7 @@ class Block(NamedTuple):
 
 
 def read_schedule(path: str | Path) -> tuple[Block, ...]:
-    """Blocks of a schedule file; ``InputError``: one line that names file and line."""
+    """Read the blocks of a schedule file; ``InputError`` is one line with file and line number."""
     name = Path(path).name
     table = read_rows(path, "schedule of running in", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
     columns = _columns(table, name)
@@ -50,7 +50,7 @@ def read_schedule(path: str | Path) -> tuple[Block, ...]:
 
 
 def _columns(table: TextRows, name: str) -> list[str]:
-    """Kinds of the columns."""
+    """Return the kinds of the columns."""
     kinds = [kind_of(column, KINDS) for column in table.names]
     for column, kind in zip(table.names, kinds, strict=True):
         if not kind:
@@ -63,7 +63,7 @@ def _columns(table: TextRows, name: str) -> list[str]:
 
 
 def _block(where: str, cells: dict[str, str], table: TextRows) -> Block:
-    """A line's block; ``InputError`` where a value is none or out of bounds."""
+    """Return the block of a line; ``InputError`` for a missing or invalid value."""
     limits = {
         "duration": (1e-6, LONGEST_HOURS, "hours"),
         "speed": (SLOWEST_RPM, FASTEST_RPM, "rev/min"),
@@ -85,9 +85,9 @@ def _block(where: str, cells: dict[str, str], table: TextRows) -> Block:
 
 
 def block_at(blocks: Sequence[Block], time: float) -> tuple[int, float]:
-    """Number of the block at a ``time`` (s) of a schedule that repeats, and the time at which it ends.
+    """Return the index of the block at a ``time`` (s) of a repeating schedule, and the end time of the block.
 
-    A time at the border of two blocks, to rounding, belongs to the later one.
+    A time at the boundary of two blocks, to rounding, belongs to the later block.
     """
     whole = sum(block.duration for block in blocks)
     begin = whole * math.floor(time / whole * (1.0 + 1e-12))
@@ -100,7 +100,7 @@ def block_at(blocks: Sequence[Block], time: float) -> tuple[int, float]:
 
 
 def same_until(one: Sequence[Block], other: Sequence[Block], time: float) -> bool:
-    """Whether two schedules have the same speeds and loads up to a time, s."""
+    """True if two schedules have equal speeds and loads up to a time, s."""
     at = 0.0
     while at < time * (1.0 - 1e-9):
         (k, end), (j, stop) = block_at(one, at), block_at(other, at)

@@ -1,9 +1,9 @@
-"""Worn shells of an engine's main bearings: their state, the films that see it, and their wear over a cycle.
+"""Worn shells of an engine's main bearings: state, effect on films, and wear over a cycle.
 
-Each shell has a map of its worn depth w(φ, ζ) in axes at rest and the combined roughness σ of shell and journal. The
-film between the surfaces depends on half the sum of the surface speeds only if the shell is the same all round, so
-films and contact see the deepest meridian, g(ζ) = max w over φ: the one that is loaded. Elsewhere the film is thick,
-and the difference between g and w counts less.
+Each shell has a map of worn depth w(φ, ζ) in axes at rest, and the combined roughness σ of shell and journal. The film
+depends only on half the sum of the surface speeds if the shell is axisymmetric. Films and contact therefore use the
+deepest meridian all round, g(ζ) = max w over φ, which is the loaded one. Elsewhere the film is thick, and the
+difference between g and w matters less.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from cranktrain.film.laws.films import COS, SIN
 from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
 
 ANGLES = 120
-"""Meridians of a wear map: 3 degrees, a fifth of a touching arc."""
+"""Number of meridians of a wear map (every 3 degrees, a fifth of a contact arc)."""
 PER_CYCLE = 288
-"""Samples of a cycle."""
+"""Number of samples per cycle."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ class Shells:
 
     Attributes
     ----------
-    zeta, weight : (n,) slices, from −1 to 1, and their weights in an integral over the width, m
-    new : (n,) relief of the shells when new, m
+    zeta, weight : (n,) slices, from −1 to 1, and integration weights over the width, m
+    new : (n,) relief of the new shells, m
     worn : (b, ANGLES, n) worn depth, m
     sigma : (b,) roughness, m
-    alike : whether all shells are given the deepest profile of all and of both ends, as one set of shells is ordered
+    alike : True if all shells get the deepest profile of all and of both ends, as for one set of equal shells
     """
 
     zeta: Array
@@ -65,7 +65,7 @@ class Shells:
 
     @property
     def profiles(self) -> Array:
-        """Relief (b, n) of the shells that films see, m."""
+        """Relief (b, n) of the shells used by films, m."""
         worn = self.worn.max(axis=1)
         if self.alike:
             deepest = worn.max(axis=0)
@@ -73,12 +73,12 @@ class Shells:
         return np.asarray(self.new + worn)
 
     def volumes(self, radius: float) -> Array:
-        """Worn volume of each shell, (b,) m³."""
+        """Return the worn volume of each shell, (b,) m³."""
         return np.asarray(self.worn.mean(axis=1) @ self.weight * (2.0 * math.pi * radius))
 
 
 def new_shells(bearing: PlainBearing, count: int, alike: bool = False) -> Shells:
-    """Shells of ``count`` bearings as they leave the workshop."""
+    """Return new shells of ``count`` bearings."""
     line = bearing_contact(bearing).line
     zeta = line[LINE_ZETA]
     worn = np.zeros((count, ANGLES, zeta.size))
@@ -87,17 +87,17 @@ def new_shells(bearing: PlainBearing, count: int, alike: bool = False) -> Shells
 
 @dataclass(frozen=True)
 class Wear:
-    """Wear of b shells over one cycle, means over the cycle unless it says otherwise.
+    """Wear of b shells over one cycle; values are means over the cycle unless stated otherwise.
 
     Attributes
     ----------
     rate, decrease : (b, ANGLES, n) ∂w/∂t, m/s, and its decrease with w, 1/s
-    volume_rate : (b,) m³/s
-    smoothing : (b,) depth by which roughness runs in, m/s
+    volume_rate : (b,) rate of worn volume, m³/s
+    smoothing : (b,) rate of the wear depth that smooths the roughness, m/s
     contact_load : (b,) ∫ p dA, N; ``load`` (b,) magnitude of the bearing's force, N
-    contact_power, friction_power : (b,) of the asperities and of film and asperities, W
+    contact_power, friction_power : (b,) power of the asperities, and of film and asperities, W
     work_rate : (b,) ∫ p v dA, W
-    largest_pressure, least_gap : (b,) of the asperities, Pa, and between the mean planes, m: extremes of the cycle
+    largest_pressure, least_gap : (b,) asperity pressure, Pa, and gap between mean planes, m; extremes of the cycle
     """
 
     rate: Array
@@ -118,8 +118,8 @@ class WornFilms:
 
     Parameters
     ----------
-    simulation : at bearing level reynolds, initialized
-    law : of wear
+    simulation : initialized simulation at bearing level reynolds
+    law : wear law
     """
 
     def __init__(self, simulation: Simulation, law: WearLaw) -> None:
@@ -135,13 +135,13 @@ class WornFilms:
         self.angles = np.array([np.cos(angle), np.sin(angle)])
 
     def put(self, shells: Shells) -> None:
-        """Let the films see these shells from now on."""
+        """Use these shells in the films from now on."""
         self.shells, self.profiles = shells, shells.profiles
         for bore, profile, sigma in zip(self.bores, self.profiles, shells.sigma, strict=True):
             put_shell(bore, self.bearing, shells.zeta, profile, float(sigma))
 
     def run(self, cycles: int) -> Wear:
-        """Run so many cycles, of which the last one gives the wear."""
+        """Run ``cycles`` cycles and return the wear of the last one."""
         simulation = self.simulation
         first, h = simulation.time, 4.0 * math.pi / simulation.inputs[0] / PER_CYCLE
         tally = _Tally(self)
@@ -153,7 +153,7 @@ class WornFilms:
 
 
 class _Tally:
-    """Sums over the samples of one cycle."""
+    """Accumulator of sums over the samples of one cycle."""
 
     def __init__(self, films: WornFilms) -> None:
         self.films = films
@@ -192,7 +192,7 @@ class _Tally:
             self.friction[i] += abs(torque) * self.speed / PER_CYCLE
 
     def wear(self) -> Wear:
-        """The cycle's wear."""
+        """Return the wear of the cycle."""
         films, bearing = self.films, self.films.bearing
         rate, decrease, pressure = self.maps[:, RATE], self.maps[:, DECREASE], self.maps[:, PRESSURE]
         area = films.shells.weight * (math.pi * bearing.diameter / ANGLES)
@@ -208,12 +208,12 @@ class _Tally:
 
 @cache
 def _spline_fit(count: int) -> Array:
-    """Matrix (n + 2, n + 2) from values to a spline, the inverse of what ``log_spline`` solves."""
+    """Return the matrix (n + 2, n + 2) from values to spline coefficients, the inverse of ``log_spline``'s matrix."""
     return np.asarray(np.linalg.inv(not_a_knot(count)))
 
 
 def put_shell(bore: RigidBore, bearing: PlainBearing, zeta: Array, profile: Array, sigma: float) -> None:
-    """Let the film of one bearing see a ``profile`` (n,), m, of its shell at ``zeta`` (n,), and a roughness, m."""
+    """Set ``profile`` (n,), m, of the shell at ``zeta`` (n,) and roughness ``sigma``, m, in the film of one bearing."""
     grid, c = bore.grid, bearing.clearance
     for row, of in ((PROFILE, ZETA), (FACE_PROFILE, FACE_ZETA)):
         grid.axial[row] = np.interp(grid.axial[of], zeta, profile) / c
@@ -227,6 +227,6 @@ def put_shell(bore: RigidBore, bearing: PlainBearing, zeta: Array, profile: Arra
     line = bore.contact.line
     line[RELIEF] = np.interp(line[LINE_ZETA], zeta, profile)
     line[REACH2] = (c + line[RELIEF] - HIGHEST * sigma) ** 2
-    # A part of the width is passed over by its two ends, so they reach as near as the nearest between them.
+    # A part of the width is skipped by a test of its two ends, so both get the nearest reach between them.
     parts = line[REACH2].reshape(-1, SLICES)
     parts[:, [0, -1]] = parts.min(axis=1, keepdims=True)

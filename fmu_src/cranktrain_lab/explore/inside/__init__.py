@@ -1,1 +1,1 @@
-"""Look inside a running crankshaft: its stresses, its bearings' orbits and films, and their loads over one cycle."""
+"""View inside a running crankshaft over one cycle: stresses, orbits, films and loads of bearings."""

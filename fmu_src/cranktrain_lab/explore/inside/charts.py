@@ -1,4 +1,4 @@
-"""Charts of one bearing: its orbit, its film unrolled, its load as a polar diagram; all at one crank angle."""
+"""Charts of one bearing at one crank angle: orbit, unrolled film, and polar load diagram."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from cranktrain_lab.explore.inside.cycle import FRAME_DEG, BearingLook
 
 SHELL, JOURNAL = "on the shell", "on the journal"
 SIDES = (SHELL, JOURNAL)
-"""Axes of a polar diagram: those of the shell, and those of the crank."""
+"""Axes of a polar load diagram: of the shell, and of the crank."""
 HEIGHT = 380
 _ROOM = 1.12
-"""Half width of a square chart over the largest value in it."""
+"""Ratio of a square chart's half width to its largest value."""
 _DEG, _KN, _MPA, _MM = 180.0 / math.pi, 1.0e-3, 1.0e-6, 1.0e3
 
 
@@ -36,11 +36,11 @@ def _plot(across: str, up: str, **more: Any) -> Any:
 
 
 class _Square:
-    """A curve in a plane over a cycle, in a square about its origin, with the point of the present crank angle."""
+    """Square chart of a plane curve over a cycle, with a mark at the present crank angle."""
 
     def __init__(self, across: str, up: str, unit: str) -> None:
         self.plot = _plot(across, up, match_aspect=True)
-        # Equal scales in a chart of any width: Bokeh keeps them for ranges that follow data, here two corners.
+        # Bokeh keeps scales equal only for ranges that follow data, so two corner points define the range.
         self._corners = ColumnDataSource({"x": [], "y": []})
         corners = self.plot.scatter("x", "y", source=self._corners, alpha=0.0)
         for ends in (self.plot.x_range, self.plot.y_range):
@@ -54,20 +54,20 @@ class _Square:
         self.plot.add_tools(HoverTool(renderers=[dot], tooltips=[("x", f"@x {unit}"), ("y", f"@y {unit}")]))
 
     def draw(self, curve: ComplexArray, start: int, reach: float) -> None:
-        """Draw a closed curve (n,), with a ring at one of its samples, in a square of half width ``reach``."""
+        """Draw a closed curve (n,), with a ring at sample ``start``, in a square of half width ``reach``."""
         closed = np.append(curve, curve[:1])
         self.curve.data = {"x": closed.real, "y": closed.imag}
         self.start.data = {"x": [curve[start].real], "y": [curve[start].imag]}
         self._corners.data = {"x": [-reach, reach], "y": [-reach, reach]}
 
     def mark(self, value: complex, arm: bool) -> None:
-        """Mark the present value, with a line from the origin where it is an ``arm``."""
+        """Mark the present value, with a line from the origin if ``arm``."""
         self.point.data = {"x": [value.real], "y": [value.imag]}
         self.arm.data = {"x": [0.0, value.real], "y": [0.0, value.imag]} if arm else {"x": [], "y": []}
 
 
 class OrbitChart(_Square):
-    """Orbit of the journal's middle in the circle of its clearance."""
+    """Chart of the orbit of the journal's centre in the clearance circle."""
 
     def __init__(self) -> None:
         super().__init__("x over the clearance", "y over the clearance", "")
@@ -78,7 +78,7 @@ class OrbitChart(_Square):
         self._look: BearingLook | None = None
 
     def choose(self, look: BearingLook) -> None:
-        """Show a bearing, which has an orbit."""
+        """Show a bearing with an orbit."""
         self._look = look
         self.draw(look.orbit, look.sample(0), _ROOM * max(1.0, float(np.abs(look.orbit).max())))
 
@@ -95,7 +95,7 @@ class OrbitChart(_Square):
 
 
 class PolarChart(_Square):
-    """Polar diagram of a bearing's load."""
+    """Polar load diagram of a bearing."""
 
     def __init__(self) -> None:
         super().__init__("load, kN", "load, kN", "kN")
@@ -104,7 +104,7 @@ class PolarChart(_Square):
         self._words = ""
 
     def choose(self, look: BearingLook, side: str) -> None:
-        """Show a bearing's load on its shell or on its journal."""
+        """Show the load of a bearing on its shell or on its journal."""
         self._look = look
         self._load = _KN * (look.shell if side == SHELL else look.journal)
         of_rod = look.name.startswith(BIG_END)
@@ -128,7 +128,7 @@ class PolarChart(_Square):
 
 
 class FilmChart:
-    """Pressure of a film, unrolled: a rectangle for the cell of each node."""
+    """Chart of the unrolled film pressure, with a rectangle for the cell of each node."""
 
     def __init__(self) -> None:
         self.plot = _plot(
@@ -139,7 +139,7 @@ class FilmChart:
         self._colours = LinearColorMapper(palette="Viridis256", low=0.0, high=1.0)
         names = ("left", "right", "bottom", "top", "p")
         self.cells: ColumnDataSource = ColumnDataSource({name: [] for name in names})
-        colour = {"field": "p", "transform": self._colours}  # of lines too: no seams between cells
+        colour = {"field": "p", "transform": self._colours}  # also for lines, to hide seams between cells
         quads = self.plot.quad(
             left="left", right="right", bottom="bottom", top="top", source=self.cells,
             line_color=colour, fill_color=colour,
@@ -151,7 +151,7 @@ class FilmChart:
         self._look: BearingLook | None = None
 
     def choose(self, look: BearingLook) -> None:
-        """Show a bearing, which has a film with pressure; the colours' scale is that of its whole cycle."""
+        """Show a bearing with film pressure; the colour scale covers its whole cycle."""
         self._look = look
         assert look.film is not None
         self._colours.high = max(_MPA * float(look.film.pressure.max()), 1.0e-9)
@@ -179,14 +179,14 @@ class FilmChart:
 
 
 def single_line(pressure: Array) -> bool:
-    """Whether one axial line alone carries the greatest pressure (n, m), as runs say of films that are not resolved."""
+    """True if the largest pressure (n, m) is on a single axial line, so that the film is not resolved."""
     i, j = np.unravel_index(int(pressure.argmax()), pressure.shape)
     beside = np.pad(pressure[i], 1)[[j, j + 2]]
     return bool(pressure[i, j] > 0.0 and 1.0 - beside.mean() / pressure[i, j] > NOT_RESOLVED)
 
 
 def cell_columns(begin: Array, end: Array, sides: Array, pressure: Array) -> dict[str, Array]:
-    """Rectangles of n × m cells, those that lie across ±180 deg in two parts.
+    """Return rectangles of n × m cells; cells across ±180 deg are split in two.
 
     Parameters
     ----------

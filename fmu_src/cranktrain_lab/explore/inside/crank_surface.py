@@ -1,4 +1,4 @@
-"""The crankshaft's surface over a cycle with its stresses as a page shows it: float32, every few degrees."""
+"""Surface of the crankshaft with stresses over a cycle for display, in float32 at every few degrees."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from cranktrain.structure.stress.nodal_stress import principal, von_mises
 
 VON_MISES, PRINCIPAL = "von_mises", "principal"
 STRESSES = {VON_MISES: "von Mises stress", PRINCIPAL: "largest principal stress, signed"}
-"""What colours show, and its name; of the three principal stresses it is the one of the largest size."""
+"""Stresses that colours can show, with titles; of the three principal stresses the one of largest magnitude."""
 LARGEST = 60_000
-"""Triangles up to which a surface is shown as it is; larger ones are made coarser."""
+"""Largest number of triangles that is displayed; larger surfaces are coarsened."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +28,12 @@ class CrankSurface:
 
     Attributes
     ----------
-    points : (p, 3) m at rest
-    triangles : (t, 3)
+    points : (p, 3) points at rest, m
+    triangles : (t, 3) point indices
     shapes : (m, p, 3) displacement per unit coordinate, m
-    coordinates : (f, m)
-    turn : (f,) rad
-    stresses : of each of :data:`STRESSES` (f, p) Pa
+    coordinates : (f, m) coordinates of the shapes
+    turn : (f,) rotation of the crank, rad
+    stresses : each of :data:`STRESSES`, (f, p) Pa
     """
 
     points: Array
@@ -45,12 +45,12 @@ class CrankSurface:
 
     @property
     def enlargement(self) -> float:
-        """Enlargement of the deformation at which a page begins."""
+        """Initial enlargement of the deformation on a page."""
         return self._moving.enlargement
 
     @property
     def _moving(self) -> MovingSurface:
-        """The same for pictures, coloured by the von Mises stress."""
+        """Return the surface for pictures, coloured by the von Mises stress."""
         return MovingSurface(
             title="", points=self.points, triangles=self.triangles, shapes=self.shapes, coordinates=self.coordinates,
             turn=self.turn, values=self.stresses[VON_MISES], quantity="", limits=(0.0, 1.0),
@@ -58,26 +58,26 @@ class CrankSurface:
         )  # fmt: skip
 
     def limits(self, stress: str) -> tuple[float, float]:
-        """Ends of the colour scale over the whole cycle, Pa."""
+        """Return the ends of the colour scale over the whole cycle, Pa."""
         values = self.stresses[stress]
         top = float(np.quantile(np.abs(values), USUAL_STRESS))
         return (-top if stress == PRINCIPAL else 0.0), top
 
     def extreme(self, stress: str, frame: int) -> tuple[float, Array]:
-        """The stress of the largest size in a frame, Pa, and its place (3,) on the crank at rest, m."""
+        """Return the stress of largest magnitude in a frame, Pa, and its position (3,) on the crank at rest, m."""
         values = self.stresses[stress][frame]
         node = int(np.abs(values).argmax())
         return float(values[node]), self.points[node]
 
     @property
     def reduced(self) -> CrankSurface:
-        """The same motion in as few shapes as show it."""
+        """Return the same motion with the least number of shapes for display."""
         coordinates, shapes = self._moving.principal_motions()
         return replace(self, coordinates=coordinates, shapes=shapes)
 
 
 def crank_surface_of(engine: Engine, running: ReducedBody, stress: CrankStress, degrees: int) -> CrankSurface:
-    """Surface of a run's crankshaft at every so many degrees; errors as of ``running_skin``."""
+    """Return the surface of a run's crankshaft every ``degrees``; errors as ``running_skin``."""
     moving = running_skin(engine, running, stress, degrees)
     skin, samples = moving.skin, moving.samples
     count = stress.surface.points.shape[0]
@@ -95,16 +95,16 @@ def crank_surface_of(engine: Engine, running: ReducedBody, stress: CrankStress, 
 
 
 def largest_principal(stress: Array) -> Array:
-    """Of the principal stresses (s, 3) of tensors (6, s) the one of the largest size, with its sign, (s,)."""
+    """Return the principal stress of largest magnitude, with sign, (s,), of stress tensors (6, s)."""
     values = principal(np.asarray(stress, dtype=float))
     return np.asarray(np.where(values[:, 2] >= -values[:, 0], values[:, 2], values[:, 0]))
 
 
 def coarser(surface: CrankSurface, most: int) -> CrankSurface:
-    """The surface in about ``most`` triangles: points of one cube of a grid become one, that of the greatest stress.
+    """Coarsen a surface to about ``most`` triangles by merging the points in each cube of a grid.
 
-    The greatest von Mises stress of every frame keeps its place only where its point is the greatest of the cycle in
-    its cube; a surface of up to ``most`` triangles stays as it is.
+    The point with the largest von Mises stress of the cycle in each cube is kept, so the maximum of a frame may move
+    within its cube. A surface with up to ``most`` triangles is unchanged.
     """
     if len(surface.triangles) <= most:
         return surface
@@ -114,7 +114,7 @@ def coarser(surface: CrankSurface, most: int) -> CrankSurface:
     cells = int((len(surface.points) * most / len(surface.triangles)) ** 0.5)
     while True:
         cube = np.floor((surface.points - low) * (cells / spread)).astype(np.int64) @ (1, 1 << 20, 1 << 40)
-        # Points in the order of their stress: the first of each cube is its greatest.
+        # Points are ordered by stress, so the first of each cube has the largest.
         _, first, group = np.unique(cube[order], return_index=True, return_inverse=True)
         kept = order[first]
         number = np.empty(len(cube), dtype=np.int32)

@@ -1,7 +1,7 @@
-"""The crankshaft in space on the page: a component of the page that draws one frame after another by WebGL.
+"""Three-dimensional view of the crankshaft, as a page component that draws frames by WebGL.
 
-The surface is sent once; a frame is the weights of its shapes, its turn and the value of each point, some tens of
-kilobytes.
+The surface is sent once. A frame contains the coordinates of its shapes, its rotation and the value of each point, some
+tens of kilobytes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MPA = 1.0e-6
 
 
 class CrankView(pn.custom.JSComponent):
-    """Surface with colours at one crank angle; lengths in m, values in MPa."""
+    """Page component of a coloured surface at one crank angle; lengths in m, values in MPa."""
 
     points = param.Parameter()
     triangles = param.Parameter()
@@ -42,7 +42,7 @@ class CrankView(pn.custom.JSComponent):
 
 
 class CrankChart:
-    """A crank's surface with the choices of a page: stress, enlargement, frame."""
+    """View of a crank's surface with choice of stress, enlargement and frame."""
 
     def __init__(self, surface: CrankSurface, title: str) -> None:
         self._surface, self._title = surface, title
@@ -58,12 +58,12 @@ class CrankChart:
         )  # fmt: skip
 
     def choose(self, stress: str) -> None:
-        """Show another stress."""
+        """Choose the displayed stress."""
         self._stress = stress
         self.view.param.update(**self._scale(), **self._now())
 
     def enlarge(self, enlargement: float) -> None:
-        """Show the deformation so many times as large."""
+        """Set the enlargement of the deformation."""
         self._enlargement = enlargement
         self.view.param.update(**self._now())
 

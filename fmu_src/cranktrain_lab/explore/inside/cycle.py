@@ -1,7 +1,7 @@
-"""One cycle of a run as a page looks into it: bearings with loads, orbits and films, the crank's surface, its speed.
+"""One cycle of a run for display: speed, bearings with loads, orbits and films, and the crank's surface.
 
-It comes from a run that records it, or from a result file of ``simulate``, which holds loads and orbits alone. A file
-of it is a result like others, with the attribute ``look`` among those of the run.
+A cycle is recorded by a run, or read from a result file of ``simulate``, which has only loads and orbits. Its file is a
+result file with the additional attribute ``look``.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from cranktrain_lab.explore.inside.crank_surface import STRESSES, CrankSurface
 from cranktrain_lab.explore.inside.film_record import FilmPressure
 
 FRAME_DEG = 5
-"""Crank angle from frame to frame."""
+"""Crank angle between frames, degrees."""
 LOOK = "cycle"
-"""Attribute ``look`` of files of this module."""
+"""Value of the attribute ``look`` in files of this module."""
 AGAIN = "make it anew: 'Look inside', then 'Save this cycle'"
 _SIZES = ("diameter", "width", "clearance")
 _CURVES = ("shell", "journal", "orbit")
@@ -38,17 +38,17 @@ _CURVES = ("shell", "journal", "orbit")
 
 @dataclass(frozen=True, eq=False)
 class BearingLook:
-    """One bearing over a cycle of n samples; f frames of a film (SI).
+    """One bearing over a cycle of n samples, with f frames of a film (SI).
 
     Attributes
     ----------
     name : ``main[1]``, ``big_end[1]``
     angle : (n,) crank angle, rad, ascending from 0
-    shell : (n,) load of the journal on its shell, N: of a main in axes at rest, of a big end in the rod's
-    journal : (n,) load of the shell on the journal, N, in axes that turn with the crank
-    orbit : (n,) middle of the journal in its bore over the radial clearance, axes at rest; empty without a film
-    diameter, width, clearance : m; 0 where the bearing has none
-    film : pressure at the frames; None where its level solves no film
+    shell : (n,) load of the journal on its shell, N, for a main in axes at rest, for a big end in the rod's axes
+    journal : (n,) load of the shell on the journal, N, in axes that rotate with the crank
+    orbit : (n,) journal centre in its bore over the radial clearance, axes at rest; empty without a film
+    diameter, width, clearance : m; 0 if the bearing has none
+    film : pressure at the frames; None if the level solves no film
     """
 
     name: str
@@ -62,29 +62,29 @@ class BearingLook:
     film: FilmPressure | None = None
 
     def sample(self, frame: int) -> int:
-        """Number of the sample that is nearest to a frame's crank angle."""
+        """Return the index of the sample nearest to a frame's crank angle."""
         wanted = math.radians(frame * FRAME_DEG)
         apart = (self.angle - wanted + 2.0 * math.pi) % (4.0 * math.pi) - 2.0 * math.pi
         return int(np.abs(apart).argmin())
 
     @property
     def title(self) -> str:
-        """Name for people."""
+        """Name of the bearing in titles."""
         return self.name.replace("_", " ").replace("[", " ").rstrip("]")
 
 
 @dataclass(frozen=True, eq=False)
 class InsideCycle:
-    """A cycle to look into.
+    """Cycle for display.
 
     Attributes
     ----------
     engine : name of the engine
-    speed : rad/s
+    speed : speed, rad/s
     levels : fidelity levels, ``crank``, ``bearings``, ``big_ends``
     bearings : mains from the pulley on, then big ends
-    surface : None where the run has no stresses
-    note : in one line what the source has not, empty where it has all
+    surface : surface of the crank; None if the run has no stresses
+    note : one line on missing parts of the source, empty if complete
     """
 
     engine: str
@@ -101,11 +101,11 @@ class InsideCycle:
         return self.speed / RPM
 
     def level_of(self, bearing: BearingLook) -> str:
-        """Bearing level of a bearing."""
+        """Return the bearing level of a bearing."""
         return self.levels["big_ends" if bearing.name.startswith(BIG_END) else "bearings"]
 
     def save(self, path: str | Path) -> Path:
-        """Write the cycle; ``InputError`` for a place that is taken."""
+        """Write the cycle; ``InputError`` for an existing file."""
         target = Path(path)
         if target.exists():
             raise InputError(f"{target}: exists already and is not overwritten; give another name")
@@ -136,9 +136,9 @@ class InsideCycle:
 
     @classmethod
     def load(cls, path: str | Path, engine: Engine) -> InsideCycle:
-        """Read a cycle of an engine, or the last one of a result of ``simulate``.
+        """Read a cycle of an engine, or the last cycle of a result of ``simulate``.
 
-        Raises ``StoreError``, ``InputError``: a file that is missing, damaged, of another kind or engine.
+        Raises ``StoreError``, ``InputError`` for a file that is missing, damaged, or of another kind or engine.
         """
         data, attributes = read_result(path)
         found = attributes.get("engine")
@@ -161,7 +161,7 @@ class InsideCycle:
 
 
 def _stored(data: Mapping[str, Any], attributes: Mapping[str, Any]) -> InsideCycle:
-    """A cycle as its file has it."""
+    """Return the cycle from the contents of its file."""
     if attributes["frame_deg"] != FRAME_DEG:
         raise ValueError(f"frames of {attributes['frame_deg']} deg")
 
@@ -189,7 +189,7 @@ def _stored(data: Mapping[str, Any], attributes: Mapping[str, Any]) -> InsideCyc
 def bearing_looks(
     run: Sampled, engine: Engine, films: Mapping[str, FilmPressure] | None = None
 ) -> tuple[BearingLook, ...]:
-    """All bearings over the last cycle of a run; ``films`` by the bearing's name; ``InputError``."""
+    """Return all bearings over the last cycle of a run; ``films`` by bearing name; ``InputError``."""
     report = bearing_report(run, engine)
     return tuple(_look(one, engine, (films or {}).get(one.name)) for one in report.bearings)
 
@@ -198,7 +198,7 @@ def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> Bea
     order = np.argsort(found.angle)
     of_rod = found.family == BIG_END
     bearing = engine.big_end_bearing if of_rod else engine.main_bearing
-    if found.specific_load is None:  # rollers, and knuckle pins
+    if found.specific_load is None:  # rollers and knuckle pins have none
         bearing = None
     sizes = (0.0, 0.0, 0.0) if bearing is None else (bearing.diameter, bearing.width, bearing.clearance)
     shell = found.on_rod if found.on_rod is not None else found.on_shell
@@ -208,7 +208,7 @@ def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> Bea
 
 @dataclass(frozen=True)
 class Repeated:
-    """Outputs of a recorded cycle that repeats, with some samples of the cycle before: a run as reports take it."""
+    """Run for reports made from one periodic recorded cycle, with some samples of the cycle before."""
 
     time: Array
     angle: Array
@@ -216,7 +216,7 @@ class Repeated:
 
     @classmethod
     def of(cls, outputs: Mapping[str, Array], chosen: NDArray[np.intp], speed: float) -> Repeated:
-        """From the ``chosen`` samples of one cycle, in the order of the crank angle, at a mean speed, rad/s."""
+        """Make the run from ``chosen`` samples of one cycle, in order of crank angle, at a mean speed, rad/s."""
         before = 9
         samples = np.concatenate((chosen[-before:], chosen))
         angle = outputs["crank.angle"][samples] % (4.0 * math.pi)

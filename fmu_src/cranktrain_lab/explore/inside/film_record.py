@@ -1,8 +1,8 @@
-"""Pressure in the bearings' films over a cycle, read from a simulation while it runs.
+"""Recording of film pressure in bearings over a cycle, from a running simulation.
 
-Only films that are solved online have a pressure at nodes. An elastic film (levels ``ehd``) keeps its nodes in its
-memory. A film of level ``reynolds`` keeps nothing, so its law is asked once more at the journal's recorded motion and
-leaves its nodes behind. Levels that read a force from a map or a table have no nodes.
+Only films that are solved online have pressure at nodes. An elastic film (levels ``ehd``) stores its nodes. A film of
+level ``reynolds`` does not, so its law is evaluated once more at the journal's recorded motion. Levels that read a
+force from a map or a table have no nodes.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY
 from cranktrain.film.laws.rigid_bore import RigidBore, reynolds_law
 
 ONLINE = "reynolds"
-"""Level of main bearings in a rigid bore that are solved online."""
+"""Level of main bearings in rigid bores whose films are solved online."""
 
 
 @dataclass(frozen=True, eq=False)
 class FilmPressure:
-    """Pressure of one film at f crank angles, at n nodes around and m across, in the axes of the shell.
+    """Pressure of one film at f crank angles, n nodes around and m across, in axes of the shell.
 
     Attributes
     ----------
     pressure : (f, n, m) float32 Pa, above ambient
-    faces : (f, n) or (1, n) rad, angle at which the cell of each node ends; it begins where the one before ends
+    faces : (f, n) or (1, n) end angle of each node's cell, rad, which is the start angle of the next cell
     sides : (m + 1,) ends of the cells across, from -1 to 1
     """
 
@@ -47,30 +47,30 @@ class FilmPressure:
     sides: Array
 
     def cells(self, frame: int) -> tuple[Array, Array]:
-        """Angles (n,) at which the cells of nodes begin and end, rad; the end lies after the begin."""
+        """Return start and end angles (n,) of the nodes' cells, rad, with end after start."""
         end = np.asarray(self.faces[frame % len(self.faces)], dtype=float)
         begin = np.roll(end, 1)
         return end - (end - begin) % (2.0 * math.pi), end
 
     def force(self, frame: int, radius: float, width: float) -> complex:
-        """Integral of the pressure over the journal: force on it, x + i y in the shell's axes, N."""
+        """Return the force on the journal by integration of pressure, x + i y in the shell's axes, N."""
         begin, end = self.cells(frame)
-        # Exact for a pressure that is even over each cell.
+        # The integral is exact for constant pressure in each cell.
         around = 1j * (np.exp(1j * end) - np.exp(1j * begin))
         across = self.pressure[frame].astype(float) @ np.diff(self.sides)
         return complex(0.5 * width * radius * (around @ across))
 
     def at(self, samples: Any) -> FilmPressure:
-        """Some of the crank angles."""
+        """Return the pressure at some of the crank angles."""
         faces = self.faces if len(self.faces) == 1 else self.faces[samples]
         return FilmPressure(self.pressure[samples], faces, self.sides)
 
 
 class FilmWatch:
-    """Keeps the pressure of all films of a simulation, sample by sample.
+    """Recorder of the pressure of all films of a simulation, sample by sample.
 
-    :meth:`look` is to be called while the simulation stands at a sample; :meth:`films` gives what was seen, by the name
-    of the bearing.
+    :meth:`look` must be called at each sample of the simulation; :meth:`films` returns the recorded films by bearing
+    name.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -80,7 +80,7 @@ class FilmWatch:
         self._out = np.zeros(SIZE)
 
     def look(self) -> None:
-        """Keep the films of the present sample."""
+        """Record the films of the present sample."""
         model = self._simulation.model
         for i in range(model.bearings.shape[0]):
             self._look_at(f"{MAIN}[{i + 1}]", i)
@@ -89,7 +89,7 @@ class FilmWatch:
                 self._look_at(f"{BIG_END}[{c + 1}]", int(model.cylinders[c, at.PIN_ROW]))
 
     def films(self) -> dict[str, FilmPressure]:
-        """All that was seen."""
+        """Return the recorded films by bearing name."""
         found = {}
         for name, seen in self._seen.items():
             faces, sides = self._grids[name]
@@ -111,7 +111,7 @@ class FilmWatch:
             self._seen.setdefault(name, []).append((pressure, faces))
 
     def _solved(self, name: str, row: int, number: int, bore: RigidBore) -> tuple[Array, Array]:
-        """Pressure (n, m) Pa and faces (n,) rad in axes at rest of a film that is solved once more where it is."""
+        """Solve a film again at its present state; returns pressure (n, m) Pa and faces (n,) rad in axes at rest."""
         simulation = self._simulation
         laws = simulation.model.laws
         numbers = laws.numbers.copy()
@@ -132,7 +132,7 @@ class FilmWatch:
 
 
 def elastic_pressure(bore: ElasticBore, number: int) -> Array:
-    """Pressure (n, m) Pa at the nodes of an elastic film at the end of the last step."""
+    """Return the pressure (n, m) Pa at the nodes of an elastic film at the end of the last step."""
     constants = bore.film.constants.copy()
     constants[elastic.VISCOSITY] = bore.viscosities[number]
     shape = int(constants[elastic.N_PHI]), int(constants[elastic.N_Z])
@@ -141,17 +141,17 @@ def elastic_pressure(bore: ElasticBore, number: int) -> Array:
 
 
 def elastic_cells(bore: ElasticBore) -> tuple[Array, Array]:
-    """Faces (n,) rad around and sides (m + 1,) across of the cells of an elastic film's nodes."""
+    """Return faces (n,) rad around and sides (m + 1,) across of the cells of an elastic film's nodes."""
     faces = np.arctan2(bore.film.trig[:, elastic.FACE_SIN], bore.film.trig[:, elastic.FACE_COS])
     zetas = bore.film.lines[:, elastic.ZETA]
     return faces, cell_sides(zetas[1:-1])
 
 
 def rigid_sides(bore: RigidBore) -> Array:
-    """Sides (m + 1,) across of the cells of a rigid bore's nodes."""
+    """Return sides (m + 1,) across of the cells of a rigid bore's nodes."""
     return cell_sides(bore.grid.axial[rigid.ZETA, : bore.grid.axial.shape[1] - 1])
 
 
 def cell_sides(zetas: Array) -> Array:
-    """Sides (m + 1,) of cells whose nodes are at ``zetas`` (m,): half way between them, and the ends of the shell."""
+    """Return cell sides (m + 1,) half way between nodes at ``zetas`` (m,), and at the ends of the shell."""
     return np.concatenate(([-1.0], 0.5 * (zetas[1:] + zetas[:-1]), [1.0]))

@@ -1,4 +1,4 @@
-"""A run at one speed until its cycles repeat, recorded as a page looks into it."""
+"""Run at one speed until its cycles repeat, recorded for display."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STRESSED = "solid"
 
 @dataclass(frozen=True)
 class LookInside:
-    """What is run to look inside: engine, levels, load, and one speed (rad/s)."""
+    """Job that records a cycle for display: engine, levels, load, and one speed (rad/s)."""
 
     engine: Engine
     crank: str
@@ -38,25 +38,25 @@ class LookInside:
     settle: float = SETTLE
 
     def check(self) -> None:
-        """Refuse what the engine cannot run, before any work; ``InputError``."""
+        """Raise ``InputError`` for settings that the engine cannot run, before any work."""
         self.request().settings(self.engine)
 
     def request(self) -> Request:
-        """Request of the run."""
+        """Return the request of the run."""
         return Request(
             speed_rpm=self.speed / RPM, settle=self.settle, crank=self.crank, bearings=self.bearings,
             big_ends=self.big_ends, damper=self.engine.damper is not None, load=self.load,
         )  # fmt: skip
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
-        """Run, and write the cycle to ``path``; errors of the package."""
+        """Run, and write the cycle to ``path``; raises errors of the package."""
         self.record(say, advance)[0].save(path)
         return ""
 
     def record(
         self, say: Callable[[str], None], advance: Callable[[str, float], None]
     ) -> tuple[InsideCycle, RecordedCycle, CrankStress | None]:
-        """The cycle to look into, with the recorded cycle and stresses that it was made from.
+        """Run and return the cycle for display, with the recorded cycle and stresses it was made from.
 
         Raises ``InputError``, ``SolverError``, ``StoreError``.
         """
@@ -92,7 +92,7 @@ class LookInside:
 
 
 def _at_frames(film: FilmPressure | None, sample: Callable[[int], int]) -> FilmPressure | None:
-    """A film at the frames of a page."""
+    """Return a film at the frames of a page."""
     if film is None:
         return None
     frames: list[int] = [sample(frame) for frame in range(720 // FRAME_DEG)]

@@ -1,4 +1,4 @@
-"""The part of the page that looks inside: one crank angle for crank, orbit, film and load."""
+"""Part of the page with the view inside: crank, orbit, film and load at one crank angle."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ NO_STRESS = {
     "rigid": "A rigid crank has no stresses; take crank solid.",
 }
 TICK_MS = 120
-"""Time between two frames while it plays, ms."""
+"""Time between two frames of the animation, ms."""
 ENLARGEMENTS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-"""Steps of the enlargement over the one at which a page begins."""
+"""Choices of enlargement relative to the initial one."""
 
 
 class InsideView:
-    """Slider, choices and charts of a cycle; without one, a line that says what to press.
+    """View with slider, choices and charts of a cycle; without a cycle a line of instructions.
 
     Attributes
     ----------
     view : Panel object
-    boxes : charts to be pushed in a notebook
+    boxes : charts to push in a notebook
     """
 
     def __init__(self, cycle: InsideCycle | None = None) -> None:
@@ -66,7 +66,7 @@ class InsideView:
         self.boxes = list(self._charts.objects)
         self._no_crank, self._no_orbit, self._no_film = (_said() for _ in range(3))
         self._crank_box = pn.Column(sizing_mode="stretch_width")
-        # A pane of Bokeh takes its visibility from its figure, so columns around them are shown and hidden.
+        # A Bokeh pane takes its visibility from its figure, so the columns around panes are shown and hidden.
         self._orbit_box, self._film_box, polar = (pn.Column(box, sizing_mode="stretch_width") for box in self.boxes)
         self._charts.objects = [
             self._crank_box,
@@ -90,7 +90,7 @@ class InsideView:
 
     @property
     def frame(self) -> int:
-        """Number of the present frame."""
+        """Index of the present frame."""
         return int(self.player.value) // FRAME_DEG
 
     @property
@@ -164,7 +164,7 @@ class InsideView:
         self.show()
 
     def _film_words(self, look: BearingLook, level: str) -> str:
-        """Why there is no film pressure."""
+        """Return the reason why there is no film pressure."""
         assert self.cycle is not None
         if self.cycle.note:
             return self.cycle.note
@@ -185,7 +185,7 @@ class InsideView:
             self.crank.enlarge(float(self.enlargement.value))
 
     def _write(self) -> None:
-        """Save the cycle under a name that is free."""
+        """Save the cycle under an unused name."""
         assert self.cycle is not None
         name = f"{self.cycle.engine}_{self.cycle.rpm:.0f}rpm_inside"
         number = next(k for k in range(1, 10_000) if not Path(f"{name}{'' if k == 1 else f'_{k}'}.h5").exists())
@@ -197,7 +197,7 @@ class InsideView:
         self._saved.object = html.escape(f"{path.absolute()} written; --inside {path} shows it again")
 
     def _push(self) -> None:
-        """Tell a notebook that charts have new data; a server's pages see them by themselves."""
+        """Push new data of charts to a notebook; pages of a server update by themselves."""
         document = pn.state.curdoc
         if document is None or not document.session_context:
             pn.io.push_notebook(*self.boxes)

@@ -1,1 +1,1 @@
-"""Readers of measurement files, one file a format: each lists its channels and reads their samples in blocks."""
+"""Readers of measurement files, one module per format, which list channels and read their samples in blocks."""

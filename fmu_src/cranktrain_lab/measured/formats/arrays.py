@@ -1,4 +1,4 @@
-"""Named arrays of a file as channels: which of them is the time, and which are matrices of columns."""
+"""Named arrays of a file as channels, with search for time arrays and sampling rates."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ TIME_UNITS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 
 
 
 class Named(NamedTuple):
-    """An array of a file: name, unit, samples, columns, and how rows are read, (first, last) → (rows,) of a column."""
+    """Array of a file: name, unit, samples, columns, and reader (first, last, column) → (rows,)."""
 
     name: str
     unit: str
@@ -55,11 +55,11 @@ class Named(NamedTuple):
 
 
 def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: str) -> tuple[list[Channel], list[str]]:
-    """Channels of arrays, each with the time array or the stated rate nearest to it.
+    """Return channels of arrays, each with the time array or stated rate that belongs to it.
 
-    These are, in turn, the time array of its own length and group, the step of the array itself, the rate or step of
-    its group, the only time array of its length in the file, and the rate or step of the groups around its own.
-    ``scalars`` are single numbers by ``group/name``. A time array that is nobody's holds times of pulses.
+    Candidates in order are the time array of equal length in its group, the step of the array itself, the rate or step
+    of its group, the only time array of equal length in the file, and the rate or step of enclosing groups. ``scalars``
+    are single numbers by ``group/name``. A time array that belongs to no channel counts as times of pulses.
     """
     remarks: list[str] = []
     found: list[Channel] = []
@@ -96,7 +96,7 @@ def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: s
 
 
 def _step(group: str, scalars: Mapping[str, float]) -> float:
-    """Step that the single numbers of a group state, s; not a number where they state none."""
+    """Return the step, s, from the single numbers of a group; NaN if there is none."""
     own = {name.rpartition("/")[2].lower(): value for name, value in scalars.items() if _group(name) == group}
     step = next((own[name] for name in STEP_NAMES if own.get(name, 0.0) > 0.0), math.nan)
     rate = next((own[name] for name in RATE_NAMES if own.get(name, 0.0) > 0.0), math.nan)
@@ -104,27 +104,27 @@ def _step(group: str, scalars: Mapping[str, float]) -> float:
 
 
 def _start(one: Named, scalars: Mapping[str, float]) -> float:
-    """Time of an array's first sample, s, by the single numbers of its own or its group, or as it says itself."""
+    """Return the time of an array's first sample, s, from single numbers of the array or group, else its own start."""
     groups = (one.name, _group(one.name))
     own = {name.rpartition("/")[2].lower(): value for name, value in scalars.items() if _group(name) in groups}
     return next((own[name] for name in START_NAMES if math.isfinite(own.get(name, math.nan))), one.start)
 
 
 def _above(group: str) -> list[str]:
-    """Groups around a group, the nearest first."""
+    """Return the enclosing groups of a group, the nearest first."""
     parts = group.split("/") if group else []
     return ["/".join(parts[:k]) for k in range(len(parts) - 1, -1, -1)]
 
 
 def is_time(name: str) -> bool:
-    """Whether a name is that of a time base."""
+    """True if the name is that of a time base."""
     return name.rpartition("/")[2].partition("[")[0].partition("(")[0].strip().lower() in TIME_NAMES
 
 
 def _clock(
     base: Named, source: str, remarks: list[str]
 ) -> tuple[float, float, Reader | None, NDArray[np.int64] | None]:
-    """Start, step, times where they are uneven, and their order where they are not sorted."""
+    """Return start, step, a reader of the times if uneven, and the sorting order if unsorted, of a time array."""
     scale, where = TIME_UNITS.get(base.unit.strip().lower(), 1.0), f"{source}, channel {base.name}"
 
     def read(first: int, last: int) -> Array:
@@ -155,7 +155,7 @@ def _group(name: str) -> str:
 
 
 def _column(one: Named, k: int, order: NDArray[np.int64] | None) -> Callable[[int, int], Array]:
-    """Reader of one column; sorted by time where the file is not."""
+    """Return the reader of one column, with rows in ``order`` if given."""
     if order is None:
         return lambda first, last: one.read(first, last, k)
     held = one.read(0, one.size, k)[order]

@@ -1,4 +1,4 @@
-"""HDF5 with one-dimensional arrays or matrices of columns, units as attributes; also MATLAB 7.3."""
+"""Reader of HDF5 with one-dimensional arrays or matrices of columns and units as attributes; also MATLAB 7.3."""
 
 from __future__ import annotations
 

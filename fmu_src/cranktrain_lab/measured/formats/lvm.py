@@ -1,8 +1,8 @@
-"""LabVIEW measurement files (LVM): text with a header of the file and one of each segment of values.
+"""Reader of LabVIEW measurement files (LVM), which are text with a file header and a header for each segment.
 
 A segment's header states for each channel its unit, first abscissa (X0) and step (Delta_X), date and time. Its values
-stand in columns, with one column of the abscissa before them, one before each, or none (X_Columns One, Multi, No).
-A last column of comments is not one of values. Segments of the same channels are parts of one recording.
+are in columns, with one column of the abscissa before them, one before each, or none (X_Columns One, Multi, No). A last
+column of comments is ignored. Segments of the same channels are parts of one recording.
 (NI, *Specification for the LabVIEW Measurement File*, 2020.)
 """
 
@@ -29,18 +29,18 @@ from cranktrain_lab.measured.formats.text import Values, collected
 
 END = "***End_of_Header***"
 ROWS, MOST_LINES, LONGEST = 100_000, 200, 1 << 20
-"""Lines of values that are parsed at once; lines of a header, and characters of a line."""
+"""Lines of values parsed at once, and limits of the lines of a header and of the characters of a line."""
 
 
 class Segment(NamedTuple):
-    """What a segment's header states of its channels.
+    """Contents of a segment's header.
 
     Attributes
     ----------
-    names, units : (c,)
-    starts, steps : (c,) of the abscissae; steps are not numbers where none is stated
-    began : (c,) date and time of each channel, ns since 1970; None where none is stated
-    abscissa : columns of the abscissa: ``One``, ``Multi`` or ``No``
+    names, units : (c,) names and units of the channels
+    starts, steps : (c,) starts and steps of the abscissae; steps are NaN if not stated
+    began : (c,) date and time of each channel, ns since 1970; None if not stated
+    abscissa : kind of abscissa columns: ``One``, ``Multi`` or ``No``
     """
 
     names: list[str]
@@ -77,7 +77,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
 
 def _header(file: TextIO, name: str) -> dict[str, list[str]]:
-    """Entries of a header, by their names in small letters."""
+    """Return the entries of a header by name in lower case."""
     found: dict[str, list[str]] = {}
     sign = "\t"
     for line in islice(iter(lambda: file.readline(LONGEST), ""), MOST_LINES):
@@ -93,7 +93,7 @@ def _header(file: TextIO, name: str) -> dict[str, list[str]]:
 
 
 def _segment(file: TextIO, sign: str, about: dict[str, list[str]], name: str) -> Segment:
-    """A segment's header, up to the names of its columns, and the file at its first line of values."""
+    """Read a segment's header up to the column names, which leaves the file at the first line of values."""
     while (line := file.readline(LONGEST)) and not line.strip():
         pass
     held: dict[str, list[str]] = {}
@@ -131,7 +131,7 @@ def _segment(file: TextIO, sign: str, about: dict[str, list[str]], name: str) ->
 
 
 def _parts(file: TextIO, first: Segment, sign: str, about: dict[str, list[str]], name: str) -> Iterator[TextTable]:
-    """Parts of the values, (rows, abscissae and channels); later segments' headers are passed over."""
+    """Yield parts of the values (rows, abscissae and channels), skipping headers of later segments."""
     point = (about.get("decimal_separator") or ["."])[0] or "."
     count = len(first.names)
     width = 2 * count if first.abscissa == "Multi" else count + 1
@@ -162,7 +162,7 @@ def _parts(file: TextIO, first: Segment, sign: str, about: dict[str, list[str]],
 
 
 def _last(values: Values, column: int) -> int:
-    """Rows up to the last one that has a value in a column."""
+    """Return the number of rows up to the last one with a value in a column."""
     absent = int(values.missing[column])
     if not absent:
         return values.size
@@ -175,7 +175,7 @@ def _column(values: Values, k: int) -> Callable[[int, int, int], Array]:
 
 
 def _instant(day: str, time: str) -> int | None:
-    """Date and time of a header, ns since 1970; None where either is missing."""
+    """Return date and time of a header, ns since 1970; None if either is missing."""
     clocks = Clocks()
     known = bool(day and time) and math.isfinite(float(clocks.seconds(0, [f"{day} {time.replace(',', '.')}"])[0]))
     return clocks.first[0] if known and clocks.dated else None

@@ -1,8 +1,8 @@
-"""MATLAB files up to version 7 by scipy; version 7.3 is HDF5.
+"""Reader of MATLAB files up to version 7 by scipy; version 7.3 is HDF5.
 
-Structures of signals are opened: a field of numbers is a channel named ``structure.field``. Fields called ``unit`` give
-the unit of the other fields beside them. One variable at a time is in memory, which the format limits to 2 GB; it is
-read again when samples of another one were asked for meanwhile.
+A numeric field of a structure is a channel named ``structure.field``. A field called ``unit`` gives the unit of the
+other fields of the structure. Only one variable at a time is in memory, which the format limits to 2 GB, so a variable
+is read again after samples of another one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cranktrain_lab.measured.formats import hdf
 from cranktrain_lab.measured.formats.arrays import Named, as_channels
 
 HELD = 100_000
-"""Values of an array that stays in memory."""
+"""Largest number of values of an array that stays in memory."""
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
@@ -43,14 +43,14 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
 
 def _variable(path: Path, name: str) -> Any:
-    """One variable of a file."""
+    """Read one variable of a file."""
     from scipy.io import loadmat
 
     return loadmat(str(path), squeeze_me=True, struct_as_record=True, variable_names=[name])[name]
 
 
 def _later(path: Path, name: str, k: int, held: dict[str, list[Named]]) -> Any:
-    """Reader of the k-th array of a variable, which is read when it is asked for; ``held`` keeps the last one."""
+    """Return a reader of the k-th array of a variable, which loads it when needed; ``held`` caches the last one."""
 
     def read(first: int, last: int, column: int) -> Array:
         if name not in held:
@@ -64,7 +64,7 @@ def _later(path: Path, name: str, k: int, held: dict[str, list[Named]]) -> Any:
 
 
 def _add(name: str, value: Any, unit: str, into: tuple[list[Named], dict[str, float], list[str]], source: str) -> None:
-    """Add a variable, or the fields of a structure."""
+    """Add a variable, or the fields of a structure, to ``into`` (arrays, scalars, remarks)."""
     arrays, scalars, remarks = into
     value = np.asarray(value)
     if value.dtype.names:

@@ -1,7 +1,7 @@
-"""ASAM MDF 3 and 4 by asammdf.
+"""Reader of ASAM MDF 3 and 4 by asammdf.
 
-asammdf reads a channel of a large group as a whole, whatever part is asked for. So the samples of one channel at a time
-are kept in memory, in the type of the file: 0.4 GB for 10⁸ samples of 32 bits.
+asammdf reads a channel of a large group as a whole, even if only a part is needed. The samples of one channel at a time
+are therefore kept in memory, in the type of the file: 0.4 GB for 10⁸ samples of 32 bits.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ MASTER_TIME = 2
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
-    """List the channels of numbers of a file, and remarks."""
+    """List the numeric channels of a file, and remarks."""
     from asammdf import MDF
 
     file = MDF(str(path))
@@ -49,12 +49,12 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
 
 def _unit(channel: Any) -> str:
-    """Unit of a channel, or of its conversion."""
+    """Return the unit of a channel, or of its conversion."""
     return channel.unit or getattr(getattr(channel, "conversion", None), "unit", "") or ""
 
 
 def _instant(file: Any) -> int | None:
-    """Start time of a file, ns since 1970 UTC; None where it states none."""
+    """Return the start time of a file, ns since 1970 UTC; None if not stated."""
     try:
         seconds = file.header.start_time.replace(microsecond=0).timestamp()
         return int(seconds) * 10**9 + 1000 * int(file.header.start_time.microsecond)
@@ -63,7 +63,7 @@ def _instant(file: Any) -> int | None:
 
 
 def _samples(file: Any, name: str, group: int, index: int) -> np.ndarray:
-    """All samples of a channel; those that the file marks as invalid are not numbers, and keep their place in time."""
+    """Return all samples of a channel; samples that the file marks as invalid are NaN."""
     values, invalid = file.get(name, group, index, samples_only=True, ignore_invalidation_bits=True)
     values = np.asarray(values)
     if invalid is None or not np.any(invalid):
@@ -76,7 +76,7 @@ def _samples(file: Any, name: str, group: int, index: int) -> np.ndarray:
 def _channel(
     file: Any, place: tuple[int, int, int], words: tuple[str, str, str, str], kept: dict[tuple[int, int], np.ndarray]
 ) -> tuple[Channel, list[str]]:
-    """One channel: with a step where its times are equidistant, else with a time base of its own."""
+    """Return one channel, with a step if its times are equidistant, else with its own time base; and remarks."""
     (group, index, size), (name, unit, source, about) = place, words
 
     def read(first: int, last: int) -> np.ndarray:

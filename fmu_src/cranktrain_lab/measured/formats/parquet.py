@@ -1,4 +1,4 @@
-"""Parquet by pyarrow, row group by row group; units stand in a field's metadata or in brackets behind its name."""
+"""Reader of Parquet by pyarrow, by row groups; units are in a field's metadata or in brackets after its name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cranktrain_lab.measured.formats.text import name_and_unit
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
-    """List the channels of numbers of a file, and remarks."""
+    """List the numeric channels of a file, and remarks."""
     import pyarrow.parquet as pq
     import pyarrow.types as kinds
 
@@ -24,7 +24,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     size = int(file.metadata.num_rows)
     remarks: list[str] = []
     arrays: list[Named] = []
-    # Columns are read by their place: names may stand there twice.
+    # Columns are read by index, because names may occur twice.
     places: dict[str, list[int]] = {}
     seen: dict[str, int] = {}
     for k in range(len(file.schema)):
@@ -62,7 +62,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
 
 def _time_column(file: Any) -> str:
-    """Name of the first column of dates, times of day or durations, texts included; empty where there is none."""
+    """Return the name of the first column of dates, times of day or durations (also as text), or empty."""
     import pyarrow.types as kinds
 
     names = [field.name for field in file.schema_arrow]
@@ -77,14 +77,14 @@ def _time_column(file: Any) -> str:
 
 
 def _is_clocks(file: Any, name: str) -> bool:
-    """Whether the first texts of a column are times."""
+    """True if the first texts of a column are times."""
     part = next(file.iter_batches(batch_size=8, columns=[name]), None)
     texts = [] if part is None else [text for text in part.column(0).to_pylist() if text is not None]
     return bool(texts) and all(is_clock(text) for text in texts)
 
 
 def _began(file: Any, name: str) -> int | None:
-    """Date of the first value of a column, ns since 1970 UTC; None where it has no date."""
+    """Return the date of the first value of a column, ns since 1970 UTC; None without a date."""
     import pyarrow.types as kinds
 
     part = next(file.iter_batches(batch_size=1, columns=[name]), None)
@@ -101,7 +101,7 @@ def _began(file: Any, name: str) -> int | None:
 
 
 def _reader(file: Any, leaf: int, of_time: bool) -> Any:
-    """Read rows of a column; the row group read last is kept. Dates are seconds from the first one on."""
+    """Return a reader of a column's rows, which caches the last row group; dates are seconds after the first one."""
     counts = [file.metadata.row_group(k).num_rows for k in range(file.metadata.num_row_groups)]
     ends = np.concatenate(([0], np.cumsum(counts))).tolist()
     last_read: dict[int, Array] = {}
@@ -129,19 +129,19 @@ def _reader(file: Any, leaf: int, of_time: bool) -> Any:
 
 
 def _floats(values: Any) -> Array:
-    """Values of a column as float64; null is not a number."""
+    """Return values of a column as float64, NaN for null."""
     return np.asarray(values.to_pandas().to_numpy(dtype=np.float64, na_value=np.nan))
 
 
 class _Seconds:
-    """Dates, times of day, durations or their texts as seconds from the first one on."""
+    """Converter of dates, times of day, durations or their texts to seconds after the first one."""
 
     zero: int | None = None
     last: int | None = None
     days: int = 0
 
     def of(self, values: Any) -> Array:
-        """Seconds (n,) of a column; null is not a number."""
+        """Return seconds (n,) of a column, NaN for null."""
         if values.type in ("string", "large_string"):
             texts = Clocks()
             found = texts.seconds(0, values.to_pylist())
@@ -164,7 +164,7 @@ class _Seconds:
 
 
 def _nanoseconds(values: Any) -> np.ndarray:
-    """Dates, times of day or durations in whole ns, int64; 0 of null."""
+    """Return dates, times of day or durations in ns, int64, 0 for null."""
     import pyarrow as pa
 
     size = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}[values.type.unit]

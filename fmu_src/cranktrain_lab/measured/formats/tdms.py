@@ -1,4 +1,4 @@
-"""TDMS by npTDMS: samples are read from the file in blocks."""
+"""Reader of TDMS by npTDMS, with samples read in blocks."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from cranktrain_lab.measured.channels import Channel, sampled
 
 EARLIEST = 315_532_800_000_000_000
-"""Start times before 1980, ns since 1970: programs write a clock's zero, 1904 or 1970, for one that was not set."""
+"""Earliest valid start time (1980), ns since 1970. Programs write the clock's zero, 1904 or 1970, if it was not set."""
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
-    """List the channels of numbers of a file, and remarks."""
+    """List the numeric channels of a file, and remarks."""
     from nptdms import TdmsFile
 
     file = TdmsFile.open(str(path))
@@ -42,7 +42,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
 
 def _incomplete(file: Any) -> bool:
-    """Whether the last segment of a file has less data than its head says."""
+    """True if the last segment of a file has less data than its header states."""
     try:
         return bool(file.file_status.incomplete_final_segment)
     except AttributeError:
@@ -50,7 +50,7 @@ def _incomplete(file: Any) -> bool:
 
 
 def _is_time(channel: Any) -> bool:
-    """Whether a channel is the time base of its group."""
+    """True if a channel is the time base of its group."""
     return "wf_increment" not in channel.properties and channel.name.strip().lower() in (
         "time",
         "zeit",
@@ -61,7 +61,7 @@ def _is_time(channel: Any) -> bool:
 
 
 def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel, list[str]]:
-    """One channel with its waveform's step, the time channel of its group, or none."""
+    """Return one channel with its waveform's step, the time channel of its group, or neither; and remarks."""
     held = channel.properties
     unit = str(held.get("unit_string") or held.get("NI_UnitDescription") or "")
 
@@ -94,7 +94,7 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
 
 
 def _instant(value: Any) -> int | None:
-    """Time that a file states, ns since 1970 UTC; None where it states none, or one of before such files."""
+    """Return a stated time, ns since 1970 UTC; None without one, or before :data:`EARLIEST`."""
     if not isinstance(value, np.datetime64) or np.isnat(value):
         return None
     found = int(value.astype("datetime64[ns]").astype(np.int64))
@@ -102,7 +102,7 @@ def _instant(value: Any) -> int | None:
 
 
 def _number(value: Any) -> float:
-    """A property as a number; 0 where it is none."""
+    """Return a property as a number, 0 if it is not a number."""
     try:
         number = float(value or 0.0)
     except (TypeError, ValueError):

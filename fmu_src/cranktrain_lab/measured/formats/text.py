@@ -1,7 +1,7 @@
-"""Text tables of any dialect by the one reader of tables, part by part; large ones go through a file of binary numbers.
+"""Reader of text tables of any dialect, in parts; large tables are converted to a temporary binary file.
 
-The first column is the time if its name or unit says so. A table without a time states its rate in a comment or in the
-header (``rate = 10000 Hz``, ``fs: 1e4``), or has none.
+The first column is the time if its name or unit shows this. A table without time may state its rate in a comment or in
+the header (``rate = 10000 Hz``, ``fs: 1e4``).
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from cranktrain_lab.measured.formats.arrays import TIME_UNITS, Named, as_channel
 
 WHAT, REMEDY = "table of measured signals", "export it again with one column a channel under a line of names"
 LARGE = 4_000_000
-"""Values of a table that are held in memory; of larger ones a temporary file of float64."""
+"""Largest number of values of a table in memory; a larger table is stored in a temporary file of float64."""
 PIECE = 1_000_000
-"""Values that are read from that file at once."""
+"""Number of values read from this file at once."""
 RATE = re.compile(
     r"(?i)\b(?:fs|rate|sampl\w*(?:[ _]?rate|[ _]?freq\w*)?|abtastrate)\b\s*[:=]?\s*([0-9.eE+]+)\s*(k?hz|1/s)?"
 )
@@ -40,11 +40,11 @@ class Values(NamedTuple):
 
     Attributes
     ----------
-    table : its first part, for names, units and comments
+    table : first part of the table, with names, units and comments
     size : number of rows
-    read : (first, past the last, column) → values
-    missing : (columns,) number of missing values of each
-    first_missing : (columns,) number of the line of the first of these
+    read : function (first, past the last, column) → values
+    missing : (columns,) number of missing values
+    first_missing : (columns,) line number of the first missing value
     """
 
     table: TextTable
@@ -55,7 +55,7 @@ class Values(NamedTuple):
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
-    """List the columns of numbers of a table, and remarks."""
+    """List the numeric columns of a table as channels, and remarks."""
     clocks = Clocks()
     values = collected(table_chunks(path, WHAT, REMEDY, clocks=clocks))
     table, remarks = values.table, []
@@ -94,12 +94,12 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
 
 def is_time_unit(unit: str) -> bool:
-    """Whether a unit is one of time."""
+    """True if the unit is a unit of time."""
     return unit.strip().lower() in TIME_UNITS
 
 
 def name_and_unit(text: str) -> tuple[str, str]:
-    """Name and unit of ``name [unit]`` or ``name (unit)``."""
+    """Split ``name [unit]`` or ``name (unit)`` into name and unit."""
     match = re.fullmatch(r"\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*", text)
     if match and match[1] and (is_unit(match[2]) or not match[2] or clock_of(match[2])):
         return match[1], match[2]
@@ -107,7 +107,7 @@ def name_and_unit(text: str) -> tuple[str, str]:
 
 
 def collected(table: Iterable[TextTable]) -> Values:
-    """Values of a table's parts, each of which is read once."""
+    """Collect the values of a table's parts, each of which is read once."""
     parts, held, first, spill = list[Array](), 0, None, None
     missing = first_missing = np.zeros(0, dtype=np.int64)
     for part in table:
@@ -126,7 +126,7 @@ def collected(table: Iterable[TextTable]) -> Values:
             for own in parts:
                 spill.write(own.tobytes())
             parts = []
-    assert first is not None  # the reader refuses a table without rows
+    assert first is not None  # the reader raises an error for a table without rows
     width = first.values.shape[1]
     read = _in_memory(np.concatenate(parts)) if spill is None else _in_file(spill, width)
     return Values(first, held // width, read, missing, first_missing)
@@ -137,7 +137,7 @@ def _in_memory(values: Array) -> Callable[[int, int, int], Array]:
 
 
 def _in_file(spill: Any, width: int) -> Callable[[int, int, int], Array]:
-    """Read a column of rows in a file piece by piece; a mapped file would fill the memory as it is read."""
+    """Return a reader of a column in a binary file, in pieces, because a mapped file would fill the memory."""
     spill.flush()
     row = width * np.dtype(np.float64).itemsize
 
@@ -153,7 +153,7 @@ def _in_file(spill: Any, width: int) -> Callable[[int, int, int], Array]:
 
 
 def _names(table: TextTable) -> list[tuple[str, str]]:
-    """Name and unit of each column; columns without a name are numbered."""
+    """Return name and unit of each column; columns without a name are numbered."""
     result = []
     for k, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         if name and not unit:
@@ -163,7 +163,7 @@ def _names(table: TextTable) -> list[tuple[str, str]]:
 
 
 def _sampling(text: str) -> dict[str, float]:
-    """Rate or step that the comments and the header state."""
+    """Return the rate or step stated in comments and header."""
     found = {}
     if (match := RATE.search(text)) and (value := _number(match[1])):
         found["fs"] = value * (1e3 if (match[2] or "").lower() == "khz" else 1.0)
@@ -180,7 +180,7 @@ def _number(text: str) -> float:
 
 
 def _over_speed(arrays: list[Named], speed: Named, source: str) -> list[Channel]:
-    """Columns over a first column of speeds."""
+    """Return columns as channels over a first column of speeds."""
     return [
         Channel(one.name, one.unit, one.size, source, _of(one), float(speed.read(0, 1, 0)[0]), places=_of(speed),
                 abscissa="speed", abscissa_unit="rev/min")

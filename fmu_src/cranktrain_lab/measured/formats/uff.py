@@ -1,8 +1,8 @@
-"""UFF data sets 58 and 58b by pyuff: time series, and functions over frequency, speed or order.
+"""Reader of UFF data sets 58 and 58b by pyuff: time series, and functions of frequency, speed or order.
 
-pyuff skips what it does not read; data sets that are cut short are told and those before them kept. pyuff takes the
-whole file into memory while it looks for data sets, so a file may have ``LARGEST`` bytes; afterwards one data set at a
-time is in memory, which is read again when its samples are asked for.
+pyuff skips unknown data sets. A truncated data set gives a remark, and those before it are kept. pyuff loads the whole
+file into memory to find data sets, so the file size is limited to ``LARGEST``. Afterwards one data set at a time is in
+memory, and is read again when its samples are needed.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ FUNCTIONS = {
 }  # fmt: skip
 NOTHING = ("", "none")
 LARGEST = 2_000_000_000
-"""Bytes of a file."""
+"""Largest size of a file, bytes."""
 HEAD = 13
-"""Lines of a data set above its values."""
+"""Number of header lines of a data set."""
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 HELD = 100_000
-"""Values of a data set that stays in memory."""
+"""Largest number of values of a data set that stays in memory."""
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
@@ -65,7 +65,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
                         f"it is cut short"
                     )
                 channel, told = _channel(one, data, path.name)
-            except Exception as error:  # of pyuff, whatever stopped it
+            except Exception as error:  # pyuff raises errors of many types
                 reason = str(error).splitlines()[0] if str(error) else type(error).__name__
                 remarks.append(f"{path.name}, data set {k + 1}: cannot be read ({reason}); it is left out")
                 continue
@@ -80,8 +80,8 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
 
 def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Channel:
-    """The channel with samples that are read when they are asked for; ``held`` keeps the data set read last."""
-    source = channel.source  # not the channel, which has its samples
+    """Return the channel with a reader that loads samples when needed; ``held`` caches the last data set."""
+    source = channel.source  # the reader must not refer to the channel, which contains the samples
 
     def again() -> Channel:
         if k not in held:
@@ -103,7 +103,7 @@ def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Cha
 
 
 def _data_set(file: Any, k: int) -> dict[str, Any]:
-    """Data set k; pyuff takes blanks that fill a line for numbers, so a text that it refuses is read without them."""
+    """Read data set k; if pyuff fails, trailing blanks, which it takes for numbers, are removed first."""
     try:
         return dict(file.read_sets(k))
     except Exception:
@@ -120,9 +120,9 @@ def _data_set(file: Any, k: int) -> dict[str, Any]:
 
 
 def _instant(text: str) -> int | None:
-    """Time of an identification line with fractions of a second, ns since 1970; None of a date to the second.
+    """Return the time of an identification line with fractions of a second, ns since 1970, else None.
 
-    Programs write there when they wrote the data set, to the second, which is too coarse to place a signal by.
+    Times to the second are ignored, because they state when the program wrote the file and are too coarse for signals.
     """
     match = re.search(r"(\d{1,2})-([A-Za-z]{3})-(\d{2,4})\s+(\d{1,2}):(\d\d):(\d\d)[.,](\d{1,9})", text)
     if match is None or match[2].title() not in MONTHS:
@@ -137,12 +137,12 @@ def _instant(text: str) -> int | None:
 
 
 def _stated(one: dict[str, Any]) -> np.ndarray:
-    """Values of a data set without those that fill its last line behind the number of values that it states."""
+    """Return the values of a data set without filling values of the last line beyond the stated number."""
     return np.asarray(one["data"])[: int(one["num_pts"])]
 
 
 def _tell_ends(path: Path, complete: int, remarks: list[str]) -> None:
-    """Tell of a last data set without its closing line of -1."""
+    """Add a remark on a last data set without its closing line of -1."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 4096))
         end = file.read().rstrip()
@@ -151,7 +151,7 @@ def _tell_ends(path: Path, complete: int, remarks: list[str]) -> None:
 
 
 def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channel, list[str]]:
-    """Channel of one data set."""
+    """Return the channel of one data set, and remarks."""
     code = int(one.get("abscissa_spec_data_type", 17))
     label, unit = (str(one.get(key) or "").strip() for key in ("abscissa_axis_lab", "abscissa_axis_units_lab"))
     abscissa, own_unit = ABSCISSAE.get(code, (_named(label, unit), unit))
@@ -184,7 +184,7 @@ def _complex(values: np.ndarray) -> Any:
 
 
 def _named(label: str, unit: str) -> str:
-    """Abscissa by its label and unit, where its code says nothing."""
+    """Return the abscissa from its label and unit, for an unspecific code."""
     text = f"{label} {unit}".lower()
     for name, words in {"speed": ("rpm", "speed", "1/min"), "frequency": ("hz", "freq"), "order": ("order",)}.items():
         if any(word in text for word in words):

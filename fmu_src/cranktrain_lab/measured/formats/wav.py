@@ -1,4 +1,4 @@
-"""WAV by scipy, mapped into memory: integers are fractions of full scale, as the format has no unit."""
+"""Reader of WAV by scipy, mapped into memory. Integers are fractions of full scale, because the format has no unit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain_lab.measured.channels import Channel, Reader
 
 CHECKED = 20_000_000
-"""Samples up to which full scale is looked for."""
+"""Number of samples that are checked for clipping at full scale."""
 FULL = {"int16": 2.0**15, "int32": 2.0**31, "int64": 2.0**63, "uint8": 2.0**7}
 
 
@@ -27,7 +27,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
         except ValueError as error:
             if "mmap" not in str(error) and "buffer" not in str(error) and "bit depth" not in str(error):
                 raise
-            rate, data = wavfile.read(str(path), mmap=False)  # 24 bits have no type to be mapped by; cut ones neither
+            rate, data = wavfile.read(str(path), mmap=False)  # 24-bit and truncated files cannot be mapped
     if not data.size:
         raise InputError(f"{path.name}: holds no samples; record it again")
     cut = any("EOF" in str(found.message) for found in caught)

@@ -1,1 +1,1 @@
-"""Total error against cost: every choice of crank, bearings, block and step against the best model there is."""
+"""Study of total error against cost, for all choices of crank, bearings, block and step, against the best model."""

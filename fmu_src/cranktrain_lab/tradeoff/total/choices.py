@@ -1,4 +1,4 @@
-"""What the study measures: models as crank × bearings × block, each at a few steps; the best model as reference.
+"""Models of the study, as crank × bearings × block, each at a few steps, with the best model as reference.
 
 Valid combinations of levels come from the registers. Combinations that a run refuses are left out, and so are a
 flexible block with a crank or bearings that cannot follow it, and films with tilt on a crank whose journals do not
@@ -30,7 +30,7 @@ QUICK = (CHEAP, MODERATE)
 FINE, FINE_DEG = "esdirk47", {CHEAP: 0.5, MODERATE: 0.5, DEAR: 1.0, DEAREST: 1.0}
 """Method and steps of runs that others are compared with: their error is far below the least total error of a table."""
 WORK = {CHEAP: 1.0, MODERATE: 3.0, DEAR: 30.0, DEAREST: 100.0}
-"""What a run takes by its bearings' class of cost, about; tells how far a study is."""
+"""Approximate relative work of a run by its bearings' class of cost, for progress."""
 
 
 class Method(NamedTuple):
@@ -42,7 +42,7 @@ class Method(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """An engine at levels, nothing left open but the step."""
+    """Engine at fidelity levels, without integrator step."""
 
     engine: Engine
     speed: float
@@ -128,7 +128,7 @@ def model(scene: StudyScene, crank: str, bearings: str, block: str) -> Model:
 
 
 def goes_together(engine: Engine, crank: str, bearings: str, block: str) -> bool:
-    """Whether these levels make a model that is worth a run."""
+    """True if these levels make a meaningful model."""
     law, row = bearing_law(bearings), crank_level(crank)
     try:
         check_levels(resolved(Settings(crank=crank, bearings=bearings, block=block), engine), engine)

@@ -42,9 +42,9 @@ def split(family: Family, engine: Engine, last: Cycle, after: Cycle, fine: Cycle
 
 
 def distance(family: Family, engine: Engine, one: Cycle, other: Cycle, reference: Cycle) -> float | None:
-    """How far two cycles are apart in a family, over the reference's alternating part; None where one lacks it.
+    """Return the distance of two cycles in a family, relative to the reference's alternating part, or None.
 
-    A member that does not move in the reference says nothing.
+    A member that is constant in the reference is ignored.
     """
     largest = None
     for names in family.members(engine):

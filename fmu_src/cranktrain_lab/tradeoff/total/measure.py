@@ -81,7 +81,7 @@ class Settled:
 
 
 def settled(job: Job, store: Kept, say: Progress | None = None) -> Settled:
-    """A run, from the store where it is kept; raises ``CranktrainError`` where it fails, anew only once in a store."""
+    """Return a run from the store, or run it; ``CranktrainError`` for a failed run (failures are stored too)."""
     key = digest(__file__, job)
     failed = store.entry(key)
     if failed is not None:
@@ -138,7 +138,7 @@ def _begun(made: Assembly, settings: Settings, parts: Parts, speed: float) -> Si
 
 
 def _go_on_from(simulation: Simulation, other: Simulation) -> None:
-    """Start from the motion that another of the same model has; films that keep as much go on with it."""
+    """Start from the motion of another simulation of the same model, with film memory if the sizes agree."""
     state, known = simulation.state, other.state
     put_motion(state, motion_of(known, simulation.model.omega2.size))
     state[SHAFT_ANGLE] = known[SHAFT_ANGLE]

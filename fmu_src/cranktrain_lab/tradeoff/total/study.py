@@ -1,4 +1,4 @@
-"""The study of total error: every model and step of a scene against the best model, with the parts of each error."""
+"""Study of total error: every model and step of a scene against the best model, with parts of each error."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SPEEDS_RPM = (1000.0, 2000.0)
 
 @dataclass(frozen=True)
 class TotalStudy:
-    """What was measured: points of all scenes, and the best model of each that they are compared with."""
+    """Results of the study: points of all scenes, and the best model of each scene as reference."""
 
     scenes: tuple[StudyScene, ...]
     points: tuple[TotalPoint, ...]
@@ -80,7 +80,7 @@ BEST_WEIGHT = 8.0
 
 
 def _weight(model: Model) -> float:
-    """What a run of a model takes beside one of springs and dampers, about."""
+    """Return the approximate work of a run relative to one with springs and dampers."""
     return model.work * (1.0 if model.settings.block == "ground" else 1.5)
 
 

@@ -1,1 +1,1 @@
-"""Variants of an engine as results: tables, percentiles, sensitivities, Pareto fronts, pictures."""
+"""Results of variants: tables, percentiles, sensitivities, Pareto fronts, pictures."""

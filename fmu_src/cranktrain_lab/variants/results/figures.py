@@ -1,4 +1,4 @@
-"""Picture of a study: percentiles over the speed or distributions, what outputs depend on, the Pareto front."""
+"""Picture of a study: percentiles over the speed or distributions, sensitivities of outputs, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from cranktrain_lab.variants.results import statistics
 from cranktrain_lab.variants.results.shown import shown_unit
 
 MOST_OUTPUTS, MOST_VALUES = 6, 12
-"""Outputs that are drawn, and values of one."""
+"""Largest numbers of outputs in a figure, and of values per output."""
 BLUE, LIGHT, RED = "#2b6ca3", "#9cc3e3", "#b5403a"
 
 
 def variants_figure(variants: Any) -> Any:
-    """Figure of a :class:`.variants.Variants`: percentiles, what outputs depend on, and the Pareto front."""
+    """Draw the figure of :class:`.variants.Variants`: percentiles, sensitivities, and the Pareto front."""
     outputs = variants.outputs[:MOST_OUTPUTS]
     front = tuple(variants.about["pareto"])
     rows = len(outputs) + bool(front)
@@ -66,7 +66,7 @@ def _draw_histogram(ax: Any, values: Any, label: str) -> None:
 
 
 def _draw_sensitivities(ax: Any, records: Sequence[dict[str, Any]], name: str) -> None:
-    """Bars of Sobol indices, or of rank regression coefficients, the largest on top."""
+    """Draw bars of Sobol indices or of rank regression coefficients, the largest on top."""
     sobol = "total" in records[0]
     key = "total" if sobol else "rank_coefficient"
     shown = sorted(records, key=lambda record: abs(np.nan_to_num(record[key])))[-MOST_VALUES:]
@@ -89,7 +89,7 @@ def _draw_sensitivities(ax: Any, records: Sequence[dict[str, Any]], name: str) -
 
 
 def _draw_front(axes: Any, variants: Any, names: tuple[str, ...]) -> None:
-    """Variants in the plane of the first two outputs, and of the first and the last, the front marked."""
+    """Draw variants in the planes of the first two outputs and of the first and last output, with the front marked."""
     costs = np.stack([variants[name] for name in names], axis=1)
     front = statistics.pareto_front(costs)
     for ax, other in zip(axes, (1, len(names) - 1), strict=True):

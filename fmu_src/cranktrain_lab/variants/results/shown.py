@@ -1,13 +1,13 @@
-"""Engineers' units of outputs."""
+"""Customary engineering units of outputs."""
 
 from __future__ import annotations
 
 import math
 
 SHOWN = {"rad": ("deg", 180.0 / math.pi), "Pa": ("MPa", 1e-6), "m": ("um", 1e6)}
-"""Engineers' units of outputs, and their factors."""
+"""Customary engineering unit of each SI unit, and its factor."""
 
 
 def shown_unit(unit: str) -> tuple[str, float]:
-    """Unit in which people read an output, and the factor to it."""
+    """Return the customary unit of an output, and the factor from SI."""
     return SHOWN.get(unit, (unit, 1.0))

@@ -2,10 +2,10 @@
 
 With f_A, f_B the outputs at the rows of Saltelli's matrices A and B, and f_k at those of A with column k of B,
 
-    first-order index   S_k = ⟨f_B (f_k − f_A)⟩ / V,        the share of the variance V that value k explains alone
-    total index         T_k = ½ ⟨(f_A − f_k)²⟩ / V,         the share that would stay if all values but k were known
+    first-order index   S_k = ⟨f_B (f_k − f_A)⟩ / V,        the fraction of the variance V that value k explains alone
+    total index         T_k = ½ ⟨(f_A − f_k)²⟩ / V,         the fraction that remains if all values but k are known
 
-Means are taken off before. A row of which one variant failed is left out. Intervals are those of resampled rows.
+Means are subtracted before. Rows with a failed variant are left out. Intervals follow from resampled rows.
 
 Sources: A. Saltelli et al., Computer Physics Communications 181 (2010), equations (b) and (f) of table 2; M. J. W.
 Jansen, Computer Physics Communications 117 (1999); for ranks A. Saltelli et al., Sensitivity
@@ -26,7 +26,7 @@ RESAMPLES = 200
 
 
 class Indices(NamedTuple):
-    """Sobol indices (d,) of an output, half-widths of their 95 % intervals, and the rows that they rest on."""
+    """Sobol indices (d,) of an output, half-widths of their 95 % intervals, and number of rows used."""
 
     first: Array
     total: Array
@@ -36,7 +36,7 @@ class Indices(NamedTuple):
 
 
 def sobol_indices(values: Array, n: int, d: int) -> Indices:
-    """Indices of the outputs (n (d + 2),) of a design ``sensitivity``; not a number where the output does not vary."""
+    """Return Sobol indices of outputs (n (d + 2),) of a design ``sensitivity``; NaN if the output does not vary."""
     a, b, mixed = values[:n], values[n : 2 * n], values[2 * n :].reshape(d, n)
     good = np.isfinite(a) & np.isfinite(b) & np.isfinite(mixed).all(axis=0)
     a, b, mixed = a[good], b[good], mixed[:, good]
@@ -61,10 +61,10 @@ def _estimate(a: Array, b: Array, mixed: Array) -> tuple[Array, Array]:
 
 
 def rank_coefficients(values: Array, outputs: Array) -> Array:
-    """Standardised rank regression coefficients (d,) of the values (n, d) for an output (n,), −1 … 1.
+    """Return standardised rank regression coefficients (d,), −1 … 1, of values (n, d) for an output (n,).
 
-    Ranks of the output are fitted by those of all values together, so that what two values share by chance is given to
-    neither. 0 where a value or the output does not vary; not a number for fewer than d + 2 variants.
+    Ranks of the output are fitted by the ranks of all values together, so a chance correlation of two values counts for
+    neither. The result is 0 if a value or the output does not vary, and NaN for fewer than d + 2 variants.
     """
     good = np.isfinite(outputs)
     if good.sum() < values.shape[1] + 2:
@@ -80,16 +80,16 @@ def _standard(ranks: Array) -> Array:
 
 
 def pareto_front(costs: Array) -> NDArray[Any]:
-    """Indices of the rows of ``costs`` (n, m) that no other beats, by the first cost; rows not finite are none.
+    """Return indices of non-dominated rows of ``costs`` (n, m), ordered by the first cost, without non-finite rows.
 
-    A row is beaten by one that is no worse in all costs and better in one; of equal rows the first stays.
+    A row is dominated by another that is no worse in all costs and better in one; of equal rows the first stays.
     """
     finite = np.flatnonzero(np.isfinite(costs).all(axis=1))
     order = finite[np.lexsort((finite, *costs[finite].T[::-1]))]
     front: list[int] = []
     kept = np.zeros((0, costs.shape[1]))
     for k in order.tolist():
-        # Rows before it are no worse in the first cost, so a row is beaten by one of the front or stays in it.
+        # Earlier rows are no worse in the first cost, so a row is dominated by one of the front or joins it.
         if not np.any(np.all(kept <= costs[k], axis=1)):
             front.append(k)
             kept = np.vstack((kept, costs[k]))

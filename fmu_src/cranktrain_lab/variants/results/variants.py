@@ -1,4 +1,4 @@
-"""The variants of a study as a result: tables, percentiles, sensitivities, Pareto front, picture."""
+"""Variants of a study as a result, with tables, percentiles, sensitivities, Pareto front and picture."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from cranktrain_lab.variants.results import statistics
 from cranktrain_lab.variants.results.shown import shown_unit
 
 MOST_AT_ONCE = 16_000_000
-"""Numbers that are in memory at once for percentiles."""
+"""Largest number of values in memory at once for percentiles."""
 PERCENTILES = (5.0, 50.0, 95.0)
 
 
 class Variants:
-    """Finished variants of a study, in the order of their numbers; everything in SI, outputs that failed not a number.
+    """Finished variants of a study in the order of their numbers, in SI; outputs of failed variants are NaN.
 
     ``variants["twist"]`` is the worst value of each variant over the speeds, ``variants["damper.viscosity"]`` a varied
     value; :meth:`curve` has a value for each speed.
@@ -35,12 +35,12 @@ class Variants:
 
     @classmethod
     def load(cls, folder: str | Path) -> Variants:
-        """Variants of a folder that ``vary`` wrote, finished or not; ``StoreError``."""
+        """Load variants from a folder that ``vary`` wrote, complete or not; ``StoreError``."""
         return cls(VariantFiles.open(folder))
 
     @property
     def folder(self) -> Path:
-        """Where they are: a folder of Parquet files."""
+        """Folder of the Parquet files."""
         return self._files.folder
 
     @property
@@ -50,12 +50,12 @@ class Variants:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Varied values."""
+        """Names of the varied values."""
         return self._files.names
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Outputs."""
+        """Names of the outputs."""
         return tuple(column.name for column in self._files.columns)
 
     @property
@@ -65,7 +65,7 @@ class Variants:
 
     @property
     def failed(self) -> dict[int, str]:
-        """Numbers of the variants that failed, and why."""
+        """Numbers of the failed variants, with the reasons."""
         reasons = self._files.column(REASON)
         return {int(n): str(why) for n, why in zip(self.numbers, reasons, strict=True) if why}
 
@@ -73,31 +73,31 @@ class Variants:
         return int(self.numbers.size)
 
     def __getitem__(self, name: str) -> Array:
-        """Values (n,) of a varied value, or an output's worst over the speeds; ``InputError`` for another name."""
+        """Return a varied value (n,), or an output's worst value over the speeds; ``InputError`` for another name."""
         if name not in (*self.names, *self.outputs):
             raise InputError(f"variants have no '{name}'; {nearest(name, (*self.names, *self.outputs))}")
         return np.asarray(self._files.column(name), dtype=float)
 
     @property
     def values(self) -> Array:
-        """Varied values (n, d)."""
+        """Return the varied values (n, d)."""
         return np.stack([self[name] for name in self.names], axis=1)
 
     def output(self, name: str) -> Column:
-        """An output with its unit; ``InputError``."""
+        """Return an output with its unit; ``InputError``."""
         found = next((column for column in self._files.columns if column.name == name), None)
         if found is None:
             raise InputError(f"variants have no output '{name}'; {nearest(name, self.outputs)}")
         return found
 
     def curve(self, name: str) -> Array:
-        """An output over the speeds, (n, s); ``InputError`` for one that has one value only."""
+        """Return an output over the speeds, (n, s); ``InputError`` for an output with a single value."""
         if not self.output(name).over_speed:
             raise InputError(f"output '{name}' has one value, not one for each speed; take variants['{name}']")
         return self._files.curve(name)
 
     def percentiles(self, name: str, shares: Sequence[float] = PERCENTILES) -> Array:
-        """Percentiles (p, s) of an output at each speed; memory does not grow with the number of variants."""
+        """Return percentiles (p, s) of an output at each speed; memory does not grow with the number of variants."""
         self.output(name)
         count = self._files.speeds.size
         step = max(1, MOST_AT_ONCE // max(len(self), 1))
@@ -108,7 +108,7 @@ class Variants:
         return np.concatenate(parts, axis=1)
 
     def sensitivities(self) -> dict[str, list[dict[str, Any]]]:
-        """For each output a record of each value: rank coefficient, and Sobol indices of a ``sensitivity``."""
+        """Return by output a record per value: rank coefficient, and Sobol indices for a design ``sensitivity``."""
         values, whole = self.values, self.about["method"] == "sensitivity"
         n, d = int(self.about["n"]), len(self.names)
         whole = whole and len(self) == n * (d + 2)
@@ -127,7 +127,7 @@ class Variants:
         return found
 
     def pareto(self, minimize: Sequence[str] = ()) -> Any:
-        """Variants (pandas ``DataFrame``) that no other beats in all of some outputs, those of ``[pareto]`` if none."""
+        """Return the Pareto front (pandas ``DataFrame``) for outputs ``minimize``, by default those of ``[pareto]``."""
         names = tuple(minimize) or tuple(self.about["pareto"])
         if len(names) < 2:
             raise InputError(f"a front needs two outputs or more; name them, e.g. pareto({list(self.outputs[:2])})")
@@ -135,7 +135,7 @@ class Variants:
         return self.to_dataframe().iloc[statistics.pareto_front(costs)]
 
     def to_dataframe(self) -> Any:
-        """Pandas ``DataFrame``, a row for each variant: values, outputs' worst, why it failed."""
+        """Return a pandas ``DataFrame`` with a row per variant: values, worst outputs, reason of failure."""
         import pandas
 
         names = (*self.names, *self.outputs)
@@ -145,7 +145,7 @@ class Variants:
         )
 
     def to_xarray(self) -> Any:
-        """Xarray ``Dataset`` over variant and speed, with units."""
+        """Return an xarray ``Dataset`` over variant and speed, with units."""
         xarray = optional("xarray", "to_xarray")
         units = dict(zip(self._files.names, self._files.units, strict=True))
         data: dict[str, Any] = {name: ((NUMBER,), self[name], {"units": units[name]}) for name in self.names}
@@ -160,7 +160,7 @@ class Variants:
         return xarray.Dataset(data, axes, {key: str(value) for key, value in self.about.items()})
 
     def plot(self, path: str | Path | None = None) -> Any:
-        """Figure (matplotlib): percentiles over the speed or distributions, sensitivities, and the Pareto front."""
+        """Draw a figure (matplotlib): percentiles over the speed or distributions, sensitivities, Pareto front."""
         from cranktrain_lab.variants.results.figures import variants_figure
 
         figure = variants_figure(self)
@@ -170,7 +170,7 @@ class Variants:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Lines of a table: output, unit, percentiles of the worst value, what it depends on most."""
+        """Rows of a table: output, unit, percentiles of the worst value, most influential value."""
         found, depends = [], self.sensitivities()
         for column in self._files.columns:
             values = self[column.name]
@@ -192,6 +192,6 @@ class Variants:
         return f"<{head}" + (f", {lost} failed" if lost else "") + "\n " + "\n ".join(lines) + ">"
 
     def _repr_html_(self) -> str:
-        """Table of a notebook."""
+        """Return an HTML table for notebooks."""
         header = ("output", "unit", "5 %", "50 %", "95 %", "depends on")
         return html_table(f"{len(self)} variants of {self.about['engine']}", header, self.rows)
