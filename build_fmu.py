@@ -17,7 +17,7 @@ if str(SOURCES) not in sys.path:
     sys.path.insert(0, str(SOURCES))
 
 from cranktrain.cli import streams  # noqa: E402
-from cranktrain.cli.ending import fault, one_line  # noqa: E402
+from cranktrain.cli.exit_codes import fault, one_line  # noqa: E402
 from cranktrain.cli.run_options import add_source_options  # noqa: E402
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.core.machine_code import this_platform  # noqa: E402

@@ -18,7 +18,7 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[1]
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-IN_HAND = "cranktrain.results.in_hand"
+IN_HAND = "cranktrain.results.views"
 BEHIND_THE_FACE = (
     "cranktrain.results.run.Run", f"{IN_HAND}.series.Series", f"{IN_HAND}.time_series.TimeSeries",
     f"{IN_HAND}.over_speed.OrdersOverSpeed", f"{IN_HAND}.over_speed.Campbell", f"{IN_HAND}.found.Found",

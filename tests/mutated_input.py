@@ -41,9 +41,9 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.pressure_map import read_gas
 from cranktrain.modules.register import module_files, module_of
 from cranktrain.results.export import export
-from cranktrain.results.in_hand.loaded import load_run
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.views.loaded import load_run
 from cranktrain.store.bodies import export_body, import_body
 from cranktrain.store.film_tables import DATASETS, load_film_table, save_film_table
 from cranktrain.store.hdf5 import write_result

@@ -33,11 +33,6 @@ from cranktrain.core.errors import CranktrainError as CranktrainError
 from cranktrain.core.errors import InputError as InputError
 from cranktrain.core.errors import SolverError as SolverError
 from cranktrain.core.reduced_body import rigid_body as rigid_body
-from cranktrain.cranktrain_lab.library.explore import explore as explore
-from cranktrain.cranktrain_lab.library.variants import optimize as optimize
-from cranktrain.cranktrain_lab.library.variants import vary as vary
-from cranktrain.cranktrain_lab.measured.reading import read_measured as read_measured
-from cranktrain.cranktrain_lab.variants.results.variants import Variants as Variants
 from cranktrain.dynamics.model.settings import Settings as Settings
 from cranktrain.dynamics.topology.modes import topology_modes as topology_modes
 from cranktrain.dynamics.topology.own_law import law as law
@@ -51,10 +46,15 @@ from cranktrain.engine.file import load_engine as load_engine
 from cranktrain.engine.model import Engine as Engine
 from cranktrain.film.steady.plain_bearing import Bearing as Bearing
 from cranktrain.fmu.build import build_fmu as build_fmu
-from cranktrain.results.in_hand.loaded import load_run as load_run
+from cranktrain.results.views.loaded import load_run as load_run
 from cranktrain.structure.assembly import Assembly as Assembly
 from cranktrain.structure.assembly import film_tables as film_tables
 from cranktrain.studies.scene import load_scene as load_scene
+from cranktrain_lab.library.explore import explore as explore
+from cranktrain_lab.library.variants import optimize as optimize
+from cranktrain_lab.library.variants import vary as vary
+from cranktrain_lab.measured.reading import read_measured as read_measured
+from cranktrain_lab.variants.results.variants import Variants as Variants
 
 __version__: str
 NAMES: dict[str, str]

@@ -15,8 +15,8 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.export import export
-from cranktrain.results.in_hand.loaded import load_run
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.results.views.loaded import load_run
 from cranktrain.store import columns
 from cranktrain.store.bodies import export_body, import_body
 from cranktrain.store.columns import ResultColumns

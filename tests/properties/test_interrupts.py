@@ -296,7 +296,7 @@ def test_a_second_signal_while_the_first_is_told_changes_nothing(tmp_path):
     script = """
 import os, signal, sys
 from cranktrain.cli import ending, main
-from cranktrain.cli.outside import outside
+from cranktrain.cli.signals import outside
 signal.signal(signal.SIGINT, outside)
 told = main.interrupted
 main.interrupted = lambda stop: (signal.raise_signal(signal.SIGINT), told(stop))[1]

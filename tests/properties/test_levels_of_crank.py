@@ -21,7 +21,7 @@ from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 from cranktrain.structure.crank.sections import crank_pieces, interface_places
 from cranktrain.structure.crank.torsional import sections
-from cranktrain.studies.answers import lowest_levels, plain_name, refuse_beyond, variables
+from cranktrain.studies.output_levels import lowest_levels, plain_name, refuse_beyond, variables
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
 INTERFACE = Path(__file__).parents[2] / "modelDescription" / "interface.toml"

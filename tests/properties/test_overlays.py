@@ -7,9 +7,9 @@ import pytest
 
 from cranktrain.cli.main import main
 from cranktrain.results import overlays
-from cranktrain.results.in_hand.loaded import LoadedRun
 from cranktrain.results.overlays import check_overlaid, cycle_overlay, file_name, legend_names, order_overlay
 from cranktrain.results.run_up.run_up import TORSION, RunUp
+from cranktrain.results.views.loaded import LoadedRun
 
 LEVELS = {"crank": "solid", "bearings": "linear", "step": math.radians(5.0)}
 

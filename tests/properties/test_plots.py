@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results import figures, plots
-from cranktrain.results.run_up.shown import figure_of
+from cranktrain.results.run_up.plot_data import figure_of
 
 
 @pytest.fixture

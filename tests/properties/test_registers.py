@@ -13,7 +13,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import LAWS, PLAIN, Form, Law, register_law
 from cranktrain.fmu.description import read_interface
 from cranktrain.store.hdf5 import read_result
-from cranktrain.studies.answers import bearing_ladder, lowest_levels
+from cranktrain.studies.output_levels import bearing_ladder, lowest_levels
 from cranktrain_lab.tradeoff.level_points import bearing_levels
 
 INTERFACE = Path(__file__).parents[2] / "modelDescription"

@@ -9,7 +9,7 @@ import pytest
 
 import cranktrain as ct
 from cranktrain.core.errors import StoreError
-from cranktrain.results.in_hand.series import Series
+from cranktrain.results.views.series import Series
 
 NAME = "pulley.torsion"
 LINES = 10
@@ -210,11 +210,11 @@ def test_a_run_up_a_sweep_and_a_plot_in_ten_lines(tmp_path):
 
 
 def test_tables_within_records_are_one_table():
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
     mains = [[{"name": f"main[{k}]", "load_kn": 10.0 * speed + k} for k in (1, 2)] for speed in (1, 2)]
     speeds = [{"name": f"run {s}", "rpm": 1000 * s, "power_w": {"all": 5.0}, "mains": mains[s - 1]} for s in (1, 2)]
-    found = Found.of({"speeds": speeds}, "bearing-loads")
+    found = VerbResult.of({"speeds": speeds}, "bearing-loads")
     assert list(found.tables) == ["speeds", "speeds.mains"]
     assert found.to_dataframe().columns.tolist() == ["name", "rpm", "power_w.all"]
     frame = found.to_dataframe("speeds.mains")

@@ -14,7 +14,6 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.bearings.run_up_cycles import bearing_outputs
-from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
 from cranktrain.results.orders.deviations import deviations
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
@@ -23,6 +22,7 @@ from cranktrain.results.run_up import figures, peak_figures, shown
 from cranktrain.results.run_up.plots import plot_waterfall, spread
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
 from cranktrain.results.run_up.twist import with_twist
+from cranktrain.results.views.over_speed import OrdersOverSpeed
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.campbell import assurance, campbell
 

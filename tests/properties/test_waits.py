@@ -14,10 +14,10 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import NOTHING_PUBLISHED
-from cranktrain.fmu.beside import made_beside, make_block, make_bores
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.carried import carried_levels
 from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.parallel_build import made_beside, make_block, make_bores
 from cranktrain.fmu.running import chosen_levels
 from cranktrain.store import waits as told_waits
 from cranktrain.store.hdf5 import save_body
@@ -335,7 +335,7 @@ def fail(engine):
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_part_made_beside_is_in_the_cache_and_its_errors_are_left_to_the_build(empty_cache, monkeypatch, count):
     """With one processor the build makes it itself: nothing is made beside."""
-    monkeypatch.setattr("cranktrain.fmu.beside.processors", lambda: count)
+    monkeypatch.setattr("cranktrain.fmu.parallel_build.processors", lambda: count)
     engine, said = load_engine("single_petrol"), []
     with made_beside(leave_a_file, engine, "file", said.append) as wait:
         wait()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from cranktrain.cli.console import show_rows
-from cranktrain.cli.ending import one_line, parts
+from cranktrain.cli.exit_codes import one_line, parts
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, load_engine

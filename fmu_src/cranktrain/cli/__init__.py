@@ -1,8 +1,8 @@
 """The command line: one file a verb.
 
-Loading this package prepares the process of the command for signals: see :mod:`cranktrain.cli.outside`.
+Loading this package prepares the process of the command for signals: see :mod:`cranktrain.cli.signals`.
 """
 
-from cranktrain.cli.outside import guard
+from cranktrain.cli.signals import guard
 
 guard()

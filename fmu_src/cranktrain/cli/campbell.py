@@ -16,7 +16,7 @@ from cranktrain.engine.levels import CRANKS, crank_level, described
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
-    from cranktrain.results.in_hand.over_speed import Campbell
+    from cranktrain.results.views.over_speed import Campbell
 
 DESCRIPTION = """\
 Campbell diagram: frequencies of the cranktrain at rest over the speed, modes followed through crossings.
@@ -107,7 +107,7 @@ def _found(options: argparse.Namespace) -> tuple[str, Campbell, list[float]]:
     from cranktrain.dynamics.simulation import fitted_engine
     from cranktrain.loads.damper import required_damper
     from cranktrain.results.figures import PICTURE
-    from cranktrain.results.in_hand.over_speed import Campbell
+    from cranktrain.results.views.over_speed import Campbell
     from cranktrain.store.whole_file import check_place
     from cranktrain.structure.assembly import check_mesh, running_crank
     from cranktrain.structure.crank.critical_speeds import REACH, exciting_orders

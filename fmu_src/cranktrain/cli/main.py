@@ -25,7 +25,7 @@ from typing import Any, NoReturn
 
 from cranktrain import lab
 from cranktrain.cli import streams
-from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
+from cranktrain.cli.exit_codes import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path

@@ -123,9 +123,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _overlaid(options: argparse.Namespace, log: bool | None) -> dict[str, Any]:
     """Draw results of one kind into one picture an output."""
     from cranktrain.results.figures import check_folder
-    from cranktrain.results.in_hand.loaded import load_run
     from cranktrain.results.overlays import file_name, save_overlays
     from cranktrain.results.run_up.run_up import TORSION, RunUp
+    from cranktrain.results.views.loaded import load_run
 
     for name in ("measured", "with_damper", "engine"):
         if getattr(options, name) is not None:
@@ -184,7 +184,7 @@ def draw(
     ``style`` are options of :func:`add_chart_options`.
     """
     from cranktrain.results.run_up.figures import save_run_up_pictures
-    from cranktrain.results.run_up.shown import Beside
+    from cranktrain.results.run_up.plot_data import Beside
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses
     from cranktrain.studies.run_up.modes import run_up_modes
 

@@ -30,8 +30,8 @@ from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
     from cranktrain.loads.gas_pressure import Gas
-    from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
     from cranktrain.results.run_up.run_up import RunUp
+    from cranktrain.results.views.over_speed import OrdersOverSpeed
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
@@ -91,7 +91,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def answer(options: argparse.Namespace) -> OrdersOverSpeed:
     """The run-up itself with its report, for the library; its file stays only where one is named."""
-    from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
+    from cranktrain.results.views.over_speed import OrdersOverSpeed
 
     if options.output is not None:
         return OrdersOverSpeed.of(*_found(options))

@@ -21,8 +21,8 @@ from hashlib import sha256
 
 import numpy as np
 
+from cranktrain.core.argument_checks import given_kind, given_number, given_numbers
 from cranktrain.core.errors import InputError, StoreError, nearest
-from cranktrain.core.given import given_kind, given_number, given_numbers
 from cranktrain.core.rigid_slices import (
     Slices,
     fields,

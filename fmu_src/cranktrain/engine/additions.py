@@ -24,8 +24,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from cranktrain.core.argument_checks import given_name
 from cranktrain.core.errors import nearest
-from cranktrain.core.given import given_name
 from cranktrain.engine import connections as laws
 from cranktrain.engine import quantities as q
 from cranktrain.engine.parts import Given, Needed

@@ -2,7 +2,7 @@
 
 Crank: ``rigid`` moves as a whole; ``torsional`` also twists; ``beam`` also bends and stretches; ``solid`` has stresses.
 Each level is one row. Rows are ordered from the lowest to the highest level. Command line, FMU interface, plan and
-studies read these tables. :mod:`cranktrain.studies.answers` lists the levels that each output needs;
+studies read these tables. :mod:`cranktrain.studies.output_levels` lists the levels that each output needs;
 :mod:`cranktrain.structure.crank.level` makes the body of a crank level.
 """
 

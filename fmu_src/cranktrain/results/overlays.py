@@ -15,13 +15,13 @@ from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.figures import HIGHEST, save_figure
 from cranktrain.results.files import output_unit
-from cranktrain.results.in_hand.time_series import TimeSeries
 from cranktrain.results.orders.harmonics import order_spectrum
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.plots import largest
+from cranktrain.results.run_up.plot_data import ALONG, BROADEST, TORSIONAL, TWISTING, Quantity, figure_of
 from cranktrain.results.run_up.plots import DECADES, ORDER_COLOURS
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.results.run_up.shown import ALONG, BROADEST, TORSIONAL, TWISTING, Quantity, figure_of
+from cranktrain.results.views.time_series import TimeSeries
 
 Results = Mapping[str, TimeSeries] | Mapping[str, RunUp]
 MOST = 6

@@ -17,8 +17,8 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.files import check_target, save_run
 from cranktrain.results.free_forces import free_forces
-from cranktrain.results.in_hand.time_series import TimeSeries
 from cranktrain.results.summary import closing_edges, films_not_resolved, grid_errors, online_films, run_summary
+from cranktrain.results.views.time_series import TimeSeries
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -48,7 +48,7 @@ from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, ENCODERS, Levels
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
-from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
+from cranktrain.studies.output_levels import bearing_ladder, lowest_levels, refuse_beyond
 
 FINEST_ACCURACY = 1.0e-6
 """Unreachable accuracy: a run at the finest step differs from a run with half this step by about as much."""

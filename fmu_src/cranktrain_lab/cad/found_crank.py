@@ -14,7 +14,7 @@ from cranktrain.core.types import Array
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.fem.mesh import NETGEN_EDGES, VTK_EDGES
-from cranktrain_lab.cad.recognition import Found
+from cranktrain_lab.cad.recognition import RecognisedCrank
 from cranktrain_lab.cad.step_file import step_mesh
 from cranktrain_lab.cad.web_outlines import WebShape, web_shapes
 
@@ -44,7 +44,7 @@ class Dimensions(NamedTuple):
     webs: tuple[WebShape, ...]
 
 
-def dimensions(found: Found, mesh_size: float) -> Dimensions:
+def dimensions(found: RecognisedCrank, mesh_size: float) -> Dimensions:
     """Return the crankshaft of an engine file, m and rad, nearest to the one found.
 
     A dimension that the file states once is the median of the solid's values. Widths of mains are then changed so that
@@ -116,12 +116,12 @@ def _metres(value: float) -> float:
     return round(MM * value, DECIMALS)
 
 
-def _beside_main(found: Found) -> list[bool]:
+def _beside_main(found: RecognisedCrank) -> list[bool]:
     """Return for each web True if it joins a main journal, False for flying webs."""
     return [k in (0, count) for count in found.bays for k in range(count + 1)]
 
 
-def _widths(found: Found, one: float, pitch: float) -> tuple[float, ...]:
+def _widths(found: RecognisedCrank, one: float, pitch: float) -> tuple[float, ...]:
     """Return widths (m), nearest to the found ones, that give each main its position; ``one``: webs and pin, mm."""
     own = np.array([journal.width for journal in found.mains])
     places = np.array([0.5 * (journal.start + journal.end) for journal in found.mains])
@@ -131,7 +131,7 @@ def _widths(found: Found, one: float, pitch: float) -> tuple[float, ...]:
     return tuple(_metres(float(width)) for width in widths)
 
 
-def _misplaced(found: Found, made: Crankshaft) -> list[str]:
+def _misplaced(found: RecognisedCrank, made: Crankshaft) -> list[str]:
     """Return warnings on journals whose positions by the dimensions differ from the solid."""
     z = np.array([0.5 * (journal.start + journal.end) for journal in found.pins])
     off = np.abs(MM * z - np.array(made.pin_positions))
@@ -140,7 +140,7 @@ def _misplaced(found: Found, made: Crankshaft) -> list[str]:
     return [f"pin {int(off.argmax()) + 1} lies {1e3 * off.max():.2f} mm from where the dimensions have it"]
 
 
-def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_main: int) -> tuple[int, int]:
+def write_crank_mesh(path: Path, found: RecognisedCrank, crankshaft: Crankshaft, thrust_main: int) -> tuple[int, int]:
     """Write a mesh of the solid (Gmsh 2.2, m) with named surfaces in the crank's frame; return node and element counts.
 
     The largest edge and the edges on fillets are those of the parametric crank.
@@ -165,7 +165,7 @@ def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_ma
     return len(nodes), len(tets)
 
 
-def _flywheel_plane(found: Found) -> float:
+def _flywheel_plane(found: RecognisedCrank) -> float:
     """Return z, mm, of the flywheel's face: the largest rearward face behind the last main."""
     faces, last = found.faces, found.mains[-1]
     middles = np.array([points[:, 2].mean() if len(points) else -np.inf for points in faces.corners])
@@ -174,7 +174,7 @@ def _flywheel_plane(found: Found) -> float:
 
 
 def _surfaces(
-    found: Found, crankshaft: Crankshaft, thrust_main: int, nodes: Array, triangles: Integers, faces: Integers
+    found: RecognisedCrank, crankshaft: Crankshaft, thrust_main: int, nodes: Array, triangles: Integers, faces: Integers
 ) -> dict[str, Integers]:
     """Return the triangles (k, 3) of each interface."""
     chosen = {f"main[{k}]": one.cylinder.faces for k, one in enumerate(found.mains, 1)}

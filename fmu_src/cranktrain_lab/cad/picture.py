@@ -11,13 +11,13 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.results.figures import save_figure
 from cranktrain.results.plots import BLUE, GREY, INK, ORANGE, foot
-from cranktrain_lab.cad.recognition import Found, Journal
+from cranktrain_lab.cad.recognition import Journal, RecognisedCrank
 
 GREEN, RED = "#3a8f5c", "#b0413e"
 PALE = "#dfe3e8"
 
 
-def plot_side(ax: Any, found: Found) -> None:
+def plot_side(ax: Any, found: RecognisedCrank) -> None:
     """Draw the crank from the side: mains, pins and ends coloured, with dimensions in mm."""
     _silhouette(ax, found, (2, 1))
     size = 2.0 * found.mains[0].cylinder.radius
@@ -35,10 +35,10 @@ def plot_side(ax: Any, found: Found) -> None:
             ax.annotate(text, (0.5 * (low + high), cylinder.radius + 0.1 * size), ha="center", fontsize=6, color=colour)
     ax.axhline(0.0, color=GREY, lw=0.6, ls="-.")
     ax.set(xlabel="z from the middle of main[1] / mm", ylabel="y / mm", aspect="equal")
-    ax.set_title("Found: diameter x width between webs / mm", fontsize=10, loc="left")
+    ax.set_title("RecognisedCrank: diameter x width between webs / mm", fontsize=10, loc="left")
 
 
-def plot_end(ax: Any, found: Found) -> None:
+def plot_end(ax: Any, found: RecognisedCrank) -> None:
     """Draw the crank along its axis from the flywheel: throws with their angles, deg."""
     _silhouette(ax, found, (0, 1))
     places: dict[tuple[int, int], list[int]] = {}
@@ -57,7 +57,7 @@ def plot_end(ax: Any, found: Found) -> None:
     ax.set_title("Throws from the flywheel's end", fontsize=10, loc="left")
 
 
-def save_found(path: Path, found: Found, notes: Sequence[str]) -> Path:
+def save_found(path: Path, found: RecognisedCrank, notes: Sequence[str]) -> Path:
     """Write the picture of a found crank, with notes below it."""
     from matplotlib.figure import Figure
 
@@ -71,7 +71,7 @@ def save_found(path: Path, found: Found, notes: Sequence[str]) -> Path:
     return save_figure(figure, path)
 
 
-def _silhouette(ax: Any, found: Found, axes: tuple[int, int]) -> None:
+def _silhouette(ax: Any, found: RecognisedCrank, axes: tuple[int, int]) -> None:
     from matplotlib.collections import PolyCollection
 
     corners = found.solid.nodes[found.solid.triangles][:, :, list(axes)]

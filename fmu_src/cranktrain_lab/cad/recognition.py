@@ -86,7 +86,7 @@ class Journal(NamedTuple):
         return self.end - self.start
 
 
-class Found(NamedTuple):
+class RecognisedCrank(NamedTuple):
     """Crank found in a solid, in the crank's frame, mm.
 
     Attributes
@@ -113,7 +113,7 @@ class Found(NamedTuple):
     doubts: tuple[str, ...]
 
 
-def find_crank(solid: StepSolid, given: Given = Given()) -> Found:  # noqa: B008 - nothing is stated
+def find_crank(solid: StepSolid, given: Given = Given()) -> RecognisedCrank:  # noqa: B008 - nothing is stated
     """Find journals, pins and ends of a crankshaft.
 
     Raises ``InputError`` if the solid is no crankshaft, or is ambiguous and needs :class:`Given`. The message states
@@ -132,7 +132,7 @@ def find_crank(solid: StepSolid, given: Given = Given()) -> Found:  # noqa: B008
     return _placed(solid, faces, turn, shift, given)
 
 
-def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Given) -> Found:
+def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Given) -> RecognisedCrank:
     """Return the crank in its frame, whose z axis is the main axis from the pulley to the flywheel."""
     rounds = _rounds(_moved(faces, turn, shift))
     on_axis, off_axis = _by_axis(rounds)
@@ -156,7 +156,7 @@ def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Gi
     front = [one for one in on_axis if one.end <= first.start + 1e-3 and one.end - one.start > 0.0]
     rear = [one for one in on_axis if one.start >= last.end - 1e-3]
     seat = [one for one in front if one.radius < first.cylinder.radius * COLLAR] or front
-    return Found(
+    return RecognisedCrank(
         solid._replace(nodes=nodes), own, turn, shift, main_journals, pin_journals, bays,
         max(seat, key=lambda one: one.radius * (one.end - one.start), default=None),
         max(rear, key=lambda one: one.radius, default=None), ends, _doubts(main_journals, pin_journals),

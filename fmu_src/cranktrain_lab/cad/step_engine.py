@@ -16,7 +16,7 @@ from cranktrain.structure.fem.own_mesh import UNITS
 from cranktrain.studies.design.layouts import BOXER, CYCLE_DEG, IN_LINE, LAYOUTS, VEE, Layout
 from cranktrain.studies.design.sizes import Sizes, sizes, today
 from cranktrain_lab.cad.found_crank import Dimensions, dimensions
-from cranktrain_lab.cad.recognition import Found, Journal
+from cranktrain_lab.cad.recognition import Journal, RecognisedCrank
 from cranktrain_lab.cad.step_file import stated_unit
 
 MATCH_DEG = 0.5
@@ -49,12 +49,12 @@ class StepEngine(NamedTuple):
     """Sizes of the engine, crank rotated to the layout, its dimensions, and remarks for the user."""
 
     sizes: Sizes
-    found: Found
+    found: RecognisedCrank
     dimensions: Dimensions
     told: tuple[str, ...]
 
 
-def step_engine(found: Found, stated: Stated) -> StepEngine:
+def step_engine(found: RecognisedCrank, stated: Stated) -> StepEngine:
     """Return the engine of a crank; ``InputError`` if the user's statements do not fit the crank."""
     angles = np.degrees([math.atan2(-one.cylinder.axis[0], one.cylinder.axis[1]) for one in found.pins])
     layout, told = _layout(found, angles, stated)
@@ -84,7 +84,7 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
     return StepEngine(made, found, crank, (*told, *crank.doubts))
 
 
-def _check_unit(found: Found, diameter: float, bore: float | None) -> None:
+def _check_unit(found: RecognisedCrank, diameter: float, bore: float | None) -> None:
     """Raise ``InputError`` for main journal diameters, m, that are implausible for the bore or for any engine."""
     low, high = (OF_BORE[0] * bore, OF_BORE[1] * bore) if bore is not None else JOURNALS
     if low <= diameter <= high:
@@ -103,7 +103,7 @@ def _check_unit(found: Found, diameter: float, bore: float | None) -> None:
     )
 
 
-def turned(found: Found, angle: float) -> Found:
+def turned(found: RecognisedCrank, angle: float) -> RecognisedCrank:
     """Return a crank rotated about its axis by an angle, rad."""
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -127,7 +127,7 @@ def turned(found: Found, angle: float) -> Found:
     )
 
 
-def _layout(found: Found, angles: np.ndarray, stated: Stated) -> tuple[Layout, tuple[str, ...]]:
+def _layout(found: RecognisedCrank, angles: np.ndarray, stated: Stated) -> tuple[Layout, tuple[str, ...]]:
     """Return the layout of the throws (deg), and remarks for the user."""
     fitting = {}
     for row in _rows(stated):
@@ -171,7 +171,7 @@ def _rows(stated: Stated) -> list[Layout]:
     return [row.with_bank(stated.bank_deg) for row in rows if row.form == VEE]
 
 
-def _fits(row: Layout, found: Found, angles: np.ndarray) -> bool:
+def _fits(row: Layout, found: RecognisedCrank, angles: np.ndarray) -> bool:
     """True if throws (deg) match a layout up to rotation, with equal numbers of pins between mains."""
     throws = np.array(row.throws_deg)
     if throws.size != angles.size or (row.split and set(found.bays) != {2}):

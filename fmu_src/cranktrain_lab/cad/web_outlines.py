@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
-from cranktrain_lab.cad.recognition import SAME_AXIS, Found, Journal
+from cranktrain_lab.cad.recognition import SAME_AXIS, Journal, RecognisedCrank
 
 Integers = NDArray[np.integer[Any]]
 
@@ -40,14 +40,14 @@ class WebShape(NamedTuple):
     weight_half_width: float
 
 
-def web_shapes(found: Found) -> tuple[WebShape, ...]:
+def web_shapes(found: RecognisedCrank) -> tuple[WebShape, ...]:
     """Return all webs, including flying ones, from the pulley to the flywheel."""
     ordered = sorted([*found.mains, *found.pins], key=lambda journal: journal.cylinder.middle)
     mains = set(found.mains)
     return tuple(_web(found, a, b, a in mains or b in mains) for a, b in itertools.pairwise(ordered))
 
 
-def _web(found: Found, before: Journal, after: Journal, beside_main: bool) -> WebShape:
+def _web(found: RecognisedCrank, before: Journal, after: Journal, beside_main: bool) -> WebShape:
     thickness = max(after.start - before.end, 0.0)
     pin = after if np.hypot(*after.cylinder.axis) > np.hypot(*before.cylinder.axis) else before
     throw = float(np.hypot(*pin.cylinder.axis))
@@ -79,7 +79,7 @@ def _web(found: Found, before: Journal, after: Journal, beside_main: bool) -> We
     return WebShape(thickness, main_radius, pin_radius, weight, float(np.abs(points[rim, 0]).max()))
 
 
-def _arcs(found: Found, numbers: Integers, axis: tuple[float, float]) -> list[float]:
+def _arcs(found: RecognisedCrank, numbers: Integers, axis: tuple[float, float]) -> list[float]:
     """Return radii of the cylindrical faces about an axis along z, mm."""
     faces = found.faces
     own = [int(k) for k in numbers if faces.round[k] and abs(faces.normal[k, 2]) > 1.0 - UPRIGHT]
@@ -88,7 +88,7 @@ def _arcs(found: Found, numbers: Integers, axis: tuple[float, float]) -> list[fl
     ]
 
 
-def _short_arcs(found: Found, numbers: Integers) -> list[float]:
+def _short_arcs(found: RecognisedCrank, numbers: Integers) -> list[float]:
     """Return radii of faces parallel to the axis, with few triangles, that are arcs about the main axis, mm.
 
     A web whose radii about main and pin axis differ little shows some degrees of the arc about the main axis. Its face
@@ -116,7 +116,7 @@ def _width(edges: Array, eta: float) -> float:
     return float(np.abs(a[:, 0] + share * (b[:, 0] - a[:, 0])).max(initial=0.0))
 
 
-def _outline(found: Found, z: float) -> tuple[Array, Array, Integers]:
+def _outline(found: RecognisedCrank, z: float) -> tuple[Array, Array, Integers]:
     """Return points (p, 2) on the outline of the section at z, its edges (k, 2, 2), mm, and its face numbers.
 
     Points are corners of faces parallel to the axis, which lie exactly on the outline, and intersections of edges of

@@ -19,8 +19,8 @@ from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
+from cranktrain.results.run_up.plot_data import DROWNED
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.results.run_up.shown import DROWNED
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
 from cranktrain_lab.explore.frequencies import torsional_frequencies
 from cranktrain_lab.explore.knobs import Chosen, Knob, chosen_engine, knobs_of

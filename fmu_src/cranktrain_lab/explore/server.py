@@ -64,22 +64,22 @@ class Token(AuthProvider):
 
     @property
     def login_url(self) -> None:
-        """None."""
+        """Return None, because the page has no login url."""
         return None
 
     @property
     def login_handler(self) -> None:
-        """None."""
+        """Return None, because the page has no login handler."""
         return None
 
     @property
     def logout_url(self) -> None:
-        """None."""
+        """Return None, because the page has no logout url."""
         return None
 
     @property
     def logout_handler(self) -> None:
-        """None."""
+        """Return None, because the page has no logout handler."""
         return None
 
     def _admit(self, handler: RequestHandler) -> str:

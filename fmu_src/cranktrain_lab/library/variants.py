@@ -16,7 +16,7 @@ from cranktrain.cli.console import LINES
 from cranktrain.cli.library.calling import of_verb
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.engine.model import Engine
-from cranktrain.results.in_hand.found import Found
+from cranktrain.results.views.found import VerbResult
 
 if TYPE_CHECKING:
     from cranktrain_lab.variants.results.variants import Variants
@@ -90,7 +90,7 @@ def optimize(
     settle: float = 1e-3, reshape: bool = False, retune: bool = False, derived: Mapping[str, str] | None = None,
     engine_file: str | Path | None = None, output: str | Path | None = None, workers: int | None = None,
     scheduler: str | None = None, anew: bool = False,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """The variant of an engine with the least of one output, under limits of others.
 
         ct.optimize("diesel_i6", {"damper.viscosity": ("uniform", 50, 500)}, minimize="twist",
@@ -125,14 +125,14 @@ def optimize(
 
     means = _means(workers, scheduler, anew)
 
-    def work() -> Found:
+    def work() -> VerbResult:
         target = check_engine_file(found, None if engine_file is None else str(engine_file))
         if output is not None:
-            return Found.of(found_optimum(found, Path(output), means, target), "optimize")
+            return VerbResult.of(found_optimum(found, Path(output), means, target), "optimize")
         with TemporaryDirectory(prefix="cranktrain-optimum-") as folder:
             said = found_optimum(found, Path(folder) / "evaluations", means, target)
         del said["result"]
-        return Found.of(said, "optimize")
+        return VerbResult.of(said, "optimize")
 
     return _quietly(work)
 

@@ -9,7 +9,7 @@ from cranktrain.dynamics.model.settings import Settings, keeps_peaks, resolved
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
-from cranktrain.studies.answers import bearing_ladder
+from cranktrain.studies.output_levels import bearing_ladder
 from cranktrain_lab.tradeoff.case import CYCLES, Case
 from cranktrain_lab.tradeoff.measure import Entry
 from cranktrain_lab.tradeoff.point import NUMERICAL

@@ -28,7 +28,7 @@ from cranktrain.cli.library.keywords import (
 from cranktrain.core.errors import CranktrainError, InputError, as_float, nearest, shown
 from cranktrain.engine.model import Engine
 from cranktrain.fmu.native.first_use import made_at_first_use
-from cranktrain.results.in_hand.found import Found, Frequencies
+from cranktrain.results.views.found import Frequencies, VerbResult
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.scene import Scene
 
@@ -75,7 +75,7 @@ def call(verb: str, given: Mapping[str, Any]) -> Any:
         finally:
             LINES.reset(said)
     if isinstance(found, dict):
-        return (Frequencies if verb == "modal" else Found).of(found, verb)
+        return (Frequencies if verb == "modal" else VerbResult).of(found, verb)
     return found
 
 

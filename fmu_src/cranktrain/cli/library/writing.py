@@ -15,14 +15,14 @@ FACE = Path(cranktrain.__file__).with_suffix(".pyi")
 WIDTH = 120
 RETURNS = {
     "simulate": ("Run", "cranktrain.results.run"),
-    "runup": ("OrdersOverSpeed", "cranktrain.results.in_hand.over_speed"),
-    "campbell": ("Campbell", "cranktrain.results.in_hand.over_speed"),
-    "modal": ("Frequencies", "cranktrain.results.in_hand.found"),
+    "runup": ("OrdersOverSpeed", "cranktrain.results.views.over_speed"),
+    "campbell": ("Campbell", "cranktrain.results.views.over_speed"),
+    "modal": ("Frequencies", "cranktrain.results.views.found"),
     "plan": ("Plan", "cranktrain.studies.planning.plan"),
     "new": ("Engine", "cranktrain.engine.model"),
 }
 """Class that a function returns, and its module; what the verb prints with --json for all others."""
-FOUND = ("Found", "cranktrain.results.in_hand.found")
+FOUND = ("Found", "cranktrain.results.views.found")
 PLACES = {
     "Engine": "cranktrain.engine.model", "Scene": "cranktrain.studies.scene",
     "Assembly": "cranktrain.structure.assembly", "Pressures": "cranktrain.loads.given_pressure",

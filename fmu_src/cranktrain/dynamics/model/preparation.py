@@ -77,7 +77,7 @@ CLOSE = 1.0e-9
 
 @kernel
 def prepare_model(model, numbers, temperatures, speed):
-    """Write the numbers of a run into a model; returns a status. A refusal leaves the model as it was.
+    """Write the numbers of a run into a model; returns a status. A refusal leaves all that a run reads as it was.
 
     Parameters
     ----------

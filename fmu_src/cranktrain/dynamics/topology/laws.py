@@ -14,8 +14,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from cranktrain.core.argument_checks import given_kind, given_number, given_numbers
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.given import given_kind, given_number, given_numbers
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.axial_joint import sliding_law
 from cranktrain.dynamics.topology.bearings import (

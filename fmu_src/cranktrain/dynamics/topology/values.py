@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.core.argument_checks import given_kind, given_name, given_number, given_numbers
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.given import given_kind, given_name, given_number, given_numbers
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.frames import frames_at

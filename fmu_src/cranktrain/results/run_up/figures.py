@@ -16,8 +16,7 @@ from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.plots import foot, largest
 from cranktrain.results.run_up import plots
 from cranktrain.results.run_up.peak_figures import harmonic_figure, history_figure
-from cranktrain.results.run_up.run_up import AXIAL, RunUp
-from cranktrain.results.run_up.shown import (
+from cranktrain.results.run_up.plot_data import (
     ALONG,
     PARTS,
     TORSIONAL,
@@ -29,6 +28,7 @@ from cranktrain.results.run_up.shown import (
     unsteady,
     worthy,
 )
+from cranktrain.results.run_up.run_up import AXIAL, RunUp
 from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
 from cranktrain.results.strength.iacs_m68 import plot_stress
 

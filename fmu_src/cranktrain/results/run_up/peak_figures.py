@@ -10,8 +10,8 @@ import numpy as np
 
 from cranktrain.results.orders.measured_points import motion_of
 from cranktrain.results.run_up import plots
+from cranktrain.results.run_up.plot_data import PARTS, Beside, Quantity, figure_of, unsteady, worthy
 from cranktrain.results.run_up.run_up import AXIAL, RunUp
-from cranktrain.results.run_up.shown import PARTS, Beside, Quantity, figure_of, unsteady, worthy
 
 SPEEDS_SHOWN = 6
 HISTORY = 1440

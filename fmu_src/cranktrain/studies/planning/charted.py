@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cranktrain.core.types import Array
-from cranktrain.studies.answers import plain_name
+from cranktrain.studies.output_levels import plain_name
 from cranktrain.studies.planning.ladder import Pair
 from cranktrain.studies.planning.plan import percent
 from cranktrain.studies.scene import Scene

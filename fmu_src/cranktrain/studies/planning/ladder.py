@@ -10,7 +10,7 @@ from __future__ import annotations
 from cranktrain.dynamics.model.mains import mains_kind
 from cranktrain.engine.levels import CRANKS, crank_level
 from cranktrain.film.laws.register import DEAREST, bearing_law, usual_level
-from cranktrain.studies.answers import bearing_ladder, lowest_levels
+from cranktrain.studies.output_levels import bearing_ladder, lowest_levels
 from cranktrain.studies.scene import STRESS, Scene
 
 Pair = tuple[str, str]

@@ -11,7 +11,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.outputs.register import output_counts, output_names
 from cranktrain.engine.levels import Levels
 from cranktrain.engine.model import Engine
-from cranktrain.studies.answers import plain_name, refuse_beyond
+from cranktrain.studies.output_levels import plain_name, refuse_beyond
 
 Cycle = Mapping[str, Array]
 """Last cycle of a run: outputs by name, each (samples,) at the ends of equal intervals."""

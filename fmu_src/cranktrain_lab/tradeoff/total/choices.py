@@ -18,7 +18,7 @@ from cranktrain.dynamics.model.settings import Settings, check_levels, resolved
 from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import CHEAP, DEAR, DEAREST, MODERATE, bearing_law
-from cranktrain.studies.answers import bearing_ladder
+from cranktrain.studies.output_levels import bearing_ladder
 from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain_lab.tradeoff.families import StudyScene
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.results.run_up.shown import figure_of
+from cranktrain.results.run_up.plot_data import figure_of
 from cranktrain_lab.variants.results import statistics
-from cranktrain_lab.variants.results.shown import shown_unit
+from cranktrain_lab.variants.results.plot_data import shown_unit
 
 MOST_OUTPUTS, MOST_VALUES = 6, 12
 """Largest numbers of outputs in a figure, and of values per output."""

@@ -12,10 +12,10 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
 from cranktrain.results.figures import save_figure
-from cranktrain.results.in_hand.shown import for_notebook, html_table, optional
+from cranktrain.results.views.plot_data import for_notebook, html_table, optional
 from cranktrain.store.variant_files import NUMBER, REASON, Column, VariantFiles
 from cranktrain_lab.variants.results import statistics
-from cranktrain_lab.variants.results.shown import shown_unit
+from cranktrain_lab.variants.results.plot_data import shown_unit
 
 MOST_AT_ONCE = 16_000_000
 """Largest number of values in memory at once for percentiles."""

@@ -10,7 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -28,7 +28,7 @@ def analyse_measured(
     pegging: Literal["compression", "polytropic", "intake", "keep"] = "compression", exponent: float = 1.34,
     intake_bar: float | None = None, intake_deg_c: float | None = None, low_pass_deg: float = 0.0,
     correct_dead_centre: bool = False,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Show and analyse measured signals: channels, rotation from pulses, orders over speed, cylinder pressures.
 
     Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.

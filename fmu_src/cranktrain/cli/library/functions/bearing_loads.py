@@ -11,7 +11,7 @@ from cranktrain.cli.library.calling import call, of_verb
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.loads.given_pressure import Pressures
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -33,7 +33,7 @@ def bearing_loads(
     integrator: Literal["backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2",
         "sdirk3", "sdirk4", "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"] | None = None,
     step_deg: float | None = None, tolerance: float | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits.
 
     Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.

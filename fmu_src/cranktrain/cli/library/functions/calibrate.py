@@ -9,7 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def calibrate(
     engine: str | Path | Engine, targets: str | Path, *, out: str | Path | None = None, seed: int = 1,
     evaluations: int = 20000,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Fit values of an engine file, within bounds, so that its frequencies match targets.
 
     See ``cranktrain calibrate --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

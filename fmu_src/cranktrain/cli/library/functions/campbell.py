@@ -10,7 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.over_speed import Campbell
+    from cranktrain.results.views.over_speed import Campbell
 
 
 # In one piece: every option of the verb, by keyword.

@@ -11,7 +11,7 @@ from cranktrain.cli.library.calling import call, of_verb
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.loads.given_pressure import Pressures
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -24,7 +24,7 @@ def couple(
     pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, cranktrain: str | Path | None = None,
     combustion: str | Path | None = None, valvetrain: str | Path | None = None, no_valvetrain: bool = False,
     values: Sequence[str] = (), export_ssp: str | Path | None = None, output: str | Path | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
 
     See ``cranktrain couple --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

@@ -9,7 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def damper_optimum(
     engine: str | Path | Engine | None = None, *, inertia_ratio: float | None = None, mode: int | None = None,
     mesh: str | Path | None = None, mesh_unit: Literal["m", "mm", "in"] = "m",
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.
 
     See ``cranktrain damper-optimum --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError``

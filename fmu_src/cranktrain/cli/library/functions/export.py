@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
 @of_verb
 def export(
     file: str | Path, *, to: str | Path, group: str = "",
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Write a result or run-up file as a table: CSV, Parquet (needs pyarrow) or NumPy's archive.
 
     See ``cranktrain export --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

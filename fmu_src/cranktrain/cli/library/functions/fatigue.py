@@ -11,7 +11,7 @@ from cranktrain.cli.library.calling import call, of_verb
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.loads.given_pressure import Pressures
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -27,7 +27,7 @@ def fatigue(
     pressure: str | Path | Pressures | None = None, pressure_unit: str | None = None,
     pressure_tdc_deg: float | None = None, encoder: Literal["pin", "pulley", "flywheel"] = "pin",
     fillets: str | None = None, output: str | Path | None = None, plots: str | Path | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Safety factors of the crankshaft's fillets and oil bores over the cycle, and acceptability by rule IACS UR M53.
 
     See ``cranktrain fatigue --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

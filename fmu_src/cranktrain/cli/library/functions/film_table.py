@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -19,7 +19,7 @@ def film_table(
     tilt_range: float = 0.95, relief: Sequence[float] = (0.0, 0.5, 2.0), roughness: float = 5e-05,
     resolution: Literal["coarse", "default", "fine"] = "default", rebuild: bool = False, jobs: int | None = None,
     output: str | Path | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Make the film table of bearings with one width-to-diameter ratio; it is kept in the cache.
 
     See ``cranktrain film-table --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

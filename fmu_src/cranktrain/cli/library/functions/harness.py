@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def harness(
     file: str | Path, *, only: str | Path | Sequence[str | Path] = (), output: str | Path | None = None,
     junit: str | Path | None = None, html: str | Path | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Run the scenarios of a harness file and check its assertions.
 
     See ``cranktrain harness --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

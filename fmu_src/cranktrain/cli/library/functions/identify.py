@@ -9,7 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -20,7 +20,7 @@ def identify(
     crank: Literal["rigid", "torsional", "beam", "solid"] = "torsional",
     above: Literal["next", "none", "rigid", "torsional", "beam", "solid"] = "next", settle: float = 0.001,
     bootstrap: int = 400, profile: bool = True, seed: int = 1,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Find parameters of an engine from measured data: damping, damper, inertias, shafts, load, with 95 % intervals.
 
     See ``cranktrain identify --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

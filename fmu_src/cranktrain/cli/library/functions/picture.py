@@ -9,7 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -23,7 +23,7 @@ def picture(
     block: Literal["auto", "ground", "flexible"] = "auto", block_mesh: str | Path | None = None,
     pistons: Literal["auto", "rigid", "guided"] = "auto", damper: bool = False, load: float = 1.0,
     settle: float = 0.001,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) or page (HTML).
 
     See ``cranktrain picture --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

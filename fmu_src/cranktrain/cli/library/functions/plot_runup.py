@@ -10,7 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -20,7 +20,7 @@ def plot_runup(
     measured: str | Path | None = None, with_damper: str | Path | None = None, orders: str | Sequence[float] = (),
     log: bool = False, linear: bool = False, peak_to_peak: bool = False, outputs: str | None = None,
     engine: str | Path | Engine | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Pictures of a run-up.
 
     Orders and twist over speed, named resonances, waterfall, colour map, Campbell diagram, motion.

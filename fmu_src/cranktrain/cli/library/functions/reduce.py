@@ -9,7 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -18,7 +18,7 @@ def reduce(
     engine: str | Path | Engine, *, mesh: str | Path | None = None, mesh_unit: Literal["m", "mm", "in"] = "m",
     rebuild: bool = False, output: str | Path | None = None, block_output: str | Path | None = None,
     block: Literal["ground", "flexible"] = "ground", block_mesh: str | Path | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Make and check the reduced crankshaft, and block, kept in the cache; write them elsewhere.
 
     Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.

@@ -11,7 +11,7 @@ from cranktrain.cli.library.calling import call, of_verb
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.loads.given_pressure import Pressures
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -23,7 +23,7 @@ def report(
     pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, speeds: Sequence[float] | None = None,
     load: float | None = None, orders: str | Sequence[float] = (), log: bool = False, linear: bool = False,
     peak_to_peak: bool = False, quick: bool = False,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Report of an engine as one HTML file.
 
     Verdict against the limits of its file, frequencies, vibration, bearings, origins.

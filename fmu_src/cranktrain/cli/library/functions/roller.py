@@ -9,7 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -20,7 +20,7 @@ def roller(
     load_n: float | None = None, speed_rpm: float | None = None, out: str | Path | None = None, moment_nm: float = 0.0,
     law: Literal["palmgren", "iso16281"] | None = None, profile: str | None = None,
     position: Literal["roller", "between"] = "roller", slices: int = 30, ring: bool = False, rebuild: bool = False,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Cylindrical roller bearing: deflection, roller loads, radial and tilting stiffness.
 
     See ``cranktrain roller --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

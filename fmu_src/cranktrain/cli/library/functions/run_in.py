@@ -9,7 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -21,7 +21,7 @@ def run_in(
     plots: str | Path | None = None, wear_coefficient: float | None = None, end_gap: float | None = None,
     run_in_roughness: float | None = None, run_in_depth: float | None = None, increment: float | None = None,
     alike: bool | None = None, start: Literal["straight", "engine"] | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Axial profile that the shells of the main bearings wear to at the lowest speed of full load.
 
     See ``cranktrain run-in --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
     from cranktrain.studies.scene import Scene
 
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def run_scene(
     scene: str | Path | Scene, *, verify: bool = False, all_levels: bool = False, with_ehd: bool = False,
     output: str | Path | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Plan a scene and run it, speed by speed; write an HDF5 result and print a summary of the wanted outputs.
 
     Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.

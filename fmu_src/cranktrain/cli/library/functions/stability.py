@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def stability(
     *, map: Sequence[str] | None = None, quick: bool = False, output: str | Path = "out/stability",
     page: str | Path | None = None, rebuild: bool = False, jobs: int | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Maps of where numerical methods become unstable or inaccurate, beside theory, drawn and explained.
 
     See ``cranktrain stability --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

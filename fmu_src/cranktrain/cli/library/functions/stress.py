@@ -10,7 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.loads.given_pressure import Pressures
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -26,7 +26,7 @@ def stress(
     pressure_unit: str | None = None, pressure_tdc_deg: float | None = None,
     encoder: Literal["pin", "pulley", "flywheel"] = "pin", fillets: str | None = None, check: bool = True,
     plots: str | Path | None = None, output: str | Path | None = None,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Stress tensor and von Mises stress of the solid crankshaft's surface over a cycle.
 
     See ``cranktrain stress --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

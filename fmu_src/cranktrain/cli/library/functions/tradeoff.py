@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
     from cranktrain.studies.scene import Scene
 
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def tradeoff(
     scene: str | Path | Scene | None = None, *, family: Sequence[str] | None = None, total: bool = False,
     quick: bool = False, output: str | Path = "out/tradeoff",
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.
 
     See ``cranktrain tradeoff --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

@@ -10,7 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
-    from cranktrain.results.in_hand.found import Found
+    from cranktrain.results.views.found import VerbResult
 
 
 # In one piece: every option of the verb, by keyword.
@@ -22,7 +22,7 @@ def watch(
     orders: str | Sequence[float] = (), false_alarms: float = 0.01, load: float = 1.0,
     level: Literal["linear", "harmonic-balance"] = "harmonic-balance", damper: bool = True, inherit: bool = True,
     seed: int = 1,
-) -> Found:  # fmt: skip
+) -> VerbResult:  # fmt: skip
     """Find misfires, worn dampers and cracked springs from measured orders of the pulley's torsion alone.
 
     See ``cranktrain watch --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a

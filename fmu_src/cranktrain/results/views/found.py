@@ -8,21 +8,21 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.results.figures import save_figure
-from cranktrain.results.in_hand.shown import for_notebook, html_table, interactive_lines
+from cranktrain.results.run_up.plot_data import figure_of
 from cranktrain.results.run_up.plots import KIND_COLOURS
-from cranktrain.results.run_up.shown import figure_of
+from cranktrain.results.views.plot_data import for_notebook, html_table, interactive_lines
 
 LINES, LONGEST = 6, 72
 """Largest number of lines of a display, and of characters of a value in it."""
 
 
-class Found(dict[str, Any]):
+class VerbResult(dict[str, Any]):
     """Result of a verb, with the content that ``--json`` prints. Keys carry their unit; ``verb`` is the verb's name."""
 
     verb = "cranktrain"
 
     @classmethod
-    def of(cls, found: Mapping[str, Any], verb: str) -> Found:
+    def of(cls, found: Mapping[str, Any], verb: str) -> VerbResult:
         """Make the result of a verb from its dictionary."""
         made = cls(found)
         made.verb = verb
@@ -69,7 +69,7 @@ class Found(dict[str, Any]):
         return html_table(self.verb, ("", ""), [(key, _short(value)) for key, value in self.items()])
 
 
-class Frequencies(Found):
+class Frequencies(VerbResult):
     """Result of verb ``modal``."""
 
     def _main(self, tables: Mapping[str, Any]) -> str:

@@ -15,13 +15,13 @@ from cranktrain.core.units import RPM, UNITS
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.figures import save_figure
 from cranktrain.results.files import output_unit
-from cranktrain.results.in_hand.series import Series
-from cranktrain.results.in_hand.shown import for_notebook, html_table, interactive_lines, optional
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.run_up.figures import order_figure
+from cranktrain.results.run_up.plot_data import ALONG, TORSIONAL, Beside, Quantity, figure_of
 from cranktrain.results.run_up.plots import plot_campbell
 from cranktrain.results.run_up.run_up import TORSION, RunUp
-from cranktrain.results.run_up.shown import ALONG, TORSIONAL, Beside, Quantity, figure_of
+from cranktrain.results.views.plot_data import for_notebook, html_table, interactive_lines, optional
+from cranktrain.results.views.series import Series
 
 STRONGEST = 6
 """Number of orders that an interactive picture shows by default."""

@@ -10,9 +10,9 @@ from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import user_path
 from cranktrain.results.files import StoredRun
-from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
-from cranktrain.results.in_hand.time_series import TimeSeries
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.results.views.over_speed import OrdersOverSpeed
+from cranktrain.results.views.time_series import TimeSeries
 from cranktrain.store.hdf5 import is_run_up, read_result
 from cranktrain.store.sound_files import rising
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
-from cranktrain.cli.outside import NOTHING, begun, outside
+from cranktrain.cli.signals import NOTHING, begun, outside
 
 LONGEST = 1500
 """Characters of a line, of which the middle is left out where there are more."""

@@ -36,7 +36,7 @@ def html_table(title: str, header: Sequence[str], rows: Sequence[Sequence[object
 
 def for_notebook(figure: Any) -> Any:
     """Convert a figure to one that notebooks display."""
-    from cranktrain.results.in_hand.notebook_figure import NotebookFigure
+    from cranktrain.results.views.notebook_figure import NotebookFigure
 
     figure.__class__ = NotebookFigure
     return figure
