@@ -10,7 +10,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.deviations import check_measured, deviation_table, deviations, of_another_engine
 from cranktrain.results.orders.measured import band_of, read_measured_orders
-from cranktrain.results.run_up import figures, shown
+from cranktrain.results.run_up import figures
+from cranktrain.results.run_up import plot_data as shown
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
 from cranktrain_lab.measured.order_table import write_orders
 from cranktrain_lab.measured.tracking import Orders
