@@ -18,7 +18,8 @@ from cranktrain.results.orders.deviations import deviations
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import peaks
-from cranktrain.results.run_up import figures, peak_figures, shown
+from cranktrain.results.run_up import figures, peak_figures
+from cranktrain.results.run_up import plot_data as shown
 from cranktrain.results.run_up.plots import plot_waterfall, spread
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
 from cranktrain.results.run_up.twist import with_twist
