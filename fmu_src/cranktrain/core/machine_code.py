@@ -216,6 +216,8 @@ def function_address(name: str, arguments: str) -> int | None:
 
 def calls_of(name: str) -> dict[str, Call]:
     """Entries of a kernel in its kind's library that Python can call, by argument layout."""
+    if not name.startswith("cranktrain."):  # of the laboratory or of a user: in no library, and in need of none
+        return {}
     made = library(kind_of(name))
     return {} if made is None else made.calls.get(name, {})
 
