@@ -19,13 +19,21 @@ if TYPE_CHECKING:  # typing takes longer to load than all else that the command 
     from typing import Any
 
 _FUNCTIONS = (
-    "analyse_measured", "bearing_loads", "calibrate", "campbell", "couple", "damper_optimum", "export", "fatigue",
-    "film_table", "harness", "identify", "modal", "new_engine", "picture", "plan", "plot_runup", "reduce", "report",
-    "roller", "run_in", "run_scene", "runup", "simulate", "stability", "stress", "tradeoff", "watch",
+    "analyse_measured", "calibrate", "harness", "identify", "run_in", "stability", "tradeoff", "watch",
 )  # fmt: skip
 """Functions of the verbs of the command line."""
+_VERBS = {
+    "damper_optimum": "damper", "new_engine": "new", "run_scene": "run",
+    **{name: name for name in (
+        "bearing_loads", "campbell", "export", "fatigue", "film_table", "modal", "picture", "plan",
+        "plot_runup", "reduce", "report", "roller", "runup", "simulate", "stress",
+    )},
+}  # fmt: skip
+"""Functions of verbs, and the modules that hold them."""
 NAMES = {
     **{name: f"cli.library.functions.{name}" for name in _FUNCTIONS},
+    **{name: f"cli.{module}" for name, module in _VERBS.items()},
+    "Simulate": "cli.simulate",
     "Assembly": "structure.assembly",
     "Body": "dynamics.topology.values",
     "Connection": "dynamics.topology.values",

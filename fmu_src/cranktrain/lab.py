@@ -9,8 +9,11 @@ VERBS = (
 )  # fmt: skip
 """Verbs whose modules are in its ``cli``."""
 CLI = "cranktrain_lab.cli"
+FUNCTIONS = {"couple": f"{CLI}.couple:couple"}
+"""Function of each verb, ``module:function``."""
 NAMES = {
     "Variants": "cranktrain_lab.variants.results.variants",
+    "couple": "cranktrain_lab.cli.couple",
     "explore": "cranktrain_lab.library.explore",
     "optimize": "cranktrain_lab.library.variants",
     "read_measured": "cranktrain_lab.measured.reading",

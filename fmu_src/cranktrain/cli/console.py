@@ -7,7 +7,6 @@ import math
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from shutil import get_terminal_size
 from typing import Any, TypeVar
 
@@ -19,11 +18,9 @@ from rich.table import Table as RichTable
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.core.visible_text import unfiltered, visible
 from cranktrain.results.columns import pages
-from cranktrain.store.waits import waits
+from cranktrain.store.waits import LINES, waits
 
 TypeOf = TypeVar("TypeOf", bound=Callable[[str], Any])
-LINES: ContextVar[bool] = ContextVar("LINES", default=True)
-"""Whether each stage is a line on stderr where that is no terminal; in calls of the library only long ones are."""
 USUAL_WIDTH = 120
 """Characters of a line where neither a terminal nor COLUMNS says how many there are."""
 BESIDE = 3

@@ -19,6 +19,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
@@ -26,7 +27,7 @@ from typing import Any, NoReturn
 from cranktrain import lab
 from cranktrain.cli import streams
 from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
-from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
+from cranktrain.cli.verbs import ENGINE_VERBS, FUNCTIONS, VERBS
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
 from cranktrain.core.visible_text import visible_streams
@@ -44,7 +45,8 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
 
     def error(self, message: str) -> NoReturn:
-        raise InputError(f"{re.sub(r'^argument (--[-0-9a-z]+): ', chr(92) + '1 ', message)}; see {self.prog} --help")
+        text = re.sub(r"^argument (--[-0-9a-z]+): ", r"\1 ", message)
+        raise InputError(text if "; " in text else f"{text}; see {self.prog} --help")
 
 
 FAILED, WRONG, FAULT = 1, 2, 70
@@ -157,6 +159,9 @@ def _parser(*asked: str) -> _Parser:
         if name not in asked:
             verbs.add_parser(name, help=line)
             continue
+        if name in FUNCTIONS:
+            _add_verb(verbs, name, line)
+            continue
         module = verb_module(name)
         kind = argparse.HelpFormatter if name in ENGINE_VERBS else argparse.RawDescriptionHelpFormatter
         sub = verbs.add_parser(name, help=line, description=module.DESCRIPTION, formatter_class=kind)
@@ -167,6 +172,24 @@ def _parser(*asked: str) -> _Parser:
         sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
         sub.set_defaults(verb=module.run, plain=getattr(module, "PLAIN", False))
     return whole
+
+
+def _add_verb(verbs: Any, name: str, line: str) -> None:
+    """Add the parser of a verb whose options are the fields of a question."""
+    from cranktrain.cli import parser
+    from cranktrain.cli.functions import verb_of
+
+    function = parser.function_of(FUNCTIONS[name])
+    known, module = verb_of(function), sys.modules[function.__module__]
+    sub = verbs.add_parser(
+        name, help=line, description=known.about, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_question(sub, known)
+    keys = (
+        "; keys carry their unit (_hz, _um, …)" if known.subject is not None and known.subject.name == "engine" else ""
+    )
+    sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
+    sub.set_defaults(verb=partial(parser.run_verb, module, function), plain=getattr(module, "PLAIN", False))
 
 
 def _add_engine(sub: _Parser, name: str) -> None:

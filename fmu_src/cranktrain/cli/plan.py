@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cranktrain.cli.console import Interrupted, show_rows, stages
+from cranktrain.cli.functions import SCENE, verb
+from cranktrain.results.in_hand.found import Found
+from cranktrain.studies.requests.fields import Question
 from cranktrain.studies.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -24,22 +27,21 @@ cranktrain tradeoff --total), the plan takes the cheapest levels whose total err
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    parser.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
+@verb(Question, DESCRIPTION, SCENE)
+def plan(scene: str | Path | Scene, ask: Question) -> Plan:
+    """Make the plan."""
+    return made_plan(load_scene(scene))[0]
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Make the plan and print it unless JSON is wanted."""
-    made, _ = made_plan(load_scene(options.scene))
-    if not options.json:
-        show_plan(made)
-    return made.as_dict()
+def answer(scene: str, ask: Question) -> Found:
+    """The plan as a dictionary."""
+    made = made_plan(load_scene(scene))[0]
+    return Found.of(made.as_dict(), "plan", plan=made)
 
 
-def answer(options: argparse.Namespace) -> Plan:
-    """The plan itself, for the library."""
-    return made_plan(load_scene(options.scene))[0]
+def show(found: Found) -> None:
+    """Print the plan as a table, its reasons below."""
+    show_plan(found.beside["plan"])
 
 
 def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:
@@ -47,13 +49,13 @@ def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:
 
     ``compare`` it with the next levels even where that takes minutes.
     """
-    from cranktrain.studies.planning.planning import plan
+    from cranktrain.studies.planning import planning
     from cranktrain.studies.planning.scene_model import SceneModel
 
     try:
         with stages(f"{scene.name}: plan") as tell:
             model = SceneModel(scene, tell)
-            return plan(scene, model, compare), model
+            return planning.plan(scene, model, compare), model
     except KeyboardInterrupt:
         raise Interrupted("interrupted; finished measurements are kept, repeat the command to continue") from None
 

@@ -5,6 +5,8 @@ A line is the first of the verb's ``DESCRIPTION``, which a test compares.
 
 from __future__ import annotations
 
+from cranktrain import lab
+
 ENGINE_VERBS = {
     "modal": "Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.",
     "campbell": "Campbell diagram: frequencies of the cranktrain at rest over the speed, modes followed through "
@@ -50,9 +52,34 @@ VERBS = {
     "vibration, bearings, origins.",
     "couple": "Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.",
     "harness": "Run the scenarios of a harness file and check its assertions.",
-    "schema": "The JSON schema of a kind of file: engine, scene, superelement, combustion, valve-train, harness, study, "
-    "targets, measured.",
+    "schema": "The JSON schema of a kind of file: engine, scene, superelement, combustion, valve-train, harness, "
+    "study, targets, measured.",
     "new": "Write a complete engine file from a layout and a few sizes.",
     "engines": "The engines that ship with the package: name, title, layout, displacement and firing order.",
 }
 """Likewise of all others."""
+FUNCTIONS = {
+    "simulate": "cranktrain.cli.simulate:simulate",
+    "modal": "cranktrain.cli.modal:modal",
+    "campbell": "cranktrain.cli.campbell:campbell",
+    "runup": "cranktrain.cli.runup:runup",
+    "plot-runup": "cranktrain.cli.plot_runup:plot_runup",
+    "export": "cranktrain.cli.export:export",
+    "film-table": "cranktrain.cli.film_table:film_table",
+    "plan": "cranktrain.cli.plan:plan",
+    "run": "cranktrain.cli.run:run_scene",
+    "report": "cranktrain.cli.report:report",
+    "bearing": "cranktrain.cli.bearing:bearing",
+    "roller": "cranktrain.cli.roller:roller",
+    "new": "cranktrain.cli.new:new_engine",
+    "schema": "cranktrain.cli.schema:schema",
+    "engines": "cranktrain.cli.engines:engines",
+    "reduce": "cranktrain.cli.reduce:reduce",
+    "picture": "cranktrain.cli.picture:picture",
+    "damper-optimum": "cranktrain.cli.damper:damper_optimum",
+    "stress": "cranktrain.cli.stress:stress",
+    "fatigue": "cranktrain.cli.fatigue:fatigue",
+    "bearing-loads": "cranktrain.cli.bearing_loads:bearing_loads",
+    **lab.FUNCTIONS,
+}
+"""Function of each verb, ``module:function``."""

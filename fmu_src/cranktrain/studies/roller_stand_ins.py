@@ -199,12 +199,13 @@ def _mean(values: Array) -> float | None:
     return float(values.mean()) if values.size else None
 
 
-def with_stand_ins(engine: str | Path, out: str | Path, report: dict[str, Any]) -> Path:
+def with_stand_ins(engine: str | Path | Engine, out: str | Path, report: dict[str, Any]) -> Path:
     """Write an engine file anew with the stand-ins of a report of :func:`running_rollers`; the path.
 
     Raises ``InputError``: an ``out`` that exists, or an engine file whose entries do not stand on lines of their own.
     """
-    path, base = engine_path(engine), load_engine(engine)
+    base = load_engine(engine)
+    text = base.to_toml() if isinstance(engine, Engine) else engine_path(engine).read_text("utf-8")
     load = "full load" if report["load"] == 1.0 else f"{report['load']:g} of full load"
     note = (
         f"level linear; as compliant, in series with the crankshaft, as the rollers are on average over a cycle at "
@@ -217,6 +218,6 @@ def with_stand_ins(engine: str | Path, out: str | Path, report: dict[str, Any]) 
         changes[f"main_roller.tilt_stiffness[{row}]"] = Written(rounded(tilt), "derived", note)
     new = new_path(Path(out))
     with whole_file(new, NEW) as temporary:
-        temporary.write_text(rewritten(path.read_text("utf-8"), base, changes), encoding="utf-8")
+        temporary.write_text(rewritten(text, base, changes), encoding="utf-8")
         load_engine(temporary)
     return new

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from cranktrain.cli.console import LINES
 from cranktrain.cli.library.calling import of_verb
 from cranktrain.core.errors import InputError, shown
 from cranktrain.engine.model import Engine
 from cranktrain.fmu.native.first_use import made_at_first_use
+from cranktrain.store.waits import LINES
 
 
 class Explorer:

@@ -12,11 +12,11 @@ from tempfile import TemporaryDirectory, mkdtemp
 from typing import TYPE_CHECKING, Any, Literal
 from weakref import finalize
 
-from cranktrain.cli.console import LINES
 from cranktrain.cli.library.calling import of_verb
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.engine.model import Engine
 from cranktrain.results.in_hand.found import Found
+from cranktrain.store.waits import LINES
 
 if TYPE_CHECKING:
     from cranktrain_lab.variants.results.variants import Variants

@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 from typing import Any, ParamSpec, TypeVar
 
 from cranktrain.cli import main
-from cranktrain.cli.console import LINES
 from cranktrain.cli.library.keywords import (
     OBJECTS,
     Keyword,
@@ -29,6 +28,7 @@ from cranktrain.core.errors import CranktrainError, InputError, as_float, neares
 from cranktrain.engine.model import Engine
 from cranktrain.fmu.native.first_use import made_at_first_use
 from cranktrain.results.in_hand.found import Found, Frequencies
+from cranktrain.store.waits import LINES
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.scene import Scene
 

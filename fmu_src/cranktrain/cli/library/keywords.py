@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from cranktrain.cli import main
+from cranktrain.cli.verbs import FUNCTIONS
 
 OF_OTHERS = {
     "engines": "engines", "bearing": "Bearing", "schema": "schema", "vary": "vary", "optimize": "optimize",
@@ -16,8 +17,6 @@ OF_OTHERS = {
 """Verbs that the library has in another form, or not as a function: a schema is for editors."""
 NAMES = {"new": "new_engine", "run": "run_scene", "measured": "analyse_measured"}
 """Functions that are not called as their verbs are: ``measured`` is a package of the library."""
-ALSO = {("simulate", "engine"): "Assembly"}
-"""Further class that a keyword takes."""
 GIVEN = {"pressure": "Pressures", "load_torque_nm": "LoadValues"}
 """Keywords that also take arrays and functions, see :mod:`cranktrain.loads.given_pressure` and
 :mod:`cranktrain.dynamics.load_torque`."""
@@ -65,7 +64,7 @@ class Keyword(NamedTuple):
 
 def verbs() -> tuple[str, ...]:
     """Verbs that have a function."""
-    return tuple(verb for verb in (*main.ENGINE_VERBS, *main.VERBS) if verb not in OF_OTHERS)
+    return tuple(verb for verb in (*main.ENGINE_VERBS, *main.VERBS) if verb not in OF_OTHERS and verb not in FUNCTIONS)
 
 
 def function_name(verb: str) -> str:
@@ -100,9 +99,6 @@ def keywords(verb: str) -> dict[str, Keyword]:
         required = action.required and action.nargs not in ("?", "*")
         options = tuple(action.option_strings)
         found[name] = Keyword(name, _kind(action, default, required), default, required, text, options, action)
-    for (of, name), more in ALSO.items():
-        if of == verb:
-            found[name] = found[name]._replace(kind=f"{found[name].kind} | {more}")
     named = option_names(verb)
     found = {name: one._replace(help=in_keywords(one.help, named)) for name, one in found.items()}
     return dict(sorted(found.items(), key=lambda one: (bool(one[1].options), not one[1].required)))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Self
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.results.figures import save_figure
@@ -17,15 +18,19 @@ LINES, LONGEST = 6, 72
 
 
 class Found(dict[str, Any]):
-    """What a verb prints with ``--json``: keys carry their unit. ``verb`` is its name."""
+    """What a verb prints with ``--json``: keys carry their unit.
+
+    ``verb`` is its name, ``beside`` holds the objects that its dictionary tells of, such as the engine.
+    """
 
     verb = "cranktrain"
+    beside: Mapping[str, Any] = MappingProxyType({})
 
     @classmethod
-    def of(cls, found: Mapping[str, Any], verb: str) -> Found:
+    def of(cls, found: Mapping[str, Any], verb: str, **beside: Any) -> Self:
         """The dictionary of a verb."""
         made = cls(found)
-        made.verb = verb
+        made.verb, made.beside = verb, beside
         return made
 
     @property
