@@ -18,10 +18,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:  # typing takes longer to load than all else that the command needs before it answers to signals
     from typing import Any
 
-_FUNCTIONS = (
-    "analyse_measured", "calibrate", "harness", "identify", "run_in", "stability", "tradeoff", "watch",
-)  # fmt: skip
-"""Functions of the verbs of the command line."""
 _VERBS = {
     "damper_optimum": "damper", "new_engine": "new", "run_scene": "run",
     **{name: name for name in (
@@ -31,7 +27,6 @@ _VERBS = {
 }  # fmt: skip
 """Functions of verbs, and the modules that hold them."""
 NAMES = {
-    **{name: f"cli.library.functions.{name}" for name in _FUNCTIONS},
     **{name: f"cli.{module}" for name, module in _VERBS.items()},
     "Simulate": "cli.simulate",
     "Assembly": "structure.assembly",
@@ -47,9 +42,9 @@ NAMES = {
     "Slider": "dynamics.topology.values",
     "Settings": "dynamics.model.settings",
     "SolverError": "core.errors",
-    "assemble": "cli.library.engines",
+    "assemble": "cli.assembling",
     "build_fmu": "fmu.build",
-    "engines": "cli.library.engines",
+    "engines": "cli.assembling",
     "film_tables": "structure.assembly",
     "law": "dynamics.topology.own_law",
     "load_engine": "engine.file",

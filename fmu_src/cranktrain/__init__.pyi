@@ -1,21 +1,13 @@
 """Names of the library for editors and type checkers; a test holds them against ``cranktrain.NAMES``."""
 
+from cranktrain.cli.assembling import assemble as assemble
+from cranktrain.cli.assembling import engines as engines
 from cranktrain.cli.bearing_loads import bearing_loads as bearing_loads
 from cranktrain.cli.campbell import campbell as campbell
 from cranktrain.cli.damper import damper_optimum as damper_optimum
 from cranktrain.cli.export import export as export
 from cranktrain.cli.fatigue import fatigue as fatigue
 from cranktrain.cli.film_table import film_table as film_table
-from cranktrain.cli.library.engines import assemble as assemble
-from cranktrain.cli.library.engines import engines as engines
-from cranktrain.cli.library.functions.analyse_measured import analyse_measured as analyse_measured
-from cranktrain.cli.library.functions.calibrate import calibrate as calibrate
-from cranktrain.cli.library.functions.harness import harness as harness
-from cranktrain.cli.library.functions.identify import identify as identify
-from cranktrain.cli.library.functions.run_in import run_in as run_in
-from cranktrain.cli.library.functions.stability import stability as stability
-from cranktrain.cli.library.functions.tradeoff import tradeoff as tradeoff
-from cranktrain.cli.library.functions.watch import watch as watch
 from cranktrain.cli.modal import modal as modal
 from cranktrain.cli.new import new_engine as new_engine
 from cranktrain.cli.picture import picture as picture
@@ -50,7 +42,15 @@ from cranktrain.results.in_hand.loaded import load_run as load_run
 from cranktrain.structure.assembly import Assembly as Assembly
 from cranktrain.structure.assembly import film_tables as film_tables
 from cranktrain.studies.scene import load_scene as load_scene
+from cranktrain_lab.cli.calibrate import calibrate as calibrate
 from cranktrain_lab.cli.couple import couple as couple
+from cranktrain_lab.cli.harness import harness as harness
+from cranktrain_lab.cli.identify import identify as identify
+from cranktrain_lab.cli.measured import analyse_measured as analyse_measured
+from cranktrain_lab.cli.run_in import run_in as run_in
+from cranktrain_lab.cli.stability import stability as stability
+from cranktrain_lab.cli.tradeoff import tradeoff as tradeoff
+from cranktrain_lab.cli.watch import watch as watch
 from cranktrain_lab.library.explore import explore as explore
 from cranktrain_lab.library.variants import optimize as optimize
 from cranktrain_lab.library.variants import vary as vary

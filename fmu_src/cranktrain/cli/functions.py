@@ -11,14 +11,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 from cranktrain.core.errors import CranktrainError, InputError, nearest, shown
+from cranktrain.core.user_file import user_path
 from cranktrain.studies.requests.fields import Field, Question, fields_of, in_keywords
 
 P = ParamSpec("P")
@@ -122,30 +123,45 @@ def quiet() -> Iterator[None]:
 def _library_function(function: Callable[..., Any], ask: Any, about: str, subject: Subject | None) -> Any:
     known = Verb(ask, about, subject, function)
     ask.answerer = known.answer
-    signature = _signature(known, function)
-    name, names = function.__name__, list(signature.parameters)
+    expected = _signature(known, function)
 
     @wraps(function)
     def called(*given: Any, **named: Any) -> Any:
-        for key in named:
-            if key not in names:
-                raise InputError(f"{name}: unknown keyword '{key}'; {nearest(key, names)}")
-        try:
-            bound = signature.bind(*given, **named).arguments
-        except TypeError as error:
-            text = str(error)
-            if text.startswith("missing a required"):
-                text = f"{text.rpartition(': ')[2].strip(chr(39))} is missing"
-            raise InputError(f"{name}: {text}; see help(ct.{name})") from None
+        bound = _bound(function.__name__, expected, given, named)
         if subject is not None:
             subject.check(first := bound.pop(subject.name))
-            return known.answer(ask(**bound), first)
+            return known.answer(ask(**bound), str(user_path(first)) if isinstance(first, str | Path) else first)
         return known.answer(ask(**bound))
 
     called.verb = known  # type: ignore[attr-defined]
-    called.__signature__ = signature  # type: ignore[attr-defined]
+    called.__signature__ = expected  # type: ignore[attr-defined]
     called.__doc__ = _docstring(known)
     return called
+
+
+def one_line_calls(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorator of other functions of the library: a wrong call is one line, as any other wrong input."""
+
+    @wraps(function)
+    def called(*given: P.args, **named: P.kwargs) -> R:
+        _bound(function.__name__, signature(function), given, named)
+        return function(*given, **named)
+
+    return called
+
+
+def _bound(name: str, expected: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of a call by name; ``InputError`` with the nearest keyword for one that does not exist."""
+    for key in named:
+        if key not in expected.parameters:
+            raise InputError(f"{name}: unknown keyword '{key}'; {nearest(key, expected.parameters)}")
+    try:
+        return dict(expected.bind(*given, **named).arguments)
+    except TypeError as error:
+        text = str(error)
+        if text.startswith("missing a required"):
+            text = f"{text.rpartition(': ')[2].strip(chr(39))} is missing"
+        raise InputError(f"{name}: {text}; see help(ct.{name})") from None
 
 
 def _signature(known: Verb, function: Callable[..., Any]) -> Signature:

@@ -11,7 +11,6 @@ What takes long to load is imported in functions: an interrupt in the first seco
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import os
 import re
@@ -21,19 +20,14 @@ import warnings
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NoReturn
 
-from cranktrain import lab
 from cranktrain.cli import streams
 from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
-from cranktrain.cli.verbs import ENGINE_VERBS, FUNCTIONS, VERBS
+from cranktrain.cli.verbs import FUNCTIONS, VERBS
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
 from cranktrain.core.visible_text import visible_streams
-
-MODULES = {"damper-optimum": "damper"}
-"""Modules that are not called as their verbs are."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -154,23 +148,12 @@ def _parser(*asked: str) -> _Parser:
     whole = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
     whole.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     verbs = whole.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
-    for name, line in (ENGINE_VERBS | VERBS).items():
+    for name, line in VERBS.items():
         line = line.replace("%", "%%")  # argparse takes a bare % for a format
-        if name not in asked:
-            verbs.add_parser(name, help=line)
-            continue
-        if name in FUNCTIONS:
+        if name in asked:
             _add_verb(verbs, name, line)
-            continue
-        module = verb_module(name)
-        kind = argparse.HelpFormatter if name in ENGINE_VERBS else argparse.RawDescriptionHelpFormatter
-        sub = verbs.add_parser(name, help=line, description=module.DESCRIPTION, formatter_class=kind)
-        if name in ENGINE_VERBS:
-            _add_engine(sub, name)
-        module.add_options(sub)
-        keys = "; keys carry their unit (_hz, _um, …)" if name in ENGINE_VERBS else ""
-        sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
-        sub.set_defaults(verb=module.run, plain=getattr(module, "PLAIN", False))
+        else:
+            verbs.add_parser(name, help=line)
     return whole
 
 
@@ -190,44 +173,6 @@ def _add_verb(verbs: Any, name: str, line: str) -> None:
     )
     sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
     sub.set_defaults(verb=partial(parser.run_verb, module, function), plain=getattr(module, "PLAIN", False))
-
-
-def _add_engine(sub: _Parser, name: str) -> None:
-    """Add the engine, and its own mesh or body."""
-    from cranktrain.cli.console import of_words
-    from cranktrain.structure.fem.own_mesh import UNITS
-
-    add = sub.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-    own = sub.add_mutually_exclusive_group()
-    own.add_argument(
-        "--mesh",
-        metavar="FILE",
-        help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of "
-        "discs and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn",
-    )
-    own.add_argument(
-        "--body",
-        dest="mesh",
-        metavar="FILE",
-        help="refused: stresses need finite elements; give their mesh by --mesh"
-        if name == "stress"
-        else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
-        "superelement of another program (.toml)",
-    )
-    unit = add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
-    of_words(unit, UNITS)
-
-
-def module_name(verb: str) -> str:
-    """Name of a verb's module."""
-    folder = lab.CLI if verb in lab.VERBS else "cranktrain.cli"
-    return f"{folder}.{MODULES.get(verb, verb.replace('-', '_'))}"
-
-
-def verb_module(verb: str) -> ModuleType:
-    """Module of a verb."""
-    return importlib.import_module(module_name(verb))
 
 
 if __name__ == "__main__":

@@ -53,6 +53,8 @@ def _add_field(place: Any, one: Field) -> None:
             settings["action"] = "store_false" if one.default is True else "store_true"
         else:
             settings |= {"type": _reader(one), "metavar": option.metavar or None} | _number_of_values(one)
+            if one.words and not option.metavar:
+                settings["choices"] = one.words
         if not name:
             place.add_argument(one.name, **settings)
         else:
@@ -63,7 +65,7 @@ def _number_of_values(one: Field) -> dict[str, Any]:
     """How many values the option takes, as argparse has it."""
     option = one.option
     if option.repeated:
-        return {"action": "append", "default": []}
+        return {"action": "append", "default": None if one.default is None else []}
     if option.bare is not None:
         return {"nargs": "?", "const": option.bare}
     if one.many and option.convert is None:
@@ -75,6 +77,8 @@ def _reader(one: Field) -> Callable[[str], Any]:
     """Type of an option: argparse puts the option's name before a message."""
 
     def read(text: str) -> Any:
+        if one.words and one.number is None and one.option.convert is None and one.option.metavar:
+            return text  # :func:`question` refuses a wrong word
         try:
             return one.read(text)
         except InputError as error:
@@ -85,6 +89,9 @@ def _reader(one: Field) -> Callable[[str], Any]:
 
 def question(known: Verb, options: argparse.Namespace) -> Question:
     """The question that parsed options ask; ``InputError``."""
+    for one in known.fields:
+        if isinstance(value := getattr(options, one.name), str) and one.words:
+            one.refuse(value, one.names[0] if one.names else one.name)
     return known.ask(**{one.name: getattr(options, one.name) for one in known.fields})
 
 
@@ -99,11 +106,12 @@ def run_verb(module: Any, function: Callable[..., Any], options: argparse.Namesp
     """Answer the question of a command line, show what was found unless JSON is wanted, and return it.
 
     A verb's module has ``show``, which prints what was found, and may have ``answer``, which takes subject and question
-    and does what only the command line does, such as writing a result to a default place.
+    and does what only the command line does, such as writing a result to a default place; and ``told``, which makes a
+    dictionary of what was found where it is none.
     """
     known = verb_of(function)
     subject = [getattr(options, known.subject.name)] if known.subject is not None else []
     found = getattr(module, "answer", known.function)(*subject, question(known, options))
     if not options.json:
         module.show(found)
-    return found
+    return module.told(found) if hasattr(module, "told") else found

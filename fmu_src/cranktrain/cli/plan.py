@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, show_rows, stages
 from cranktrain.cli.functions import SCENE, verb
-from cranktrain.results.in_hand.found import Found
 from cranktrain.studies.requests.fields import Question
 from cranktrain.studies.scene import Scene, load_scene
 
@@ -33,15 +32,14 @@ def plan(scene: str | Path | Scene, ask: Question) -> Plan:
     return made_plan(load_scene(scene))[0]
 
 
-def answer(scene: str, ask: Question) -> Found:
-    """The plan as a dictionary."""
-    made = made_plan(load_scene(scene))[0]
-    return Found.of(made.as_dict(), "plan", plan=made)
-
-
-def show(found: Found) -> None:
+def show(made: Plan) -> None:
     """Print the plan as a table, its reasons below."""
-    show_plan(found.beside["plan"])
+    show_plan(made)
+
+
+def told(made: Plan) -> dict[str, Any]:
+    """The plan as ``--json`` prints it."""
+    return made.as_dict()
 
 
 def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:

@@ -156,12 +156,11 @@ def show(found: Found) -> None:
 
 
 def _name(named: str | Path | Engine, ask: Report) -> str:
-    """Engine as commands name it; one in memory is written beside the results that commands make of it."""
+    """Engine as commands name it; one in memory is written beside the report, or into the folder of its results."""
     if not isinstance(named, Engine):
         return str(named)
-    if ask.make is None:
-        return named.name
-    path = Path(ask.make) / f"{named.name}.toml"
+    folder = Path(ask.make) if ask.make is not None else Path(str(ask.output or "")).parent
+    path = folder / f"{named.name}_reported.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path, marked("engine file", "[crankshaft]")) as temporary:
         temporary.write_text(named.to_toml(), encoding="utf-8")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from cranktrain import lab
 
-ENGINE_VERBS = {
+VERBS = {
     "modal": "Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.",
     "campbell": "Campbell diagram: frequencies of the cranktrain at rest over the speed, modes followed through "
     "crossings.",
@@ -22,9 +22,6 @@ ENGINE_VERBS = {
     "limits.",
     "picture": "The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) or "
     "page (HTML).",
-}
-"""Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
-VERBS = {
     "bearing": "One plain bearing: load, attitude, flow, friction, stiffness and damping.",
     "film-table": "Make the film table of bearings with one width-to-diameter ratio; it is kept in the cache.",
     "damper-optimum": "Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.",
@@ -57,7 +54,7 @@ VERBS = {
     "new": "Write a complete engine file from a layout and a few sizes.",
     "engines": "The engines that ship with the package: name, title, layout, displacement and firing order.",
 }
-"""Likewise of all others."""
+"""Line of each verb."""
 FUNCTIONS = {
     "simulate": "cranktrain.cli.simulate:simulate",
     "modal": "cranktrain.cli.modal:modal",

@@ -27,6 +27,8 @@ T = TypeVar("T")
 _FIELDS: dict[type[Any], tuple[Field, ...]] = {}
 POSITIVE = Meta(gt=0)
 """Bound of a number above zero."""
+ANY = Meta(extra={"what": "any"})
+"""Remark of a number that may be infinite."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ class Field:
     @property
     def is_switch(self) -> bool:
         """Whether it is true or false."""
-        return bool in self.kinds and self.option.bare is None
+        return bool in self.kinds and self.option.bare is None and self.option.convert is None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -263,6 +265,8 @@ class Field:
         return str(user_path(text)) if Path in self.kinds and text.startswith("~") else text
 
     def _bounded(self, value: Any, start: str) -> Any:
+        if self.bounds is ANY:
+            return value
         if self.bounds is not None and self.bounds.ge is not None and self.bounds.le is not None:
             within(start.rstrip(), value, self.bounds.ge, self.bounds.le, (self.bounds.extra or {}).get("what", ""))
         elif self.bounds is not None and self.bounds.gt is not None and not self.bounds.gt < value < math.inf:
