@@ -92,7 +92,7 @@ def stage_content(film, start, rates, own, stage, content):
 
 @kernel
 def content_rates(film, work, start, solved, gain, content, rates, ends):
-    """Compute ṁ of a solved stage over the clearance, 1/s, in ``rates`` (n,), and for the next step in ``ends`` (n,).
+    """Compute ṁ of the oil content over the clearance (1/s) of a solved stage, in ``rates`` (n,) and ``ends`` (n,).
 
     For a node that has changed between full and void since the step's start, ``ends`` differs by ∂H/∂t.
 

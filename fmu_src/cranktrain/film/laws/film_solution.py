@@ -82,7 +82,7 @@ def close_content(bore, i, numbers):
 
 @inlined_kernel
 def _time_of_voids(own, numbers):
-    """Time (s) over which void fractions change: g of the stage; without staged oil, the time from the step's start."""
+    """Return the time (s) over which void fractions change: g of the stage; for unstaged oil, since the step began."""
     return numbers[GAIN] if own.content.shape[2] > 0 else numbers[ELAPSED]
 
 
@@ -127,7 +127,7 @@ def stage_closed(bore, i, numbers):
 def solve_alone(bore, i, numbers, tangents):
     """Solve film i at a stage, write the result to ``memory.out[i]`` and return the status."""
     own = bore.memory
-    # All other data are common to the films.
+    # The films differ in viscosity only; all other data are shared.
     bore.film.constants[VISCOSITY] = bore.viscosities[i]
     bore.film.constants[OIL_ROW] = i
     history = FilmHistory(

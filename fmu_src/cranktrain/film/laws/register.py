@@ -214,7 +214,7 @@ for _law in (
         },
         film=True,
         any_clearance=True,
-        # Two unknowns more than the journals have, and no better axial motion: docs/decisions/0012-thrust-film.md.
+        # Tilt of the collar adds two unknowns without better axial motion: docs/decisions/0012-thrust-film.md.
         square_collar=True,
         usual_for=(PLAIN,),
     ),

@@ -209,7 +209,7 @@ def _first_guess(guess: FilmSolution | None, free: NDArray[np.bool_], cavitation
 
 
 def _lasting(volumes: Array, *flows: Array) -> Array:
-    """Return m of the balance for a very long time step, which makes the fill of an idle ruptured film unique."""
+    """Return factor m of deficits in the oil balance (m³/s) for a very long time step, which makes the fill unique."""
     moved = max(float(np.abs(a).max()) for a in flows)
     return np.asarray(volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum())))
 
@@ -339,7 +339,7 @@ def _growth(
     previous: FilmSolution | None,
     cavitation: str,
 ) -> tuple[Array, Array, Array]:
-    """Return growth rates of the oil at each node (m³/s): if full, less per unit of deficit, more per unit of content.
+    """Return each node's growth rate of oil (m³/s) if full, its decrease by unit deficit, its increase by unit content.
 
     ``growth`` (n_x, n_z) is the derivative of the mean gap by the film h, 1 between smooth surfaces.
     """

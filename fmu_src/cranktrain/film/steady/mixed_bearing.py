@@ -139,7 +139,7 @@ class MixedBearing:
         moment: tuple[float, float] | None = None,
         place: tuple[float, float] = (0.0, 0.0),
     ) -> SteadyState:
-        """Find the equilibrium under ``load`` and ``moment``, as :meth:`SteadyBearing.state`, or at ``place``.
+        """Find the equilibrium under ``load`` (N) and ``moment`` (N m), or at the given position ``place``.
 
         If ``load`` is None, ``place`` is the eccentricity over the clearance, and the load is a result.
 

@@ -34,8 +34,9 @@ from cranktrain.film.table.interpolation import (
 )
 from cranktrain.film.table.reach import reach
 
-# Rows of TableWork.slopes and .local: derivatives by ε, a, b and the velocities; slopes has d instead of w, then ζ_c
-# and σ. TableWork.centred has (r, t, a, b) on the line of centres instead of the first three.
+# Rows of TableWork.local: derivatives by ε, a, b and the velocities v, w.
+# Rows of TableWork.slopes: derivatives by ε, a, b, v and d, then by ζ_c (LEVEL) and σ (APART).
+# Rows of TableWork.centred: derivatives by r, t, a, b on the line of centres, then by the velocities v, w.
 E, TILT_A, TILT_B, V_R, V_T, W_R, W_T, LEVEL, APART = range(9)
 CENTRED_BY_PLACE, CENTRED_BY_VELOCITY = 8, 12
 """Indices of the second half of TableWork.weight, the derivatives on the line of centres."""
@@ -163,7 +164,7 @@ def _subtract(rows, row, what):
 
 @kernel
 def tabled_film(at, table, work, out, slopes):
-    """Compute force and moments on the line of centres, ``out[0:4]``, and with ``slopes`` ``work.local`` (7, 4)."""
+    """Compute force and moments on the line of centres, ``out[0:4]``; if ``slopes``, also ``work.local``."""
     # The two symmetries map every state to the stored quarter.
     eps, _, a, b, vr, vt, wr, wt = at
     ends = 1.0
