@@ -51,7 +51,7 @@ def following_motion(angle, speed, kept, rotation, rotation_rate, rotation_accel
     inverse = max(speed, SLOWEST_FOLLOWED) / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
     gain = FOLLOWING * inverse * inverse
     grow = KEEPING * inverse * inverse * inverse
-    # φ and its single, double and triple integral over t.
+    # Mean rotation φ after t, and its single, double and triple integral over t.
     phi = rotation + t * (rotation_rate + 0.5 * t * rotation_acceleration)
     once = t * (rotation + t / 2.0 * (rotation_rate + t / 3.0 * rotation_acceleration))
     twice = t * t / 2.0 * (rotation + t / 3.0 * (rotation_rate + t / 4.0 * rotation_acceleration))

@@ -47,9 +47,9 @@ LEAST_RATIO = 3.0
 LARGEST_NOISE = 0.03
 """Standard deviation of the points, over the peak, above which a warning is given."""
 SECOND_PEAK, APART = 0.95, 90.0
-"""Height of a second peak over the first that gives a warning, and least distance (deg), beyond any pilot burn."""
+"""Height of a second peak over the first that gives a warning, and least distance (deg) of both, beyond pilot burns."""
 CONFLICT = 0.2
-"""Range of points at one angle, over the peak, above the difference between cycles of an engine."""
+"""Range of pressures at one angle, over the peak, that gives a warning; an engine's cycles differ less."""
 GAP_AT_PEAK, NEAR_PEAK = 10.0, 15.0
 """Gap between points (deg) and its largest distance from the peak (deg) for which the true peak may be missed."""
 PERIOD = 720.0
@@ -65,7 +65,7 @@ def read_pressure(
     n: int,
     engine: Engine,
 ) -> tuple[list[NDArray[np.float64]], str]:
-    """Read absolute pressures (Pa) at ``n`` uniform crank angles after firing dead centre, with a line on their origin.
+    """Read absolute pressures (Pa) at ``n`` uniform crank angles after firing dead centre and a text on their origin.
 
     The pressures are one array for all cylinders, or one for each.
 
@@ -349,7 +349,7 @@ def _smooth(x: Array, y: Array, noise: float) -> Array:
         return float(np.sqrt(np.mean((np.interp(x, grid, values, period=PERIOD) - y) ** 2)))
 
     low, high = -14.0, 0.0
-    floor = missed(joined)  # deviation by the grid itself
+    floor = missed(joined)  # deviation that the grid itself causes
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if missed(spline(middle)) < max(noise, 1.01 * floor) else (low, middle)

@@ -26,7 +26,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import DYNAMOMETER, FLYWHEEL, Chain, Shaft, coordinates, gear_speeds
 
 STIFFNESS, DAMPING, LEADING, AT_FLYWHEEL, LAW = range(5)
-"""Columns of a shaft's law: stiffness (N m/rad), damping (N m s/rad), twist per frame lead, per flywheel rotation."""
+"""Columns of a shaft's row: stiffness (N m/rad), damping (N m s/rad), twist by frame lead and by flywheel rotation."""
 
 
 class TorsionalLine(NamedTuple):
