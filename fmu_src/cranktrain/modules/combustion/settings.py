@@ -108,7 +108,7 @@ class CycleSettings:
 
 
 def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
-    """Prepared run: its inputs are those of the settings, its state is not started yet.
+    """Make a prepared run with the inputs of the settings; the state is not started yet.
 
     ``gas`` replaces air and products by another table in the form of :func:`.gas.gas_table`. Raises ``InputError`` for
     contradictory values.

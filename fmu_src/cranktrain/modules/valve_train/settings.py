@@ -95,7 +95,7 @@ class TrainSettings:
 
 
 def make_run(settings: TrainSettings) -> Run:
-    """Prepared run: its inputs are 0, its state is not started yet.
+    """Make a prepared run with all inputs 0; the state is not started yet.
 
     Raises ``InputError`` for contradictory values.
     """

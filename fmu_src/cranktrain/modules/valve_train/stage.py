@@ -67,7 +67,7 @@ def move_shaft(shaft, gh):
 
 @kernel
 def solve_stage(model, work, gh):
-    """Solve the stage prepared by ``open_stage`` with the previous accelerations as initial guess; returns a status."""
+    """Solve the stage prepared by ``open_stage`` with the previous accelerations as initial guess. Return a status."""
     n, shaft = model.numbers, work.shaft
     enough = SOLVED * n[at.TOLERANCE] * n[at.VELOCITY]
     for _ in range(MOST_ITERATIONS):
