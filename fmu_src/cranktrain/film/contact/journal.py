@@ -279,7 +279,7 @@ def _apart(x, y, a, b, line, first):
 
 @kernel
 def _add_slice(ux, uy, place, sign, contact, out):
-    """Add a slice at (ux, uy) to the result of ``journal_contact``; returns its friction force at full sliding, N.
+    """Add a slice at (ux, uy) to the result of ``journal_contact``. Return its friction force at full sliding, N.
 
     ``place`` is its column of ``JournalContact.line``.
     """

@@ -287,7 +287,7 @@ def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
     store(nodes, (at.OWN, q), free * own)
     store(nodes, (at.SQUEEZE, q), free * (was_full * (slope * held)))
     store(residual, f, free * total)
-    # Derivatives by the node's own unknown and those of its neighbours.
+    # Derivatives of the balance by the unknown of the node and by the unknowns of its neighbours.
     h = load(faces, (at.FACE_OPEN, f))
     h_up = load(faces, (at.FACE_OPEN, f_up))
     ahead = load(faces, (at.FACE_AHEAD, f))

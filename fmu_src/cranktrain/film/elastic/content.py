@@ -131,7 +131,7 @@ def content_rates(film, work, start, solved, gain, content, rates, ends):
 
 @kernel
 def _open(distances, sigma):
-    """Replace distances of surfaces by mean gaps, in place."""
+    """Replace distances of rough surfaces by mean gaps of the oil, in place."""
     for k in range(distances.shape[0]):
         if distances[k] < CLEAR * sigma:
             distances[k], _, _ = open_gap(distances[k], sigma)

@@ -300,7 +300,7 @@ class ElasticGrid:
         step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
         constants += [step, 0.0, float(compressible), *LIMITS]
         gaps = np.diff(self.zetas)
-        # Contact pressure need not vanish at an end, so its weights are those of the trapezoidal rule.
+        # Contact pressure need not vanish at an end, so it is integrated by the trapezoidal rule.
         widths = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
         g = _reliefs(self.zetas, profile) / clearance
         return ElasticFilm(

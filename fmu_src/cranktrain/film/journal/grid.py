@@ -94,7 +94,7 @@ class JournalWork(NamedTuple):
     source: Array  # (N, m) source of each cell
     pressure: Array  # (N, m) pressure of each node
     unit: Array  # (N, m, 4) sources, then pressures, by the four unit velocities
-    adjoint: Array  # (N, m, 4)
+    adjoint: Array  # (N, m, 4) sources, then solutions, of the tangents' adjoint problem
     carried: Array  # (m, m) scratch
     squeeze: Array  # (5,) (vx, vy, wx, wy) of the Motion, (D/L)²
 

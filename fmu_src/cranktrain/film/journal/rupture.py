@@ -103,7 +103,7 @@ def unit_sources(axial, work, share, unit):
 
 @kernel
 def _foresee(n, blocked, at, work, active, tolerance):
-    """Predict the active set at the new velocity from the last unit solutions, if these belong to the same set."""
+    """Predict the active set at the new velocity from the last unit solutions, if they belong to the present set."""
     columns = active.shape[0]
     p = work.pressure
     for i in range(columns):

@@ -43,7 +43,7 @@ def border_tangents(grid, at, work, active, out):
 
 @kernel
 def _move_border(n, blocked, work, active):
-    """Adapt the matrix of the unit solutions to the position of the border, by the conductance of the faces there."""
+    """Adapt the matrix of the unit solutions to the rupture border's position, by the conductance of faces at it."""
     columns = active.shape[0]
     p = work.pressure
     around = work.conduct[0]

@@ -105,7 +105,7 @@ def _column(work, group, position, n_phi, n_z, factors, thickens):
         put_eight(nodes, (at.OWN, q), free * own)
         put_eight(nodes, (at.SQUEEZE, q), free * (was_full * slope))
         put_eight(work.columns, (row, 0), none - free * flow)
-        # Derivatives by the node's own unknown and those of its neighbours.
+        # Derivatives of the balance by the unknown of the node and by the unknowns of its neighbours.
         h = eight(faces, (at.FACE_OPEN, f))
         h_up = eight(faces, (at.FACE_OPEN, up * n_z + line - 1))
         g = around * (h * h * h)

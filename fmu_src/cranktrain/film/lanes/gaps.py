@@ -19,7 +19,7 @@ def table_place(h, per_sigma):
 
 @inlined_kernel
 def hermite(table, row, t, value, slope):
-    """Interpolate a column with its slopes by u between two rows, at t in [0, 1); returns value and slope per row."""
+    """Interpolate a column with its slopes by u between two rows, at t in [0, 1). Return value and slope per row."""
     a = looked_up(table, row, value)
     b = looked_up(table, row + 1.0, value)
     da = looked_up(table, row, slope) * (1.0 / at.PER_U)

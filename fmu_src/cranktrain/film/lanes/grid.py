@@ -29,7 +29,7 @@ SIDES = 8
 """Number of right-hand sides solved together: residual and shapes, or positions and velocities of the journal."""
 MOST_SHAPES = SIDES - 1
 
-# Fields of nodes, including those at the ends.
+# Fields of nodes in LaneWork.nodes; the nodes at both ends are included.
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, MASS, WAS_VOID, WEIGHT, START = range(11)
 # Field of the oil at the step's start, the constant part of MASS.
 START_MASS = 24
@@ -75,7 +75,7 @@ CUT, PREPARED, SIGN, RESIDENT, STAGED, ALONE, MARKS = range(7)
 # PRESS, PRESS_SLOPE, AREA: contact pressure (Pa) and its derivative by u, fraction of the area in contact.
 MEAN, MEAN_SLOPE, MEAN_BEND, PRESS, PRESS_SLOPE, AREA = range(6)
 LOWEST_U, PER_U = -20.0, 16.0
-"""First u of the table and rows per unit of u, chosen so that interpolation has the accuracy of singles."""
+"""First u of the table and rows per unit of u, so that interpolation has single-precision accuracy."""
 
 
 class LaneWork(NamedTuple):
@@ -97,9 +97,9 @@ class LaneWork(NamedTuple):
     loads: Any  # (11, 16 × 8) generalised forces of solutions, first of the shapes, then of the last sources
     touching: Any  # (11, 11 × 8) derivatives of the loads at fixed pressure
     border: Any  # (7, 15 × 8) equations of the shapes
-    lane: Any  # (LANE_ROWS × 8,) values of each lane in singles
-    wide: Array  # (WIDE_ROWS × 8,) values of each lane in doubles
-    sums: Array  # (16 × 8,) loads in doubles
+    lane: Any  # (LANE_ROWS × 8,) values of each lane in single precision, see FORWARD
+    wide: Array  # (WIDE_ROWS × 8,) values of each lane in double precision, see PLACE
+    sums: Array  # (16 × 8,) loads of each lane in double precision
     total: Array  # (8,) scratch for one sum in double precision
     own: Array  # (8,) numbers of the films in the lanes
     asked: Array  # (8,) 1 for lanes that the caller requested
@@ -113,7 +113,7 @@ def _singles(*shape: int) -> Singles:
 
 
 def _lanes(*shape: int) -> Singles:
-    """Return an array of eight singles for every entry of ``shape``."""
+    """Return an array of eight single-precision numbers for every entry of ``shape``."""
     return _singles(*shape[:-1], LANES * shape[-1])
 
 
@@ -151,7 +151,7 @@ def gap_table(film: ElasticFilm) -> Singles:
 
 @kernel
 def fill_gaps(table, contact, contact_table):
-    """Fill the ``table`` (m, 6) of :func:`gap_table`; ``contact`` and ``contact_table`` are those of a film."""
+    """Fill the ``table`` (m, 6) of :func:`gap_table`; ``contact`` and ``contact_table`` are fields of a film."""
     sigma = contact[SIGMA]
     for k in range(table.shape[0]):
         u = LOWEST_U + k / PER_U

@@ -67,7 +67,7 @@ def solve_group(film, work, group, clock, memory):
 
 @kernel
 def _flows(film, work, group, c):
-    """True if the oil is mobile enough at all nodes; otherwise singles cannot resolve pressures of adjacent nodes."""
+    """True if the oil is mobile enough at all nodes; else single precision cannot resolve neighbouring pressures."""
     if film.constants[one.OIL_STEP] == 0.0:
         return True
     nodes = work.nodes[group]

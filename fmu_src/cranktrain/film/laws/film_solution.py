@@ -22,7 +22,7 @@ solutions with tangents, Newton iterations. Then 1 if the film is lined up, 1 if
 present motion, and the status of this solution. The last two columns count, over the whole run, solutions and Newton
 iterations of a group of films, in the row of the group's first film."""
 IN_DOUBLES = 1.0e-6
-"""Newton tolerance (clearances) at or below which films are solved in doubles; lane forces are accurate to 2e-6."""
+"""Newton tolerance (clearances) at or below which films are solved in double precision, because lanes reach 2e-6."""
 
 
 @kernel
@@ -96,7 +96,7 @@ def line_up(bore, i):
 
 @kernel
 def force_solved(bore, i, numbers):
-    """Solve film i for its force; return the status."""
+    """Solve film i for its force. Return the status of the solution."""
     calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:
@@ -109,7 +109,7 @@ def force_solved(bore, i, numbers):
 
 @kernel
 def stage_closed(bore, i, numbers):
-    """Solve film i at the converged position of a stage; return the status."""
+    """Solve film i at the converged position of a stage. Return the status of the solution."""
     calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:

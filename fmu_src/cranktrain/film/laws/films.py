@@ -52,7 +52,7 @@ P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
 
 PAIR = 2
-"""Size of a memory of one quantity and its time rate; such a memory may be interpolated within a step."""
+"""Size of a memory that holds one quantity and its time rate, and may be interpolated within a step."""
 FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM, LINE_UP = range(10)
 # Columns of ``numbers``, the arguments that a law's connections share:
 # SPEED, RUBBING: sum and difference of the speeds of journal and bore (rad/s).

@@ -1,4 +1,4 @@
-"""Transformations of elastic films between the axes of the frame (journals) and those of the bore."""
+"""Transformations of elastic films between the axes of the frame (journals) and of the bore."""
 
 from __future__ import annotations
 

@@ -84,9 +84,9 @@ class Space(NamedTuple):
 
     band: Array  # (n, 2 width + 1)
     width: int
-    load: Array  # (n, 1)
-    unknown: Array  # (2, n)
-    rest: Array  # (n_x, n_z)
+    load: Array  # (n, 1) right-hand side, then solution
+    unknown: Array  # (2, n) present unknowns, and diagonal of the matrix
+    rest: Array  # (n_x, n_z) residual of the oil balance
 
 
 class Side(NamedTuple):

@@ -226,7 +226,7 @@ class Problem(NamedTuple):
 
 
 def _reduced(problem: Problem, law: Law | None, density: Density | None) -> tuple[Array, Balance, int]:
-    """Solve for reduced pressures (pressures if ``law`` is None); return them, the final balance and the passes."""
+    """Solve for reduced pressures (pressures if ``law`` is None). Return them, the final balance and the passes."""
     unknowns = problem.unknowns
     pressure, empty = unknowns.pressure, unknowns.empty
     free, passes = unknowns.order >= 0, 0
@@ -253,7 +253,7 @@ def _reduced(problem: Problem, law: Law | None, density: Density | None) -> tupl
 
 
 def _solved(problem: Problem, most: int) -> tuple[int, bool]:
-    """Solve a linear problem by at most ``most`` active-set passes (0: no limit); return passes and convergence."""
+    """Solve a linear problem by at most ``most`` active-set passes (0: no limit). Return passes and convergence."""
     unknowns = problem.unknowns
     free = unknowns.order >= 0
     count, mode = int(free.sum()), CAVITATION[problem.cavitation]
@@ -291,7 +291,7 @@ def _problem(
     nodes: tuple[ArrayLike, ArrayLike] | None,
     stepped: bool,
 ) -> tuple[Rectangle, Array, Faces]:
-    """Check film and grid; return the grid, the film at the nodes and the faces."""
+    """Check film and grid. Return the grid, the film at the nodes and the faces."""
     if cavitation not in CAVITATION:
         raise InputError(f"cavitation '{cavitation}' does not exist; {nearest(cavitation, CAVITATION)}")
     if len(lengths) != 2 or not (np.isfinite(lengths).all() and min(lengths) > 0.0):

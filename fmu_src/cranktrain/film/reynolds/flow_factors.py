@@ -40,7 +40,7 @@ PATTERNS = np.array(
     ]
 )
 SHEAR_RANGE = 5.0
-"""Gap over roughness at which the shear factor changes from one form to the other."""
+"""Gap over roughness at which the shear flow factor changes from one formula to the other."""
 
 
 def flow_factor_constants(pattern: float = 1.0) -> Array:

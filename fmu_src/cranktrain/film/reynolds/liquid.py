@@ -68,7 +68,7 @@ def tangent(pressure: Array, law: Law, density: Density, balance: Balance, swell
 def compressed_pressure(
     pressure: Array, law: Law, density: Density, problem: tuple[Balance, Array], solve: Solve
 ) -> tuple[Array, Balance]:
-    """Solve for the pressure (Pa) of a film of compressible liquid; return it and the final balance.
+    """Solve for the pressure (Pa) of a film of compressible liquid. Return pressure and final balance.
 
     Parameters
     ----------

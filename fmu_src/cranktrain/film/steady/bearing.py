@@ -227,7 +227,7 @@ class SteadyBearing:
 
 
 def slope_levers(journal: Journal, freedoms: int) -> Array:
-    """Return factors (n, n) that convert coefficients by end displacements to those by slopes (end = slope L/2)."""
+    """Return factors (n, n) from coefficients by end displacements to coefficients by slopes (end = slope L/2)."""
     lever = np.array([1.0, 1.0, 0.5 * journal.width, 0.5 * journal.width])[:freedoms]
     return np.outer(lever, lever)
 

@@ -34,7 +34,7 @@ ALIGNED_MAX = 0.995
 TILTED_MAX = 0.98
 """Largest eccentricities of the aligned and of the tilted table."""
 
-# Indices of the functions of the aligned table: ln M, β, ln p̂, ln q̂; then those of the tilted table.
+# Indices of the functions of the aligned table: ln M, β, ln p̂, ln q̂; the tilted table has ln M, β, moments, rest.
 LN_FORCE, TURN, LN_ALIGNED_PRESSURE, LN_FLOW = 0, 1, 2, 3
 MOMENT_R, MOMENT_T, REST = 2, 3, 4
 BY_E, BY_G, BY_A, BY_B = 1, 2, 3, 4

@@ -247,7 +247,7 @@ def table_force(place, velocity, half_speed, c, factor, tabled, out, tangents):
 
 @inlined_kernel
 def _put_tangents(line, back, stiff, half_speed, centred, out):
-    """Transform tangents from axes of the line of centres (direction ``line``) to those of the bore, and write them.
+    """Transform tangents from axes of the line of centres (direction ``line``) to axes of the bore, and write them.
 
     The velocities of pure squeeze depend on position and tilt through the surfaces' half speed.
     """

@@ -109,7 +109,7 @@ def _add_family(rates, point, squeeze, f, work, out, slopes):
     _, _, dr, dt = rates
     lever, side, share = point
     sr, st, speed, inverse, cos, sin = squeeze
-    # The remainder fades out for v + λ d → 0, where the direction is undefined; slopes by sr and st, and by dr and dt.
+    # The remainder fades out for v + λ d → 0, where the direction of this velocity is undefined.
     faded = FADED * FADED * (dr * dr + dt * dt)
     fade = 1.0
     by_s = 0.0
