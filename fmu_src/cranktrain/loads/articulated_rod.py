@@ -41,7 +41,7 @@ def joint_values(joint: Articulation) -> Array:
 
 @kernel
 def hang(joint, own, pin):
-    """Replace the crank pin's motion ``own`` (6,), in axes of the master's cylinder, by that of the knuckle pin.
+    """Replace the crank pin's motion ``own`` (6,), in axes of the master's cylinder, by the knuckle pin's motion.
 
     The motion of the knuckle pin is in axes of its rod's cylinder. ``pin`` (MASTERS_PIN,) stores the motion of the
     crank pin, h, s, φ̇ and φ̈.

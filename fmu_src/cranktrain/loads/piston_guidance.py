@@ -73,7 +73,7 @@ def piston_modes(mass: Array) -> Array:
 
 @kernel
 def layer_force(p, layer, gap, rate, out):
-    """Compute the force F_j on the piston, ``out[0]``, with ∂F/∂gap and ∂F/∂rate in ``out[1:3]``."""
+    """Compute the force of one spring layer on the piston, ``out[0]``, with ∂F/∂gap and ∂F/∂rate in ``out[1:3]``."""
     k = p[STIFFNESS + layer]
     c = p[DAMPING + layer]
     free = p[CLEARANCE]

@@ -43,7 +43,7 @@ LOWEST_PEAK, HIGHEST_PEAK = 3e5, 6e7
 """Range of plausible peak pressures, Pa; a stated unit that gives a peak outside is wrong."""
 # Limits for warnings about a trace.
 LEAST_RATIO = 3.0
-"""Least plausible ratio of peak to lowest pressure, that of a weak compression."""
+"""Least plausible ratio of peak to lowest pressure, as in a weak compression."""
 LARGEST_NOISE = 0.03
 """Standard deviation of the points, over the peak, above which a warning is given."""
 SECOND_PEAK, APART = 0.95, 90.0
@@ -243,7 +243,7 @@ def _cycles(points: Points, centres: Array, name: str, period: float) -> list[tu
 
 
 class _Cells:
-    """Sums of points in each cell of a quarter degree of a cycle."""
+    """Sums of angles and pressures of the points in each quarter degree of a cycle."""
 
     def __init__(self, period: float) -> None:
         self.period, self.count = period, np.zeros(_FINE)
@@ -286,7 +286,7 @@ class _Cells:
 def _doubts(
     x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[float, float], period: float
 ) -> Iterator[str]:
-    """Yield warnings of an implausible cylinder pressure; angles in messages are those after firing dead centre."""
+    """Yield warnings of an implausible cylinder pressure; angles in messages are after firing dead centre."""
     peak, at = float(smooth.max()), float(smooth.argmax()) * PERIOD / _FINE
     if peak < LEAST_RATIO * smooth.min():
         yield f"pressures of {1e-5 * smooth.min():.3g} to {1e-5 * peak:.3g} bar are nearly constant: no compression"

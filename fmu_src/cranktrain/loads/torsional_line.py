@@ -96,7 +96,7 @@ def _line(chain: Chain) -> TorsionalLine:
     turns, speeds = coordinates(chain), gear_speeds(chain)
     free = DYNAMOMETER not in speeds
     speeds.setdefault(DYNAMOMETER, 1.0)
-    # Matrix from rotations of flywheel, rotors and dynamometer to those of flywheel, discs and dynamometer.
+    # Matrix from rotations of flywheel, rotors and dynamometer to rotations of flywheel, discs, dynamometer.
     whole = np.zeros((len(chain.discs) + 2, turns.shape[1] + 2))
     whole[0, 0] = whole[-1, -1] = 1.0
     whole[1:-1, 1:-1] = turns

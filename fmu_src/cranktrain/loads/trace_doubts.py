@@ -65,7 +65,7 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     exponent = _exponent(engine, pressure, COMPRESSION)
     flanks = _flanks(engine)
     squeezed, expanded = (_exponent(engine, pressure, own) for own in flanks)
-    # One cause may trigger several of these tests; only the first, most informative one is reported.
+    # One cause may trigger several warnings; only the first, most informative warning is reported.
     if burns and not PEAK[0] <= peak <= PEAK[1]:
         yield (
             f"the peak lies at {peak:.4g} deg after firing dead centre, usual {PEAK[0]:g} to {PEAK[1]:g} deg; check "
