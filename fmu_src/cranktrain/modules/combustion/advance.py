@@ -56,7 +56,7 @@ def take_lifts(model, work, state, inputs):
 
 @kernel
 def follow_lifts(model, work, state, base, place, inputs, interval):
-    """Set lifts and their slopes at the begin of a communication step, extrapolated from or leading to the inputs."""
+    """Set lifts and their slopes at the start of a communication step, extrapolated from or leading to the inputs."""
     now = work.now
     for k in range(2):
         sample, last = max(inputs[place + at.LIFT_IN + k], 0.0), state[base + at.LAST_LIFT_IN + k]

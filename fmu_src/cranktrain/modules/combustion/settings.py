@@ -176,7 +176,7 @@ def check_settings(settings: CycleSettings) -> None:
 
 
 def _refusal(settings: CycleSettings, status: int) -> str:
-    """Message for a status of :mod:`.preparation` with these settings."""
+    """Error message for a status of :mod:`.preparation`, with values of the ``settings``."""
     s, turns = settings, 180.0 / math.pi
     if status == SHORT_ROD:
         reach = 0.5 * s.stroke + abs(s.pin_offset)

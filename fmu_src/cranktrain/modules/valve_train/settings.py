@@ -151,7 +151,7 @@ def check_settings(settings: TrainSettings) -> None:
 
 
 def _refusal(settings: TrainSettings, status: int) -> str:
-    """Message for a status of :mod:`.preparation` with these settings."""
+    """Error message for a status of :mod:`.preparation`, with values of the ``settings``."""
     s, k, degrees = settings, status % 10, 180.0 / math.pi
     kind = at.KINDS[k]
     if status == NO_SEAT_TIME + k:

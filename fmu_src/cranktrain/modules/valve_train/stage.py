@@ -43,7 +43,7 @@ def open_stage(model, work, gh):
 
 @kernel
 def close_stage(model, work, gh):
-    """Compute positions and velocities at the end of the stage from its accelerations, those of the modes included."""
+    """Compute positions and velocities at the end of the stage from its accelerations, spring modes included."""
     n = model.numbers
     for i in range(work.rows.shape[0]):
         row = work.rows[i]
