@@ -237,7 +237,7 @@ def engine_tables(summary: Mapping[str, Any]) -> list[Table]:
     return tables
 
 
-# Columns of a table of bearings: key in the summary, header, scale, format. Columns without any value are left out.
+# Columns of a table of bearings: key in the summary, header, scale, format. The last two need a value above 0.
 _BEARING_COLUMNS = (
     ("film_temperature_c", "film / degC", 1.0, ".1f"),
     ("peak_load_n", "peak load / kN", 1e-3, ".1f"),

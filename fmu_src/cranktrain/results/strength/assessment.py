@@ -30,7 +30,7 @@ RIM = 36
 
 
 class RuleRow(NamedTuple):
-    """Rule's assessment of a fillet or oil bore: alternating bending, shear, equivalent stress, strength (Pa), and Q."""
+    """Rule's assessment of a fillet or oil bore: alternating bending, shear, equivalent stress; strength (Pa); Q."""
 
     name: str
     bending: float

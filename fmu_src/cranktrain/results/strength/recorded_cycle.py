@@ -65,7 +65,7 @@ class RecordedCycle:
         return self.outputs["crank.angle"] % CYCLE
 
     def motion(self, interface: str, rate: int = 0) -> Array:
-        """Translation and rotation (n, 6) of an interface in the frame, or their derivative of order ``rate`` by time."""
+        """Translation and rotation (n, 6) of an interface in the frame, or their time derivative of order ``rate``."""
         shape = self.body.shapes[self.body.index(interface)]
         return np.asarray((self.position, self.velocity, self.change)[rate] @ shape.T)
 

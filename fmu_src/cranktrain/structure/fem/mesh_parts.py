@@ -70,7 +70,7 @@ class MeshParts:
         return f"{self.instances[number // self.base]}.{number % self.base}"
 
     def reserve(self, count: int, place: Place, name: str) -> None:
-        """Count members before they are added to a set or surface; ``InputError`` above ``MOST_MEMBERS`` members in all."""
+        """Count members before they are added to a set or surface; ``InputError`` above ``MOST_MEMBERS`` in total."""
         self.members += count
         if self.members > MOST_MEMBERS:
             raise InputError(

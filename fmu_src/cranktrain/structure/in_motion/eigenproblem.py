@@ -185,7 +185,7 @@ class ModesInMotion(NamedTuple):
         return np.asarray(np.where((speeds >= lowest) & (speeds <= highest), sizes, 0.0))
 
     def strongest(self, order: float, hz: float) -> int:
-        """Index of the mode that contributes most to an order of the pulley's torsion at ``hz``; −1 without such a mode."""
+        """Index of the mode that contributes most to an order of the pulley's torsion at ``hz``, or −1."""
         k = round(2.0 * order) - 1
         if not (self.values.size and 0 <= k < self.by_order.shape[1]):
             return -1
