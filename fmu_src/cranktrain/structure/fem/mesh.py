@@ -33,7 +33,8 @@ from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
 
 Integers = NDArray[np.integer[Any]]
 
-# Corner pairs of the six mid-side nodes, in netgen's order; the next constant has VTK's (Abaqus', Nastran's).
+# Corner pairs of a tetrahedron's six mid-side nodes, in the order of netgen (NETGEN_EDGES), and of VTK, Abaqus and
+# Nastran (VTK_EDGES).
 NETGEN_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 VTK_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 

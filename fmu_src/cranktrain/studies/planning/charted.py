@@ -99,7 +99,7 @@ class Charted:
 
 
 def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | None = None) -> Charted | None:
-    """Shipped errors and costs for a scene, or None if they do not cover it; ``allowed`` is true for permitted levels."""
+    """Shipped errors and costs for a scene, or None if they do not cover it; ``allowed`` is true for allowed levels."""
     known = figures or shipped(scene.engine)
     families = _families(scene)
     if known is None or not families or not _plain(scene):

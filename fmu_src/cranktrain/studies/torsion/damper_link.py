@@ -102,7 +102,7 @@ class DamperLink:
         return torque
 
     def dissipating(self, twist: ComplexArray, samples: OrderSamples) -> ComplexArray:
-        """Complex stiffness (s, k) of linear dampers that dissipate as much as the nonlinear one at ``twist`` (s, k)."""
+        """Complex stiffness (s, k) of linear dampers that dissipate like the nonlinear damper at ``twist`` (s, k)."""
         rate = samples.signal(1j * self.omega * twist, 1)
         damping = np.mean(self.torque(rate) * rate, axis=1) / np.mean(rate**2, axis=1)
         return np.asarray(1j * self.omega * damping[:, None])

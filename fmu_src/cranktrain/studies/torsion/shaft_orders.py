@@ -187,7 +187,7 @@ class ShaftOrders:
         return np.maximum(load * (1.0 - falloff * (speeds / best - 1.0) ** 2), 0.0)
 
     def push(self, angle: Array, burn: Array) -> Array:
-        """Gas force (gauge pressure times piston area), N, at the cylinders' crank angles (…, c) and fraction ``burn``."""
+        """Gas force (gauge pressure times piston area), N, at cylinders' crank angles (…, c) and fraction ``burn``."""
         motored, rise = gas_push(self.gas_tables, self.area, angle - self.phase)
         return np.asarray(motored - self.crankcase * self.area + burn * rise)
 
@@ -291,7 +291,7 @@ class ShaftOrders:
         return np.asarray(self._rows @ moved)
 
     def answers(self, speeds: Array, torques: ComplexArray, friction: Array | None = None) -> ComplexArray:
-        """Response (s, k + 1, n, 2) of coordinates to ``torques`` (s, k + 1, p) on pins, and to 1 N m between hub and ring.
+        """Coordinates (s, k + 1, n, 2) under ``torques`` (s, k + 1, p) on pins, and under 1 N m between hub and ring.
 
         It needs fewer right-hand sides than :meth:`transfer` if orders are not coupled; the arguments are the same.
         """
