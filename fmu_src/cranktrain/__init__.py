@@ -48,7 +48,7 @@ NAMES = {
     "film_tables": "structure.assembly",
     "law": "dynamics.topology.own_law",
     "load_engine": "engine.file",
-    "load_run": "results.in_hand.loaded",
+    "load_run": "results.views.loaded",
     "load_scene": "studies.scene",
     "rigid_body": "core.reduced_body",
     "topology_modes": "dynamics.topology.modes",

@@ -1,4 +1,4 @@
-"""Archive of an FMU: a module's data, interface and running code.
+"""Archive (.fmu file) of an FMU: a module's data, its interface and its running code.
 
 Equal inputs give equal bytes: the GUID is a digest of interface, code and data, and the archive has sorted names and
 one date.
@@ -76,7 +76,7 @@ class Product:
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Variables of the FMU one by one, with their value references."""
+        """Variables of the FMU, families expanded to single variables, with their value references."""
         return expand(self.interface.variables, self.counts, self.starts)
 
 
@@ -117,7 +117,7 @@ def need_sources() -> None:
 
 
 def model_description(product: Product) -> bytes:
-    """The model description of a product's FMU."""
+    """Model description (XML) of a product's FMU."""
     contents = _contents(product)
     root = ElementTree.fromstring(_wrapped(contents)["modelDescription.xml"])
     complete(root, product.interface, contents.variables, contents.guid)
@@ -141,7 +141,7 @@ def write_reference(path: Path, interface: Interface, say: Callable[[str], None]
     ]
     given = path.with_name(path.stem + "_in.csv")
     _write_reference(given, _csv(rows), ",".join(rows[0]) + "\n")
-    with redirect_stdout(io.StringIO()):  # FMPy prints each input that is not in the file
+    with redirect_stdout(io.StringIO()):  # hides FMPy's messages on inputs that the file of inputs lacks
         result = simulate_fmu(str(path), output_interval=step, input=read_csv(str(given)))
     options = f"StartTime, {start!r}\nStopTime, {stop!r}\nStepSize, {step!r}\nRelTol, 0.0001\n"
     columns = {name: result[name].reshape(len(result), -1).T for name in result.dtype.names or ()}
@@ -157,7 +157,7 @@ def write_reference(path: Path, interface: Interface, say: Callable[[str], None]
 
 
 def _write_reference(path: Path, data: bytes, mark: str) -> None:
-    """Write a file of a reference run; replaces only a file with the same mark."""
+    """Write a file of a reference run; an existing file is replaced only if it contains ``mark``."""
     ending = next(ending for ending in REFERENCE if path.name.endswith(ending))
     write_whole(path, data, marked(REFERENCE[ending], mark))
 
@@ -168,7 +168,7 @@ def _csv(rows: list[list[str]]) -> bytes:
 
 @dataclass(frozen=True)
 class Contents:
-    """Contents of the FMU's folder resources/: names, variables, and files by name."""
+    """Contents of the FMU's folder resources/: names of package and model, variables, and files by name."""
 
     model: str
     guid: str
@@ -210,7 +210,7 @@ def _contents(product: Product) -> Contents:
 
 
 def _libraries(product: Product, package: str, say: Callable[[str], None]) -> dict[str, bytes]:
-    """Machine code of the product's kernels for the platforms that an installation has, by name in resources/.
+    """Machine code of the product's kernels for the platforms in this installation, by file name in resources/.
 
     It does not enter the GUID, because without it the same code runs, compiled at the first start.
     """
@@ -240,7 +240,7 @@ def _digest(files: dict[str, bytes]) -> str:
 
 @contextmanager
 def _installed_builder() -> Iterator[Any]:
-    """Builder of the installed pythonfmu; an FMU that ran in this process may have loaded its own, without binaries.
+    """Context with the builder of the installed pythonfmu, also if an FMU in this process loaded its own pythonfmu.
 
     Slaves imported with that copy are removed as well, because the other copy does not recognise them as slaves.
     """
@@ -265,7 +265,7 @@ def _installed_builder() -> Iterator[Any]:
 
 
 def _wrapped(contents: Contents) -> dict[str, bytes]:
-    """Files of the FMU as the wrapping library builds it, by name in the archive."""
+    """Files of the FMU as pythonfmu builds them, by name in the archive."""
     with tempfile.TemporaryDirectory(prefix="cranktrain_fmu_") as temporary, _installed_builder() as builder:
         source, built = Path(temporary) / "resources", Path(temporary) / "built"
         for name, data in contents.resources.items():
@@ -348,7 +348,7 @@ def write_whole(path: Path, data: bytes, kind: Kind) -> None:
 
 def xml_bytes(root: ElementTree.Element) -> bytes:
     """XML document as bytes, with uniform indentation."""
-    for element in root.iter():  # remove the library's line breaks
+    for element in root.iter():  # line breaks that pythonfmu inserted are removed
         element.tail = None
         if element.text is not None and not element.text.strip():
             element.text = None
@@ -357,7 +357,7 @@ def xml_bytes(root: ElementTree.Element) -> bytes:
 
 
 def archived(files: Mapping[str, bytes]) -> bytes:
-    """Archive of files by name, with equal bytes for equal files."""
+    """Bytes of a ZIP archive of named files; equal files give equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         for name in sorted(files):

@@ -15,7 +15,7 @@ from cranktrain.fmu.description import Variable
 
 _RANKS = {"input": 0, "output": 1, "parameter": 2}
 _TYPES = ("Real", "String", "Enumeration")
-"""Order of value references, as in FMI 2.0."""
+"""Types of variables in the order of their value references, which is that of the FMU of FMI 2.0."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Group:
 
     @property
     def variable(self) -> Variable:
-        """First member under the group's name, with the attributes that all members share."""
+        """Variable that describes the group: its first member with the group's name; members share other attributes."""
         return replace(self.members[0], name=self.name)
 
     @property
@@ -76,18 +76,18 @@ def _is_array(members: Sequence[Variable]) -> bool:
 
 
 def _common(variable: Variable) -> tuple[Any, ...]:
-    """Attributes in which the elements of an array agree."""
+    """Attributes of a variable that must be equal for all elements of an array."""
     v = variable
     return v.causality, v.type, v.unit, v.display_unit, v.min, v.max, v.nominal, v.terminals, _plain(v.description)
 
 
 def _plain(text: str) -> str:
-    """Description without numbers of elements."""
+    """Description of a variable without the number of its element, which is equal for all elements of an array."""
     return re.sub(r"\[\d+\]", "", text)
 
 
 def _numbered(groups: Iterable[Group]) -> tuple[Group, ...]:
-    """Groups with value references: Reals first; within each type inputs, outputs, parameters."""
+    """Groups with value references. Reals come first; within a type the order is inputs, outputs, parameters."""
     listed = list(groups)
 
     def rank(k: int) -> tuple[int, int]:
@@ -112,6 +112,6 @@ def scalars(groups: Iterable[Group]) -> tuple[Variable, ...]:
 
 
 def array_table(groups: Iterable[Group]) -> str:
-    """First reference and size of each array, ``FIRST*COUNT FIRST*COUNT``, as ``fmi3_values.c`` reads them."""
+    """Text with first reference and size of each array, ``FIRST*COUNT FIRST*COUNT``, read by ``fmi3_values.c``."""
     arrays = [group for group in groups if group.is_array]
     return " ".join(f"{group.members[0].reference}*{len(group.members)}" for group in arrays)

@@ -97,7 +97,7 @@ def build_fmu(
 
 
 class _Target(NamedTuple):
-    """Target of a build: platforms (None: this machine's; empty: the Python FMU), version of FMI, and clocks or not."""
+    """Target of a build: platforms (None: this machine's; empty: a Python FMU), version of FMI, and clocks if true."""
 
     platforms: Sequence[str] | None
     fmi: str
@@ -109,7 +109,7 @@ class _Target(NamedTuple):
             raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
 
     def resolved(self, say: Progress) -> Sequence[str]:
-        """Folders of the platforms, none for the Python FMU; ``InputError`` if that is requested for FMI 3.0."""
+        """Names of the platforms' folders, empty for a Python FMU; ``InputError`` for a Python FMU of FMI 3.0."""
         given = self.platforms
         found = usual_platforms(say) if given is None else [checked_platform(name).folder for name in given]
         if not found:
@@ -130,7 +130,7 @@ def checked_version(fmi: str) -> str:
 
 
 class _Measured(NamedTuple):
-    """Measured gas pressure and drive line in place of the engine's own; None takes the engine's own."""
+    """Files of measured gas pressure and drive line that replace those of the engine; None keeps the engine's."""
 
     pressure: str | Path | None = None
     unit: str | None = None
@@ -161,7 +161,7 @@ class _Measured(NamedTuple):
 
 
 class _Parts(NamedTuple):
-    """Keywords of :func:`build_fmu` that apply to an engine's FMU only."""
+    """Arguments of :func:`build_fmu` that apply to an engine's FMU, but not to a scene's or module's."""
 
     levels: str | Sequence[str] | None
     film_table: bool
@@ -172,12 +172,12 @@ class _Parts(NamedTuple):
 
     @property
     def chosen(self) -> bool:
-        """True if any of these keywords was given."""
+        """True if any of these arguments was given."""
         given = self.levels is not None or self.body is not None or bool(self.starts) or any(self.measured)
         return given or not (self.film_table and self.block)
 
     def carried(self, engine: Engine, say: Progress) -> dict[str, bool]:
-        """Keywords of :func:`whole_model`; reports levels that are left out without the user's choice."""
+        """Arguments for :func:`whole_model`. Levels that are left out without the user's choice are reported."""
         whole = self.film_table and self.block
         start = start_settings(engine_interface(engine), engine, self.starts)
         carried = carried_levels(engine, self.levels or (USUAL if whole else ALL), start)
@@ -189,7 +189,7 @@ class _Parts(NamedTuple):
 
     @property
     def basic(self) -> bool:
-        """True if no film is solved or read from a table."""
+        """True if the FMU contains only levels whose bearings need no film, neither solved nor from a table."""
         return self.levels is not None and BASIC in self.levels
 
     def interface(self, interface: Interface) -> Interface:
@@ -205,7 +205,7 @@ def _built(
     target: _Target,
     lines: tuple[Progress, Progress],
 ) -> Path:
-    """Build for :func:`build_fmu`; ``lines`` receive stages, and messages that are always printed."""
+    """Build the FMU for :func:`build_fmu`; ``lines`` print stages of work, and messages that are never left out."""
     say, note = lines
     full_interface()
     platforms = target.resolved(say)
@@ -234,7 +234,7 @@ def _built(
     engine = parts.measured.with_line(load_engine(source))
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
-    parts.interface(engine_interface(engine, target.clocks))  # refuses before any data are made
+    parts.interface(engine_interface(engine, target.clocks))  # refuses wrong levels before any data are made
     gas = parts.measured.gas(engine)
     if gas is not None:
         peak, mean = 1e-5 * gas.peak, 1e-5 * gas.imep
@@ -245,7 +245,7 @@ def _built(
 
 
 def usual_platforms(say: Progress) -> Sequence[str]:
-    """Platform of this machine for a native FMU; none, with a message, if native FMUs do not exist for it."""
+    """Platform of this machine for a native FMU; empty, with a message, if it has no native FMUs."""
     if this_platform() in PLATFORMS:
         return (this_platform(),)
     say(f"native FMUs do not exist for {this_platform()}, so the Python FMU is built")
@@ -264,7 +264,7 @@ def describe_fmu(source: str) -> bytes:
 
 
 def crank_levels(fitted: Engine, body: str | Path | None = None, say: Progress = lambda text: None) -> dict[str, Any]:
-    """Running body of each crank level, from the user's ``body`` for levels that are not made from dimensions."""
+    """Running body of each crank level, by name. The user's ``body`` serves levels not made from dimensions alone."""
     return {
         level: assembly.running_crank(fitted, level, say=say, mesh=body if row.takes_mesh else None)
         for level, row in CRANKS.items()

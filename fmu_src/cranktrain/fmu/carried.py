@@ -27,9 +27,9 @@ SLOW = {
     "table": ("table", "big_end_table"),
     "flexible": ("block",),
 }
-"""Levels whose data take minutes, and the parts of a run that only they need."""
+"""Levels whose data take minutes to make, each with the parts of a run that only this level needs."""
 WHERE = {"table": "bearing.level and big_end.level table", "flexible": "block.level flexible"}
-"""Names of these levels in the FMU's parameters."""
+"""Text for each slow level: the FMU's parameters and the value that chooses the level."""
 WORDS = (BASIC, USUAL, ALL, *SLOW)
 
 

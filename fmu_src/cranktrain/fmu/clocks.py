@@ -21,7 +21,7 @@ def clock_names(product: Product) -> tuple[str, ...]:
 
 
 def clock_table(product: Product, variables: Sequence[Variable]) -> str:
-    """Entry ``clocks`` of native.bin, three whole numbers that ``fmi3_events.c`` reads.
+    """Entry ``clocks`` of native.bin: three whole numbers as text, read by ``fmi3_events.c``.
 
     They are the value references of the angle and of the array of dead centres, and the revolutions between two ticks
     of a clock. ``variables`` are those of the FMU. ``InputError`` if the FMU lacks a variable that clocks need.

@@ -44,7 +44,7 @@ REGISTERS: dict[str, Callable[[], dict[str, str]]] = {
     "dampers": lambda: _titles(DAMPERS.values()),
     "integrators": lambda: _titles(INTEGRATORS.values()),
 }
-"""Registers named in interface.toml: functions that return the names and titles of their rows."""
+"""Registers named in interface.toml: for each a function that returns names and titles of the register's rows."""
 
 TYPES = ("Real", "String")
 _NAMED = re.compile(r"\[[^\]]*[^\d,\]]")
@@ -80,7 +80,7 @@ class Variable:
 
     @property
     def variability(self) -> str:
-        """Variability: inputs and outputs are continuous, parameters fixed."""
+        """FMI variability of the variable: inputs and outputs are continuous, parameters are fixed."""
         return "fixed" if self.causality == "parameter" else "continuous"
 
 
@@ -162,7 +162,7 @@ def read_units(folder: str | Path) -> dict[str, Any]:
 
 
 def _from_register(entry: dict[str, Any], where: str) -> dict[str, Any]:
-    """Entry of a variable with a register's names added to its choices, and their titles to its description.
+    """Entry of a variable whose choices and description are completed by the names and titles of a register.
 
     If the entry is not ``closed``, its value may be other than these names, so it gets no choices.
     """
@@ -262,7 +262,7 @@ def member_names(family: str, counts: Mapping[str, int]) -> tuple[str, ...]:
 
 
 def naming(variables: Sequence[Variable]) -> str:
-    """FMI's naming convention: flat if connections are added, since they have names where others have numbers."""
+    """FMI naming convention of the variables: flat if the engine file adds connections, which names index."""
     return "flat" if any(_NAMED.search(variable.name) for variable in variables) else "structured"
 
 
@@ -273,7 +273,7 @@ def plain(variable: Variable) -> dict[str, Any]:
 
 
 def complete(root: Element, interface: Interface, variables: Sequence[Variable], guid: str) -> None:
-    """Add missing entries to the wrapping library's model description, in place.
+    """Complete the model description ``root`` that pythonfmu wrote, in place.
 
     These are units, start values in full precision, bounds, the order of interface.toml, the default experiment,
     InitialUnknowns, and the dependencies of outputs. Outputs are computed in doStep and depend on an input only from
@@ -283,7 +283,7 @@ def complete(root: Element, interface: Interface, variables: Sequence[Variable],
     root.set("guid", guid)
     root.set("description", interface.description)
     root.set("variableNamingConvention", naming(variables))
-    root.attrib.pop("generationDateAndTime", None)  # equal models give equal bytes
+    root.attrib.pop("generationDateAndTime", None)  # removed, so that equal models give equal bytes
     for tag in ("DefaultExperiment", "UnitDefinitions", "ModelStructure"):
         for element in root.findall(tag):
             root.remove(element)

@@ -39,7 +39,7 @@ TYPES = {"Real": "Float64", "String": "String", "Enumeration": "Enumeration"}
 
 
 def description3(product: Product, groups: Sequence[Group], token: str) -> Element:
-    """Root element of the model description.
+    """Root element of the model description of FMI 3.0.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def description3(product: Product, groups: Sequence[Group], token: str) -> Eleme
         listed.append(_variable(group))
     listed.extend(clocks)
     outputs += [clock.attrib["valueReference"] for clock in clocks]
-    # As in FMI 2.0 outputs belong to the end of a step, and at the start they depend on everything.
+    # Outputs belong to the end of a step, so they depend on no input; initially they depend on all variables.
     for reference in outputs:
         SubElement(structure, "Output", {"valueReference": reference, "dependencies": ""})
     for reference in outputs:

@@ -1,4 +1,4 @@
-"""FMU of a cranktrain: an engine with its reduced bodies, and the whole interface or a part of it."""
+"""FMU of a cranktrain: an engine with its reduced bodies, and all variables of the interface or some of them."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ _ARRAYS = (
 _BODIES = ("cranks", "damped", "added")
 _TABLES = ("table", "big_end_table")
 _ADDED_TABLE = "film_tables."
-"""Prefix of the names of added film tables; their number follows."""
+"""Prefix of the names of added film tables; the table's number follows."""
 _BORES = ("bore", "block_bore", "big_end_bore")
 _ERRORS = ("aligned_error", "tilted_error")
 _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
@@ -130,7 +130,7 @@ def to_bytes(model: FlatModel) -> bytes:
 
 
 def _about(body: ReducedBody) -> dict[str, Any]:
-    """Data of a body other than arrays."""
+    """Data of a reduced body other than arrays, as JSON-able values."""
     return {
         "schema": BODY_SCHEMA,
         "name": body.name,
@@ -141,7 +141,7 @@ def _about(body: ReducedBody) -> dict[str, Any]:
 
 
 def _traces(gas: GasTrace | None) -> dict[str, GasTrace]:
-    """Measured traces by key: empty for the common one, the number (from 1) for a cylinder's own."""
+    """Measured traces by key: an empty key for a trace common to all cylinders, else the cylinder's number (from 1)."""
     return {} if gas is None else {"": gas} | {str(k): own for k, own in enumerate(gas.own, 1)}
 
 

@@ -19,9 +19,9 @@ from cranktrain.engine.model import Engine
 
 SETTABLE = ("bore", "compression_ratio")
 START_SPEED = 2000.0 * RPM
-"""Start value of the speed, rad/s, if the engine runs at it; otherwise the nearest of the engine's speeds."""
+"""Start value of the FMU's speed, rad/s; if the engine does not run at it, the nearest of its speeds is used."""
 CLOSE = 1.0e-9
-"""Relative tolerance for values that were written as text."""
+"""Relative tolerance within which values that were written as text count as equal."""
 
 
 def geometry(engine: Engine) -> dict[str, Any]:
@@ -46,7 +46,7 @@ def start_values(engine: Engine) -> dict[str, Any]:
 
 
 def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:
-    """Engine with the dimensions among ``chosen``, and the other chosen values.
+    """Engine with those dimensions that ``chosen`` contains, and the remaining chosen values.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Version that an FMU states: that of a release, or of all development towards the next one.
+"""Version that an FMU states: the version of a release, or one version for all development towards the next.
 
 The version enters the FMU's GUID, so the number of a commit is left out. Between releases equal models then have equal
 GUIDs.

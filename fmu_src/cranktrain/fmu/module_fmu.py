@@ -1,4 +1,4 @@
-"""FMU of a module other than the cranktrain: interface and documentation of its folder, data of its file, its code."""
+"""FMU of a module other than the cranktrain: interface and documentation from a folder, data from a module file."""
 
 from __future__ import annotations
 

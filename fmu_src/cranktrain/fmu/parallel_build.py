@@ -1,4 +1,4 @@
-"""Parts of an FMU that need no other part, made in a second process while this process makes the crankshaft.
+"""Parts of an FMU that are independent of others, made in a second process while this one makes the crankshaft.
 
 The process stores its results in the cache, where the build then finds them. With only one processor, or without
 processes or a writable cache, the build makes these parts itself.
@@ -59,4 +59,4 @@ def make_bores(engine: Engine) -> None:
 
 
 def _begin() -> None:
-    """Initialisation of the worker process; nothing to do."""
+    """Initialise the worker process; nothing is to be done."""

@@ -29,11 +29,11 @@ _PARTS = {
     "big_end_table": ("big_ends", "the film table of the big ends"),
     "big_end_bore": ("big_ends", "the elastic eye of the rods"),
 }
-"""Parts of a run: for each the setting that needs it, and its name in messages."""
+"""Optional parts of a run's data: for each the setting that needs the part, and the part's name in messages."""
 
 
 def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Simulation:
-    """Simulation at the levels in ``chosen``, the values of settings; see :func:`chosen_levels`."""
+    """Simulation of a flat model with the settings ``chosen`` (by name), see :func:`chosen_levels`."""
     made = Simulation(*chosen_levels(model, chosen, names))
     made.on_demand = True
     return made
@@ -53,7 +53,7 @@ class Chosen(NamedTuple):
 
 
 def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Chosen:
-    """Arguments of a simulation at the levels in ``chosen``, the values of settings.
+    """Arguments of a simulation with the settings ``chosen``, values by name of the setting.
 
     Parameters
     ----------

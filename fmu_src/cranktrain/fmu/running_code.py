@@ -1,4 +1,4 @@
-"""Code contained in an FMU: every module that a running model needs, under a package name of its own."""
+"""Python code contained in an FMU: all modules that a running model needs, in a package named after the FMU."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cranktrain.film.laws.register import forms
 SOURCES = Path(__file__).resolve().parents[2]
 """Folder that contains the package."""
 RUNNING = "cranktrain.fmu.running"
-"""Module that the slave of a cranktrain uses; the slaves of other modules use their own."""
+"""Module used by the FMU slave (Python class) of a cranktrain; other modules have their own running module."""
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
 
 def registered_modules() -> list[str]:
-    """Modules of the package that the running model's registers refer to."""
+    """Names of the package's modules to which registers of the running model refer."""
     references = [entry for form in forms() for entry in (form.kernel, form.record, form.memory)]
     references += [family.kernel for family in OUTPUT_FAMILIES.values()]
     references += [entry for family in INTEGRATOR_FAMILIES.values() for entry in (family.step, family.difference)]

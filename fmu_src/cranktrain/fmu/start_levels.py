@@ -1,4 +1,4 @@
-"""Start values of an FMU's parameters that are chosen for its build: levels at the start, and others."""
+"""Start values of an FMU's parameters, levels included, that are chosen when the FMU is built."""
 
 from __future__ import annotations
 

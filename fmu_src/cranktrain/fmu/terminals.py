@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 PLUG, BUS = "plug", "bus"
-"""Matching rules: all members must be present, or some."""
+"""Matching rules of terminals: all members must be present (plug), or only some (bus)."""
 
 
 @dataclass(frozen=True)

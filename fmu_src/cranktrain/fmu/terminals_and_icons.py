@@ -17,7 +17,7 @@ from cranktrain.fmu.terminals import TERMINALS
 
 FOLDER = "terminalsAndIcons"
 FMI = "3.0"
-"""Version of FMI that defines the file."""
+"""Version of FMI that defines terminalsAndIcons.xml."""
 _HALF_ICON = 12.0
 _HALF_WIDTH = 100.0
 
@@ -26,7 +26,7 @@ def terminals_and_icons(variables: Sequence[Variable]) -> Element:
     """Root element with the terminals of an FMU's variables, see ``fmi3TerminalsAndIcons.xsd``."""
     root = Element("fmiTerminalsAndIcons", fmiVersion=FMI)
     drawing = SubElement(root, "GraphicalRepresentation")
-    height = 0.625 * _HALF_WIDTH  # model.png is 256 by 160
+    height = 0.625 * _HALF_WIDTH  # half height of the icon, as model.png has 256 by 160 pixels
     extent = {key: repr(value) for key, value in _corners((0.0, 0.0), (_HALF_WIDTH, height)).items()}
     SubElement(drawing, "CoordinateSystem", {**extent, "suggestedScalingFactorTo_mm": "0.1"})
     SubElement(drawing, "Icon", extent)

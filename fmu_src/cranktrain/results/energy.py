@@ -20,7 +20,7 @@ from cranktrain.dynamics.model import slots as at
 
 
 class Share(NamedTuple):
-    """Part of the gas work: key in a summary, text, and index of its power in ``Work.powers``."""
+    """Part of the gas work: key in a summary, text in a table, and index of the part's power in ``Work.powers``."""
 
     key: str
     words: str
@@ -47,7 +47,7 @@ SHARES = (
     Share("added_bodies", "added bodies, structural damping", at.ADDED_LOSS),
     Share("axial_force", "work against the axial force", at.AXIAL_FORCE_WORK),
 )
-"""All parts of the gas work. To add a loss, let an observer fill an entry of ``Work.powers`` and add a row here."""
+"""All parts of the gas work. A new loss needs an observer that fills an entry of ``Work.powers``, and a row here."""
 
 
 def energy_balance(powers: Array, step: float) -> dict[str, Any]:

@@ -34,7 +34,7 @@ BLOCK = 4096
 """Number of rows that are read and written at once."""
 MARK = "cranktrain table"
 CSV_HEADS = ("time [s],angle [rad]", "speed [rad/s],cycles [1]")
-"""First characters of tables written by this program."""
+"""First characters of the CSV tables that this program writes, by which a file to be replaced is recognised."""
 
 
 class Table(Protocol):
@@ -46,7 +46,7 @@ class Table(Protocol):
 
     @property
     def rows(self) -> int:
-        """Length of the columns."""
+        """Number of rows, the length of every column."""
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -57,7 +57,7 @@ class Table(Protocol):
         """Attributes of the source file."""
 
     def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
-        """Columns of these names in blocks (k ≤ size, names)."""
+        """Iterate over blocks of k ≤ ``size`` rows of the named columns, (k, names)."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +71,11 @@ class ArrayTable:
 
     @property
     def rows(self) -> int:
-        """Length of the columns."""
+        """Number of rows, the length of every column."""
         return len(next(iter(self.columns.values())))
 
     def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
-        """Columns of these names in blocks (k ≤ size, names)."""
+        """Iterate over blocks of k ≤ ``size`` rows of the named columns, (k, names)."""
         for first in range(0, self.rows, size):
             yield np.stack([self.columns[name][first : first + size] for name in names], axis=1)
 
@@ -185,7 +185,7 @@ def _starts(path: Path) -> bool:
 
 
 def _csv_of(table: Table) -> Kind:
-    """File kind that matches CSV tables of this program, and files that begin with the headings of ``table``."""
+    """File kind of CSV tables: files of this program, or files that begin with the headings of ``table``."""
     head = _csv_line(headings(table))
 
     def includes(path: Path) -> bool:
@@ -202,7 +202,7 @@ def _csv_line(texts: Sequence[str]) -> bytes:
 
 
 def _footed(path: Path) -> bool:
-    """True if the footer of a Parquet file contains the mark of this program; its length is at the file's end."""
+    """True if the footer of a Parquet file contains this program's mark; the file ends with the footer's length."""
     with path.open("rb") as file:
         end = file.seek(0, 2)
         if end < 12:
@@ -224,4 +224,4 @@ FORMATS = {
     ".parquet": (_write_parquet, Kind("table of cranktrain", _footed)),
     ".npz": (_write_npz, Kind("table of cranktrain", _archived)),
 }
-"""Function that writes a table and kind of its file, by file ending."""
+"""Writers of tables by file ending: function that writes the table, and kind of its file."""

@@ -31,7 +31,7 @@ SAMPLES = 1440
 
 MOTION_PICTURES = ("pulley_torsion.png",)
 FILM_PICTURES = ("main_loads.png", "orbits.png", "least_films.png")
-"""File names of pictures of every run, and of runs in which journals move in their bearings."""
+"""File names of the pictures of bearings: loads (every run), orbits and films (runs with moving journals)."""
 HIGHEST = 12.0
 """Highest order in a picture of orders."""
 PICTURE = marked("picture of cranktrain", "Cranktrain")
@@ -143,7 +143,7 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
     marks = {"start": 0, **{str(k + 1): round(at / 720.0 * SAMPLES) % SAMPLES for k, at in enumerate(_firing(engine))}}
     line: Any = None
     for r, names in enumerate(rows):
-        first = columns - len(names)  # rows are centred, so a crank pin is below and between its mains
+        first = columns - len(names)  # centred rows put the picture of a crank pin between those of its mains
         for k, name in enumerate(names):
             ax = figure.add_subplot(grid[r, first + 2 * k : first + 2 * k + 2])
             clearance = _clearance(engine, name)
@@ -171,7 +171,7 @@ def film_figure(run: Result, engine: Engine, title: str) -> Any:
     mains = [f"bearing[{i + 1}]" for i in engine.plain_numbers]
     ends = _floating(run, engine)
     groups = [(mains, "main bearings"), *([(ends, "big ends")] if ends else [])]
-    # unsmoothed values, so the least ones equal those of the summary
+    # Films are drawn without smoothing, so that their least values equal those of the summary.
     angle = np.degrees(run.angle) % 720.0
     last = np.flatnonzero(run.angle > run.angle[-1] - 4.0 * math.pi + 1e-9)
     order = last[np.argsort(angle[last])]
@@ -188,7 +188,7 @@ def film_figure(run: Result, engine: Engine, title: str) -> Any:
 
 
 def _cycle(run: Result, name: str) -> Array:
-    """Resampled last cycle from crank angle 0 on; a run ends some degrees off 0 because its shaft winds up."""
+    """Last cycle of an output, resampled from crank angle 0 on; a run ends only near angle 0, as its shaft twists."""
     first = round(float(run.angle[-1]) / (4.0 * math.pi) * SAMPLES) % SAMPLES
     return np.roll(last_cycle(run.angle, run.outputs[name], SAMPLES), first)
 
@@ -207,7 +207,7 @@ def _firing(engine: Engine) -> list[float]:
 def _clearance(engine: Engine, name: str) -> float:
     """Radial clearance, m, of the bearing with this name."""
     bearing = engine.big_end_bearing if name.startswith("big_end") else engine.main_bearing
-    assert bearing is not None  # a big end has a film only if the engine file gives it a bearing
+    assert bearing is not None  # a big end with a film has a table [big_end_bearing] in the engine file
     return bearing.clearance
 
 
@@ -218,7 +218,7 @@ def _title(name: str) -> str:
 
 
 def _beside(engine: Engine, name: str) -> Sequence[str]:
-    """Numbers of the cylinders whose throws are next to a main bearing, or number of a big end's cylinder."""
+    """Numbers of the cylinders next to a bearing: neighbouring throws of a main bearing, or cylinder of a big end."""
     family, number = name.rstrip("]").split("[")
     if family == "big_end":
         return [number]

@@ -93,7 +93,7 @@ class ResultFile:
         whole = self.count + len(time)
         try:
             self._stream.append(np.column_stack((time, angle, values)))
-        finally:  # after an interrupt either none or all of these samples are written
+        finally:  # after an interrupt, too, the time is updated if all samples of this call were written
             if time.size and self.count == whole:
                 self.seconds = float(time[-1])
 
@@ -140,7 +140,7 @@ OF_BEARINGS = "film_temperature_c"
 
 
 def _over(time: Array, values: Array) -> bool:
-    """True if an array of a file holds one number per time."""
+    """True if an array of a result file holds one number for each time."""
     return values.shape == time.shape and values.dtype.kind in "biuf"
 
 

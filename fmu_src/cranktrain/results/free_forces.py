@@ -31,10 +31,10 @@ HIGHEST_ORDER = 12
 SAMPLES = 360
 """Number of crank angles of a revolution at which positions are evaluated; it resolves orders up to half of it."""
 LEAST = 1.0e-6
-"""An order is listed if it exceeds this fraction of the sum of all orders of all single masses."""
+"""Fraction of the sum of all orders of all single masses, above which an order is listed."""
 
 ROUNDING = 1.0e-12
-"""Components below this fraction of the same sum are rounding errors and set to 0."""
+"""Components below this fraction of the sum of all orders of single masses are rounding errors and set to 0."""
 
 Complex = NDArray[np.complex128]
 

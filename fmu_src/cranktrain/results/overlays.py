@@ -27,7 +27,7 @@ Results = Mapping[str, TimeSeries] | Mapping[str, RunUp]
 MOST = 6
 """Largest number of results in a picture."""
 FEW = 3
-"""A run-up of at most this many speeds is drawn with points on its lines."""
+"""Largest number of speeds of a run-up whose curves are drawn with a mark at every speed."""
 PANELS = 4
 """Number of orders of run-ups drawn by default."""
 TOLD = (
@@ -166,14 +166,14 @@ def file_name(output: str) -> str:
 
 
 def _other(output: str) -> Quantity:
-    """Quantity of an output that has no predefined quantity."""
+    """Name, unit and factor for pictures of an output that has no predefined :class:`Quantity`."""
     unit = output_unit(output)
     scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
     return Quantity(output, f"{output}, zero to peak", unit, scale, "")
 
 
 def _strongest(run_ups: Mapping[str, RunUp], output: str) -> list[float]:
-    """Orders with the largest resonances relative to their run-up; if too few, those with the largest amplitudes."""
+    """Orders to be drawn: those with the highest resonances relative to their run-up, then the largest amplitudes."""
     ranks: dict[float, tuple[float, float]] = {}
     for run_up in run_ups.values():
         sharp = {peak.order: peak.amplitude for peak in reversed(peaks(run_up, output)) if not peak.damping > BROADEST}

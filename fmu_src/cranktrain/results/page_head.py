@@ -1,4 +1,4 @@
-"""Common head of the package's HTML files, which make no network requests, and filling of templates."""
+"""Common head of the package's HTML files, and insertion of texts into their templates; no network requests."""
 
 from __future__ import annotations
 

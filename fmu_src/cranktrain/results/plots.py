@@ -14,7 +14,7 @@ from cranktrain.core.types import Array
 BLUE, ORANGE, GREY = "#1f5a94", "#d9822b", "#8a8f98"
 INK = "#3c4654"
 CYCLE_COLOURS = ("#1f4e9c", "#1b9aa0", "#6fae3d", "#e0a21b", "#cf4a3c", "#8b3a93", "#1f4e9c")
-"""Cyclic colours over a cycle, which end with the first colour and are visible on a light background."""
+"""Colours over the crank angle of a cycle. The last equals the first; all are visible on a light background."""
 
 
 LETTER = 0.5
@@ -22,7 +22,7 @@ LETTER = 0.5
 
 
 def largest(*values: Array) -> float:
-    """Largest finite value of some arrays, at least 0, for limits of axes if curves have gaps."""
+    """Largest finite value of some arrays, at least 0. It limits axes of curves with gaps (NaN)."""
     return max((float(np.max(one, where=np.isfinite(one), initial=0.0)) for one in values), default=0.0)
 
 

@@ -50,7 +50,7 @@ class Run(TimeSeries, Result):
         return super().last_cycle(name)
 
     def __repr__(self) -> str:
-        """Text of a time series with an additional line on settling."""
+        """Short text of the run: text of its time series, and a line on whether it settled."""
         head, rest = TimeSeries.__repr__(self).split("\n", 1)
         return f"{head}\n {self.settling.text}\n{rest}"
 

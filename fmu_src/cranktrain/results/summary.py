@@ -77,7 +77,7 @@ def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10
     last = np.flatnonzero(angle > angle[-1] - 4.0 * math.pi + 1e-9)
     solved = outputs["solver.online_films"][last]
     asked = outputs["solver.iterations"][last] * _count(outputs, "bearing")
-    # a sample describes the step that led to it
+    # A sample counts the films of the step that led to it, so the step's middle angle is used.
     middle = 0.5 * (angle[last] + angle[last - 1])
     bins = (np.degrees(middle) % 720.0 // bin_deg).astype(int)
     by_bin = [(float(k * bin_deg), solved[bins == k].sum(), asked[bins == k].sum()) for k in np.unique(bins)]

@@ -63,7 +63,7 @@ def named_text(part: Mapping[str, Any], sought_to: float) -> str:
 
 
 def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
-    """Table of the cranktrain's modes in its flexible block; the shape is the kind with the crank's largest fraction.
+    """Table of the cranktrain's modes in its flexible block; each mode is named by the crank's main kind of motion.
 
     Modes with most of their energy in the block are left out.
     """
@@ -237,7 +237,7 @@ def engine_tables(summary: Mapping[str, Any]) -> list[Table]:
     return tables
 
 
-# Key in a bearing's summary, header, scale, format; the last two columns are left out if no film has them.
+# Columns of a table of bearings: key in the summary, header, scale, format. The last two need a value above 0.
 _BEARING_COLUMNS = (
     ("film_temperature_c", "film / degC", 1.0, ".1f"),
     ("peak_load_n", "peak load / kN", 1e-3, ".1f"),
@@ -268,11 +268,11 @@ def closing_text(names: Sequence[str]) -> str:
 
 
 MEASURED = {"ground": "on rigid ground", "flexible": "in its flexible block"}
-"""Text for the block level at which errors of grids were measured."""
+"""Text for each block level at which the errors of film grids were measured."""
 
 
 def grid_text(errors: Mapping[str, Any]) -> str:
-    """One line on the possible grid errors of an elastic level; ``errors`` from ``grid_errors`` of the summary."""
+    """One line on the possible grid errors of elastic films; ``errors`` is ``grid_errors`` of the run's summary."""
     film, pressure = errors["least_film"], errors["largest_pressure"]
     return (
         f"Grid of level {errors['level']}: the least film of {film['name']}, {film['um']:.2f} um, is within "
@@ -310,7 +310,7 @@ def online_text(online: Mapping[str, Any]) -> str:
 
 _HEADER = ("Hz", "shape", "bending / %", "torsional / %", "axial / %", "published / Hz", "deviation", "measured / Hz")
 
-# Shape, published Hz, measured Hz or 0, and the computed frequency that is assigned to it, if any.
+# Published mode: shape, published Hz, measured Hz or 0, and the Hz of the computed mode assigned to it, or None.
 Entry = tuple[str, float, float, float | None]
 
 
@@ -333,7 +333,7 @@ def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], firs
 
 
 def _answering(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry]) -> dict[int, Entry]:
-    """Published entries by the index of the computed mode assigned to each.
+    """Published modes that have an assigned computed mode, by the index of the computed mode.
 
     An entry with an assigned frequency gets the nearest mode. Other entries are paired shape by shape, in ascending
     order and with the least sum of squared deviations; no deviation may exceed a quarter.
@@ -345,7 +345,7 @@ def _answering(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry]) -
         entries = [entry for entry in published if entry[0] == shape and entry[3] is None]
         ours = [k for k, mode in enumerate(modes) if mode["shape"] == shape and k not in pairs]
         away = np.array([[abs(modes[k]["hz"] / entry[1] - 1.0) for k in ours] for entry in entries])
-        # A pair that is too far apart costs more than all others together.
+        # A pair of modes that differ by 25 % or more costs more than all other pairs together.
         near = away.reshape(len(entries), len(ours)) < 0.25
         cost = np.where(near, away.reshape(near.shape) ** 2, 1.0 + len(entries))
         for row, column in zip(*linear_sum_assignment(cost), strict=True):

@@ -26,16 +26,16 @@ RUN_UP_AXES = {
     "extreme_unit": ("extreme_output",),
 }
 COORDINATES = {"time": "angle", "speeds": "amplitude_unit extreme_unit"}
-"""For an axis in a group the datasets that describe positions along other axes (netCDF attribute ``coordinates``)."""
+"""Datasets that give positions along further axes (netCDF attribute ``coordinates``), by the group's main axis."""
 
 
 def of_result(name: str) -> tuple[str, ...]:
-    """Axes of a run's arrays: time, except for arrays with one value per main bearing."""
+    """Names of the axes of a run's array: time, except for arrays with one value per main bearing."""
     return ("main_bearing",) if name.rpartition("/")[2] == "film_temperature_c" else ("time",)
 
 
 def of_run_up(name: str) -> tuple[str, ...]:
-    """Axes of a run-up's arrays."""
+    """Names of the axes of a run-up's array, such as speeds and orders."""
     return RUN_UP_AXES.get(name, ())
 
 
@@ -59,7 +59,7 @@ def attach_axes(data: Any, axes: Axes, labels: Labels | None = None) -> None:
 
 
 def _axis(item: Any, name: str) -> Any:
-    """Axis of this name next to an array; a numbering axis is made if it is missing. None for an unknown axis."""
+    """Dataset of the axis ``name`` next to an array; a numbering axis is made if missing. None for an unknown axis."""
     group = item.parent
     if name not in group:
         if name != NUMBERED:

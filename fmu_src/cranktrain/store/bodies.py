@@ -31,9 +31,9 @@ from cranktrain.store.whole_file import check_place, marked, whole_file
 HEADER = "cranktrain reduced body"
 FOLDER_HEADER = "body.json"
 OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1", "twists": "rad", "shaft_laws": "SI"}
-"""Arrays of a body and their units."""
+"""Units of a reduced body's arrays, by the name of the array."""
 SPARSE = ("mass", "stiffness", "damping")
-"""Diagonal matrices in a folder, with one row and one column per mode."""
+"""Diagonal matrices in the folder of a reduced body, with one row and one column per mode."""
 ARCHIVE = marked("reduced body of cranktrain", f"{HEADER}.npy")
 REMEDY = "write it anew by 'cranktrain reduce ENGINE --output'"
 
@@ -78,7 +78,7 @@ def export_body(path: str | Path, body: ReducedBody) -> Path:
 
 
 def import_body(path: str | Path) -> ReducedBody:
-    """Read a body from :func:`export_body`; ``StoreError`` if missing, incomplete, foreign or of another schema."""
+    """Read a reduced body of :func:`export_body`; ``StoreError`` if missing, incomplete, foreign or outdated."""
     source = user_path(path)
     if ending(source) == ".h5":
         return load_body(source)
@@ -113,7 +113,7 @@ def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
 
 
 def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
-    """Body from the header and arrays of :func:`_split`."""
+    """Reduced body from its header and its arrays, the inverse of :func:`_split`."""
     arrays = {name: real(array) for name, array in arrays.items()}
     own = {name: arrays[name] for name in BODY_UNITS}
     return ReducedBody(
@@ -133,7 +133,7 @@ def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
 
 
 def _matrices(body: ReducedBody, arrays: dict[str, Array]) -> dict[str, Any]:
-    """Arrays as matrices, with mass, stiffness and damping in modal coordinates for other programs."""
+    """Arrays of a body as matrices, with added modal mass, stiffness and damping matrices for other programs."""
     found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
     del found["omega"]
     found["mass"] = sparse.eye_array(body.n_modes).tocoo()

@@ -17,7 +17,7 @@ from cranktrain.store.sound_files import rising
 
 REMEDY = "run 'cranktrain simulate' again"
 BLOCK = 1 << 16
-"""Number of times that are checked at once."""
+"""Number of time values that are read and checked at once."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class ResultColumns:
         return cls(Path(path), group, units, int(rows[0]), left, attributes)
 
     def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
-        """Columns with these names in blocks (k ≤ size, names); ``StoreError`` for a damaged file."""
+        """Iterate over blocks (k, names) of k ≤ ``size`` rows of the named columns; ``StoreError``: a damaged file."""
         with opened(self.path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
             data = file[f"data/{self.group}"] if self.group else file["data"]
             for first in range(0, self.rows, size):
@@ -84,7 +84,7 @@ def _rises(time: Any) -> bool:
 
 
 def _arrays(data: Any, others: Sequence[str]) -> dict[str, Any]:
-    """Arrays with a unit in a group and its subgroups, except in the subgroups ``others`` that have their own time.
+    """Arrays with a unit in an HDF5 group and its subgroups, without subgroups ``others``, which have their own time.
 
     A run of coupled units has a subgroup for each unit.
     """
@@ -99,7 +99,7 @@ def _arrays(data: Any, others: Sequence[str]) -> dict[str, Any]:
 
 
 def _groups_with_time(data: Any) -> list[str]:
-    """Names of the groups with samples over time; empty for the top of the file."""
+    """Names of the file's groups with samples over time; an empty name stands for the top of the file."""
     found = [""] if "time" in data else []
     data.visititems(lambda name, item: found.append(name) if hasattr(item, "keys") and "time" in item else None)
     return found

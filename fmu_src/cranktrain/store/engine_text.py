@@ -20,7 +20,7 @@ from cranktrain.store.whole_file import Kind, check_place
 
 DIGITS = 4
 NEW = Kind("file to be replaced", lambda path: False)
-"""Kind for a new file: no existing file is of this kind, so none is replaced."""
+"""File kind that matches no existing file, so that a new engine file replaces none."""
 
 
 class Written(NamedTuple):
@@ -32,7 +32,7 @@ class Written(NamedTuple):
 
 
 def rounded(number: float, scale: float = 1.0) -> float:
-    """Number (SI) rounded to the digits that are written to a file, in a unit of ``scale``."""
+    """Number (SI) rounded to the digits that an engine file has in a unit of size ``scale`` (SI)."""
     return float(f"{number / scale:.{DIGITS}g}") * scale
 
 
@@ -53,7 +53,7 @@ def engine_text(engine: str | Path | Engine) -> EngineText:
 
 
 def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
-    """Text of an engine file with other values, given by key; each value keeps its unit.
+    """Text of an engine file with values replaced by ``changes`` (by key); each value keeps its unit.
 
     Raises ``InputError`` for an entry that is not written as ``name = ...`` under its ``[table]``.
     """
@@ -136,7 +136,7 @@ def _end(lines: list[str], start: int) -> int:
 
 
 def _remark(lines: list[str]) -> str:
-    """Comment behind an entry; empty if there is none."""
+    """Comment behind an entry of an engine file; empty if there is none."""
     text = "\n".join(lines)
     whole, last = _parsed(text), text.rfind("\n") + 1
     for place in re.finditer("#", text):
@@ -146,7 +146,7 @@ def _remark(lines: list[str]) -> str:
 
 
 def _parsed(text: str) -> dict[str, Any] | None:
-    """Document of a TOML text; None if it is not TOML."""
+    """Content of a TOML text as dictionary; None if the text is not TOML."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError:

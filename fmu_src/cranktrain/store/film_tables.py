@@ -1,4 +1,4 @@
-"""Film tables in the cache: read if a table is there, otherwise built slab by slab on all processors, resumably.
+"""Film tables in the cache: read if present, otherwise built slab by slab on all processors and resumed if interrupted.
 
 A table depends only on its settings, so all bearings with the same L/D, groove and tilt range use the same file. During
 a build finished slabs are kept in a part file next to the table. An interrupted build continues from there and gives
@@ -37,18 +37,18 @@ from cranktrain.store.whole_file import check_kept, check_place
 DATASETS = ("aligned", "tilted", "pressure", "axes", "aligned_error", "tilted_error")
 REMEDY = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
 KEEP_EVERY = 2.0
-"""Seconds between two copies of the part file, which is the most work that a killed build loses."""
+"""Seconds between two writings of the part file of a film table; a killed build loses at most this much work."""
 
 
 def table_path(settings: TableSettings) -> Path:
-    """Path of the table for ``settings`` in the cache."""
+    """Path of the film table for ``settings`` in the cache."""
     kind = "tilt" if settings.tilt else "aligned"
     name = f"{settings.length_ratio:g}_{settings.groove}_{kind}_{settings.resolution}_{settings.digest[:12]}.h5"
     return cache_folder() / "films" / f"film_{name}"
 
 
 def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
-    """Read a film table.
+    """Read a stored film table.
 
     Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, made for another geometry, groove, tilt
     range or resolution, or if arrays have another shape or values that are not finite.
@@ -64,7 +64,7 @@ def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
 
 
 def save_film_table(path: str | Path, table: FilmTable, own: bool = False) -> Path:
-    """Write a table; equal content gives equal bytes. With ``own`` (our own folder) it may replace any file."""
+    """Write a film table; equal content gives equal bytes. With ``own`` (path in the cache) it may replace any file."""
     arrays = {**table.arrays._asdict(), "aligned_error": table.aligned_error, "tilted_error": table.tilted_error}
     datasets = {name: (arrays[name], "1") for name in DATASETS}
     digest, said = table.settings.digest, _said(table.settings)
@@ -111,7 +111,7 @@ def film_table(
     slabs = _kept(part, settings, say)
     names = slab_names(settings)
     missing = [name for name in names if name not in slabs]
-    _keep(part, settings, slabs, own)  # an unwritable path is refused before the work, not after it
+    _keep(part, settings, slabs, own)  # written already here, so that an unwritable path is refused before the work
     copied = time.monotonic()
     try:
         if missing:
@@ -145,7 +145,7 @@ def _attributes(table: FilmTable) -> dict[str, Any]:
 
 
 def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array], own: bool) -> None:
-    """Write the finished slabs to the part file; with ``own`` (our own folder) it may replace any file."""
+    """Write the finished slabs to the part file; with ``own`` (path in the cache) it may replace any file."""
     datasets = {f"slab/{name}": (slabs[name], "1") for name in sorted(slabs)}
     write_film_table(
         part, SCHEMA, settings.digest, _said(settings), datasets, asdict(settings), unfinished=True,
@@ -154,7 +154,7 @@ def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array], own: boo
 
 
 def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None) -> dict[str, Array]:
-    """Slabs of an interrupted build; none, with a message, if the part file belongs to another table."""
+    """Finished slabs of an interrupted build, by name; empty, with a message, if the part file is of another table."""
     if not part.is_file():
         return {}
     try:

@@ -39,9 +39,9 @@ TABLE_FORMAT = "cranktrain film table"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 SUPERBLOCK = 48
-"""Number of bytes at the start of a file that state its length."""
+"""Number of bytes at the start of an HDF5 file that include its length."""
 LARGE_ROW = 65536
-"""Size of an array's row, bytes, from which each row is a chunk of its own."""
+"""Size of an array's row, bytes, from which each row becomes a separate HDF5 chunk."""
 CUT_SHORT = "damaged, an HDF5 file that was cut short and cannot be read; copy it again from a complete one"
 PART_FORMAT = "cranktrain film table, unfinished"
 
@@ -130,7 +130,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
 
 
 def load_extras(path: str | Path) -> dict[str, NDArray[Any]]:
-    """Arrays stored together with a reduced body; ``StoreError`` as in :func:`load_body`."""
+    """Further arrays stored in a reduced body's file, by name; ``StoreError`` as in :func:`load_body`."""
     with opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         return {name: file[f"extras/{name}"][()] for name in file.get("extras", {})}
 
@@ -197,7 +197,7 @@ def write_result(
 
 
 def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
-    """Read what :func:`write_result` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
+    """Read a simulation result: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
     with opened(path, RESULT_FORMAT, RESULT_SCHEMA, "run 'cranktrain simulate' again") as file:
         return _read(file, "run")
 
@@ -208,7 +208,7 @@ def write_run_up(
     attributes: Mapping[str, str | int | float],
     labels: Labels | None = None,
 ) -> Path:
-    """Write orders over speed; arguments as in :func:`write_result`, and ``labels`` along axes for other readers."""
+    """Write orders over speed: ``datasets`` with units, attributes, and ``labels`` along axes for other readers."""
     header = {"format": RUN_UP_FORMAT, "schema": RUN_UP_SCHEMA}
     return _write(
         path, header, "run", datasets, attributes, RUN_UP, partial(attach_axes, axes=of_run_up, labels=labels)
@@ -216,7 +216,7 @@ def write_run_up(
 
 
 def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
-    """Read what :func:`write_run_up` wrote: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
+    """Read orders over speed: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
     with opened(path, RUN_UP_FORMAT, RUN_UP_SCHEMA, "delete it and run 'cranktrain runup' again") as file:
         return _read(file, "run")
 
@@ -251,7 +251,7 @@ def _write(
 
 
 def put_attributes(file: h5py.File, prefix: str, attributes: Mapping[str, Any]) -> None:
-    """Write attributes with a prefix."""
+    """Write attributes of an HDF5 file, each name with a prefix."""
     for key, value in sorted(attributes.items()):
         file.attrs[f"{prefix}.{key}"] = value
 
@@ -278,8 +278,8 @@ def _plain(value: Any) -> Any:
 def put(file: h5py.File, name: str, array: Any, unit: str) -> None:
     """Write one dataset with its unit and a checksum."""
     array = np.asarray(array)
-    # HDF5 itself detects that a file was cut short, but changed values only by a checksum.
-    # Chunks of h5py's default size extend beyond the ends of an array, which takes a sixth of a film table's file.
+    # A checksum is stored because without it HDF5 detects a file that was cut short, but no changed values.
+    # Large arrays get one chunk per row. Default chunks extend beyond the array and waste a sixth of a film table.
     in_rows = array.ndim > 2 and array.nbytes >= LARGE_ROW * max(1, len(array))
     chunks = (1, *array.shape[1:]) if in_rows else None
     checked = array.size > 1 or None
@@ -288,7 +288,7 @@ def put(file: h5py.File, name: str, array: Any, unit: str) -> None:
 
 
 def put_unit(dataset: h5py.Dataset, unit: str) -> None:
-    """Set the unit of a dataset, under the name of our readers and under that of netCDF's conventions."""
+    """Set the unit of a dataset under two attribute names: that of this program and that of netCDF's conventions."""
     dataset.attrs["unit"] = dataset.attrs["units"] = unit
 
 
@@ -314,7 +314,7 @@ class _FullDiskFile(io.FileIO):
     error: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write all of ``data``, or store the error."""
+        """Write all of ``data``. Store a disk error instead of raising it."""
         left = memoryview(data).cast("B")
         size = left.nbytes
         try:
@@ -325,7 +325,7 @@ class _FullDiskFile(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the size, or store the error."""
+        """Set the file's size. Store a disk error instead of raising it."""
         try:
             if self.error is None:
                 super().truncate(size)
@@ -335,7 +335,7 @@ class _FullDiskFile(io.FileIO):
 
 
 def cut_short(path: str | Path) -> bool:
-    """True if a regular file begins like HDF5 but its end is missing."""
+    """True if a file begins like HDF5 but is shorter than its header states."""
     if not file_exists(path):
         return False
     try:
@@ -353,7 +353,7 @@ def cut_short(path: str | Path) -> bool:
 
 
 def kind_of(mark: str) -> Kind:
-    """Kind of HDF5 files with this ``format``."""
+    """File kind of HDF5 files whose attribute ``format`` is ``mark``."""
 
     def includes(path: Path) -> bool:
         check_seal(path)

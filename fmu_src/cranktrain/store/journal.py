@@ -1,4 +1,4 @@
-"""Journal next to a file that can only be rewritten completely: rows of numbers that were finished since then.
+"""Journal next to a file that can only be rewritten completely: rows of numbers finished since the last rewriting.
 
 Adding a row takes a hundredth of the time of rewriting the file, and rows in the journal survive if the process is
 killed. A row that was half-written when the process was killed ends the journal; it is cut off before the next row is
@@ -20,7 +20,7 @@ from cranktrain.core.reduced_body import Array
 
 FORMAT = b"cranktrain journal 1\n"
 HEAD = struct.Struct("<II")
-"""Header of each row: its number of bytes, and their CRC-32."""
+"""Header of each row in a journal: number of bytes of the row, and their CRC-32."""
 _WHOLE: dict[Path, int] = {}
 """End of the last complete row in each journal to which this process has added."""
 
@@ -57,7 +57,7 @@ def journal_rows(path: Path, tie: str) -> list[Array]:
 
 
 def drop_journal(path: Path) -> None:
-    """Remove the journal of a file that contains all its rows."""
+    """Remove the journal of a file, once the file contains all rows of the journal."""
     _WHOLE.pop(journal_place(path), None)
     with suppress(OSError):
         journal_place(path).unlink()

@@ -1,4 +1,4 @@
-"""Results of studies in the user's cache, so that an interrupted study continues and equal cases run only once.
+"""Results of a study's cases in the user's cache: an interrupted study continues, and equal cases run only once.
 
 A key is a digest of all inputs of an entry: the case, which contains the engine, and the sources that computed it.
 """
@@ -36,7 +36,7 @@ class Kept:
         self._known: dict[str, Any] = {}
 
     def entry(self, key: str) -> Any:
-        """Plain value stored under a key, or None."""
+        """Plain value stored under a key, or None if nothing is stored."""
         return self._found(f"{key}.json", lambda path: json_of(path.read_text(encoding="utf-8")))
 
     def keep(self, key: str, entry: Any) -> None:
@@ -44,7 +44,7 @@ class Kept:
         self._keep(f"{key}.json", entry, lambda path: path.write_text(json.dumps(entry), encoding="utf-8"))
 
     def arrays(self, key: str) -> dict[str, Array] | None:
-        """Arrays stored under a key, or None."""
+        """Arrays stored under a key, by name, or None if nothing is stored."""
         found: dict[str, Array] | None = self._found(f"{key}.npz", _loaded)
         return found
 

@@ -24,7 +24,7 @@ RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "SampleRate")
 
 
 class PlainArray(NamedTuple):
-    """One array: name, unit, rows, columns, function (first, past the last, column) → float64 values, time step (s)."""
+    """Array in an HDF5 file: name, unit, rows, columns, function that reads rows of one column, time step (s)."""
 
     name: str
     unit: str
@@ -35,7 +35,7 @@ class PlainArray(NamedTuple):
 
 
 def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[str]]:
-    """Numeric arrays of a file, its single numbers by name, and remarks on what was left out.
+    """Numeric arrays of an HDF5 file, its single numbers by name, and remarks on data that were left out.
 
     Raises ``InputError`` for a damaged file, ``ValueError`` if an array states more than the file can hold.
     """
@@ -79,7 +79,7 @@ def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[s
 
 
 def _numbers(item: Any) -> dict[str, float]:
-    """Attributes of an item that are single numbers."""
+    """Attributes of a group or dataset that are single numbers, by name."""
     return {
         str(key): float(np.asarray(value).ravel()[0])
         for key, value in item.attrs.items()
@@ -90,7 +90,7 @@ def _numbers(item: Any) -> dict[str, float]:
 
 
 def _array(name: str, item: Any, shape: list[int]) -> PlainArray:
-    """Array description; the longer side of the array counts as the samples."""
+    """Description of an array; samples are counted along its longer side."""
     size, columns = max(shape), (min(shape) if len(shape) == 2 else 1)
     long = int(np.argmax(item.shape))
     wide = next((k for k, n in enumerate(item.shape) if k != long and n == columns and columns > 1), None)

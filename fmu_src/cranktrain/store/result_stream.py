@@ -23,7 +23,7 @@ from cranktrain.store.hdf5 import RESULT, RESULT_HEADER, Dataset, File, put, put
 CHUNK = 4096
 """Largest number of samples that are written at once."""
 SPARE = 1 << 21
-"""Bytes left free on the disk so that a file can be closed, plus as many for each 100 datasets."""
+"""Bytes left free on the disk so that a result file can be closed; once more for each 100 datasets."""
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def result_stream(path: str | Path) -> Iterator[ResultStream]:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Context in which an interrupt or a termination is delayed until the end."""
+    """Context in which interrupt and termination signals are delayed until its end."""
     waiting: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -87,7 +87,7 @@ class ResultStream:
 
     @property
     def count(self) -> int:
-        """Number of samples taken so far."""
+        """Number of samples appended so far."""
         return self._written + self._filled
 
     def append(self, rows: Array) -> None:
@@ -99,7 +99,7 @@ class ResultStream:
             self._append(rows)
 
     def _append(self, rows: Array) -> None:
-        """Append samples (k, columns); see :meth:`append`."""
+        """Append samples (k, columns) without guarding against interrupts, for :meth:`append`."""
         taken = 0
         while taken < len(rows):
             count = min(len(self._rows) - self._filled, len(rows) - taken)
@@ -121,7 +121,7 @@ class ResultStream:
         self._file["data"].attrs.update(attributes)
 
     def _write(self) -> None:
-        """Write the samples in memory; after an interruption a second call writes them again."""
+        """Write the samples in memory to the file; after an interruption a second call writes them all again."""
         end = self._written + self._filled
         for k, name in enumerate(self._names):
             dataset: Any = self._file[f"data/{name}"]

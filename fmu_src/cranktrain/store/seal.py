@@ -12,12 +12,12 @@ from typing import BinaryIO
 
 MARK = b"\ncranktrain checksum "
 SIZE = len(MARK) + 9
-"""Size of a seal, bytes: the mark, the CRC-32 of everything before as eight hexadecimal digits, and a newline."""
+"""Size of a seal, bytes: a mark, the CRC-32 of the file before the seal (8 hexadecimal digits), and a newline."""
 BLOCK = 1 << 20
 
 
 def seal(path: Path) -> None:
-    """Append a file's checksum."""
+    """Append the seal, which contains the file's checksum, to a file."""
     with path.open("r+b") as file:
         size = file.seek(0, 2)
         checksum = _checksum(file, size)
@@ -26,7 +26,7 @@ def seal(path: Path) -> None:
 
 
 def check_seal(path: Path) -> None:
-    """Raise ``OSError`` for a file that does not match its checksum."""
+    """Raise ``OSError`` if a sealed file does not match its checksum."""
     with path.open("rb") as file:
         size = file.seek(0, 2) - SIZE
         if size < 0:

@@ -21,7 +21,7 @@ LOOK_EVERY = 0.5
 """Seconds between two checks of the workers' reports, and between a worker's checks that its parent lives."""
 
 BEFORE_PROCESSES: list[Callable[[], None]] = []
-"""Functions to call before processes are started, so that owners of threads can end them."""
+"""Functions called before worker processes are started; they end threads, with which a fork would be unsafe."""
 
 _reports: Any = None
 """Queue for progress reports, set in worker processes."""
@@ -49,7 +49,7 @@ def side_by_side(
                 left = [other for other in left if other is not task]
                 yield task, result
         except BrokenProcessPool:
-            pass  # no processes available (script without main guard, no memory), so this process does the rest
+            pass  # if no processes can be started (script without main guard, no memory), this process does the rest
     for task in left:
         yield task, function(*task, *([heard] if heard else []))
 
@@ -86,7 +86,7 @@ def worker_pool(count: int, begin: Callable[..., None], arguments: tuple[Any, ..
 
 
 def process_context() -> Any:
-    """Start method of processes: fork, which needs no main guard, if this process has no other threads; else spawn."""
+    """Start method of worker processes: fork (needs no main guard) if this process has no other threads, else spawn."""
     for notice in list(BEFORE_PROCESSES):
         notice()
     alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
@@ -103,7 +103,7 @@ def _pool(
         yield pool
         ended = True
     finally:
-        # Running tasks are not awaited, so an interruption takes effect here.
+        # An interruption takes effect at once, because running tasks are not awaited.
         for process in () if ended else list((pool._processes or {}).values()):
             process.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
@@ -115,7 +115,7 @@ def _work(function: Callable[..., Any], task: tuple[Any, ...], tells: bool) -> A
 
 
 def _hear(reports: Any) -> None:
-    """Set the queue for the progress reports of tasks."""
+    """Set the queue to which tasks of this worker process send progress reports."""
     global _reports
     _reports = reports
 

@@ -28,12 +28,12 @@ from cranktrain.core.rigid_slices import rigid_motion, skew
 EXPANSION = 1100
 """Largest expansion of a compressed file, in bytes per byte; deflate reaches 1032."""
 FREE = 1 << 20
-"""Number of bytes that a file of any size may take."""
+"""Number of bytes of memory that the content of a file of any size may take."""
 NUMBERS = "biufc"
-"""NumPy's codes of number types."""
+"""NumPy's one-letter codes of the types of numbers."""
 LEAST_INERTIA = -1e-3
-"""Lower bound of the least principal moment of inertia over the largest. A line of masses has no moment about its axis,
-and the matrices of a superelement have only the digits of their file."""
+"""Lower bound of the least principal moment of inertia over the largest. It is below 0 because a line of masses has no
+moment about its axis, and matrices of a superelement are rounded."""
 ROUNDING = 1e-3
 """Relative tolerance for equal values in a body, since a superelement's matrices have only their file's digits."""
 MOST = 1e15
@@ -54,7 +54,7 @@ def memory() -> int:
 
 
 def check_size(asked: int, size: int, what: str) -> None:
-    """Raise ``ValueError`` if the part ``what`` of a file of ``size`` bytes would take ``asked`` bytes, too many."""
+    """Raise ``ValueError`` if ``what``, in a file of ``size`` bytes, states more bytes (``asked``) than possible."""
     if asked > min(EXPANSION * size + FREE, memory() // 2):
         raise ValueError(f"{what} states {asked:.3g} bytes, the file has {size:.3g}")
 

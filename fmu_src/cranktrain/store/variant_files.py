@@ -30,13 +30,13 @@ from cranktrain.store.whole_file import TEMPORARY, marked, whole_file
 HEAD, JOURNAL, PART = "_study.json", "_journal.jsonl", "part-{:05d}.parquet"
 FORMAT = "cranktrain variants 1"
 ROWS = 1000
-"""Number of variants in a Parquet file, which is also the most that memory holds during a study."""
+"""Number of variants in a Parquet file, and largest number of variants held in memory during a study."""
 NUMBER, REASON, CURVE = "variant", "failed", " over speed"
 """Names of the columns of a variant's number and of its failure; ending of columns with a value for each speed."""
 
 
 class Column(NamedTuple):
-    """An output: name, SI unit, True if it has a value for each speed, and whether its ``least`` value is the worst."""
+    """Output of a study: name, SI unit, True if it has a value for each speed, True if its ``least`` value is worst."""
 
     name: str
     unit: str
@@ -55,7 +55,7 @@ class Row(NamedTuple):
 
 @dataclass
 class VariantFiles:
-    """The folder of a study with its files.
+    """Folder of a study with the Parquet files and the journal of its variants.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class VariantFiles:
         if not (self.folder / HEAD).is_file():
             with whole_file(self.folder / HEAD, marked("head of a study", FORMAT)) as place:
                 place.write_text(json.dumps(head), "utf-8")
-        # The number of a lost part file is not reused below the highest one, so no later part is replaced.
+        # New part files are numbered after the highest existing number, so that none is replaced.
         names = [re.fullmatch(r"part-(\d{1,9})\.parquet", place.name) for place in self.folder.iterdir()]
         self._parts = max((int(found[1]) + 1 for found in names if found), default=0)
         held = {int(n) for table in self._tables([NUMBER]) for n in table.column(NUMBER).to_numpy()}
@@ -186,7 +186,7 @@ class VariantFiles:
                 raise StoreError(f"{place}: cannot be read ({error}); delete it and run the study again") from None
 
     def _table(self, arrow: Any, rows: list[Row]) -> Any:
-        """Arrow table of the given variants."""
+        """Arrow table with one row per given variant."""
         s = self.speeds.size
         arrays = [arrow.array([row.number for row in rows], arrow.int64())]
         fields = [arrow.field(NUMBER, arrow.int64())]
@@ -227,7 +227,7 @@ class VariantFiles:
         return all(value.shape == (size,) and value.dtype.kind in "fiu" for value, size in arrays)
 
     def _open_journal(self, rewrite: bool) -> None:
-        """Open the journal with the waiting variants; it is replaced as a whole, so no variant is lost meanwhile."""
+        """Open the journal with the variants not yet in a Parquet file; a complete new journal replaces the old one."""
         if self._journal is not None:
             self._journal.close()
         place, fresh = self.folder / JOURNAL, self.folder / f"{JOURNAL}.new"
@@ -257,7 +257,7 @@ def parquet() -> tuple[Any, Any]:
 
 
 def _digest(head: Path) -> str:
-    """Digest of the study in a folder; empty if its head is damaged."""
+    """Digest of the study in a folder; empty if its head file is missing or damaged."""
     try:
         return str(json_of(head.read_text("utf-8"))["digest"])
     except DAMAGED:

@@ -17,7 +17,7 @@ from cranktrain.store.side_by_side import BEFORE_PROCESSES
 LINES: ContextVar[bool] = ContextVar("LINES", default=True)
 """True if each stage is a line on stderr where that is no terminal; in calls of the library only long stages are."""
 LATE, AGAIN = 1.0, 10.0
-"""Seconds after which a step is printed, and between two progress lines of one step."""
+"""Seconds after which the name of a step of work is printed, and seconds between its further progress lines."""
 
 
 def print_line(text: str) -> None:
@@ -42,7 +42,7 @@ class Waits:
         self._lock = threading.Lock()
 
     def tell(self, stage: str) -> None:
-        """Begin a step."""
+        """Begin a step of work named ``stage``; the step before ends."""
         self.end()
         with self._lock:
             self._pending = f"{self._title}: {stage}" if self._title and stage else self._title or stage
@@ -94,13 +94,13 @@ def waits(title: str = "", line: Callable[[str], None] = print_line) -> Iterator
 
 
 class _Compiled:
-    """Listener of numba's compile events that prints a line when compilation has taken :data:`LATE` seconds in all."""
+    """Listener of numba's compile events that prints a line once all compilation has taken :data:`LATE` seconds."""
 
     def __init__(self, told: Waits) -> None:
         self._told, self._depth, self._began, self._spent = told, 0, 0.0, 0.0
 
     def notify(self, event: Any) -> None:
-        """Handle the start or end of a kernel's compilation; the kernels that it calls compile in between."""
+        """Handle the start or end of a kernel's compilation. Events are nested: called kernels compile in between."""
         self._depth += 1 if event.is_start else -1
         if event.is_start and self._depth == 1:
             self._began = time.monotonic()

@@ -1,4 +1,4 @@
-"""HDF5 files of wear histories, written completely after each increment; a file of another history is refused."""
+"""HDF5 files of wear histories, rewritten after each increment of wear; a file of another history is refused."""
 
 from __future__ import annotations
 

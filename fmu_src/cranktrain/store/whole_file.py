@@ -24,11 +24,11 @@ from cranktrain.core.errors import InputError, StoreError
 
 try:
     import fcntl
-except ImportError:  # Windows: temporary files of a killed process stay
+except ImportError:  # Windows has no fcntl, so temporary files of a killed process stay
     fcntl = None  # type: ignore[assignment]
 
 HEAD = 4096
-"""Number of bytes at the start of a file in which its mark is searched."""
+"""Number of bytes at the start of a file in which the mark of its kind is searched."""
 PREFIX = f".cranktrain-{zlib.crc32(platform.node().encode()):08x}-"
 """Beginning of the names of this machine's temporary files."""
 TEMPORARY = re.compile(r"\.cranktrain-[0-9a-f]{8}-[a-z0-9_]{8}(\..*)?")
@@ -36,7 +36,7 @@ TEMPORARY = re.compile(r"\.cranktrain-[0-9a-f]{8}-[a-z0-9_]{8}(\..*)?")
 WRITTEN: list[Path] = []
 """Files that this process wrote outside the cache, listed when it is interrupted."""
 DAY = 86400.0
-"""Seconds before a temporary file of another machine is removed, since not every shared folder shows locks to all."""
+"""Age, s, from which another machine's temporary file is removed, as locks may be invisible in shared folders."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
             with temporary.open("r+b") as file:
                 os.fsync(file.fileno())
             temporary.chmod(0o644)
-            check_place(target, kind)  # writing may have taken an hour
+            check_place(target, kind)  # checked again, because writing may have taken an hour
             temporary.replace(target)
             if target not in WRITTEN and not target.absolute().is_relative_to(cache_folder().absolute()):
                 WRITTEN.append(target)
@@ -100,17 +100,17 @@ def _locked(target: Path) -> tuple[int, Path]:
         handle, name = tempfile.mkstemp(prefix=PREFIX, suffix=target.suffix, dir=target.parent)
         temporary = Path(name)
         if fcntl is None:
-            os.close(handle)  # an open file could not be moved
+            os.close(handle)  # closed here, because Windows cannot move an open file
             return handle, temporary
         with suppress(OSError):  # on a file system without locks no other process can lock it either
-            fcntl.flock(handle, fcntl.LOCK_SH)  # a shared lock as HDF5 readers take, so they are not refused
+            fcntl.flock(handle, fcntl.LOCK_SH)  # shared, because HDF5 readers also take a shared lock
         if temporary.exists():
             return handle, temporary
-        os.close(handle)  # it was removed before it was locked
+        os.close(handle)  # another process removed the new file before it was locked
 
 
 def _remove_left(folder: Path, own: Path) -> None:
-    """Remove temporary files left by killed processes; ``own``, a new file in the folder, tells the present time.
+    """Remove temporary files left by killed processes; the new file ``own`` gives the present time of the file system.
 
     Time stamps of the folder are compared, because this machine's clock may differ from the folder's or have been set.
     """
@@ -120,7 +120,7 @@ def _remove_left(folder: Path, own: Path) -> None:
         now = own.stat().st_mtime
         for place in folder.iterdir():
             if TEMPORARY.fullmatch(place.name) and place != own:
-                with suppress(OSError):  # owned by another user, in use, or already removed
+                with suppress(OSError):  # a file may belong to another user, be in use, or be removed already
                     _remove_unlocked(place, now)
 
 
@@ -138,7 +138,7 @@ def _remove_unlocked(place: Path, now: float) -> None:
 
 
 def check_kept(path: Path) -> None:
-    """Raise ``StoreError``, before any work, if a path in the cache cannot be written."""
+    """Raise ``StoreError``, before any work, if a path in the user's cache cannot be written."""
     try:
         private_folder()
         check_place(path)
@@ -193,7 +193,7 @@ def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> N
         return
     try:
         same = kind.includes(target)
-    except Exception:  # a file that its kind's reader cannot read is not of this kind
+    except Exception:  # an existing file that the kind's reader cannot read is not of this kind
         same = False
     if not same:
         raise InputError(f"{target}: exists and is no {kind.name}; choose another name, or delete it")

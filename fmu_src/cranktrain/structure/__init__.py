@@ -1,1 +1,1 @@
-"""From geometry to the reduced body; offline, never part of a running model."""
+"""Reduced bodies of crankshaft, block and rods from their geometry. Made offline, never part of a running model."""

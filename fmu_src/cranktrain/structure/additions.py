@@ -28,14 +28,14 @@ FIXED_MODES = 40
 SHEAR = 5.0 / 6.0
 """Shear factor of a rectangle, used for sections that are given by area and second moment."""
 SHORTEST = 1.0e-6
-"""Stations closer together than this (m) are merged."""
+"""Distance, m, below which two neighbouring stations of a shaft are merged."""
 OF_DIAMETER, OF_LENGTH = 0.5, 0.05
-"""An element of a shaft is no longer than the larger of this multiple of its diameter and this of the shaft's
-length."""
+"""Largest length of a shaft's element, as multiple of its diameter and of the shaft's length; the larger one
+counts."""
 
 
 def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
-    """Refuse connections that their force law cannot make, or to missing interfaces of crank or block; ``InputError``.
+    """Refuse connections with an unsuitable force law or to missing interfaces of crank or block; ``InputError``.
 
     Interfaces of a user's ``own_crank`` and ``own_block`` are not checked here because these files are read later.
     """

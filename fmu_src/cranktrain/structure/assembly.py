@@ -137,7 +137,7 @@ def check_crank_table(level: str, mesh: str | Path | None) -> None:
 
 
 def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
-    """Bare crankshaft of discs and shafts from a table or stored body; None if ``mesh`` is neither. ``InputError``."""
+    """Bare crankshaft of discs and shafts from a table or stored body. Return None if ``mesh`` is neither."""
     from cranktrain.engine.torsional_chain import is_chain, read_chain
     from cranktrain.structure.crank.chain import chain_body
     from cranktrain.structure.crank.reduction import own_crankshaft
@@ -157,14 +157,14 @@ def _is_table(mesh: str | Path) -> bool:
 
 
 def _stored_table(mesh: str | Path) -> ReducedBody | None:
-    """Stored body that was made from a table of discs and shafts; None if ``mesh`` is anything else."""
+    """Stored body made from a table of discs and shafts. Return None if the file ``mesh`` is anything else."""
     from cranktrain.store.bodies import import_body, is_stored_body
 
     if not is_stored_body(mesh):
         return None
     try:
         body = import_body(mesh)
-    except InputError:  # the function that needs the body reports it
+    except InputError:  # an unreadable body is reported later, by the function that reads it for the run
         return None
     return body if body.shafts else None
 
@@ -186,7 +186,7 @@ def running_crank(
     mesh: str | Path | None = None,
     inherit: bool = True,
 ) -> ReducedBody:
-    """Crankshaft of the running model at a level; ``engine`` is the fitted one, with the housing of its damper.
+    """Crankshaft of the running model at a crank level; ``engine`` includes the housing of its damper.
 
     ``mesh`` is the user's own mesh. With ``inherit`` a crank of level ``torsional`` takes the damping of the level
     above. Raises ``InputError``.
@@ -201,14 +201,14 @@ def running_crank(
         if mesh is not None:
             bare = crank.bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
         else:
-            # The pulley carries the damper, so the bare crankshaft does not depend on it, except if its stiffness is
-            # tuned.
+            # The bare crankshaft does not depend on the pulley and its damper, except if shaft stiffnesses are
+            # tuned to the solid crankshaft in motion.
             tuned = engine.reduction.torsional_source == "solid-in-motion"
             key = "bare crank", engine if tuned else replace(engine, pulley=None), level  # type: ignore[arg-type]
             bare = _once(key, lambda: crank.bare_crank(engine, level, progress=say))
         return crank.running_crank(engine, level, bare)
 
-    # One thread gives the same bytes on every machine, so the digest lets an interrupted run-up be continued.
+    # One thread gives the same bytes on every machine. A run-up is continued only if the crank's digest is unchanged.
     @threadpool_limits.wrap(limits=1, user_api="blas")
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()
@@ -226,7 +226,7 @@ def running_crank(
 
 
 def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> ReducedBody:
-    """The running ``body`` with the damping that crank level ``above`` has in motion, kept in the cache.
+    """Running ``body`` with the damping of the next finer crank level (``above``) in motion, kept in the cache.
 
     If the level above does not run, the body is unchanged and ``say`` gets a message. Raises ``InputError`` if a part
     is missing that the level above needs.
@@ -281,7 +281,7 @@ def running_block(
     mesh: str | Path | None = None,
     bore: bool = False,
 ) -> ReducedBody:
-    """Block of the running model; ``tilting`` is true for bearings that also load it by moments.
+    """Block of the running model; ``tilting`` is true if the main bearings also load the block by moments.
 
     With ``bore`` a reduction of the block also stores the elastic shapes of its bore, see :func:`elastic_bore`.
     """
@@ -299,7 +299,7 @@ def running_block(
 def elastic_bore(
     engine: Engine, flexible: bool, say: Progress = lambda stage: None, mesh: str | Path | None = None
 ) -> Any:
-    """Elastic bore of the main bearings: that of a bearing saddle on ground, that of the block if it is flexible.
+    """Elastic bore of the main bearings: bore of a bearing saddle on ground, bore of the block if it is flexible.
 
     The modes of a flexible block include the rigid motion of its bores. A saddle's shapes include this motion.
     """

@@ -39,7 +39,7 @@ def main(given: list[str]) -> int:
 
 
 def _made_for(platform: str, kinds: list[str], into_package: bool) -> bool:
-    """Make the libraries of these kinds for a platform; False if one is missing afterwards."""
+    """Make the libraries of these module kinds for a platform. Return False if a library is missing afterwards."""
     try:
         compiler(checked_platform(platform))
     except InputError as error:
@@ -56,7 +56,7 @@ def _made_for(platform: str, kinds: list[str], into_package: bool) -> bool:
             return False
         return True
 
-    # The first library takes longer than all others together.
+    # The first kind (the cranktrain) is made alone, because it takes longer than all others together.
     first, *others = kinds
     with ThreadPoolExecutor(1) as beside:
         found = [beside.submit(made, kind) for kind in others]

@@ -26,9 +26,9 @@ FMI3 = "3.0"
 PRESSURES, SOURCE = "cylinder.pressure", "gas.source"
 """Names in FMI 3.0 of the array of an engine's pressure inputs, and of the parameter for the source of the gas."""
 VERSIONS = ("2.0", FMI3)
-"""Versions of FMI that FMUs are built for."""
+"""Versions of FMI for which FMUs are built."""
 FOLDERS3 = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "aarch64-linux": "aarch64-linux"}
-"""Folder names of binaries in FMI 3.0, by those of FMI 2.0."""
+"""Folder names of binaries in FMI 3.0, each by the folder name in FMI 2.0."""
 LOG_CATEGORIES = ("logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll")
 NO_GUID = "{00000000-0000-0000-0000-000000000000}"
 
@@ -72,7 +72,7 @@ def write_native_fmu(
 def native_data(
     product: Product, model: NativeModel, variables: Sequence[Variable], groups: Sequence[Group] = ()
 ) -> Callable[[str], bytes]:
-    """Function that makes the file of data for a GUID; ``groups`` are the variables in the form of FMI 3.0."""
+    """Function that makes native.bin, the file of data, for a GUID; ``groups`` are the variables of FMI 3.0."""
     texts = Texts()
     names = {v.name: name for group in groups for v, name in zip(group.members, group.element_names, strict=True)}
     rows: dict[str, Any] = interface_tables(model, variables, texts, names)
@@ -90,7 +90,7 @@ def native_data(
 
 
 def _gas(groups: Sequence[Group]) -> dict[str, str]:
-    """Entry ``gas`` that ``fmi3_values.c`` reads: references of the array of pressures and of gas.source."""
+    """Entry ``gas`` of native.bin, read by ``fmi3_values.c``: references of the pressures' array and of gas.source."""
     places = {group.name: group.members[0].reference for group in groups}
     return {"gas": f"{places[PRESSURES]} {places[SOURCE]}"} if {PRESSURES, SOURCE} <= set(places) else {}
 

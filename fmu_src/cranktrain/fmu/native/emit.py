@@ -96,7 +96,7 @@ class Emission(Compiling):
         self._export(*_entry(symbol, entry))
 
     def function(self, symbol: str, kernel: Kernel, arguments: tuple[Any, ...]) -> None:
-        """Export a kernel that is called by numba's convention with arguments of these types.
+        """Export a kernel that other kernels call by numba's convention with arguments of these types.
 
         ``TypeError`` if it does not return an integer.
         """
@@ -105,7 +105,7 @@ class Emission(Compiling):
         self._libraries.append(compiled.library)
 
     def call(self, function: Kernel, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-        """Call a kernel and export it; ``KeyError`` if its result is not a number."""
+        """Call a kernel as Python does, and export it; ``KeyError`` if its result is not a number."""
         known = kernel_name(function), layout(arguments)
         if named:
             raise TypeError(f"{known[0]}: a kernel that a library is to have is called without named arguments")
@@ -132,7 +132,7 @@ class Emission(Compiling):
         return symbol, kinds, library, entry
 
     def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
-        """Address of a kernel with these argument types that returns 0 and does nothing."""
+        """Address of a stand-in for a kernel with these argument types; the stand-in returns 0 and does nothing."""
         known = kernel_name(function), layout(arguments)
         if known in self._stand_ins:
             return self._stand_ins[known][0]
@@ -150,7 +150,7 @@ class Emission(Compiling):
         whole = linked(*self._libraries, more=self._entries, exports=self.symbols)
         for function in list(whole.functions):
             if not function.is_declaration:
-                function.add_function_attribute("nounwind")  # nothing raises, so unwind tables are useless
+                function.add_function_attribute("nounwind")  # no kernel raises, so unwind tables are useless
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]
                 function.visibility = "hidden"
@@ -180,7 +180,7 @@ def _integral(symbol: str, compiled: Any) -> Any:
 
 
 def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: bool) -> Any:
-    """Function of an address and a number that calls a kernel with a record of results and arguments at the address."""
+    """Function of an address and a number that calls a kernel; results and arguments are in a record at the address."""
     values = ["result"] * count if single else [f"result[{k}]" for k in range(count)]
     names = [f"given_{k}" for k in range(len(arguments))]
     handed = ", ".join(f"record.{name}" for name in names)
@@ -193,7 +193,7 @@ def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: b
 
 
 def _kinds(function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, bool]:
-    """Kinds of a kernel's results, and True if the result is a single number."""
+    """Letters for the types of a kernel's results, and True if the kernel returns a single number."""
     given = types.unliteral(overload(function, arguments).signature.return_type)
     if given == types.none:
         return "", True

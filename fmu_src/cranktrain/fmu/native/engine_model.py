@@ -26,7 +26,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
 """Settings on which the structure of a run depends."""
 WARMTH = "film_temperature"
-"""Setting for which the Python FMU makes runs before the start; a native FMU cannot."""
+"""Setting whose values other than ``engine`` need runs before the start, which only a Python FMU can make."""
 LEAVES = {
     "state": "state",
     "inputs": "inputs",
@@ -36,7 +36,7 @@ LEAVES = {
     "input_rates": "work.input_rates",
     "staged": "work.staged",
 }
-"""Paths of the leaves of a run that the C side uses, by its names for them."""
+"""Paths, within ``Run``, of the arrays and numbers that the C side uses, by their names in C."""
 
 
 def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] = lambda text: None) -> NativeModel:
@@ -91,23 +91,23 @@ class _Variants:
         key = tuple(str(getattr(settings, level)) for level in LEVELS)
         if key not in self.known:
             made = Simulation(*levels._replace(gas=self.gas))
-            # Settings that are still open follow from the integrator, which is chosen with the parameters.
+            # Settings that no level determines follow from the integrator, which the FMU's parameters choose.
             run = make_run(made.engine, made.body, levels.settings, made.gas, made.parts, self.films)
             self.known[key] = self.images.add(run, dict(enumerate(run.numbers.tolist())))
             self._leaves = self._leaves or leaf_numbers(run, LEAVES)
         return self.known[key]
 
     def kind(self) -> str:
-        """Kinds of kernels that the variants made so far call."""
+        """Kind of library whose kernels the variants made so far call."""
         own = WHOLE.partition("+")[0]
         return WHOLE if self.images.called - set(range(len(functions(own)))) else own
 
     def leaves(self) -> dict[str, int]:
-        """Numbers of the leaves that the C side uses, the same in all variants."""
+        """Numbers of those leaves (arrays, numbers) of a run that the C side uses; equal in all variants."""
         return self._leaves
 
     def tables(self) -> dict[str, Any]:
-        """Sections of the variants made so far."""
+        """Sections of native.bin for the variants made so far."""
         return self.images.sections()
 
 

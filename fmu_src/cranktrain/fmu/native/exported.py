@@ -47,10 +47,10 @@ const struct ct_kernels {table} = {{
 
 
 def exported_text(shares: Sequence[Path]) -> str:
-    """C text for shares, from the JSON files of their exports; the layout is that of the first."""
+    """C text that lists all exported kernels, from the JSON files of the shares; the layout is the first share's."""
     about = [json.loads(path.read_text("utf-8")) for path in shares]
     entries, layout = [name for one in about for name in one["entries"]], about[0]["layout"]
-    # Functions of all shares come before the calls, because data files refer to functions by their number.
+    # Functions of all shares get the first numbers, because data files refer to functions by number.
     named = {symbol: name for part in ("functions", "calls") for one in about for symbol, name in one[part].items()}
     tables = _table("ct_kernels", "functions", entries, list(named), layout)
     second = _table("ct_fast_kernels", "fast_functions", entries, list(named), layout, FAST)

@@ -22,7 +22,7 @@ from cranktrain.modules.register import MODULES, module_files, module_of
 
 
 class Function(NamedTuple):
-    """A kernel that others call by address, and a function that gives its arguments for a run of its kind."""
+    """Kernel that other kernels call by address, and a function that returns its arguments for a given run."""
 
     kernel: Any
     arguments: Callable[[Any], tuple[Any, ...]]
@@ -63,14 +63,14 @@ def _entries(module: str, *names: str) -> dict[str, Any]:
 
 
 def _module_run(kind: str, package: str) -> Any:
-    """Run of a module, from the first of its shipped files."""
+    """Run of a module, made from the first module file that ships for it."""
     path = next(path for path in module_files().values() if module_of(path).name == kind)
     data = module_of(path).read(path).data
     return resolve(f"{package}.settings:make_run")(from_bytes(resolve(f"{package}.running:SETTINGS"), data))
 
 
 def functions(kind: str) -> dict[str, Function]:
-    """Functions of a library's kinds by name, in their order in the library."""
+    """Functions that a library of this kind exports, by name, in their order in the library."""
     shares = [share for part in kind.split("+") for share in shares_of(part)]
     return {name: row for share in shares for name, row in _named().items() if share_of(name) == share}
 
@@ -80,7 +80,7 @@ def _named() -> dict[str, Function]:
 
 
 def _of_hook(place: int, run: Any) -> tuple[Any, ...]:
-    """Arguments of a hook for added bodies and connections."""
+    """Arguments of a kernel that the stages call for added bodies and connections."""
     return hooks(run.model, run.work)[place][1]
 
 

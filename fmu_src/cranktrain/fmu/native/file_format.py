@@ -37,11 +37,11 @@ MAGIC = b"CRNKNAT\0"
 VERSION = 3
 BYTE_ORDER = 0x01020304
 NONE = 0xFFFFFFFF
-"""Value of a uint32 index that stands for nothing."""
+"""Value of a uint32 index that refers to no row."""
 REFUSED = 0x80000000
 """Bit of a row of LEVL that contains the text of a refusal instead of a variant."""
 LARGEST = float(np.finfo(np.float64).max)
-"""Stands for the upper bound of a variable without bounds; its negative for the lower one."""
+"""Upper bound stored for a variable without bounds; the lower bound is its negative."""
 ALIGNMENT = 64
 """Alignment of arrays in BLOB, bytes: a cache line of a processor."""
 
@@ -50,16 +50,16 @@ REAL, INTEGER, BOOLEAN, STRING, ENUMERATION = range(5)
 INPUT, OUTPUT, PARAMETER, LOCAL = range(4)
 """Causalities of a variable."""
 LEVEL, NUMBER = range(2)
-"""Kinds of a choice: it selects the variant, or it sets one of ``run.numbers``."""
+"""Kinds of a choice: LEVEL selects the variant, NUMBER sets one of ``run.numbers``."""
 ZEROS, COPIED, SHARED, TRANSPOSED = range(4)
-"""Kinds of an array: zeros at the start; a copy for each instance; the file's own memory, shared by all instances; a
-copy of a matrix of eight-byte numbers that is stored transposed."""
+"""Kinds of an array's memory. ZEROS: zeros at the start. COPIED: a copy for each instance. SHARED: memory of the file,
+shared by all instances. TRANSPOSED: a copy of a matrix of eight-byte numbers that is stored transposed."""
 FUNCTION, RECORD = range(2)
 """Target of a fixup's address: a function of the kernels, a record of the variant."""
 PLAIN, FUNCTION_LEAF, RECORD_LEAF = range(3)
 """Content of a leaf that is not an array: a number, the address of a function, or the address of a record."""
 ERROR, DISCARD = range(2)
-"""Meaning of a status of the kernels: refused input, or a failed step."""
+"""Meaning of a kernel's status: refused input (ERROR), or a failed step (DISCARD)."""
 
 _PREFIX = struct.Struct("<8sIIQ16s40sQQ")
 _SUMMED = _PREFIX.size
@@ -76,9 +76,10 @@ _ONE = np.dtype("<u4")
 
 SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
     {
-        # UTF-8 texts, each followed by a zero; "" is at 0
+        # TEXT: UTF-8 texts, each followed by a zero byte; the empty text is at offset 0.
         "TEXT": np.dtype("u1"),
-        # in the order of value references; index: in run.inputs or run.outputs, slot of run.numbers, or row of CHOI
+        # VARS: variables in the order of value references.
+        # index: position in run.inputs or run.outputs, slot of run.numbers, or row of CHOI.
         "VARS": np.dtype(
             [
                 *(("name", "<u4"), ("start_text", "<u4"), ("type", "u1"), ("causality", "u1"), ("pad", "<u2")),
@@ -86,23 +87,23 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
                 *(("first_family", "<u4"), ("n_families", "<u4")),
             ]
         ),
-        # rows of run.outputs.families that an output needs
+        # FAMS: rows of run.outputs.families that an output needs.
         "FAMS": _ONE,
-        # choices of String and Enumeration parameters; index: slot of run.numbers of a NUMBER
+        # CHOI: choices of String and Enumeration parameters; index: slot of run.numbers, for kind NUMBER.
         "CHOI": _row(name="u4", first_option="u4", n_options="u4", kind="u4", index="u4"),
-        # value: digit of the variant's key (LEVEL); number: value for run.numbers (NUMBER)
+        # OPTN: options of a choice; value: digit of the variant's key (LEVEL); number: value for run.numbers (NUMBER).
         "OPTN": _row(text="u4", value="u4", number="f8"),
-        # variant for each combination of the LEVEL choices, the first one most significant, or REFUSED | text
+        # LEVL: variant of each combination of LEVEL choices, or REFUSED | text; the first choice is most significant.
         "LEVL": _ONE,
         "VARI": _row(
             first_leaf="u4", n_leaves="u4", first_slot="u4", n_slots="u4",
             first_record="u4", n_records="u4", first_number="u4", n_numbers="u4",
         ),
-        # numbers of a variant, set before the parameters
+        # NUMB: values of run.numbers of a variant, set before the values of parameters.
         "NUMB": _row(slot="u4", pad="u4", value="f8"),
-        # row of ARRY of each piece of memory of an instance
+        # SLOT: row of ARRY for each piece of memory of an instance.
         "SLOT": _ONE,
-        # members of the flattened tuple: an array's slot, or NONE and the eight bytes of a number
+        # LEAF: members of the flattened tuple Run: slot of an array, or NONE and the eight bytes of a number.
         "LEAF": _row(slot="u4", kind="u4", value="u8"),
         "RECS": _row(first_leaf="u4", n_leaves="u4"),
         "ARRY": np.dtype(
@@ -111,17 +112,17 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
                 *(("kind", "<u4"), ("first_fixup", "<u4"), ("n_fixups", "<u4"), ("pad", "<u4")),
             ]
         ),
-        # addresses within an array of kind COPIED
+        # FIXU: positions of addresses within an array of kind COPIED.
         "FIXU": _row(byte_offset="u8", kind="u4", index="u4"),
-        # leaves of Run that the C side uses: state, inputs, outputs, numbers, families, input_rates,
-        # staged
+        # NAME: leaves of Run that the C side uses.
+        # Names: state, inputs, outputs, numbers, families, input_rates, staged.
         "NAME": _row(name="u4", leaf="u4"),
         "STAT": _row(code="i4", text="u4", kind="u4", pad="u4"),
         "INFO": _row(name="u4", text="u4"),
         "BLOB": np.dtype("u1"),
     }
 )  # fmt: skip
-"""Rows of each section, in the order of the file."""
+"""Type of the rows of each section, in the order of the file."""
 
 
 class Texts:
@@ -141,7 +142,7 @@ class Texts:
         return self._known[text]
 
     def table(self) -> NDArray[Any]:
-        """Rows of the section."""
+        """Bytes of the section as rows of its table."""
         return np.frombuffer(bytes(self._bytes), dtype=SECTIONS["TEXT"])
 
 
@@ -168,7 +169,7 @@ class Blob:
         return self._known.get(np.ascontiguousarray(array).tobytes())
 
     def table(self) -> NDArray[Any]:
-        """Rows of the section."""
+        """Bytes of the section as rows of its table."""
         return np.frombuffer(b"".join(self._parts), dtype=SECTIONS["BLOB"])
 
 
@@ -251,7 +252,7 @@ def to_bytes(file: NativeFile) -> bytes:
 
 
 def _sums(body: bytes) -> tuple[int, int]:
-    """CRC-32, and the sum modulo 2⁶⁴ of the words times their numbers from 1 on."""
+    """Checksums of a file's body: CRC-32, and the sum modulo 2⁶⁴ of its 64-bit words times their numbers from 1 on."""
     words = np.frombuffer(body, dtype="<u8")
     counts = np.arange(1, words.size + 1, dtype=np.uint64)
     return zlib.crc32(body), int((words * counts).sum(dtype=np.uint64))

@@ -50,7 +50,7 @@ class Images:
         self._lasting: dict[int, tuple[NDArray[Any], int]] = {}
 
     def add(self, run: Any, numbers: Mapping[int, float]) -> int:
-        """Add a variant: an unprepared run, and its numbers by slot. Returns the variant's number."""
+        """Add a variant, given by an unprepared run and its ``numbers`` by slot. Return the variant's number."""
         made = _Variant(self, run)
         first = {name: len(rows) for name, rows in self.tables.items()}
         self.tables["LEAF"] += made.leaves
@@ -74,7 +74,7 @@ class Images:
         return {**self.tables, "BLOB": self.blob.table()}
 
     def row(self, array: NDArray[Any], path: str, fixups: tuple[tuple[int, int, int], ...], lasts: bool = False) -> int:
-        """Row of ARRY for an array's contents without the addresses in it, which are (byte offset, kind, number) each.
+        """Row of ARRY for an array's contents; addresses in it are left to ``fixups`` (byte offset, kind, number).
 
         ``lasts`` is true if the array is the same object with the same contents in all variants that have it.
         """
@@ -83,7 +83,7 @@ class Images:
         kind = SHARED if self.constant(path) else COPIED
         if fixups or not (lasts or kind == SHARED):
             return self._kept_row(array, kind, fixups)
-        # Hundreds of variants share a table of megabytes, whose contents are examined only once.
+        # Contents of a lasting array are examined only once, because hundreds of variants share tables of megabytes.
         if id(array) not in self._lasting:
             self._lasting[id(array)] = array, self._kept_row(array, kind, fixups)
         return self._lasting[id(array)][1]
@@ -131,13 +131,13 @@ class _Variant:
         self._refuse_overlaps()
 
     def _leaf(self, path: str, leaf: Any, of_record: bool = False) -> tuple[int, int, int]:
-        """Row of LEAF for an array or a number."""
+        """Row of section LEAF for an array or a number of a run."""
         if isinstance(leaf, np.ndarray):
             return self._slot(path, leaf, of_record), PLAIN, 0
         return NONE, PLAIN, number_word(leaf) % 2**64
 
     def _slot(self, path: str, array: NDArray[Any], of_record: bool) -> int:
-        # An empty array has no address of its own.
+        # An empty array has no unique address, so it gets a negative number in place of one.
         address = address_of(array) if array.size else -len(self.slots) - 1
         own = self._known.get((address, array.shape))
         if own is None:

@@ -81,7 +81,7 @@ def interface_tables(
 
 
 def _number(model: NativeModel, variable: Variable, texts: Texts, families: list[int]) -> dict[str, Any]:
-    """Row of VARS for a Real, without its name."""
+    """Row of section VARS for a Real variable, without its name."""
     row = _row(variable, texts)
     if variable.causality == "input":
         row["index"] = list(model.inputs).index(variable.name)
@@ -110,7 +110,7 @@ def _choice(
     else:
         slot, numbers = model.options[setting]
         choice |= {"kind": at.NUMBER, "index": slot}
-        # Options are in the order of the description, because an enumeration counts its items.
+        # Options have the order of the model description, because an enumeration's value is the number of its item.
         ordered = variable.choices if set(variable.choices) == set(numbers) else numbers
         options = [{"text": texts.at(name), "number": numbers[name]} for name in ordered]
     tables["OPTN"] += options
@@ -136,7 +136,7 @@ def _row(variable: Variable, texts: Texts) -> dict[str, Any]:
 
 
 def _variant(model: NativeModel, chosen: Mapping[str, str], texts: Texts) -> int:
-    """Entry of LEVL for a combination of levels."""
+    """Entry of section LEVL for a combination of levels: number of the variant, or REFUSED with a text."""
     try:
         return model.variant(chosen)
     except InputError as error:

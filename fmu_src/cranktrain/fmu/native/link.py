@@ -22,7 +22,7 @@ from typing import Any
 
 try:
     import fcntl
-except ImportError:  # Windows
+except ImportError:  # Windows has no fcntl
     fcntl = None  # type: ignore[assignment]
 
 from cranktrain.core.cache import private_folder
@@ -53,7 +53,7 @@ SETTINGS = {
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     OFF: "1",
 }
-"""Environment of numba for emission. It finds types by trial and error, and colours in its errors take time."""
+"""Environment variables of numba for emission. Coloured error texts are off, because they cost time."""
 
 
 def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None, emit: bool = True) -> Path:
@@ -86,7 +86,7 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
 
 
 def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]:
-    """Programs of the shares of kinds; missing ones are emitted in parallel, each in a process of its own.
+    """Programs (LLVM bitcode) of all shares of these kinds; missing programs are made in parallel processes.
 
     These processes compile for the oldest supported processor, whatever this one compiles for. ``InputError`` if
     kernels must not be emitted, or emission failed.
@@ -149,7 +149,7 @@ def checked_platform(platform: str) -> Platform:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Lock that admits one process at a time to a folder, if the system can lock files."""
+    """Context with a lock that admits one process at a time to a folder, if the system can lock files."""
     with (folder / "lock").open("w") as stream:
         if fcntl is not None:
             fcntl.flock(stream, fcntl.LOCK_EX)
@@ -165,14 +165,14 @@ def _is_made(path: Path, kind: str) -> bool:
 
 
 def _environment() -> dict[str, str]:
-    """Environment for a process that uses this package."""
+    """Environment variables for a child process that imports this package."""
     given = os.environ.get("PYTHONPATH")
     place = str(Path(__file__).parents[3])
     return {**os.environ, "PYTHONPATH": place if not given else os.pathsep.join((place, given))}
 
 
 def emitting() -> dict[str, str]:
-    """Environment for emission: for the oldest supported processor, so that every machine emits the same code."""
+    """Environment variables for emission: oldest supported processor, so that every machine emits the same code."""
     least = PLATFORMS.get(this_platform())
     return SETTINGS | ({"NUMBA_CPU_NAME": least.cpu, "NUMBA_CPU_FEATURES": ""} if least else {})
 
@@ -200,7 +200,7 @@ def _objects(programs: Sequence[Path], platform: Platform) -> list[Path]:
                 )
         for path, (made, process) in running.items():
             said = process.communicate()[1].strip().splitlines()[-1:]
-            if process.returncode:  # the program is cut short, or was made by another LLVM
+            if process.returncode:  # the program file is cut short, or was made by another version of LLVM
                 program, _ = wanted[path]
                 program.with_suffix(".json").unlink(missing_ok=True)
                 raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({''.join(said)})")
@@ -213,7 +213,7 @@ _OWN_COMPILERS = {
     "win64": ("x86_64-w64-mingw32-gcc",),
     "aarch64-linux": ("aarch64-linux-gnu-gcc",),
 }
-"""C compilers for each platform, tried in order if the compiler for all platforms is not installed."""
+"""C compilers for each platform, tried in this order if ziglang, which serves all platforms, is not installed."""
 
 
 def compiler(platform: Platform) -> list[str]:
@@ -236,7 +236,7 @@ def _link(command: Sequence[str], kind: str, platform: Platform, programs: Seque
         made, table = Path(folder) / target.name, Path(folder) / "exported.c"
         table.write_text(exported.exported_text([path.with_suffix(".json") for path in programs]), encoding="utf-8")
         sources = [*sorted(SOURCES.glob("*.c")), table, *_objects(programs, platform)]
-        # Windows: without debug information the compiler's own C library is 150 kB smaller, and -Os matters there.
+        # On Windows, -s removes debug information of the C library (150 kB), and -Os reduces its size.
         own = ["-s", "-Os"]
         if platform.suffix == ".so":
             # Zig's linker does not know the last flag but does the same: code and data share pages, in smaller files.

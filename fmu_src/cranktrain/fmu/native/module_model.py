@@ -11,7 +11,7 @@ from cranktrain.modules.register import Module
 from cranktrain.modules.statuses import FAILED
 
 LEAVES = ("state", "inputs", "outputs", "numbers")
-"""Leaves of a run that the C side uses."""
+"""Names of the arrays of a run that the C side uses."""
 
 
 def module_model(module: Module, product: Product) -> NativeModel:

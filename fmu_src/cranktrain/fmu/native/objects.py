@@ -13,7 +13,7 @@ import llvmlite.binding as llvm
 from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 
 FAST = "_fast"
-"""Suffix of the names of exports for a platform's faster processors."""
+"""Suffix of the names of exported functions compiled for a platform's faster processors."""
 
 
 def object_code(program: bytes, platform: Platform, fast: bool = False) -> bytes:

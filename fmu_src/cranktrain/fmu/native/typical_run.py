@@ -40,7 +40,7 @@ def typical_run() -> Run:
 
 
 def typical_calls(run: Run) -> None:
-    """Call the kernels that Python calls when it makes and evaluates runs, with arrays like those of a run."""
+    """Call, with arrays like those of ``run``, all kernels that Python calls to make and evaluate runs."""
     engine = load_engine(ENGINE)
     loaded = Settings(crank="rigid", bearings="impedance", big_ends="impedance", damper="fitted", boundary="torque")
     simulation = Simulation(engine, stand_in(engine), loaded)
@@ -50,13 +50,13 @@ def typical_calls(run: Run) -> None:
     relief(0.9, (1.0e-6, 0.5, 2.0))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
-    # Rods about a rigid rotation are used by steady states in the frequency domain, Campbell diagrams, modes in motion.
+    # Forces of rods on a rigidly rotating crank serve run-ups in the frequency domain and modes in motion.
     rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
     turns.take_turns(*turns.no_turns())
 
 
 def stage_calls(run: Run) -> Iterator[tuple[Any, tuple[Any, ...]]]:
-    """Kernels that Python calls at states of a run, with arguments; settling is for stability maps."""
+    """Kernels that Python calls at a state of a run, each with its arguments."""
     yield ports_at_state, (run.model, run.work, run.state)
     yield evaluate_at_state, (run.model, run.work, 0.0, 0.0)
     yield end_step_here, (run.model, run.work, run.state)
@@ -71,7 +71,7 @@ def film_calls() -> None:
 
 
 def stand_in(engine: Engine) -> ReducedBody:
-    """Body with six rigid modes of unit mass and inertia, with pins at their throw and all else at the origin.
+    """Reduced body with six rigid modes of unit mass and inertia; pins are at their throw, other interfaces at 0.
 
     A pin must not be on the axis, because the pressure of its cylinder needs the pin's angle.
     """

@@ -18,7 +18,7 @@ from numba.core.registry import cpu_target
 
 
 class Text(JITCodeLibrary):
-    """Numba's output for a kernel as LLVM text, not machine code: its own functions, neither optimised nor linked."""
+    """Library of numba that keeps a kernel as LLVM text: only its own functions, neither optimised nor linked."""
 
     def finalize(self) -> None:
         """Take numba's output unchanged."""
@@ -26,7 +26,7 @@ class Text(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Always 0, because none of its functions can be called separately."""
+        """Return 0 for any name, because functions of an LLVM text cannot be called."""
         self._ensure_finalized()
         return 0
 
@@ -34,7 +34,7 @@ class Text(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def _get_module_for_linking(self) -> Any:
-        """Module with all called kernels, for a library that numba makes by itself."""
+        """LLVM module of the kernel with all kernels that it calls, for a library that numba makes by itself."""
         return linked(self)
 
 
@@ -64,7 +64,7 @@ def linked(*libraries: Any, more: Iterable[Any] = (), exports: Iterable[str] = (
     for module in (*more, *(library._final_module for library in _reached(libraries))):
         added = module.clone()
         for value in _defined(added):
-            # Numba's helpers are contained in several libraries, always the same.
+            # Functions of numba occur in several libraries with equal content, so any one of them may be linked.
             if value.linkage == llvm.Linkage.external and value.name not in exported:
                 value.linkage = "linkonce_odr"
         whole.link_in(added)
@@ -80,7 +80,7 @@ def _defined(module: Any) -> list[Any]:
 
 
 def _reached(libraries: Iterable[Any]) -> list[Any]:
-    """Libraries and all that they link, each once; callers come first, since they determine the needed callees."""
+    """Libraries and the libraries that they call, each once; callers come first, as they determine needed callees."""
     seen: set[int] = set()
     callees_first: list[Any] = []
 

@@ -47,7 +47,7 @@ class Sampled(Protocol):
 
 @dataclass(frozen=True)
 class Extreme:
-    """Largest or least value over a cycle, SI, its crank angle, rad in [0, 4π), and its angle in the shell, rad.
+    """Largest or least value over a cycle, SI, with the crank angle (rad in [0, 4π)) and angle in the shell (rad).
 
     ``place`` is an angle in the axes of the shell: axes at rest for a main bearing, axes of the rod for a big end,
     whose second axis points to the small end. It is None if not known.
@@ -60,7 +60,7 @@ class Extreme:
 
 @dataclass(frozen=True, kw_only=True)
 class BearingCycle:
-    """Results of one bearing over one cycle, SI; values that its fidelity level does not compute are None.
+    """Results of one bearing over one cycle, SI; values that the bearing's fidelity level does not compute are None.
 
     Attributes
     ----------
@@ -120,22 +120,22 @@ class BearingReport:
 
     @property
     def bearings(self) -> tuple[BearingCycle, ...]:
-        """All bearings, mains first."""
+        """All bearings of the report: mains first, then big ends."""
         return self.mains + self.big_ends
 
     def total(self, what: str, family: str = "") -> float | None:
-        """Sum of ``friction_power``, ``squeeze_power`` or ``oil_flow`` over one family or all; None without films."""
+        """Sum of quantity ``what``, such as ``oil_flow``, over one family of bearings or all; None without films."""
         values = [getattr(bearing, what) for bearing in self.bearings if family in ("", bearing.family)]
         known = [value for value in values if value is not None]
         return math.fsum(known) if known else None
 
     def mean_pressure(self, power: float) -> float:
-        """Mean effective pressure (Pa) of a power, W."""
+        """Mean effective pressure (Pa) that belongs to a power (W) at the run's speed and displacement."""
         return power * self.engine.cylinders.cycle / (self.speed * self.engine.displacement)
 
     @property
     def fmep(self) -> float | None:
-        """Friction mean effective pressure of all bearings with films, Pa; None if there are none."""
+        """Friction mean effective pressure, Pa, of all bearings with films; None if no bearing has a film."""
         power = self.total("friction_power")
         return None if power is None else self.mean_pressure(power)
 
@@ -152,7 +152,7 @@ def bearing_report(run: Sampled, engine: Engine) -> BearingReport:
         sum(n.startswith(f"{of}[") and n.endswith("].force.x") for n in run.outputs) for of in ("bearing", "big_end")
     ]
     wanted = [len(engine.crankshaft.main_widths), engine.n_cylinders]
-    if has[0] not in (0, wanted[0]) or has[1] != wanted[1]:  # journals locked on their axis have no load
+    if has[0] not in (0, wanted[0]) or has[1] != wanted[1]:  # 0 mains: journals locked on their axis have no load
         raise InputError(
             f"bearings: the run has {has[0]} mains and {has[1]} big ends, engine '{engine.name}' {wanted[0]} and "
             f"{wanted[1]}; give the engine of the run"
@@ -199,7 +199,7 @@ class _Cycle:
         return np.asarray(self[f"{name}.x"] + 1j * self[f"{name}.y"])
 
     def rate(self, name: str) -> ComplexArray:
-        """Rate of change of a vector, by a spline over the cycle and some samples before it."""
+        """Rate of change of a vector output, by a spline over the cycle and some samples before it."""
         first = max(int(self.last[0]) - 8, 0)
         of = [self._run.outputs[f"{name}.{axis}"][first:] for axis in "xy"]
         slope = CubicSpline(self._run.time[first:], np.stack(of, axis=1)).derivative()(self._run.time[self.last])

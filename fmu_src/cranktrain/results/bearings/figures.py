@@ -111,7 +111,7 @@ def save_over_speed(
     limits: BearingLimits | None,
     gaps: Sequence[float] = (),
 ) -> Path:
-    """Write a picture of the worst bearing and of friction over speed, from a ``bearings_dict`` per speed.
+    """Write a picture of the worst bearing and of friction over speed, from one :func:`bearings_dict` per speed.
 
     ``gaps`` are speeds without a result, rev/min, at which lines are interrupted. Returns the path.
     """

@@ -14,7 +14,7 @@ SAID = {
     "specific_load": ("specific load", 1e-6, "MPa"),
     "pv": ("mean p v", 1e-6, "MPa m/s"),
 }
-"""Name, scale and unit of each of ``JUDGED``."""
+"""Name, factor from SI and unit, in messages, of each quantity in ``JUDGED``."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Violation:
 
 
 def judged(bearing: BearingCycle, what: str) -> float | None:
-    """Value of a bearing to be compared with a limit, SI; None if its level does not compute this value."""
+    """Value of a bearing, SI, that is compared with a limit; None if the bearing's level does not compute it."""
     found = getattr(bearing, what)
     return found if found is None or isinstance(found, float) else float(found.value)
 

@@ -101,7 +101,7 @@ class _Outputs(Mapping[str, Array]):
 
 
 def _with_extremes(bearing: BearingCycle, run_up: RunUp, row: int) -> BearingCycle:
-    """Bearing in which least film and largest pressure are those of the run instead of the sums."""
+    """Bearing with least film and largest pressure of the run, because sums of orders miss extremes."""
     name = bearing.name.replace("main", "bearing")
     found = {}
     for key, output, column in (("film", "film_thickness_min", LEAST), ("pressure", "pressure_max", LARGEST)):

@@ -1,4 +1,4 @@
-"""Bearing report in engineering units: the JSON of ``cranktrain bearing-loads``, and its tables."""
+"""Bearing report in engineering units: JSON and tables of ``cranktrain bearing-loads``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _KEYS = dict(zip(JUDGED, WORST, strict=True))
 
 
 def bearings_dict(report: BearingReport, attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Report as JSON-able values; keys carry their unit, values that the fidelity level does not compute are None.
+    """Bearing report as JSON-able values. Keys carry units; values that a fidelity level does not compute are None.
 
     ``attributes`` of the run name its levels. Entry ``grid_errors`` has the possible errors by the grid of elastic
     films in the mains; it is empty for other levels.
@@ -130,7 +130,7 @@ def _text(value: float | None, key: str) -> str:
 
 
 def speed_table(speeds: Sequence[Mapping[str, Any]]) -> Table:
-    """Table of the worst values of each family over speed, with friction, from a :func:`bearings_dict` per speed."""
+    """Table of friction and of each bearing family's worst values over speed, from one report per speed."""
     families = {"main": "mains", "big_end": "big ends"}
     header = [f"{name}: {words}" for name in families.values() for words in _SPEEDS.values()]
     rows = []

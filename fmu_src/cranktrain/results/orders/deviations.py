@@ -18,14 +18,14 @@ from cranktrain.results.run_up.twist import TWIST, with_twist
 from cranktrain.results.tables import Table
 
 MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}
-"""Texts for outputs; an output without entry is the pulley's torsion."""
+"""Name of each output's motion in texts; an output without entry is the pulley's torsion."""
 FOREIGN = 0.25
 """A remark says that measured orders may be of another engine if all peaks differ in speed by at least this
 fraction."""
 
 
 def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
-    """Rows of deviations, one per measured order that the run-up has, over the speeds that both cover.
+    """Rows of deviations, one per measured order of the run-up, over the speeds of both run-up and measurement.
 
     ``speed_percent`` and ``amplitude_percent`` are the relative deviations of the computed peak's speed and height from
     the measured peak. ``rms_percent`` is the root mean square difference of the amplitudes over that of the measured
@@ -84,7 +84,7 @@ def deviations_said(rows: list[dict[str, Any]]) -> str:
 
 
 def of_another_engine(rows: list[dict[str, Any]]) -> str:
-    """Remark if all measured peaks are at least ``FOREIGN`` away from the computed ones; otherwise empty."""
+    """Remark if all measured peaks are off the computed peaks by at least ``FOREIGN``; otherwise an empty text."""
     found = [row["speed_percent"] for row in rows if row["speed_percent"] is not None]
     if found and min(abs(value) for value in found) > 100.0 * FOREIGN:
         return (
@@ -111,7 +111,7 @@ def check_speeds_measured(measured: Measured, first: float, last: float) -> None
 
 
 def deviation_table(rows: list[dict[str, Any]]) -> Table:
-    """Table of deviations."""
+    """Table of deviations between computed and measured orders, from the rows of :func:`deviations`."""
 
     def said(value: float | None, form: str) -> str:
         return NOTHING if value is None else format(value, form)

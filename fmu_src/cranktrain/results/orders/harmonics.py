@@ -44,7 +44,7 @@ def order_amplitudes(signal: Array, highest: float | None = None, cycles: int = 
         raise InputError("order spectrum: one cycle of at least two finite samples is wanted")
     amplitudes: ComplexArray = 2.0 * np.fft.rfft(values, axis=0)[cycles::cycles] / n
     if n % 2 == 0:
-        amplitudes[-1] *= 0.5  # the last line of an even number of samples has no mirror image
+        amplitudes[-1] *= 0.5  # with an even number of samples the highest line has no mirror image
     resolved = 0.5 * amplitudes.shape[0]
     if highest is not None and highest > resolved + 1e-9:
         raise InputError(
@@ -101,7 +101,7 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     # The crank oscillates on its shaft, so the angle covered by one cycle may be slightly less than 720°.
     if start < x[0] - 0.25 * (x[1] - x[0]):
         raise InputError(f"last cycle: the run covers {math.degrees(x[-1] - x[0]):.0f} of 720 deg; simulate longer")
-    first = max(int(np.searchsorted(x, start)) - 8, 0)  # a few points before the cycle damp end effects
-    from scipy.interpolate import CubicSpline  # slow to import, so not at start
+    first = max(int(np.searchsorted(x, start)) - 8, 0)  # some points before the cycle reduce end effects of the spline
+    from scipy.interpolate import CubicSpline  # imported here because the import is slow
 
     return np.asarray(CubicSpline(x[first:], y[first:])(start + np.arange(n) * (CYCLE / n)))

@@ -36,11 +36,11 @@ KINDS = ("speed", "order", "amplitude", "unit")
 COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "unit": "unit"}
 LAID_OVER = (TORSION, AXIAL, FLYWHEEL, "twist")
 FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "band_95", "uncertainty")}
-"""Optional columns of a table and their names in lower case."""
+"""Optional columns of a table of measured orders, each with its possible names in lower case."""
 OWN = ("output", "signal", "wheel")
-"""Further columns of tables written by this program."""
+"""Columns that only tables of measured orders written by this program have."""
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
-"""Output to which an amplitude belongs, by the dimension of its unit."""
+"""Output to which a measured amplitude belongs, by the dimension of the amplitude's unit."""
 LARGEST, LEAST = 1e9, 1e-15
 """Largest permitted amplitude, speed, phase and band, and smallest nonzero band, in SI."""
 REMEDY = "give lines of speed_rpm, order, amplitude, unit under this header"
@@ -147,14 +147,14 @@ def _is_column(word: str) -> bool:
 
 
 def _named_output(name: str, by_unit: str, where: str) -> str:
-    """Output of a row, by its name or else by its unit."""
+    """Output to which a row of the table belongs, by its output column or else by the unit of its amplitude."""
     if name and name not in LAID_OVER:
         raise InputError(f"{where}: output {shown(name)} takes no measured orders; {nearest(name, LAID_OVER)}")
     return name or by_unit
 
 
 def _of_curves(curves: Sequence[OrderCurve], name: str, kinds: Mapping[str, str]) -> Measured:
-    """Convert curves over speed to measured orders."""
+    """Measured orders from ``curves``, each with the amplitudes of one order over speed."""
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for curve in curves:
         output, scale = _amplitude_unit(curve.unit, f"{name}, {curve.name}", kinds)
@@ -193,7 +193,7 @@ def _check_sizes(speed: float, values: Sequence[float], where: str) -> None:
 
 
 def _further(table: TextRows) -> dict[str, int]:
-    """Indices of the columns of phase and band that the table has."""
+    """Indices of those optional columns (phase, band) that the table has."""
     names = [name.strip().lower() for name in table.names]
     return {key: names.index(name) for key, known in FURTHER.items() for name in known if name in names}
 
@@ -226,7 +226,7 @@ def _columns(table: TextRows, name: str) -> dict[str, int]:
 
 
 def _speed_scale(unit: str, name: str) -> float:
-    """Factor from a unit of speed to rad/s; without unit that of rev/min."""
+    """Factor from a unit of speed to rad/s; an empty unit means rev/min."""
     found = known_factor(unit or "rev/min", "speed")
     if found is None:
         raise InputError(f"{name}: its speeds are in {shown(unit)}; {nearest(unit, UNITS['speed'])}")
@@ -244,7 +244,7 @@ def _amplitude_unit(unit: str, where: str, kinds: Mapping[str, str]) -> tuple[st
 
 
 def _number(table: TextRows, text: str, key: str, where: str) -> float:
-    """Number of a cell; it must not be negative, and speed and order must be positive. ``InputError``."""
+    """Number in a cell of the table; ``InputError`` for negative numbers, and for a speed or order of zero."""
     try:
         value = table.dialect.number(text)
     except ValueError:

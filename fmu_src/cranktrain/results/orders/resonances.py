@@ -20,18 +20,18 @@ from cranktrain.results.orders.harmonics import Array
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 
 COUNTS = 0.01
-"""A peak is listed if it exceeds this fraction of the output's largest order amplitude, or of the largest acceleration
-amplitude of an order. Uneven rotation of a light crank as a whole may be 300 times as large as its resonances, at a
-hundredth of their frequency squared."""
+"""Fraction of an output's largest order amplitude, or of its largest order amplitude of acceleration, above which a
+peak is listed. Accelerations are included because uneven rotation of a light crank may be 300 times as large as its
+resonances, at a hundredth of their frequency squared."""
 STANDS_OUT = 0.1
-"""A peak must exceed the higher of its two neighbouring minima by this fraction of its height."""
+"""Least height of a peak above the higher of its two neighbouring minima, as a fraction of the peak's height."""
 NEAR = 0.2
-"""A peak belongs to a mode if it lies within this fraction of the mode's frequency."""
+"""Largest distance of a peak from the mode to which it belongs, as a fraction of the mode's frequency."""
 
 
 @dataclass(frozen=True)
 class Peak:
-    """Peak of an order over the speed.
+    """Peak of an order's amplitude over speed.
 
     Attributes
     ----------
@@ -69,19 +69,19 @@ class Peak:
 
     @property
     def off(self) -> float:
-        """Relative deviation of the peak's frequency from its mode; NaN without a mode."""
+        """Relative deviation of the peak's frequency from that of its mode at rest; NaN for a peak without a mode."""
         return self.hz / self.mode_hz - 1.0
 
     @property
     def off_in_motion(self) -> float:
-        """Relative deviation of the peak's frequency from its mode in motion; NaN if this is unknown."""
+        """Relative deviation of the peak's frequency from that of its mode in motion; NaN if the latter is unknown."""
         return self.hz / self.motion_hz - 1.0
 
 
 def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
     """Peaks of all orders of an output, highest first; ``InputError`` for an output that the run-up lacks."""
     found = []
-    # Speeds without a result are left out.
+    # Peaks are sought over speeds with a result only.
     has = np.isfinite(run_up.amplitudes[output]).all(axis=1)
     speeds, repeats, cycles = run_up.speeds[has], run_up.repeats[has], run_up.cycles[has]
     whole = np.abs(run_up.amplitudes[output][has])
@@ -127,7 +127,7 @@ def _maxima(sizes: Array) -> list[int]:
 
 
 def _vertex(speeds: Array, sizes: Array) -> tuple[float, float, float]:
-    """Speed (rad/s), height and damping ratio of a peak from three points, of which the middle one is the highest."""
+    """Speed (rad/s), height and damping ratio of a peak from three points of a curve, the middle one the highest."""
     middle, scale = float(speeds[1]), float(sizes[1])
     x = speeds - middle
     a, b, c = np.polyfit(x, (scale / sizes) ** 2, 2)

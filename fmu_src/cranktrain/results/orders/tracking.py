@@ -22,7 +22,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.results.orders.harmonics import CYCLE, Array, ComplexArray
 
 CYCLES = 4
-"""Number of cycles in a fit; three coefficients per half order need at least three."""
+"""Number of cycles in a fit of orders; a fit has three coefficients per half order, so it needs at least three."""
 DEGREE = 2
 
 
@@ -63,13 +63,13 @@ def tracked_orders(angle: Array, signal: Array, at: Array, highest: float) -> tu
     fit = _fit(grid, orders)
     samples = CubicSpline(x, signal)(places[:, None] + grid)
     amplitudes = np.tensordot(fit, samples, axes=(1, 1)).swapaxes(0, 1)
-    # Phases of the fit are relative to the angle of interest.
+    # The fit gives phases relative to the angle at its middle; they are referred to crank angle 0.
     turned = np.exp(-1j * places[:, None] * orders)
     return orders, amplitudes * turned.reshape(*turned.shape, *([1] * (amplitudes.ndim - 2)))
 
 
 def _fit(grid: Array, orders: Array) -> ComplexArray:
-    """Linear map (o, n) from samples on a grid (n,) to the order amplitudes at its middle."""
+    """Linear map (o, n) from n samples on a grid of crank angles to o order amplitudes at the grid's middle."""
     span = float(grid[-1])
     powers = (grid / span)[:, None] ** np.arange(DEGREE + 1)
     waves = grid[:, None] * orders

@@ -21,22 +21,22 @@ Advance = Callable[[float], None]
 
 
 class Request(NamedTuple):
-    """Content of a picture file: surface, enlargement, and frame of a still."""
+    """Content of a picture file: moving surface, enlargement of its motion, and frame shown by a still picture."""
 
     surface: MovingSurface
     enlargement: float
     frame: int
-    """Index of the frame that a still shows."""
+    """Index of the frame that a still picture (PNG) shows."""
 
 
 class Writer(NamedTuple):
-    """Writer of files with one ending."""
+    """Writer of picture files with one file ending."""
 
     what: str
     kind: Kind
     write: Callable[[Path, Request, Advance], None]
     needs: str = ""
-    """Module that must be installed."""
+    """Python module that must be installed for this writer; empty if none is needed."""
 
 
 def save_picture(
@@ -59,7 +59,7 @@ def save_picture(
 
 
 def check_picture(path: Path) -> Writer:
-    """Writer for a path; ``InputError``: unknown ending, missing encoder, or a file that must not be replaced."""
+    """Writer for a picture path; ``InputError``: unknown ending, missing encoder, or file that must not be replaced."""
     writer = WRITERS.get(path.suffix.lower())
     if writer is None:
         endings = ", ".join(f"{ending} ({row.what})" for ending, row in WRITERS.items())
@@ -135,4 +135,4 @@ WRITERS = {
     ".mp4": Writer("an animation", Kind("animation of cranktrain", _holds_mark), _mp4, "imageio_ffmpeg"),
     ".html": Writer("a page to turn about", marked("page of cranktrain", 'content="cranktrain picture"'), _html),
 }
-"""Register of the writers by file ending."""
+"""Writers of picture files by file ending."""

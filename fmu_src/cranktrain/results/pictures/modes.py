@@ -97,5 +97,5 @@ def _modes(engine: Engine, complete: ReducedBody, free: bool) -> tuple[Array, Ar
     """Elastic modes: (k,) Hz, (k, 3) fractions, (k,) answers, and (n, k) shapes in modes of the complete crankshaft."""
     if free:
         return *free_modes(engine, complete), np.eye(complete.n_modes)[:, 6:]
-    # The first mode is the rigid rotation.
+    # Mode 0 of the cranktrain, its rigid rotation, is left out.
     return *cranktrain_modes(engine, complete), eigh(*cranktrain_matrices(engine, complete))[1][:, 1:]

@@ -70,12 +70,12 @@ class MovingSurface:
         return np.column_stack((cos * x - sin * y, sin * x + cos * y, z))
 
     def principal_motions(self, least: float = 0.005) -> tuple[Array, Single]:
-        """Motion by fewer shapes: coordinates (f, n) and shapes (n, p, 3), largest first.
+        """Motion of the surface as a sum of n shapes (n, p, 3) with coordinates (f, n) for f frames, largest first.
 
         Shapes smaller than ``least`` times the largest are left out.
         """
         flat = self.shapes.reshape(len(self.shapes), -1).astype(np.float64)
-        # The matrix of products of shapes is small, because its size does not depend on the number of points.
+        # Shapes follow from their matrix of products, whose size does not depend on the number of points.
         squares, own = np.linalg.eigh(flat @ flat.T)
         root = own * np.sqrt(np.maximum(squares, 0.0))
         left, sizes, _ = np.linalg.svd(self.coordinates @ root, full_matrices=False)

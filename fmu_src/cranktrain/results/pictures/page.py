@@ -43,7 +43,7 @@ def page_data(surface: MovingSurface, enlargement: float) -> dict[str, Any]:
         "points": _text((surface.points - middle).astype("<f4")),
         "triangles": _text(surface.triangles.astype("<u4")),
         "shapes": [_text(one) for one in counts],
-        # for each frame, metres per count of each shape
+        # Coordinates: for each frame and each shape, metres per count of the shape's 16-bit integers.
         "coordinates": (coordinates * sizes / 32767.0).tolist(),
         "turn": surface.turn.tolist(),
         "values": [_text(np.round(255.0 * frame).astype(np.uint8)) for frame in share],

@@ -32,9 +32,9 @@ SIZE = (1280, 720)
 """Width and height of an image, pixels; MP4 encoders require even numbers."""
 GROUND, INK = "#ffffff", "#26303c"
 INCH = 100
-"""Pixels per inch of texts."""
+"""Pixels per inch, which sets the size of texts in an image."""
 LAST_WORDS = 120.0
-"""Time limit of the drawing trial, s."""
+"""Time limit, s, of the child process that tests whether pyvista can draw."""
 _TRIAL = "import pyvista; p = pyvista.Plotter(off_screen=True); p.add_mesh(pyvista.Sphere()); p.screenshot()"
 
 
@@ -177,7 +177,7 @@ class _Legend:
         self._drawn: tuple[str, NDArray[np.float32]] | None = None
 
     def over(self, image: Image, caption: str) -> Image:
-        """Image with the legend drawn over it."""
+        """Image with the legend and a caption drawn over it."""
         if self._drawn is None or self._drawn[0] != caption:
             self._caption.set_text(caption)
             self._canvas.draw()

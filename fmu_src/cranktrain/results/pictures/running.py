@@ -23,7 +23,7 @@ FRAME_DEG = 10
 SECONDS = 6.0
 """Duration of the cycle on the screen, s."""
 USUAL_STRESS = 0.999
-"""Fraction of a cycle's stress values that the colour scale covers; a few nodes exceed it."""
+"""Fraction of a cycle's stress values that the colour scale covers; stresses at a few nodes exceed its end."""
 RIGID = 6
 """Number of rigid modes of the bare crankshaft, which come first."""
 

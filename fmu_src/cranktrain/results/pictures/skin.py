@@ -17,7 +17,7 @@ SHARP = math.radians(35.0)
 
 
 class Skin(NamedTuple):
-    """Surface and its motion: ``points`` (p, 3) m, ``triangles`` (t, 3), ``modes`` (m, p, 3), ``origin`` (p,).
+    """Body surface and its motion: ``points`` (p, 3) m, ``triangles`` (t, 3), ``modes`` (m, p, 3), ``origin`` (p,).
 
     ``origin`` is the index of each point's original point, because points along sharp edges occur several times.
     """
@@ -38,7 +38,7 @@ class Skin(NamedTuple):
 def outward(points: Array, triangles: NDArray[np.int32]) -> NDArray[np.int32]:
     """Triangles (t, 3) of closed surfaces, reoriented so that corners are counter-clockwise from outside."""
     pairs, corners = _neighbours(triangles)
-    # Two neighbours have the same orientation if they run along their common edge in opposite directions.
+    # Two neighbouring triangles have the same orientation if their common edge has opposite directions in them.
     agree = corners[:, 0, 0] == corners[:, 1, 1]
     count = len(triangles)
     sign = np.where(agree, 1.0, -1.0)
@@ -78,7 +78,7 @@ def creased(points: Array, triangles: NDArray[np.int32]) -> tuple[NDArray[np.int
 
 
 def _neighbours(triangles: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """Triangles (e, 2) on both sides of each edge, and the edge's ends (e, 2, 2) in the direction of each triangle."""
+    """Two triangles of each of e edges, (e, 2), and the edge's end points in each triangle's direction, (e, 2, 2)."""
     edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     keys = np.sort(edges, axis=1)
     order = np.lexsort(keys.T)

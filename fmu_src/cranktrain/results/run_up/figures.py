@@ -33,7 +33,7 @@ from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, or
 from cranktrain.results.strength.iacs_m68 import plot_stress
 
 MAP_COLUMNS, MAP_ROWS = 400, 300
-"""Number of columns and rows of a colour map."""
+"""Number of columns (speeds) and rows (orders or frequencies) of a colour map."""
 STILL = 1e-12
 """Amplitudes below this value, m, count as no motion."""
 PART_NAMES = {
@@ -130,11 +130,11 @@ def map_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, hi
 
 
 def parts_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) -> Any:
-    """Figure of the orders of each part of the axial motion over speed, with separate scales."""
+    """Figure of the axial motion's parts: orders over speed of each part, with separate scales."""
     figure = figure_of(11.5, 9.5)
     orders = shown_orders(run_up, quantity, Beside(orders=beside.orders))
     size = quantity.name.partition(", ")[2]
-    # An engine on ground does not move.
+    # Parts without motion are left out, such as the engine's motion on ground.
     moving = {name: output for name, output in PARTS.items() if largest(np.abs(run_up.amplitudes[output])) > STILL}
     axes = figure.subplots(max(len(moving), 1), 1, sharex=True, squeeze=False)[:, 0]
     for ax, (name, output) in zip(axes, moving.items(), strict=False):
@@ -268,7 +268,7 @@ def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
 
 
 def _deviating(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
-    """Line of text on the deviations from measured orders of an output."""
+    """Line of text on the deviations of an output's orders from measured orders."""
     measured = beside.measured
     if measured is None or quantity.output not in measured:
         return ""

@@ -15,7 +15,7 @@ from cranktrain.results.run_up.run_up import AXIAL, RunUp
 
 SPEEDS_SHOWN = 6
 HISTORY = 1440
-"""Number of points of a cycle."""
+"""Number of points at which a motion is drawn over a cycle."""
 
 
 def history_figure(run_up: RunUp, quantity: Quantity, title: str, beside: Beside | None = None) -> Any:
@@ -69,7 +69,7 @@ def harmonic_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: st
 
 
 def peak_speeds(run_up: RunUp, quantity: Quantity) -> list[tuple[int, float]]:
-    """Speed index and order of the largest peaks at different speeds, sorted by speed; without peaks the maximum."""
+    """Speed index and order of the largest peaks, sorted by speed. Without peaks return the largest amplitude's."""
     found: dict[int, float] = {}
     for peak in worthy(run_up, quantity, run_up.orders.tolist(), Beside()):
         at = int(np.argmin(np.abs(run_up.speeds - peak.speed)))

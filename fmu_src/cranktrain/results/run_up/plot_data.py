@@ -21,16 +21,16 @@ from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.run_up.twist import TWIST
 
 COLOURED, LABELLED = 8, 8
-"""Number of orders with their own colour in addition to the published ones, and number of labelled peaks."""
+"""Number of orders with their own colour in addition to published orders, and number of labelled peaks."""
 WORTH = 0.05
-"""A peak is labelled if it is at least this fraction of the largest amplitude."""
+"""Fraction of the largest amplitude from which a peak is labelled."""
 DROWNED = 0.05
 """A resonance below this fraction of the largest amplitude is not visible on a linear scale."""
 BROADEST = 0.2
-"""A peak with a higher damping ratio is no resonance but a maximum of the excitation: it magnifies less than 2.5
-times."""
+"""Largest damping ratio of a peak that counts as a resonance. A peak with more damping magnifies less than 2.5 times
+and is a maximum of the excitation."""
 NEAR = 0.08
-"""A peak belongs to a published speed if their relative difference is at most this."""
+"""Largest relative difference between the speed of a peak and the published critical speed to which it belongs."""
 SAME = 1.0e-3
 """Largest relative difference in speed between entries of the same peak in two lists."""
 PARTS = {"crank": "axial.crank", "bearing": "axial.bearing", "engine": "axial.engine"}
@@ -58,8 +58,8 @@ ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, 
 
 
 LEAST_AXIS_HZ, AXIS_SHARE, ROUND_HZ = 500.0, 1.5, 100.0
-"""Least end of a frequency axis, Hz; its least ratio to the first torsional frequency; step to which it is rounded,
-Hz."""
+"""End of a frequency axis: its least value, Hz; its least ratio to the first torsional frequency; the step, Hz, to
+which it is rounded."""
 
 
 class Beside(NamedTuple):
@@ -98,7 +98,7 @@ class Beside(NamedTuple):
         return min(max(LEAST_AXIS_HZ, ROUND_HZ * math.ceil(AXIS_SHARE * first / ROUND_HZ)), excited)
 
     def motion_hz(self, peak: Peak, quantity: Quantity) -> float:
-        """Torsional frequency in motion of a peak, Hz; NaN if it is not known."""
+        """Frequency in motion, Hz, of the torsional mode to which a peak belongs; NaN if not known."""
         if quantity.kind != "torsional":
             return math.nan
         same = [
@@ -165,12 +165,12 @@ def drowned(run_up: RunUp, output: str, orders: Sequence[float] = ()) -> bool:
 
 
 def _sharp(peak: Peak) -> bool:
-    """True if a peak is a resonance, also if it is too sharp for its damping ratio to be found."""
+    """True if a peak is a resonance: its damping ratio is small, or unknown because the peak is too sharp."""
     return not peak.damping > BROADEST
 
 
 def unsteady(run_up: RunUp) -> NDArray[np.bool_]:
-    """True for speeds (s,) at which cycles were run and do not repeat the previous cycle."""
+    """True for speeds (s,) whose last cycle differs from the cycle before it; the motion did not settle there."""
     return np.asarray((run_up.repeats != 1) & (run_up.cycles > 0))
 
 

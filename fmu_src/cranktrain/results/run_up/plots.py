@@ -18,9 +18,9 @@ KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE, "drive line": 
 ORDER_COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, "#1b9aa0", "#8a6d3b", "#d36ba6", "#5b6f1f", "#14304f")
 BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN, "measured": RED}
 DECADES = 3.0
-"""Decades of a logarithmic scale of amplitudes below the largest."""
+"""Number of decades that a logarithmic scale of amplitudes shows below the largest amplitude."""
 WATERFALL_DECADES = 3.0
-"""Decades of the logarithmic heights of a waterfall."""
+"""Number of decades that the logarithmic heights of a waterfall plot show."""
 Marks = Sequence[tuple[float, Array, Array, Array]]
 """Measured orders, each with order, speeds (k,) rev/min, amplitudes (k,) and half widths of bands (k,)."""
 
@@ -55,7 +55,7 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
     order = np.argsort(wanted, kind="stable")
     apart = min(apart, (high - low) / max(len(order) - 1, 1))
     places = np.zeros(len(order))
-    # A group of touching positions is centred at the mean of its wanted positions.
+    # Positions that would touch form a group, which is centred at the mean of its wanted positions.
     groups: list[list[float]] = []
     for k, at in enumerate(np.asarray(wanted, dtype=float)[order].tolist()):
         groups.append([at - k * apart, 1.0])
@@ -193,7 +193,7 @@ def plot_waterfall(
     for order in named:
         hz = np.array([order * end / 60.0 for end in ends])
         ax.plot(hz, ends, color=ORANGE, lw=0.7, ls="--", alpha=0.8, zorder=3)
-        # A ray leaves the axes at the top or at the right.
+        # The ray of an order leaves the axes at the top (highest speed) or at the right (highest frequency).
         x, y = (hz[1], ends[1]) if hz[1] <= highest_hz else (highest_hz, 60.0 * highest_hz / order)
         if ends[0] < y <= ends[1]:
             ax.annotate(

@@ -28,11 +28,11 @@ from cranktrain.store.whole_file import check_place
 
 TORSION, AXIAL, FLYWHEEL = "pulley.torsion", "pulley.axial", "flywheel.torsion"
 LEAST, MEAN, LARGEST = 0, 1, 2
-"""Columns of ``extremes``."""
+"""Columns of ``extremes``: least, mean and largest value of an output over a cycle."""
 _AXES = ("speeds", "orders", "cycles", "repeats", "left")
 _COUNTS = ("cycles", "repeats")
 _NAMED = ("amplitudes", "extremes")
-"""Names of the arrays in a file; those of ``_NAMED`` have one row per output."""
+"""Names of arrays in a run-up file that have one row per output."""
 REMEDY = "delete it and run 'cranktrain runup' again"
 
 
@@ -89,7 +89,7 @@ class RunUp:
 
     @property
     def with_result(self) -> NDArray[np.bool_]:
-        """True for speeds (s,) with a result; an unsettled speed of a run in the frequency domain has none."""
+        """True for speeds (s,) with a result. In the frequency domain an unsettled speed has no result."""
         return np.all([np.isfinite(own).all(axis=1) for own in self.amplitudes.values()], axis=0)
 
     def order(self, order: float, output: str = TORSION) -> ComplexArray:
@@ -113,7 +113,7 @@ class RunUp:
         if self.parting.size:
             datasets["parting"] = self.parting, "1"
         attributes, labels = dict(self.attributes), {"extreme": ["least", "mean", "largest"]}
-        # One dataset for all outputs, because the file is rewritten with every speed.
+        # All outputs share one dataset for fast writing, because the file is rewritten with every speed.
         shapes = {"amplitudes": (0, self.speeds.size, self.orders.size), "extremes": (0, self.speeds.size, 3)}
         for group, named in (("amplitudes", self.amplitudes), ("extremes", self.extremes)):
             datasets[group] = np.array(list(named.values())) if named else np.zeros(shapes[group]), "SI, by output"
@@ -125,7 +125,7 @@ class RunUp:
         return written
 
     def add_to_journal(self, path: Path) -> None:
-        """Append these speeds to the journal of the file of a run-up with the same settings; ``StoreError``."""
+        """Append this run-up's speeds to the journal of a run-up file with the same settings; ``StoreError``."""
         for row in self._rows():
             add_row(path, self._tie, row)
 
@@ -206,7 +206,7 @@ def _sound(run_up: RunUp) -> bool:
     bounded += [*run_up.amplitudes.values(), *run_up.extremes.values()]
     sound = rising(run_up.speeds, 0.0) and rising(run_up.orders, 0.0)
     sound &= all(bool(np.all(count == np.floor(count))) for count in counted)
-    # NaN is permitted, because it marks a missing result.
+    # The comparison lets NaN pass, because NaN marks a missing result.
     sound &= not any((np.abs(one) > MOST).any() for one in bounded)
     return sound and not any((one < 0.0).any() for one in (*counted, run_up.left, run_up.parting))
 

@@ -18,7 +18,7 @@ SAMPLES = 2880
 
 
 def with_twist(run_up: RunUp) -> RunUp:
-    """Run-up with added output ``TWIST``, pulley's minus flywheel's torsion; unchanged without the flywheel's."""
+    """Run-up with added output ``TWIST``, pulley's minus flywheel's torsion; unchanged without flywheel's torsion."""
     if FLYWHEEL not in run_up.amplitudes:
         return run_up
     twist = run_up.amplitudes[TORSION] - run_up.amplitudes[FLYWHEEL]

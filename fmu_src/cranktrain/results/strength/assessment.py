@@ -30,7 +30,7 @@ RIM = 36
 
 
 class RuleRow(NamedTuple):
-    """Assessment of a place by the rule: alternating bending, shear and equivalent stress, strength, Pa; factor Q."""
+    """Rule's assessment of a fillet or oil bore: alternating bending, shear, equivalent stress; strength (Pa); Q."""
 
     name: str
     bending: float
@@ -127,7 +127,7 @@ def judged(
     strength: CrankStrength,
     judge: Callable[[FilletHistory, CrankStrength], Judgement],
 ) -> list[Judgement]:
-    """Worst judgement of each name, in the order of the histories."""
+    """Worst judgement among the stress histories of each name, in the order of the histories."""
     worst: dict[str, Judgement] = {}
     for history in histories:
         found = judge(history, strength)

@@ -55,7 +55,7 @@ def worst_plane(tensor: Array, k: float) -> PlaneStress:
     traction = stress @ normals.T  # (n, 3, planes)
     along, u, v = (np.einsum("nip,pi->np", traction, axis) for axis in (normals, first, second))
     normal = along.max(axis=0)
-    # Half the diagonal of the box around a path is an upper bound of the circle's radius.
+    # Upper bound of the criterion: half the diagonal of the box around a shear path exceeds the circle's radius.
     bound = 0.5 * np.hypot(np.ptp(u, axis=0), np.ptp(v, axis=0)) + k * normal
     worst, plane = -math.inf, PlaneStress(0.0, 0.0, 0.0, np.zeros(3))
     for p in np.argsort(-bound):
@@ -82,7 +82,7 @@ def least_circle(points: Array) -> float:
 
 @cache
 def _plane_axes() -> tuple[Array, Array, Array]:
-    """Normals (planes, 3), evenly over half a sphere and including the axes, and two axes in each plane."""
+    """Normals (planes, 3) spread evenly over half a sphere, axes included, and two unit vectors in each plane."""
     golden = math.pi * (3.0 - math.sqrt(5.0))
     z = (np.arange(PLANES) + 0.5) / PLANES
     r = np.sqrt(1.0 - z * z)

@@ -57,7 +57,7 @@ class PointLoads:
         return force.sum(axis=1), moment.sum(axis=1)
 
     def joined(self, *others: PointLoads) -> PointLoads:
-        """These loads together with other loads."""
+        """Point loads joined: these loads together with those of ``others``."""
         every = (self, *others)
         return PointLoads(
             np.concatenate([one.z for one in every]),
@@ -107,7 +107,7 @@ def crank_masses(engine: Engine) -> list[Mass]:
 
 
 def _beside(c: Crankshaft, piece: Piece, places: dict[str, tuple[float, float, float]]) -> tuple[str, ...]:
-    """Interfaces with which a piece of the crankshaft moves."""
+    """Names of the interfaces whose mean motion a piece of the crankshaft follows."""
     if piece.kind in ("main", "pin"):
         return (f"{piece.kind}[{piece.number}]",)
     if piece.kind in ("nose", "flange"):
@@ -121,7 +121,7 @@ def _beside(c: Crankshaft, piece: Piece, places: dict[str, tuple[float, float, f
 
 
 def crank_loads(cycle: RecordedCycle) -> PointLoads:
-    """All loads on the crank over a cycle, balanced as described in this module."""
+    """All loads on the crank over a cycle, with inertia and weight; the small residual is distributed by mass."""
     masses = crank_masses(cycle.engine)
     found = interface_loads(cycle).joined(mass_loads(cycle, masses))
     found = found.joined(_spread(masses, -_wrench(found), cycle.carried))
@@ -229,7 +229,7 @@ def mass_loads(cycle: RecordedCycle, masses: list[Mass]) -> PointLoads:
         place = mass.centre + moved[:, :3]
         acceleration = second[:, :3] + 2.0 * omega[:, 0] * (rate[:, :3] @ turn.T)
         acceleration = acceleration + (steady @ place[:, :, None])[:, :, 0]
-        # The acceleration of a piece about its centre is G r, where r rotates with the piece.
+        # A point at r from a piece's centre has the acceleration G r relative to it; G is ``gradient``.
         gradient = skew(second[:, 3:]) + 2.0 * omega * (turn @ skew(rate[:, 3:])) + steady
         turned = np.eye(3) + skew(moved[:, 3:])
         lever = turned @ mass.second @ np.swapaxes(turned, 1, 2) @ np.swapaxes(gradient, 1, 2)
@@ -283,7 +283,7 @@ def _spread(masses: list[Mass], lacking: Array, carried: bool) -> PointLoads:
     centres = np.array([mass.centre for mass in masses])
     inertias = np.array([np.trace(mass.second) * np.eye(3) - mass.second for mass in masses])
     weights = np.array([mass.mass for mass in masses])
-    # Motion of each piece's centre and its rotation in the six rigid motions.
+    # Translation of each piece's centre, and rotation of the piece, in each of the six rigid motions.
     arms = np.concatenate([np.tile(np.eye(3), (weights.size, 1, 1)), -skew(centres)], axis=2)
     turns = np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
     matrix = np.einsum("k,kai,kaj->ij", weights, arms, arms) + turns.T @ inertias.sum(axis=0) @ turns

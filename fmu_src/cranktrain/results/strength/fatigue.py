@@ -54,7 +54,7 @@ REVERSED_SHEAR = 1.0 / math.sqrt(3.0)
 """Fully reversed strength in shear over that in tension, for ductile steel."""
 _SHEAR_GOVERNS = 0.5
 LEAST_SHARE = 1.0e-3
-"""Cycles below this fraction of the largest are ignored."""
+"""Fraction of the largest stress cycle below which smaller cycles are ignored."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class Judgement(NamedTuple):
 
 
 def governing_history(tensor: Array) -> Array:
-    """Part (n,) of stresses (n, 6) along their longest range in von Mises' norm, Pa.
+    """Scalar history (n,), Pa, of stresses (n, 6): their part along the direction of largest range in von Mises' norm.
 
     The sign is positive in tension. If shear governs (first invariant below half of the norm), mean stress is treated
     as tension.
@@ -122,7 +122,7 @@ def _deviator(tensor: Array) -> Array:
 
 
 def counted_cycles(history: Array) -> list[StressCycle]:
-    """Different closed cycles of a repeating history (n,), without its end point; largest first.
+    """Closed stress cycles, by rainflow, of a repeating history (n,) without its end point; largest first.
 
     The history is counted from its greatest value, so all cycles are closed.
     """

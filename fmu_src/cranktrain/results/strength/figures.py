@@ -57,7 +57,7 @@ def place_of(c: Crankshaft, name: str) -> tuple[float, float]:
         return c.pin_positions[number - 1], c.throws[number - 1] + 0.5 * c.pin_diameter
     web = at.joins[number - 1]
     if kind == "pin":
-        # The point of the pin fillet towards the crank's axis, where bending acts.
+        # A pin fillet is marked at its point nearest to the crank's axis, where bending stress is largest.
         return web.span[1 if web.front else 0], c.throws[web.pins[0] - 1] - 0.5 * c.pin_diameter
     return web.span[0 if web.front else 1], 0.5 * c.main_diameter
 

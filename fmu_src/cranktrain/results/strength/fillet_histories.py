@@ -23,11 +23,11 @@ from cranktrain.structure.stress.nodal_stress import von_mises
 from cranktrain.structure.stress.sub_model import CUTS, FilletModes, cut_places
 
 CONVERGED = 0.03
-"""A fillet is converged if the ratio of smallest to largest |principal stress| at its peak is at most this."""
+"""Largest ratio of smallest to largest |principal stress| at the peak of a fillet whose mesh is converged."""
 _BATCH = 16
 _JUDGED = 4
 _BESIDE = 1e-3
-"""Loads closer to a cut than this distance, m, count as beyond the cut."""
+"""Distance from a cut, m, below which a load counts as beyond the cut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class FilletPeak:
 
     @property
     def converged(self) -> bool:
-        """True if the mesh resolves the peak."""
+        """True if the mesh of the sub-model resolves the stress peak."""
         return self.free_surface <= CONVERGED
 
     @property
@@ -74,7 +74,7 @@ class FilletRun:
     by_resultants: Array
 
     def scanned(self, drive: Array) -> tuple[Array, NDArray[np.intp]]:
-        """Greatest von Mises stress (s,) of each point, Pa, and the index of its sample (s,)."""
+        """Greatest von Mises stress over the cycle of each of s points, (s,) Pa, and the index of its sample (s,)."""
         modes, driven = self.modes.modes, drive.astype(np.float32)
         flat = modes.reshape(len(modes), -1)
         greatest = np.zeros(len(self.modes.points), dtype=np.float32)
@@ -118,7 +118,7 @@ class FilletRun:
 
 
 def fatigue_name(place: str) -> str:
-    """Name used in fatigue and the rule for a place of a sub-model: ``pin[1] rear fillet`` → ``web[2].pin``."""
+    """Name in fatigue assessment of a sub-model's fillet or oil bore: ``pin[1] rear fillet`` → ``web[2].pin``."""
     journal, number = place[: place.index("[")], int(place[place.index("[") + 1 : place.index("]")])
     if journal == "oil hole":
         return f"pin[{number}].oil_bore"

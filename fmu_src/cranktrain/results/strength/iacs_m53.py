@@ -29,7 +29,7 @@ from cranktrain.structure.crank.sections import bare_outline, web_width
 
 Load = TypeVar("Load", float, Array)
 ACCEPTABLE = 1.15
-"""Least acceptability factor."""
+"""Least acceptability factor Q that the rule permits."""
 ADDITIONAL_BENDING = 10.0e6
 """Alternating bending stress from misalignment, block deformation, axial and bending vibrations; trunk pistons, Pa."""
 FORMING_FACTORS = {"grain-flow": 1.05, "free-form": 1.0, "cast-rolled": 0.93}
@@ -66,7 +66,7 @@ class ThrowShape:
 
     @property
     def ratios(self) -> dict[str, float]:
-        """Ratios s, w, b, r and d of the rule, lengths over the pin's diameter, by the names of ``RANGES``."""
+        """Ratios of dimensions in the rule's formulas: lengths s, w, b, r and d over the pin's diameter, by name."""
         d = self.pin_diameter
         return {
             "s": (0.5 * (d + self.journal_diameter) - self.throw) / d,
@@ -81,7 +81,7 @@ class ThrowShape:
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """Texts on ratios outside the range of the empirical formulas, such as ``s = 0.557 (at most 0.5)``."""
+        """Texts on ratios outside the empirical formulas' range of validity, such as ``s = 0.557 (at most 0.5)``."""
         found = []
         for name, value in self.ratios.items():
             low, high = RANGES[name]

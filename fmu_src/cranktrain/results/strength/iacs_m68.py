@@ -55,7 +55,8 @@ OF_PROPELLER = ("propeller", "stern-tube")
 STRONGEST, STRONGEST_PROPELLER = 800.0, 600.0
 """Largest tensile strengths that the rule accepts, N/mm²: other shafts, propeller shafts."""
 NEAR_RATED, FASTEST, BARRED = 0.9, 1.05, 0.8
-"""Speed ratios at which the limit becomes constant, at which it ends, and below which ranges may be barred."""
+"""Speed ratios λ: above NEAR_RATED the limit is constant, at FASTEST it ends, below BARRED speed ranges may be
+barred."""
 
 
 def section_modulus(shaft: Shaft) -> float:

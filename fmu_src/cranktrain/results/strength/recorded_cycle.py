@@ -65,7 +65,7 @@ class RecordedCycle:
         return self.outputs["crank.angle"] % CYCLE
 
     def motion(self, interface: str, rate: int = 0) -> Array:
-        """Translation and rotation (n, 6) of an interface in the frame; with ``rate`` 1 or 2 their time derivatives."""
+        """Translation and rotation (n, 6) of an interface in the frame, or their time derivative of order ``rate``."""
         shape = self.body.shapes[self.body.index(interface)]
         return np.asarray((self.position, self.velocity, self.change)[rate] @ shape.T)
 
@@ -152,7 +152,7 @@ def recorded_cycle(
         damping=simulation.model.damping[:modes].copy(),
         outputs=dict(zip(simulation.output_names, rows.T.copy(), strict=True)),
         settling=found.settling,
-        # Loads on discs of the drive line are left out, because these are not interfaces of the crank.
+        # Loads on discs of the drive line are left out, because these discs are not interfaces of the crank.
         added={name: load for name, load in zip(held, loads, strict=True) if name in simulation.body.interfaces},
         axial_force=float(simulation.inputs[engine.n_cylinders + at.AXIAL_INPUT]),
     )

@@ -30,7 +30,7 @@ from cranktrain.structure.stress.stress_modes import ShapedCrank, StressModes
 Tensors = NDArray[np.float32]
 
 BATCH = 8
-"""Number of instants that are superposed at once, so that data stay in the processor's cache."""
+"""Number of instants whose stresses are superposed at once; so few fit into the processor's cache."""
 CHECKED = 8
 """Number of equally spaced instants of a cycle that are solved directly for the check."""
 
@@ -64,7 +64,7 @@ class CrankStress:
 
     @classmethod
     def of(cls, bare: ReducedBody, surface: StressModes, cycle: RecordedCycle) -> CrankStress:
-        """Make the stresses over the last of the recorded cycles; ``bare`` is the bare crankshaft in all modes."""
+        """Make the stresses over the last recorded cycle; ``bare`` is the bare crankshaft in all modes."""
         with one_thread():
             modes = surface.of_running(complete_crankshaft(cycle.engine, bare), cycle.body)
         return cls(cycle.last(), modes, surface, surface_features(cycle.engine.crankshaft, surface.points))
@@ -76,7 +76,7 @@ class CrankStress:
 
     @cached_property
     def coordinates(self) -> Tensors:
-        """Modal coordinates and Ω² as columns (k, r + 1)."""
+        """Factors of the stress modes at k samples: modal coordinates and Ω² as columns (k, r + 1)."""
         return np.column_stack((self.cycle.position, self.cycle.speed**2)).astype(np.float32)
 
     def tensors(self, samples: slice | NDArray[np.intp]) -> Tensors:
@@ -109,7 +109,7 @@ class CrankStress:
 
     @cached_property
     def _scanned(self) -> tuple[Tensors, NDArray[np.intp], Tensors, NDArray[np.intp]]:
-        """Envelope and greatest values, computed in one pass over the cycle."""
+        """Results of :meth:`envelope` and :meth:`greatest`, computed together in one pass over the cycle."""
         count, nodes = len(self.coordinates), self.modes.shape[2]
         envelope, when = np.full(nodes, -1.0, dtype=np.float32), np.zeros(nodes, dtype=np.intp)
         greatest, where = np.empty(count, dtype=np.float32), np.empty(count, dtype=np.intp)
@@ -124,7 +124,7 @@ class CrankStress:
         return envelope, when, greatest, where
 
     def hot_spots(self) -> list[HotSpot]:
-        """Hot spot of each feature, the greatest first."""
+        """Point of greatest stress of each feature (fillet, oil hole, journal, web), the greatest first."""
         names, number = self.features
         envelope, when = self.envelope
         spots = []

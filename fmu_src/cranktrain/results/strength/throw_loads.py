@@ -94,7 +94,7 @@ def _web(c: Crankshaft, number: int, bending: PointLoads, torque: PointLoads) ->
     z = 0.5 * sum(web.span)
     force, moment = bending.cut(z, z * AXIS + 0.5 * throw * radial)
     _, about_axis = torque.cut(z, z * AXIS)
-    # The part behind a cut in front of the pin carries the front reaction; behind the pin, minus the rear reaction.
+    # Radial force of a web: the front reaction for the web in front of the pin, minus the rear reaction behind it.
     side = 1.0 if web.front else -1.0
     journal = about_axis @ AXIS
     pin_torque = journal - throw * (force @ across)

@@ -1,4 +1,4 @@
-"""Result of a verb: a dictionary in engineering units with tables and a short display."""
+"""Result of a library function (verb): a dictionary in engineering units with tables and a short display."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cranktrain.results.run_up.plots import KIND_COLOURS
 from cranktrain.results.views.plot_data import for_notebook, html_table, interactive_lines
 
 LINES, LONGEST = 6, 72
-"""Largest number of lines of a display, and of characters of a value in it."""
+"""Largest number of lines of a result's display, and largest number of characters of a value in it."""
 
 
 class VerbResult(dict[str, Any]):
@@ -60,7 +60,7 @@ class VerbResult(dict[str, Any]):
         return pandas.json_normalize([{k: v for k, v in row.items() if k not in within} for row in tables[wanted]])
 
     def _main(self, tables: Mapping[str, Any]) -> str:
-        """Path of the default table."""
+        """Path, within the result, of the table that is shown by default."""
         return next(iter(tables))
 
     def __repr__(self) -> str:
@@ -75,7 +75,7 @@ class VerbResult(dict[str, Any]):
 
 
 class Frequencies(VerbResult):
-    """Result of verb ``modal``."""
+    """Result of command ``modal``: natural frequencies of the cranktrain."""
 
     def _main(self, tables: Mapping[str, Any]) -> str:
         return next((name for name in ("cranktrain.modes", "modes") if name in tables), super()._main(tables))
@@ -126,7 +126,7 @@ def _are_records(value: Any) -> bool:
 
 
 def _inner_tables(records: list[dict[str, Any]], place: str) -> Any:
-    """Join the lists that all records have under one key to one table per key."""
+    """Tables from lists within records: the lists that all records hold under one key are joined to one table."""
     for key in [key for key, value in records[0].items() if _are_records(value)]:
         if all(_are_records(one.get(key)) for one in records):
             own = place.rpartition(".")[2]

@@ -153,7 +153,7 @@ class Campbell(ModesOverSpeed):
         return frame
 
     def to_xarray(self) -> Any:
-        """Frequencies as an xarray ``DataArray`` over speed and mode."""
+        """Frequencies (Hz) as an xarray ``DataArray`` over speed and mode."""
         xarray = optional("xarray", "to_xarray")
         coordinates = {"speed_rpm": self.speeds_rpm, "mode": list(self.names), "kind": ("mode", list(self.kinds))}
         return xarray.DataArray(self.hz, coordinates, ("speed_rpm", "mode"), "frequency", {"units": "Hz"})

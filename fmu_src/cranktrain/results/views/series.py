@@ -12,7 +12,7 @@ from cranktrain.core.units import base_powers, unit_factor
 
 
 class Series(np.ndarray):
-    """Values of an output: a NumPy array with name and unit.
+    """Values of a run's output: a NumPy array with name and unit.
 
     Slices and copies keep the unit. Results of arithmetic are plain arrays, because their unit may be different.
 

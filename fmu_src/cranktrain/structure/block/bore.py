@@ -31,7 +31,7 @@ from cranktrain.structure.fem.mesh import surface_basis
 from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.fem.surface_compliance import kept_compliance, radial_loads
 
-# Version of the stored compliance: raised when the code would give another one for the same block.
+# Version of the stored compliance: raised when changed code gives another compliance for the same block.
 RECIPE = 1
 
 
@@ -42,7 +42,7 @@ def block_bore_compliance(
     mesh_file: str | Path | None = None,
     progress: Progress | None = None,
 ) -> BoreCompliance:
-    """Elastic shapes of a main bore in the block without its rigid motion; computed once, then read from the cache.
+    """Elastic shapes of a main bore in the block, without the bore's rigid motion; kept in the user's cache.
 
     Raises ``InputError``: an engine without block or plain main bearings, a main bearing that does not exist, or a
     count that the patterns cannot give.
@@ -72,7 +72,7 @@ def block_bore_compliance(
 def bore_beside(
     engine: Engine, mesh_file: str | Path | None = None
 ) -> Callable[[FEModel, Flexibility, Progress], None]:
-    """Callback for the block's reduction that also stores the usual bore, with the same factorised finite elements."""
+    """Callback for the block's reduction: it also stores the bore's compliance, from the same factorised stiffness."""
 
     def keep(model: FEModel, free: Flexibility, say: Progress) -> None:
         row = _row(engine, None)
@@ -82,7 +82,7 @@ def bore_beside(
 
 
 def _row(engine: Engine, main: int | None) -> int:
-    """Row of a main bearing, from 0; ``InputError`` for a number that does not exist."""
+    """Row (from 0) of main bearing ``main`` (numbered from 1); ``InputError`` if there is no such bearing."""
     mains = len(engine.crankshaft.main_positions)
     row = (mains // 2 if main is None else main) - 1
     if not 0 <= row < mains:

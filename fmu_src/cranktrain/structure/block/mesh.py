@@ -33,7 +33,7 @@ the interface is referred to its position in the plan, else to the centroid."""
 
 
 def block_interface_names(mains: int, cylinders: int, mounts: int) -> tuple[str, ...]:
-    """Interfaces of a block: bores, liners, heads, thrust, mounts, cover."""
+    """Names of a block's interfaces: bores, liners, heads, thrust, mounts, cover."""
     bores = [f"bore[{i}]" for i in range(1, mains + 1)]
     liners = [f"liner[{i}].{ring}" for i in range(1, cylinders + 1) for ring in ("upper", "lower")]
     heads = [f"head[{i}]" for i in range(1, cylinders + 1)]
@@ -110,7 +110,7 @@ def block_interfaces(model: FEModel, plan: BlockPlan) -> InterfaceSet:
     places = interface_places(plan)
 
     def place(name: str, centroid: Array) -> Array:
-        # A head's surface ends at the block's end, so its centroid may lie off the cylinder's axis.
+        # The surface under a head ends at the block's end, so its centroid may lie off the cylinder's axis.
         near = np.linalg.norm(places[name] - centroid) < PLACE_TOLERANCE * plan.cylinder_bore
         return places[name] if near or name.startswith("head") else centroid
 
@@ -164,5 +164,5 @@ def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:
 
 
 def _tuples(value: Any) -> Any:
-    """Convert lists to tuples at every depth."""
+    """Copy of nested lists with each list, at every depth, converted to a tuple."""
     return tuple(_tuples(entry) for entry in value) if isinstance(value, list) else value

@@ -27,7 +27,7 @@ from cranktrain.structure.crank.reduction import complete_crankshaft
 
 PARTS = (*KINDS, "block")
 REACH = 2.0
-"""Partners are searched up to this multiple of the highest listed frequency."""
+"""Multiple of the highest listed frequency up to which the block's modes are matched with those on ground."""
 RIGID_HZ = 30.0
 """Modes below this frequency (Hz) are rigid motions of the whole engine on its mounts."""
 
@@ -65,7 +65,7 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
         rows = block.shapes[block.index(f"mount[{k}]")]
         stiffness[n:, n:] += rows.T @ (np.array(values)[:, None] * rows)
     squares, modes = eigh(stiffness, block_diag(mass, np.eye(m)))
-    # No spring acts on the crank's rotation, so the first mode is its rigid rotation.
+    # No spring acts on the crank's rotation, so the first mode is the crank's rigid rotation; it is left out.
     return np.sqrt(squares[1:]) / (2.0 * np.pi), modes[:n, 1:], modes[n:, 1:]
 
 

@@ -34,9 +34,9 @@ from cranktrain.structure.fem.own_body import is_body, read_body
 from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
 from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, kept_path, reduced_structure
 
-# Version of the stored body: raised when the code would make another body from the same inputs.
+# Version of the stored body: raised when changed code makes another body from the same inputs.
 RECIPE = 1
-# Keys of [block] that do not change the bare block.
+# Keys of the input table [block] that do not change the bare block.
 AFTERWARDS = ("head_mass", "head_height", "damping_ratio", "running_cutoff_hz")
 
 
@@ -77,7 +77,7 @@ def own_block(engine: Engine, path: str | Path) -> ReducedBody:
             f"{path}: no interface named {', '.join(missing)}; found {', '.join(sorted(body.interfaces)) or 'none'} - "
             "name a node of each bore, liner, head, mount, the thrust faces and the cover"
         )
-    # The positions of heads and cover are not checked.
+    # Interfaces whose positions are checked: all except heads and cover.
     held = {name: place for name, place in places.items() if name.startswith(("bore", "liner", "thrust", "mount"))}
     found = dict(zip(body.interfaces, body.positions, strict=True))
     check_places(path, found, held, PLACE_TOLERANCE * plan.cylinder_bore)
@@ -127,7 +127,7 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
 
 
 def complete_block(engine: Engine, body: ReducedBody) -> ReducedBody:
-    """Bare block with the heads on its deck."""
+    """Complete block: the bare block with the cylinder heads fixed to its deck."""
     with one_thread():
         for part in heads(engine):
             body = attach(body, *part)
@@ -135,7 +135,7 @@ def complete_block(engine: Engine, body: ReducedBody) -> ReducedBody:
 
 
 def heads(engine: Engine) -> list[tuple[str, float, Array, Array]]:
-    """Interface, mass, inertia (3, 3) and offset (3,) of each cylinder's head, a solid box over its cylinder."""
+    """Interface, mass (kg), inertia (3, 3) and offset (3,) m of each cylinder head, taken as a solid box."""
     plan, parts = block_plan(engine), []
     b = plan.block
     for bank in plan.banks:

@@ -35,7 +35,7 @@ from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid
 from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
 
-# Version of the stored compliance: raised when the code would give another one for the same ring.
+# Version of the stored compliance: raised when changed code gives another compliance for the same ring.
 RECIPE = 1
 DEGREE = 3
 """Legendre degree of a roller's force distribution along its axis."""
@@ -118,7 +118,7 @@ def elastic_ring_stiffness(compliance: Array, zeta: Array, springs: Array, first
     for j in range(count):
         own = slice(j * terms, (j + 1) * terms)
         rows[own, own] = shapes.T @ (springs[j][:, None] * shapes)
-        # ζ⁰ and ζ¹ are the first two Legendre polynomials.
+        # A roller's approach is constant (ζ⁰) from displacement and linear (ζ¹) from tilt: Legendre degrees 0 and 1.
         approach[j, 0, :2] = approach[j, 1, 2:] = np.cos(angles[j]), np.sin(angles[j])
     motion = approach.reshape(size, 4)
     stiffness = motion.T @ np.linalg.solve(np.eye(size) + rows @ compliance.reshape(size, size), rows @ motion)
@@ -128,7 +128,7 @@ def elastic_ring_stiffness(compliance: Array, zeta: Array, springs: Array, first
 def ring_compliance(
     ring: RollerRing, first_angle: float = 0.0, progress: Progress | None = None, rebuild: bool = False
 ) -> Array:
-    """Compliance of the track under its rollers; computed once, then read from the user's cache.
+    """Compliance of the outer ring's track under its rollers; computed once, then read from the user's cache.
 
     Raises ``InputError`` for dimensions that make no ring.
 
@@ -156,7 +156,7 @@ def ring_compliance(
 
 
 def ring_model(ring: RollerRing, mesh: MeshTet2) -> FEModel:
-    """Finite elements of ring and housing, each with its material; attribute ``material`` is that of the ring."""
+    """Finite elements of ring and housing, each with its material; ``material`` of the model is the ring's."""
     middle = np.hypot(*mesh.p[:2, mesh.t].mean(axis=1))
     inside = middle < 0.5 * ring.ring_diameter
     model = finite_elements(mesh, ring.ring, elements=np.flatnonzero(inside))
@@ -165,7 +165,7 @@ def ring_model(ring: RollerRing, mesh: MeshTet2) -> FEModel:
 
 
 def track_compliance(ring: RollerRing, model: FEModel, clamped: NDArray[np.integer], first_angle: float = 0.0) -> Array:
-    """Compliance of the boundary ``track`` on the rollers' patterns, (Z, DEGREE + 1, Z, DEGREE + 1) m/N.
+    """Compliance, m/N, of the track for each of Z rollers and its patterns, (Z, DEGREE + 1, Z, DEGREE + 1).
 
     ``clamped`` are the fixed degrees of freedom.
     """
@@ -174,7 +174,7 @@ def track_compliance(ring: RollerRing, model: FEModel, clamped: NDArray[np.integ
 
 
 def _roller_loads(ring: RollerRing, model: FEModel, first_angle: float) -> Array:
-    """Load vectors (ndof, patterns): roller j presses outwards with Legendre pattern P_m, scaled to unit ∫ P_m dF."""
+    """Load vectors (ndof, patterns) of rollers that press outwards: Legendre pattern P_m, scaled to unit ∫ P_m dF."""
     facets = FacetBasis(model.mesh, model.basis.elem, facets=model.mesh.boundaries["track"], intorder=FACET_ORDER)
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)

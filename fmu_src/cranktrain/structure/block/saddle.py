@@ -30,12 +30,12 @@ from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
 from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
 
-# Version of the stored compliance: raised when the code would give another one for the same saddle.
+# Version of the stored compliance: raised when changed code gives another compliance for the same saddle.
 RECIPE = 1
 WAVES = 12
-"""Number of Fourier waves of the patterns; film pressure has only small higher waves."""
+"""Number of Fourier waves of the pressure patterns around the bore; film pressure has only small higher waves."""
 DEGREE = 4
-"""Legendre degree of the patterns."""
+"""Legendre degree of the pressure patterns along the bore."""
 FACET_ORDER = 10
 CAST_IRON = Material(youngs_modulus=120e9, poisson_ratio=0.26, density=7200.0)
 """Cast iron of crankcases, grey to vermicular (110 to 130 GPa); the values are chosen."""
@@ -152,7 +152,7 @@ def pattern_loads(model: FEModel, film_diameter: float, film_width: float, waves
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)
     around, along = patterns(np.arctan2(y, x), 2.0 * z / film_width, waves, degree)
-    # Weights are areas of the film: the force on dφ dz of the film acts on the larger dφ dz of the housing.
+    # Weights are areas of the film, because the force on an area dφ dz of the film acts on the larger bore.
     weight = facets.dx * (0.5 * film_diameter / radius)
     pressure = np.einsum("mfq,lfq,fq->mlfq", around, along, weight).reshape(-1, *weight.shape)
     return radial_loads(model, facets, pressure)

@@ -25,7 +25,7 @@ Point = tuple[float, float]
 Span = tuple[float, float]
 
 BAND_SHARE = 0.25
-"""Height of the two liner rings on which the piston acts, over the stroke; chosen."""
+"""Height of each of the two liner rings on which the piston acts, as a fraction of the stroke; chosen."""
 RETAINER = 10e-3
 """Least radial width of the thrust faces around a bore, m, used if the thrust bearing is smaller; chosen."""
 BORE_MESH_SHARE = 0.3
@@ -77,7 +77,7 @@ class BlockPlan:
 
     @property
     def ends(self) -> Span:
-        """Position of front and rear face of the block along z, m."""
+        """Positions along z of the block's front and rear face, m."""
         half = 0.5 * self.block.housing_thickness
         return self.mains[0] - half, self.mains[-1] + half
 
@@ -100,7 +100,7 @@ class BlockPlan:
         return [(h - half, h + half) for h in self.pin_heights]
 
     def cells(self, bank: Bank) -> list[Span]:
-        """Interval along z of the bank that belongs to each of its cylinders, m."""
+        """Interval along z (m) of the bank's length that belongs to each cylinder."""
         front, rear = self.ends
         cuts = [0.5 * (a + b) for a, b in zip(bank.positions, bank.positions[1:], strict=False)]
         return list(zip([front, *cuts], [*cuts, rear], strict=True))
@@ -141,7 +141,7 @@ def outlines(plan: BlockPlan) -> tuple[list[Point], list[Point]]:
         foot = (-b.bank_half_width, b.bank_half_width)
         corners += [(x * c - b.foot_height * s, x * s + b.foot_height * c) for x in foot]
     outer = hull(corners)
-    # The skirt is open below, so its lowest edge is not moved inwards.
+    # The crankcase's skirt is open below, so the lowest edge of the outline is not moved inwards.
     walls = [0.0 if low[1] == high[1] == -b.skirt_depth else b.wall_thickness for low, high in edges(outer)]
     return outer, inset(outer, walls)
 
@@ -177,7 +177,7 @@ def inset(polygon: Sequence[Point], distances: Sequence[float]) -> list[Point]:
     for ((p, q), c), ((r, s), d) in zip([lines[-1], *lines[:-1]], lines, strict=True):
         det = p * s - q * r
         corners.append(((c * s - q * d) / det, (p * d - c * r) / det))
-    # An edge whose direction reversed has passed the opposite edge.
+    # An inset edge whose direction has reversed has passed the opposite edge, so no area remains.
     moved = zip(edges(polygon), edges(corners), strict=True)
     if any((b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) <= 0.0 for (a, b), (c, d) in moved):
         raise InputError("block.wall_thickness: the crankcase's walls leave no room inside; make them thinner")
@@ -190,7 +190,7 @@ def _turn(a: Point, b: Point, c: Point) -> float:
 
 
 def cut(polygon: Sequence[Point], y: float, above: bool) -> list[Point]:
-    """Part of a convex polygon above or below a height y; empty if there is none."""
+    """Part of a convex polygon above or below a height y; an empty list if the polygon has no such part."""
     side = 1.0 if above else -1.0
     kept: list[Point] = []
     for a, b in edges(polygon):

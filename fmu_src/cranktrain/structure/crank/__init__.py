@@ -1,1 +1,1 @@
-"""Crankshafts: shape, sections, and bodies of every level of detail."""
+"""Crankshafts: shape, cross-sections, and reduced bodies of every crank level."""

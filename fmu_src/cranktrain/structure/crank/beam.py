@@ -33,9 +33,9 @@ from cranktrain.structure.crank.web_member import web_arm, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
 
 _STRIPS = 16
-"""Number of slices of a web."""
+"""Number of mass slices along a web."""
 _DETAIL = 40
-"""Number of points at which the diameter along an element is sampled."""
+"""Number of points at which the diameter along a beam element is sampled."""
 
 
 def beam_body(engine: Engine, progress: Callable[[str], None] | None = None) -> ReducedBody:
@@ -63,21 +63,21 @@ def beam_body(engine: Engine, progress: Callable[[str], None] | None = None) -> 
 
 
 def crank_frame(engine: Engine) -> tuple[Frame, dict[str, int]]:
-    """Frame of the bare crankshaft and its interface nodes by name, in the order of the solid body; no ``thrust``."""
+    """Frame of the bare crankshaft, and its interface nodes by name in the solid body's order, without ``thrust``."""
     c, material = engine.crankshaft, engine.material
     frame = Frame(material.youngs_modulus, material.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio)))
     at = stations(c)
     places = interface_places(c, engine.thrust.main)
     planes = [0.5 * sum(span) for span in at.webs]
     found: dict[str, int] = {}
-    # Nodes in the webs' middle planes, on the two axes that each web joins.
+    # Each web gets two nodes in its middle plane: one on each of the two journal axes that the web joins.
     low, high = [], []
     for web, z in zip(at.joins, planes, strict=True):
         first = (0.0, 0.0) if web.main else pin_centre(c, web.pins[0])[:2]
         low.append(frame.node((*first, z)))
     for web, z in zip(at.joins, planes, strict=True):
         high.append(frame.node((*pin_centre(c, web.pins[-1])[:2], z)))
-    # Row of the web in front of each main journal and of the web behind it.
+    # Row of the web in front of each main journal (``before``) and of the web behind it (``behind``).
     before = {web.main: j for j, web in enumerate(at.joins) if web.main and not web.front}
     behind = {web.main: j for j, web in enumerate(at.joins) if web.main and web.front}
 
@@ -103,7 +103,7 @@ def crank_frame(engine: Engine) -> tuple[Frame, dict[str, int]]:
             found["flywheel"] = line[at.flange[1]]
     for i, span in enumerate(at.pins, 1):
         front, rear = (number - 1 for number in webs_of(c, i))
-        # A web without thickness has no piece between its middle plane and the pin.
+        # The pin's axis: half the front web, the pin, half the rear web. A web of zero thickness adds no length.
         pieces = [(planes[front], span[0], 0.0), (*span, c.pin_diameter), (span[1], planes[rear], 0.0)]
         pieces = [piece for piece in pieces if piece[1] > piece[0]]
         middle = places[f"pin[{i}]"][2]
@@ -142,7 +142,7 @@ def _line(
 
 
 def _diameter(c: Crankshaft, pieces: list[tuple[float, float, float]], z: Array) -> Array:
-    """Diameter (p,) that gives the mass at positions z, fillets included; 0 within a web."""
+    """Diameter (p,), m, for the mass at positions z along the axis, fillets included; 0 within a web."""
     result = np.zeros_like(z)
     for k, (start, end, diameter) in enumerate(pieces):
         inside = (z >= start) & (z <= end)
@@ -158,7 +158,7 @@ def _diameter(c: Crankshaft, pieces: list[tuple[float, float, float]], z: Array)
 
 
 def _spread(c: Crankshaft, pieces: list[tuple[float, float, float]]) -> Callable[[Array], Array]:
-    """Function z ↦ diameter for the stiffness, limited by a cone of 45° on each thinner piece; webs count as round."""
+    """Function z ↦ diameter for stiffness, where a cone of 45° limits steps to thicker pieces; webs count as round."""
     full = [(start, end, diameter or 2.0 * c.web_main_radius) for start, end, diameter in pieces]
 
     def stiff(z: Array) -> Array:

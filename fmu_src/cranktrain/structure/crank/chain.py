@@ -27,13 +27,13 @@ from cranktrain.engine.torsional_chain import GROUND, Chain, coordinates
 from cranktrain.structure.crank.torsional import rigid_crank, with_twists
 
 FREE = 1.0e-6
-"""A mode is a rigid rotation if its ω is below this fraction of the highest ω."""
+"""Fraction of the highest ω below which a mode counts as a rigid rotation."""
 ALIKE = 1.0e-6
 """Relative tolerance within which a crank's nodes must rotate equally in its rigid rotation."""
 
 
 class ChainMatrices(NamedTuple):
-    """Matrices (n, n) in the independent rotations, and the rotations (discs, n) of all discs in these coordinates."""
+    """Matrices (n, n) for n independent rotations, and the map (discs, n) from these to the rotations of all discs."""
 
     mass: Array
     damping: Array
@@ -68,7 +68,7 @@ def chain_matrices(chain: Chain) -> ChainMatrices:
 
 
 def chain_modes(chain: Chain) -> ChainModes:
-    """Undamped modes in order of rising frequency, with the damping of each."""
+    """Undamped modes of a torsional system in order of rising frequency, with the modal damping of each."""
     m = chain_matrices(chain)
     squares, modes = eigh(m.stiffness, m.mass)
     omega = np.sqrt(np.maximum(squares, 0.0))
@@ -131,7 +131,7 @@ def _check_linear(engine: Engine, chain: Chain) -> None:
 
 
 def _places(engine: Engine, chain: Chain, base: ReducedBody) -> dict[str, str]:
-    """Disc of each interface of the crank ``base`` that has one, along z; ``InputError``: a disc missing or unknown."""
+    """Disc of each interface of the crank ``base``, along z; ``InputError`` if a disc is missing or unknown."""
     where = f"chain of engine '{engine.name}'"
     known = [name for name in base.interfaces if name != "thrust"]
     for name in chain.names:
@@ -163,14 +163,14 @@ def _places(engine: Engine, chain: Chain, base: ReducedBody) -> dict[str, str]:
 
 
 def _throw(chain: Chain, mains: list[str]) -> list[str]:
-    """Disc that shafts join to both of two mains, which represents their throw; empty unless there is exactly one."""
+    """Name of the only disc that shafts join to both ``mains`` of a throw; an empty list if none or several do."""
     beside = [{end for shaft in chain.shafts if main in shaft.between for end in shaft.between} for main in mains]
     found = sorted((beside[0] & beside[1]) - {*mains, GROUND})
     return found if len(found) == 1 else []
 
 
 def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any]:
-    """Fields ``shafts``, ``twists``, ``shaft_laws`` of the crank's ``body``, from elastic shafts and damped discs."""
+    """Fields ``shafts``, ``twists``, ``shaft_laws`` of a crank's ``body``, from the chain's shafts and dampers."""
     rows = [
         (
             f"{shaft.between[0]} to {shaft.between[1]}",
@@ -187,12 +187,12 @@ def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any
     ]
     names = [name for name, *_ in rows]
     rotations = np.zeros((len(chain.discs), body.n_modes))
-    # Scale and sign of the rigid rotation are those of the body.
+    # The chain's rigid rotation gets the scale and sign that the body's rigid rotation has at the pulley.
     pulley = body.index("pulley")
     rotations[:, 5] = modes.shapes[:, 0] * (body.shapes[pulley, 5, 5] / modes.shapes[chain.names.index("pulley"), 0])
     rotations[:, 6:] = modes.shapes[:, 1:]
     return {
-        # Parallel shafts get a number to make their names unique.
+        # Shafts between the same two discs get a number to make their names unique.
         "shafts": tuple(
             f"{name}, {names[:k].count(name) + 1}" if names.count(name) > 1 else name for k, name in enumerate(names)
         ),
@@ -202,7 +202,7 @@ def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any
 
 
 def _twist(chain: Chain, shaft: Shaft) -> Array:
-    """Row (discs,) that gives the twist of a shaft from the rotations of the discs."""
+    """Coefficients (discs,) by which the rotations of all discs sum to the twist of a shaft."""
     twist = np.zeros(len(chain.discs))
     for end, sign in zip(shaft.between, (shaft.ratio, -1.0), strict=True):
         if end != GROUND:

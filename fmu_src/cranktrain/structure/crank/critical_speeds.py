@@ -37,7 +37,7 @@ from cranktrain.structure.in_motion.residues import order_forces
 HIGHEST_ORDER = 12.0
 """Highest listed order; higher ones are listed only if no order up to this one has a critical speed in the range."""
 COUNTS = 0.05
-"""An order is listed if its excitation is at least this fraction of the largest."""
+"""Fraction of the largest excitation from which an order is listed."""
 REACH = 1.25
 """Critical speeds are listed up to this multiple of the highest speed, because orders grow below their resonance."""
 SAMPLES = 360
@@ -69,7 +69,7 @@ def exciting_orders(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = N
     speeds = 2.0 * math.pi * hz[first] / orders
     low, high = engine.speeds
     within = (speeds >= low) & (speeds <= REACH * high)
-    if np.any(within & (orders <= HIGHEST_ORDER)):  # a slow engine or a stiff crank has only higher ones
+    if np.any(within & (orders <= HIGHEST_ORDER)):  # a slow engine or a stiff crank has only higher orders
         within &= orders <= HIGHEST_ORDER
     largest = float((sizes[within] if within.any() else sizes).max()) or 1.0
     firings = engine.firings if is_even(engine.firing_intervals) else math.inf
@@ -93,7 +93,7 @@ def excitations(engine: Engine, crankshaft: ReducedBody, shape: Array, gas: Gas 
 
 
 def critical_speeds(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = None) -> list[dict[str, Any]]:
-    """Rows of :func:`exciting_orders` for a report: ``order``, critical speed ``rpm`` in rev/min, ``excitation``."""
+    """Exciting orders as rows of a report: ``order``, critical speed ``rpm`` in rev/min, ``excitation``."""
     return [
         {"order": one.order, "rpm": one.speed / RPM, "excitation": one.share}
         for one in exciting_orders(engine, crankshaft, gas)

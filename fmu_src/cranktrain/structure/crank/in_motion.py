@@ -21,7 +21,7 @@ from cranktrain.structure.crank.modal import energy_shares, main_springs, named_
 
 
 def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
-    """First torsional frequency (Hz) on ground of the complete ``crankshaft`` with its rods, with mains as in motion.
+    """First torsional frequency (Hz) of the complete ``crankshaft`` with rods on ground, its axis held in plain mains.
 
     Raises ``InputError`` for a crank without a torsional mode.
     """

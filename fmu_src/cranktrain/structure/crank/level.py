@@ -53,7 +53,7 @@ def crank_body(
 
 
 def running_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody:
-    """Crankshaft of the running model at a level from the bare one; raises as :func:`bare_crank` does."""
+    """Crankshaft of the running model at a crank level, from the bare crankshaft; raises like :func:`bare_crank`."""
     return MAKERS[crank_level(level).name].running(engine, bare)
 
 
@@ -82,19 +82,19 @@ def bare_beam(engine: Engine, solid: ReducedBody | None, progress: Progress | No
 
 
 def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Bare solid crankshaft, unchanged; ``InputError`` if it is not given."""
+    """Return the bare crankshaft ``solid`` unchanged; ``InputError`` if it is None."""
     if solid is None:
         raise InputError("crank level 'solid' needs the reduced crankshaft; make it by `cranktrain reduce`")
     return solid
 
 
 def running_rigid(engine: Engine, bare: ReducedBody) -> ReducedBody:
-    """Crankshaft with its parts in six rigid modes."""
+    """Crankshaft of level ``rigid`` with all attached parts, in its six rigid modes."""
     return rigid(complete_crankshaft(engine, bare))
 
 
 def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
-    """Crankshaft with its parts in torsional modes up to the engine's cut-off."""
+    """Crankshaft of level ``torsional`` with all attached parts, in torsional modes up to the engine's cut-off."""
     complete = complete_crank(engine, "torsional", bare)
     cut = engine.reduction.running_cutoff_hz
     above = complete.frequencies_hz > cut
@@ -108,7 +108,7 @@ def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
 
 
 class Maker(NamedTuple):
-    """Functions that make the bodies of one crank level.
+    """Functions that make the bare and the running body of one crank level.
 
     Attributes
     ----------

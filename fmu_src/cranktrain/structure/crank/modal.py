@@ -46,8 +46,9 @@ SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting,
 LISTED_HZ = 1000.0
 """Modes are listed up to this frequency, Hz, or up to the highest named mode if that is higher."""
 LEAST_SHARE = 0.25
-"""Least energy fraction of a kind with which a mode can be named the first or second of this kind. With less, bending
-has distributed this motion over more than four modes, and no single mode represents it."""
+"""Least fraction of kinetic energy in a kind of motion (such as torsion) with which a mode can be named first or second
+of this kind. With less, bending has distributed the motion over more than four modes, and no single mode represents
+it."""
 
 
 def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
@@ -106,12 +107,12 @@ def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array, A
 
 
 def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array, Array]:
-    """Modes of the assembled cranktrain at rest, free to rotate, in the form of :func:`free_modes`.
+    """Modes of the assembled cranktrain at rest, free to rotate: Hz (k,), energy fractions (k, 3), pulley answers (k,).
 
     ``crankshaft`` is the complete crankshaft, with flywheel and pulley.
     """
     squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
-    # No spring acts on the crank's rotation, so the first mode is its rigid rotation.
+    # No spring acts on the crank's rotation, so the first mode is the crank's rigid rotation; it is left out.
     squares, modes = squares[1:], modes[:, 1:]
     shares = energy_shares(engine, crankshaft, modes, rods=True)
     return np.sqrt(squares) / (2.0 * np.pi), shares, pulley_answers(engine, crankshaft, modes, squares)
@@ -167,7 +168,7 @@ def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float
 
 
 def _sections(body: ReducedBody) -> tuple[NDArray[np.intp], Array, Array, Array]:
-    """Rows of the interfaces on the axis, and mass, polar and diametral inertia (k,) of the section at each.
+    """Rows of the k interfaces on the axis, and mass, polar and diametral inertia (k,) of the slice at each.
 
     Raises ``InputError`` if the body's records of sections are missing or invalid.
     """
@@ -195,7 +196,7 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
     energy = _section_energy(motion[on_axis], *masses)
     parts = attached_parts(engine)
     if (weights := engine.balance_weights) is not None:
-        # A weight counts as a section on the axis with its polar inertia about the axis.
+        # A counterweight counts as a slice on the axis, with its polar inertia about the axis.
         for main, mass, r, z in zip(weights.mains, weights.masses, weights.radii, weights.offsets, strict=True):
             parts.append((f"main[{main}]", LumpedInertia(mass, mass * r**2, 0.5 * mass * r**2, z)))
     for name, part in parts:
@@ -257,7 +258,7 @@ def first_torsional(hz: Array, shares: Array, highest: float = math.inf, answers
 
 
 def named_frequencies(hz: Array, shares: Array, answers: Array | None, highest: float) -> dict[str, float | None]:
-    """Frequencies, Hz, of first and second torsional and first axial mode; None if no mode up to ``highest`` is one."""
+    """Frequencies, Hz, of first and second torsional and first axial mode, by name; None for one above ``highest``."""
     axial = named_mode(hz, shares, "axial", 1, highest)
     first, second = torsional_frequencies(hz, shares, answers, highest)
     return {
@@ -268,7 +269,7 @@ def named_frequencies(hz: Array, shares: Array, answers: Array | None, highest: 
 
 
 def listed_to(named: Iterable[float | None]) -> float:
-    """Frequency, Hz, up to which modes are listed: the larger of :data:`LISTED_HZ` and the highest named mode."""
+    """Frequency, Hz, up to which modes are listed: :data:`LISTED_HZ` or the highest of ``named``, if that is higher."""
     return max([LISTED_HZ, *(value for value in named if value is not None)])
 
 
@@ -280,14 +281,14 @@ def second_reach(hz: Array, shares: Array) -> float:
 
 
 def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) -> Array:
-    """Twice the kinetic energy over ω² by kind, (k, 3), of sections with the ``motion`` (s, 6, k)."""
+    """Twice the kinetic energy over ω² of k modes by kind of motion, (k, 3); ``motion`` of s slices is (s, 6, k)."""
     squares = motion**2
     bending = mass @ (squares[:, 0] + squares[:, 1]) + diametral @ (squares[:, 3] + squares[:, 4])
     return np.stack((bending, polar @ squares[:, 5], mass @ squares[:, 2]), axis=1)
 
 
 def _attached(engine: Engine) -> str:
-    """Text that lists the parts attached to the complete crankshaft."""
+    """Text for a report that lists the parts attached to the crankshaft."""
     names = ["flywheel", "pulley"]
     names += ["clutch"] if engine.clutch is not None else []
     names += ["balance weights"] if engine.balance_weights is not None else []
@@ -313,7 +314,7 @@ def reduction_quality(body: ReducedBody) -> dict[str, Any]:
     beside = [body.records[name] for name in (other, "tied_hz") if name in body.records]
     whole = full.ndim == 1 and other in body.records and all(one.shape == full.shape for one in beside)
     if not (whole and {"dofs_full", "max_relative_error", "static_error", "rigid_hz"} <= body.quality.keys()):
-        return {"modes": body.n_modes, **body.quality}  # a superelement, reduced elsewhere
+        return {"modes": body.n_modes, **body.quality}  # a superelement was reduced by another program
     reduced = body.frequencies_hz[6 : 6 + full.size]
     shown = full < CHECKED_HZ
     quality = {
@@ -332,6 +333,6 @@ def reduction_quality(body: ReducedBody) -> dict[str, Any]:
 
 
 def at_largest(shapes: NDArray[Any]) -> Array:
-    """Real motion (n, k) of complex modes at the instant of their largest amplitude, for use as a shape."""
+    """Real shapes (n, k) of complex modes: motion at the instant when each mode has its largest amplitude."""
     turned = shapes * np.exp(-0.5j * np.angle((shapes**2).sum(axis=0)))
     return np.ascontiguousarray(turned.real)

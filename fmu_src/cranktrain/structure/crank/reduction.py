@@ -39,10 +39,10 @@ from cranktrain.structure.fem.reduction import (
     reduced_structure,
 )
 
-# Version of the stored body: raised when the code would make another body from the same inputs.
+# Version of the stored body: raised when changed code makes another body from the same inputs.
 RECIPE = 1
-# An interface is referred to its position by the engine file if the meshed surface lies within this tolerance of it #
-# (over the main journal's diameter), else to the centroid of the surface.
+# Tolerance of an interface's position, over the main journal's diameter. If the meshed surface lies within it, the
+# interface is at its position in the engine file, else at the centroid of the surface.
 PLACE_TOLERANCE = 0.1
 
 
@@ -73,7 +73,7 @@ def reduced_crankshaft(
 
 
 def kept_crankshaft(engine: Engine) -> ReducedBody | None:
-    """Bare solid crankshaft from the cache, None if it is not there; ``StoreError``: a stored file that is corrupt."""
+    """Bare solid crankshaft from the cache, or None if not stored; ``StoreError`` if the stored file is corrupt."""
     path = stored_path(engine)
     return load_body(path, input_digest(engine)) if path.exists() else None
 
@@ -219,7 +219,7 @@ def nominal_places(crankshaft: Crankshaft) -> dict[str, Array]:
 
 
 def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Array:
-    """First free frequencies (count,) Hz with rigid interface surfaces (RBE2); this needs another factorisation."""
+    """First natural frequencies (count,) Hz of a free body whose interface surfaces are rigid (RBE2)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         tie, motions = tied_surfaces(model, interfaces, rigid_motions(model))
@@ -243,7 +243,7 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
 
 
 def _check_own(engine: Engine, found: Mapping[str, Array], mesh_file: str | Path) -> None:
-    """Refuse interfaces whose positions (3,) differ from those of the engine file; ``InputError``."""
+    """Refuse a user's mesh if interface positions ``found`` (3,) differ from the engine file; ``InputError``."""
     places = nominal_places(engine.crankshaft)
     check_places(mesh_file, found, places, PLACE_TOLERANCE * engine.crankshaft.main_diameter)
     mains = {name: place[2] for name, place in places.items() if name.startswith("main")}

@@ -24,7 +24,7 @@ from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import Outline, pin_centre, pin_fillets, stations, web_outline
 
 _STRIPS, _FINE = 40, 200
-"""Strips of a web, and points of the quadrature in each."""
+"""Number of strips of a web, and number of quadrature points in each strip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Piece:
 
 
 def crank_pieces(engine: Engine) -> list[Piece]:
-    """All pieces of the bare crankshaft, in the order of z."""
+    """Journals, webs, fillets and ends of the bare crankshaft as pieces, in the order of z."""
     return list(_pieces(engine.crankshaft, engine.material.density))
 
 
@@ -210,7 +210,7 @@ def _chord(distance: Array, radius: float) -> Array:
 
 
 def moved(moments: Array, origin: tuple[float, float]) -> Array:
-    """Moments in x, y of a section from its moments about ``origin``, m."""
+    """Moments (3, 3) of a section about the axis x = y = 0, from its moments about the point ``origin``, m."""
     shift = np.eye(3)
     shift[1:, 0] = origin
     return np.asarray(shift @ moments @ shift.T)

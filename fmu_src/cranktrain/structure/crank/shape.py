@@ -23,7 +23,7 @@ HOLE_FINENESS = 0.5
 
 
 class Web(NamedTuple):
-    """A web: begin and end along z (m), and numbers (from 1) of the journals and pins that it joins.
+    """A crank web: begin and end along z (m), and numbers (from 1) of the main journals and pins that the web joins.
 
     ``main`` is its main journal, or 0 for a flying web, which joins two ``pins``. A ``front`` web lies in front of its
     pin.
@@ -105,7 +105,7 @@ class Outline(NamedTuple):
 
 
 def web_outline(crankshaft: Crankshaft, number: int) -> Outline:
-    """Outline of a web (numbered from 1)."""
+    """Outline of the web with this ``number`` (from 1), seen along the crank's axis."""
     c, web = crankshaft, stations(crankshaft).joins[number - 1]
     if web.main:
         pin = web.pins[0] - 1
@@ -116,7 +116,7 @@ def web_outline(crankshaft: Crankshaft, number: int) -> Outline:
 
 
 def shaping(crankshaft: Crankshaft) -> dict[str, Any]:
-    """Dimensions of a crankshaft for its digest; dimensions with a default only if they differ from it."""
+    """Dimensions of a crankshaft for its digest; a dimension with a default value only if it differs from it."""
     usual = {entry.name: entry.default for entry in fields(crankshaft) if entry.default is not MISSING}
     return {key: value for key, value in asdict(crankshaft).items() if key not in usual or value != usual[key]}
 
@@ -136,7 +136,7 @@ def oil_outlet(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
 
 
 def fillet_ends(crankshaft: Crankshaft) -> dict[str, tuple[float, float]]:
-    """Every fillet of main journals and pins: z of its web's plane, m, and signed extent along z, m.
+    """Every fillet by name: z of the web's plane where it begins, m, and its signed extent along z, m.
 
     ``pin[1] front fillet`` is at the end of pin 1 towards the pulley, ``rear`` at the end towards the flywheel.
     """
@@ -248,7 +248,7 @@ def plate(occ: Any, outline: Outline, span: tuple[float, float]) -> Any:
 
 
 def _web_outline(occ: Any, r_main: float, r_pin: float, throw: float, z: float) -> Any:
-    """Hull of the circles about main and pin axis, as a face."""
+    """Hull of the two circles about the main and the pin axis, as a CAD face at height z (m)."""
     if throw <= abs(r_main - r_pin):
         y, r = (0.0, r_main) if r_main > r_pin else (throw, r_pin)
         right, left = occ.Pnt(r, y, z), occ.Pnt(-r, y, z)
@@ -267,7 +267,7 @@ def _web_outline(occ: Any, r_main: float, r_pin: float, throw: float, z: float) 
 
 
 def _counterweight_outline(occ: Any, radius: float, half_width: float, z: float) -> Any:
-    """Half disc opposite to the pin, cut off at its half width, as a face."""
+    """Counterweight outline: half disc opposite to the pin, cut off at its half width, as a CAD face at z (m)."""
     b = min(half_width, radius)
     depth = sqrt(radius**2 - b**2)
     corners = [occ.Pnt(b, 0, z), occ.Pnt(b, -depth, z), occ.Pnt(-b, -depth, z), occ.Pnt(-b, 0, z)]
@@ -280,7 +280,7 @@ def _counterweight_outline(occ: Any, radius: float, half_width: float, z: float)
 
 
 def oil_main(c: Crankshaft, pin: int) -> int:
-    """Main journal (from 1) whose oil bore leads to a pin: next to the pin's web, the front one of two; 0 if none."""
+    """Number (from 1) of the main journal whose oil bore leads to a pin. Return 0 if there is no oil bore."""
     before = [web.main for web in stations(c).joins if web.main and web.pins == (pin,)]
     return before[0] if before else 0
 

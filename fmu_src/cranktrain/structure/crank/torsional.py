@@ -158,7 +158,7 @@ def web_width(c: Crankshaft) -> float:
 
 
 def sections(engine: Engine) -> dict[str, Array]:
-    """Mass and inertia of the pieces at the nearest interface on the axis, in the form of ``reduction.sections``."""
+    """Mass and inertia of the crank's pieces, lumped at the nearest interface on the axis, by record name."""
     places = interface_places(engine.crankshaft, engine.thrust.main)
     names = list(places)
     on_axis = [name for name in names if not name.startswith("pin") and name != "thrust"]
@@ -203,7 +203,7 @@ def discs(engine: Engine, polar: float | None = None) -> Array:
 
 
 def shaft_matrix(stiffness: Array) -> Array:
-    """Stiffness matrix (n, n) of a row of n − 1 torsional springs."""
+    """Stiffness matrix (n, n) of n nodes joined in a row by n − 1 torsional springs."""
     ends = -np.diff(np.eye(stiffness.size + 1), axis=0)
     return np.asarray(ends.T @ (stiffness[:, None] * ends))
 
@@ -230,12 +230,12 @@ def _solid_twists(engine: Engine, solid: ReducedBody, supported: bool) -> tuple[
     modes = np.arange(6, solid.n_modes)
     stiffness = np.diag(solid.omega**2)
     if supported:
-        modes = np.setdiff1d(np.arange(solid.n_modes), 5)  # no spring acts on the rotation about z
+        modes = np.setdiff1d(np.arange(solid.n_modes), 5)  # mode 5, the rotation about z, has no stiffness
         stiffness = stiffness + bearing_stiffness(engine, solid)
     stiffness = stiffness[np.ix_(modes, modes)]
     rows = np.stack([solid.shapes[solid.index(name), 5][modes] for name in shaft_nodes(engine)])
     between = np.diff(rows, axis=0)
-    # One column per spring: response to a torque between its ends, scaled to one radian of twist of this spring.
+    # Columns are responses of the solid to a torque between the ends of each spring, scaled to 1 rad of its twist.
     answers = np.linalg.solve(stiffness, between.T)
     answers = answers @ np.linalg.inv(between @ answers)
     springs = answers.T @ stiffness @ answers

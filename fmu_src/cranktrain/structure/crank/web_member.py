@@ -73,7 +73,7 @@ def web_flexibility(arm: Arm, material: Material) -> Array:
     shear = rectangle_shear_factor(material.poisson_ratio) * at.area
     loads = np.eye(6)
     reaction = -loads.copy()
-    # Moved to the main axis, a force at (0, R, 0) brings the moment (R F_z, 0, −R F_ξ).
+    # A force F at (0, R, 0) has the moment (R F_z, 0, −R F_ξ) about the main axis.
     reaction[3] -= apart * loads[2]
     reaction[5] += apart * loads[0]
     inner = _resultants(at.eta, apart, 0.5 * arm.high_diameter) @ loads
@@ -111,7 +111,7 @@ def _overlap_flexibility(arm: Arm, material: Material) -> Array | None:
     chord, step = 2.0 * np.sqrt(r**2 - (np.abs(eta) + 0.5 * apart) ** 2), 2.0 * half / _POINTS
     area = step * chord.sum()
     about_xi, about_eta = step * (chord * eta**2).sum(), step * (chord**3).sum() / 12.0
-    # Cones on the circle of the same area, minus the compliance that the pins already have there.
+    # Stress spreads from the overlap in cones. Their compliance is reduced by that of the pins within the cones.
     small = math.sqrt(4.0 * area / math.pi)
     cone = 0.5 * (d - small) * (np.arange(_POINTS) + 0.5) / _POINTS
     width = (small + 2.0 * cone) / small
@@ -131,7 +131,7 @@ def _overlap_flexibility(arm: Arm, material: Material) -> Array | None:
             bent / (g * torsion),
         ]
     )
-    # Refer the motion from the middle of the lens to the far axis by a rigid arm.
+    # A rigid arm carries the motion from the middle of the overlap to the far axis.
     turn = np.eye(6)
     turn[0, 5], turn[2, 3] = -0.5 * apart, 0.5 * apart
     return turn @ lens @ turn.T
@@ -165,7 +165,7 @@ def web_sections(arm: Arm) -> WebSections:
 
 
 def _stiffening(eta: Array, radius: float, longest: float) -> tuple[Array, Array]:
-    """Width and height of the part of a journal above the web that lies within 45° below its edge."""
+    """Width and height, m, of the part of a journal that stiffens the web: the part within 45° below its edge."""
     chord = 2.0 * np.sqrt(np.maximum(radius**2 - eta**2, 0.0))
     return chord, np.minimum(np.maximum(radius - np.abs(eta), 0.0), longest)
 
@@ -179,12 +179,12 @@ def _resultants(eta: Array, centre: float, radius: float) -> Array:
     y = np.clip(eta - centre, -radius, radius)
     area, inertia = math.pi * radius**2, 0.25 * math.pi * radius**4
     root, arc = np.sqrt(np.maximum(radius**2 - y**2, 0.0)), np.arcsin(y / radius)
-    # Integrals of the chord 2 √(r² − y²) from the circle's edge: of 1, y, y², and of its third moment across.
+    # Moments of the circle's segment below y: integrals of its chord times 1, y and y², and of the chord³ over 12.
     part = y * root + radius**2 * (arc + 0.5 * math.pi)
     first = -2.0 / 3.0 * root**3
     second = 0.25 * (y * (2.0 * y**2 - radius**2) * root + radius**4 * (arc + 0.5 * math.pi))
     across = (y * root**3 + 1.5 * radius**2 * part) / 6.0
-    arm = eta - centre  # of the cut above the circle's centre; beyond the circle too
+    arm = eta - centre  # height of the cut above the circle's centre, also for cuts beyond the circle
     result = np.zeros((eta.size, 6, 6))
     result[:, 0, 0] = result[:, 1, 1] = result[:, 2, 2] = part / area
     # σ_z = F_z/A + M_ξ y/I − M_η ξ/I

@@ -25,7 +25,7 @@ CLOSE = 1e-6
 
 @dataclass
 class _Instance:
-    """An instance of a part: name, keyword, own keywords, and once read its mesh and the offset of its numbers."""
+    """Instance of a part: name, keyword, own keywords; after reading also its mesh and the offset of its numbers."""
 
     name: str
     card: Card
@@ -105,7 +105,7 @@ def _found(
     of, dot, what = text.strip('"').rpartition(".")
     of = of.strip('"')
     if dot and of.lower() not in instances and (found := named(sets, text)) is not None:
-        return found  # a name with a dot
+        return found  # the name of a set may contain a dot
     of = of or card.parameters.get("INSTANCE", "").strip('"')
     if not of:
         return named(sets, text)

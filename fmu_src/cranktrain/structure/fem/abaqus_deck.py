@@ -37,17 +37,17 @@ MAKERS = {
     "NGEN": "nodes", "NFILL": "nodes", "NCOPY": "nodes", "NMAP": "places of nodes", "ELGEN": "elements",
     "ELCOPY": "elements", "SYMMETRIC MODEL GENERATION": "a model", "IMPORT": "a model",
 }  # fmt: skip
-"""Keywords that generate parts of a mesh, with the name of these parts for the error."""
+"""Keywords that generate parts of a mesh, each with the name of the generated parts for an error message."""
 DATA = re.compile(r'\*|\s*(?:"[^"]*"|[\w.+\-]*)\s*(?:,\s*(?:"[^"]*"|[\w.+\-]*)\s*)*$')
 """Pattern of keyword lines and of data lines (numbers and names between commas)."""
 LISTS = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
-"""Keywords whose data may be in another file, INPUT=."""
+"""Keywords whose data lines may be in another file, named by INPUT=."""
 Numbers = Callable[[str], "list[int] | None"]
-"""Function of a text (a number or the name of a set) that returns its numbers; None for a set that does not exist."""
+"""Function that converts a text (number or name of a set) to node or element numbers; None for an unknown set."""
 
 
 class Card(NamedTuple):
-    """A keyword of a deck: parameters (in capitals), data lines, and the place (file and line) of each."""
+    """Keyword of a deck: parameters (in capitals), data lines, and file and line number of keyword and lines."""
 
     keyword: str
     parameters: dict[str, str]
@@ -130,7 +130,7 @@ def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
 
 
 def _with_input(card: Card, deck: Path) -> Card:
-    """Keyword with the data lines of its INPUT= file; errors about files of another kind do not quote their lines."""
+    """Keyword with the data lines of its INPUT= file. Errors about a file of another kind do not quote its lines."""
     if card.keyword not in LISTS or "INPUT" not in card.parameters:
         return card
     target = _named_file(card, deck)

@@ -17,7 +17,7 @@ PR_SET_PDEATHSIG = 1
 
 
 def run_in_child(code: str, values: Any, target: Path, seconds: float) -> str | None:
-    """Run a line of Python in a child process that ends with this one; return how it failed, None if it wrote its file.
+    """Run ``code`` in a child process that ends with this process. Return how it failed, or None if it wrote its file.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class Flexibility:
 
     @classmethod
     def _with(cls, factor: Factor, free: NDArray[np.intp], mass: sparse.csc_matrix, motions: Array) -> Flexibility:
-        """Flexibility from factors and a mass matrix; ``motions`` span the rigid motions."""
+        """Flexibility from a factorised stiffness and a mass matrix; ``motions`` (ndof, 6) span the rigid motions."""
         rigid = motions @ rigid_modes(motions.T @ (mass @ motions))
         return cls(mass, rigid, mass @ rigid, free, factor)
 
@@ -172,7 +172,7 @@ def eigenmodes(
 
 
 def _all_modes(flexibility: Callable[[Array], Array], mass: sparse.csc_matrix, count: int) -> tuple[Array, Array]:
-    """The ``count`` lowest modes of a small body from its full matrix, if a Lanczos basis would fill its space.
+    """The ``count`` lowest modes of a small body from its full matrix, for which a Lanczos basis would be too large.
 
     With M = L Lᵀ the eigenvalues of Lᵀ G L are 1/ω²; those of rigid and of clamped motions are zero.
     """
@@ -204,7 +204,7 @@ def _orthonormal(vectors: Array, mass: sparse.csc_matrix, basis: Array, momenta:
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """Result of a reduction.
+    """Result of a Craig–Bampton reduction.
 
     Attributes
     ----------
@@ -287,7 +287,7 @@ def reduced_basis(
     say("constraint modes")
     clamped = ClampedFlexibility.of(free, averaging)
     say(f"{fixed_modes} fixed-interface modes")
-    # These modes only span a space, so their frequencies need no higher accuracy.
+    # A low tolerance suffices for the fixed-interface modes, because they only span a space for the Ritz modes.
     _, fixed = eigenmodes(clamped.solve, mass, fixed_modes, tolerance=1e-5)
     say("orthogonal modes and rotation invariants")
     parts, compliance = [clamped.constraint_modes, fixed], clamped.compliance
@@ -324,7 +324,7 @@ def _ritz_modes(
     give_back()
     space -= rigid @ (rigid.T @ (mass @ space))
     space /= np.sqrt(np.einsum("ij,ij->j", space, mass @ space))
-    # The six directions of rigid motion have been removed, so their eigenvalues are only rounding.
+    # Rigid motions were removed from the space, so six eigenvalues are only rounding and are dropped.
     squares, turn = eigh(space.T @ (mass @ space))
     space = space @ (turn[:, 6:] / np.sqrt(squares[6:]))
     lower = cholesky(space.T @ (mass @ space), lower=True)
@@ -353,7 +353,7 @@ def _rotating(
     outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
     turned_outward = np.stack([_cross(model, axis, outward) for axis in np.eye(3)], axis=1)
     centrifugal, gyroscopic = turned.T @ (mass @ turned), _skew_part(momenta.T @ turned)
-    del turned  # as large as the modes
+    del turned  # frees an array as large as the modes
     stretched = free.solve((mass @ outward)[:, None])[:, 0]
     elastic = modes[:, 6:]
     stress = np.zeros_like(centrifugal)
@@ -396,7 +396,7 @@ def _cross(model: FEModel, axis: Array, values: Array) -> Array:
 
 
 def _turned(model: FEModel, modes: Array) -> Array:
-    """e_z × φ for all modes (ndof, n)."""
+    """Cross products e_z × φ of the crank's axis with all modes φ (ndof, n)."""
     nodes = _nodes(model)
     result = np.zeros_like(modes)
     result[nodes[0]], result[nodes[1]] = -modes[nodes[1]], modes[nodes[0]]
@@ -404,5 +404,5 @@ def _turned(model: FEModel, modes: Array) -> Array:
 
 
 def _nodes(model: FEModel) -> NDArray[np.intp]:
-    """Degrees of freedom (3, nodes) by component."""
+    """Indices (3, nodes) of the degrees of freedom in x, y and z of each node."""
     return component_dofs(model.basis)

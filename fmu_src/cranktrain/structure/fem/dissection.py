@@ -23,9 +23,9 @@ from cranktrain.core.types import Array
 
 Integers = NDArray[np.intp]
 
-# Fractions of the nodes on one side that are tried for each cut, in addition to the levels of the sweep.
+# Fractions of all nodes tried as one side of a cut, in addition to the levels of the breadth-first sweep.
 SHARES = (0.4, 0.45, 0.5, 0.55, 0.6)
-# Penalty of an uneven cut: the cost rises by this fraction if one side is empty.
+# Penalty of an uneven cut: fraction by which the cost of the cut rises if one side is empty.
 UNEVENNESS = 0.5
 
 
@@ -74,7 +74,7 @@ def nested_dissection(
 
 
 def bisection(graph: sparse.csr_matrix, places: Array | None = None) -> Integers:
-    """Side (n,) of each node of a connected graph: 0 or 1, which no edge joins, or 2 for the cut between them.
+    """Bisect a connected graph. Return 0 or 1 for the side of each node (n,), or 2 if it belongs to the cut.
 
     ``places`` (n, 3) are positions of the nodes, if known.
     """

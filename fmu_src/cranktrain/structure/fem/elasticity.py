@@ -25,7 +25,7 @@ from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshTet2
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Material
 
-# This order is exact for the mass of straight elements and the volume of curved ones; all 14 weights are positive.
+# Quadrature order that is exact for mass of straight and volume of curved elements; its 14 weights are positive.
 QUADRATURE_ORDER = 5
 _MIDDLE = np.full((3, 1), 0.25), np.full(1, 1.0 / 6.0)
 
@@ -85,7 +85,7 @@ def finite_elements(
     lam, mu = lame(material)
 
     def gradients(a: int, b: int) -> sparse.csr_matrix:
-        """∫ ∂_a v ∂_b u."""
+        """Matrix of ∫ ∂_a v ∂_b u dV over the body, for directions a and b."""
         return BilinearForm(lambda u, v, w: u.grad[b] * v.grad[a]).assemble(scalar)
 
     d = {(a, b): gradients(a, b) for a in range(3) for b in range(a, 3)}
@@ -117,7 +117,7 @@ def lame(material: Material) -> tuple[float, float]:
 
 
 def lumped_volume(scalar: Basis) -> Array:
-    """Volume of each node, (nodes,) m³: diagonal of the consistent matrix, scaled element by element."""
+    """Volume assigned to each node, (nodes,) m³: diagonal of the consistent mass matrix, scaled in each element."""
     diagonal = np.stack([np.sum(phi[0] ** 2 * scalar.dx, axis=1) for phi in scalar.basis])
     diagonal *= scalar.dx.sum(axis=1) / diagonal.sum(axis=0)
     shares = np.bincount(scalar.element_dofs.ravel(), weights=diagonal.ravel(), minlength=scalar.N)

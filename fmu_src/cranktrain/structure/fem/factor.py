@@ -27,7 +27,7 @@ from cranktrain.structure.fem.dissection import nested_dissection
 
 Integers = NDArray[np.intp]
 
-# Largest number of nodes (mostly of three unknowns) in the smallest fronts: fewer mean more calls, more mean more fill.
+# Largest number of nodes (mostly of three unknowns) in the smallest fronts; fewer cost more calls, more cost fill.
 LEAF_NODES = 60
 
 

@@ -211,7 +211,7 @@ class Frame:
 
 
 def _lever_turning(member: Member) -> Array:
-    """Stiffness (12, 12) by the centrifugal load of Ω = 1 on slices that the rotation of a node moves about this node.
+    """Stiffness (12, 12) by centrifugal load (Ω = 1 rad/s) on a member's slices, which move with their nodes' rotation.
 
     The force f of a slice at the lever r does work in the second-order motion ½ θ×(θ×r).
     """

@@ -1,4 +1,4 @@
-"""Included files of other programs' input: permitted folders and depth of inclusion.
+"""Files included by input decks of other programs: permitted folders and depth of inclusion.
 
 A deck may come from an untrusted source. Its included files must therefore lie below its own folder, or below a folder
 that the user names in the environment variable ``CRANKTRAIN_INCLUDES`` (several with the system's separator of paths).
@@ -19,7 +19,7 @@ DEEPEST = 100
 
 
 def included_file(place: Place, keyword: str, name: str, deck: Path) -> Path:
-    """Path named by a keyword, relative to the keyword's file; ``InputError`` if it must not or cannot be read.
+    """Path of a file named by a keyword, relative to the deck; ``InputError`` if it is not permitted or not there.
 
     ``deck`` is the main file that the user gave.
     """
@@ -38,7 +38,7 @@ def included_file(place: Place, keyword: str, name: str, deck: Path) -> Path:
 
 
 def check_depth(place: Place, target: Path, inside: tuple[Path, ...]) -> None:
-    """Refuse a file that includes itself, and more than ``DEEPEST`` nested files; ``inside`` are the outer files."""
+    """Refuse a file that includes itself or is nested deeper than ``DEEPEST``; ``inside`` are the including files."""
     if target.resolve() in [one.resolve() for one in inside]:
         raise InputError(f"{place}: {target.name} includes itself, by {' -> '.join(one.name for one in inside)}")
     if len(inside) > DEEPEST:

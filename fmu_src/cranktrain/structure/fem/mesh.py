@@ -33,15 +33,16 @@ from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
 
 Integers = NDArray[np.integer[Any]]
 
-# Corner pairs of the six mid-side nodes in netgen's and in VTK's order (meshio's, Abaqus', Nastran's).
+# Corner pairs of a tetrahedron's six mid-side nodes, in the order of netgen (NETGEN_EDGES), and of VTK, Abaqus and
+# Nastran (VTK_EDGES).
 NETGEN_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 VTK_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
-# Limits of the smallest Jacobian relative to that of the straight element: relaxed below the first, refused below the #
-# second.
+# Limits of an element's smallest Jacobian over that of the straight element: mid-side nodes are relaxed below
+# RELAXED_BELOW, and the mesh is refused below REFUSED_BELOW.
 RELAXED_BELOW = 0.1
 REFUSED_BELOW = 0.02
-# Limit of the straight Jacobian (six volumes) over the cube of the longest edge; a regular tetrahedron has 0.71.
+# Limit of six times an element's volume over the cube of its longest edge; a regular tetrahedron has 0.71.
 FLAT_BELOW = 1e-4
 CHILD_SECONDS = 300.0
 GRADING = 0.5
@@ -199,7 +200,7 @@ def quadratic_mesh(
 
 
 class _SurfaceMapping(MappingIsoparametric):
-    """Mapping that knows the element coordinates of a facet's points, because Newton's method may not converge here."""
+    """Mapping of facets that stores the element coordinates of points, for which Newton's method may not converge."""
 
     def G(self, X: Array, find: Any = None) -> Array:
         """Positions of points ``X`` (2, q) of the reference triangle on the facets ``find``."""
@@ -306,7 +307,7 @@ def _find_columns(table: Integers, columns: Integers, n: int) -> Integers:
 def cad_mesh(
     entry: str, values: Mapping[str, Any], what: str, remedy: str
 ) -> tuple[Array, Integers, Integers, Integers, list[str]]:
-    """Mesh made in a child process; errors of the child become one line.
+    """Mesh made by the CAD kernel in a child process; errors of the child become one line.
 
     Raises ``InputError`` for a crash of the CAD kernel or a mesher that exceeds its time.
 
@@ -336,7 +337,7 @@ def cad_solid(entry: str, values: Mapping[str, Any], what: str, remedy: str) -> 
 
 
 def child(entry: str) -> None:
-    """Main function of the child: read values from stdin, write the mesh to the file of the first argument."""
+    """Main function of the child process: read values from stdin, write the mesh to the file of the first argument."""
     from netgen.occ import OCCGeometry
 
     module, function = entry.split(":")

@@ -35,12 +35,12 @@ OWN: dict[str, Callable[[Path], MeshParts]] = {
     "abaqus": read_deck, "nastran": read_bulk, "universal": read_universal,
 }  # fmt: skip
 MESHIO = "meshio.gmsh.main"
-"""Module of meshio that has ``read_buffer``."""
+"""Module of meshio with the function ``read_buffer``, which reads Gmsh files."""
 MATRICES = {
     ".pch": "a Nastran punch", ".op4": "a Nastran OUTPUT4", ".mtx": "a matrix", ".sub": "an Ansys superelement",
     ".full": "an Ansys matrix",
 }  # fmt: skip
-"""Endings of files of matrices, which belong to a superelement and not to a mesh."""
+"""Endings of matrix files, each with the kind of matrix; they belong to a superelement and not to a mesh."""
 TETRAHEDRA = ("tetra10", "tetra")
 TRIANGLES = ("triangle6", "triangle")
 FLAT = {"vertex", "line", "line3", *TRIANGLES}
@@ -48,7 +48,7 @@ NUMBERED = re.compile(r"(main|pin|bore|liner|head|mount)[\s_.-]*\[?(\d+)\]?(?:[\
 
 
 def interface_name(name: str) -> str:
-    """Name of a surface spelt like interfaces: ``MAIN_1`` → ``main[1]``, ``LINER_1_UPPER`` → ``liner[1].upper``.
+    """Interface name of a mesh's surface: ``MAIN_1`` → ``main[1]``, ``LINER_1_UPPER`` → ``liner[1].upper``.
 
     Other names are converted to lower case.
     """
@@ -129,7 +129,7 @@ def _by_meshio(path: Path) -> Assembled:
 
 
 def _opened(path: Path) -> IO[Any]:
-    """Open file for meshio; ``InputError`` for a wrong first line, which meshio does not report."""
+    """Open a mesh file for meshio; ``InputError`` for a wrong first line, which meshio does not report."""
     file = path.open("rb")
     begin = file.readline(1000).strip()
     file.seek(0)
@@ -140,7 +140,7 @@ def _opened(path: Path) -> IO[Any]:
 
 
 def _where(file: IO[Any]) -> str:
-    """Text with the line, or byte, up to which a file was read."""
+    """Text for an error: the line, or byte, up to which a file was read."""
     try:
         offset = file.tell()
         file.seek(0)
@@ -155,7 +155,7 @@ def _where(file: IO[Any]) -> str:
 
 
 def _surfaces(found: Any, tets: Integers) -> dict[str, Integers]:
-    """Triangles (k, 3) of each named surface, for all ways to name surfaces."""
+    """Triangles (k, 3) of each named surface, which a mesh file may name by cell sets, point sets or tags."""
     pieces: dict[str, list[Integers]] = {}
 
     def add(name: str, triangles: Integers) -> None:

@@ -64,13 +64,13 @@ class MeshParts:
     instances: tuple[str, ...] = ()
 
     def shown(self, number: int) -> str:
-        """Text of a number as in the file, with the name of its instance in front."""
+        """Number of a node or element as text, as in its file; the name of an Abaqus instance stands in front."""
         if not self.base or number < self.base:
             return f"{number}"
         return f"{self.instances[number // self.base]}.{number % self.base}"
 
     def reserve(self, count: int, place: Place, name: str) -> None:
-        """Count members before they are added to a set or surface; ``InputError`` above ``MOST_MEMBERS`` in all."""
+        """Count members before they are added to a set or surface; ``InputError`` above ``MOST_MEMBERS`` in total."""
         self.members += count
         if self.members > MOST_MEMBERS:
             raise InputError(

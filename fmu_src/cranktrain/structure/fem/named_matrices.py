@@ -39,12 +39,12 @@ class NamedMatrix(NamedTuple):
 
 
 def is_named(path: Path) -> bool:
-    """True if the ending of a file is that of named matrices or of Ansys (for a refusal)."""
+    """True if a file's ending is that of named Nastran matrices, or of Ansys matrices, which are refused later."""
     return path.suffix.lower() in (*NASTRAN, *ANSYS)
 
 
 def held_in(path: Path) -> str:
-    """Short text on the content of a file of matrices, as far as it is readable."""
+    """Text for an error: what a matrix file contains, as far as it is readable."""
     if path.suffix.lower() != PUNCH or not file_exists(path):
         return "matrices"
     names = HEADER.findall(path.read_text(encoding="latin-1"))
@@ -52,7 +52,7 @@ def held_in(path: Path) -> str:
 
 
 def named_matrix(path: Path, kind: str, name: str | None) -> NamedMatrix:
-    """Stiffness or mass matrix of a file: the one with this name, or the only one whose name begins with K or M.
+    """Stiffness or mass matrix of a file: the matrix named ``name``, or the only matrix whose name begins with K or M.
 
     Raises ``InputError`` for a file that is broken, lacks the matrix, or has several candidates.
     """
@@ -143,7 +143,7 @@ def _check_punch(path: Path) -> None:
         words = (re.split(r"[*,\s]", line, maxsplit=1)[0] for line in text.splitlines() if line[:1].isalpha())
         cards = sorted({word for word in words if CARD.fullmatch(word)})[:5]
         raise InputError(f"{path}: no DMIG; it holds {', '.join(cards) or 'no cards'}: write it by EXTSEOUT(DMIGPCH)")
-    card = ""  # a line that begins with * continues the card above it
+    card = ""  # name of the present card; a line that begins with * continues it
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}, line {number}"
         if line[:1].isalpha():

@@ -38,7 +38,7 @@ Lines = Iterator[tuple[Place, str]]
 
 
 class _Card(NamedTuple):
-    """A card: its name in capitals, the fields after the name, and the place of its first line."""
+    """Card of a Nastran file: its name in capitals, the fields after the name, and the place of its first line."""
 
     word: str
     fields: list[str]
@@ -119,7 +119,7 @@ def _included(place: Place, line: str, inside: tuple[Path, ...]) -> Lines:
 
 
 def _cards(lines: Lines) -> Iterator[_Card]:
-    """Cards of some lines, each with its continuation lines."""
+    """Cards in the lines of a Nastran file, each with its continuation lines."""
     card: _Card | None = None
     for place, line in lines:
         first, fields, width = _fields(line)

@@ -36,7 +36,7 @@ class MeshFile(str):
 
 
 def mesh_unit(path: str | Path) -> str:
-    """Unit of a mesh's coordinates."""
+    """Unit of the coordinates in a mesh file; metres unless the path is a :class:`MeshFile`."""
     return path.unit if isinstance(path, MeshFile) else "m"
 
 
@@ -95,7 +95,7 @@ def check_places(path: str | Path, found: Mapping[str, Array], expected: Mapping
 
 
 def _remedy(names: list[str], have: Array, want: Array, tolerance: float) -> str:
-    """Text of a remedy that would bring the surfaces to their positions."""
+    """Text of a remedy, such as a change of unit, that would bring the surfaces to their positions."""
 
     def fits(moved: Array) -> bool:
         return bool(np.linalg.norm(moved - want, axis=1).max() <= tolerance)

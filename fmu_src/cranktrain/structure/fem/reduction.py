@@ -38,13 +38,13 @@ from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.memory import give_back
 from cranktrain.structure.fem.own_mesh import mesh_unit
 
-# Frequency up to which the reduction is compared with the full model.
+# Frequency (Hz) up to which the reduced body is compared with the full finite-element model.
 CHECKED_HZ = 1000.0
-# Number of modes (rigid and first elastic) whose surface motion is stored for pictures.
+# Number of modes (rigid ones and the first elastic ones) whose surface motion is stored for pictures.
 PICTURED_MODES = 36
 
 _ERROR = "max_relative_error"
-"""Key of the body's quality that exists only after a check against the full model."""
+"""Key of a body's ``quality``, present only after a check against the full model."""
 
 Comparison = tuple[dict[str, float], dict[str, Array]]
 
@@ -90,7 +90,7 @@ class ReductionTask:
 def reduced_structure(
     task: ReductionTask, progress: Progress | None = None, rebuild: bool = False, checked: bool = False
 ) -> ReducedBody:
-    """Body in all its Craig–Bampton modes, read from the store or computed; ``checked`` includes the checks."""
+    """Body in all its Craig–Bampton modes, from the store or computed; ``checked`` compares it with the full model."""
     if task.path.exists() and not rebuild:
         kept = load_body(task.path, task.digest)
         if not checked or _ERROR in kept.quality:
@@ -155,7 +155,7 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
 
 
 def _judged(model: FEModel, reduced: Reduced) -> ReducedBody:
-    """Body with the figures of quality that need no further computation."""
+    """Reduced body with those quality figures that need no comparison with the full model."""
     rigid = reduced.flexibility.rigid
     quality = {
         "dofs_full": float(model.basis.N),
@@ -204,7 +204,7 @@ def static_error(reduced: Reduced) -> float:
     body = reduced.body
     elastic = body.shapes[:, :, 6:].reshape(-1, body.n_modes - 6)
     motions = body.shapes[:, :, :6].reshape(-1, 6)
-    # Forces and moments are scaled by the motion that they cause at their own point.
+    # Forces and moments have different units, so each is scaled by the motion that it causes at its own point.
     size = np.sqrt(np.diag(reduced.compliance))
     balanced = null_space((motions / size[:, None]).T)
     full = reduced.compliance / np.outer(size, size)

@@ -33,7 +33,7 @@ from cranktrain.core.rigid_slices import Slices, fields, rigid_modes, rigid_moti
 from cranktrain.core.types import Array
 
 RIGID_SHARE = 0.01
-"""Limit of a rigid motion's frequency over the first elastic one; matrices written with seven digits stay far below."""
+"""Limit of a rigid motion's frequency over the first elastic frequency; seven-digit matrices stay far below it."""
 MASS_SHARE = 1e-3
 """Largest relative deviation of the mass in rigid motions from that of a rigid body."""
 CHECKED_HZ = 1000.0
@@ -63,7 +63,7 @@ class Superelement:
     digest: str = ""
 
     def rows(self, node: int) -> dict[int, int]:
-        """Row of each component of a node."""
+        """Row of the matrices for each retained component (from 0) of a node."""
         return {int(self.components[row]): int(row) for row in np.flatnonzero(self.nodes == node)}
 
     def rigid_motions(self) -> Array:
@@ -199,7 +199,7 @@ def _sliced(
     slices = _with_total(places, moments, _total_moments(inertia))
     rigid = rigid_motion(places) @ coefficients
     motion[:, :, :6] = rigid
-    # Elastic modes have no momentum with M, so that of the slices is removed too.
+    # Elastic modes have no momentum with the mass matrix, so the momentum of their slices is removed too.
     elastic = motion[:, :, 6:]
     motion[:, :, 6:] = elastic - rigid @ slices.paired(fields(rigid), fields(elastic))
     elastic = motion[:, :, 6:][:, :, omega[6:] < 2.0 * np.pi * CHECKED_HZ]

@@ -39,7 +39,7 @@ Rows = list[tuple[int, int]]
 """Node and component (from 0) of each row."""
 
 UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e-3)}
-"""Length in m and energy in J of a unit."""
+"""Systems of units: length in m and energy in J of one unit."""
 LARGEST_FILE, MOST_ROWS, SAMPLE = 1_000_000_000, 6000, 1 << 16
 """Limits of file size (bytes) and of rows, and number of first bytes that decide whether a file is text."""
 GRIDS = (".bdf", ".dat", ".nas", ".pch")
@@ -154,7 +154,7 @@ def _named_entries(
             raise InputError(f"{path}: gives rows by number; add dofs = with a line NODE.COMPONENT each row; {REMEDY}")
         rows = _row_names(dofs, path, len(matrix.values))
     i, j = np.nonzero(matrix.values)
-    # Zeros on the diagonal keep rows without entries.
+    # Zeros are put on the diagonal, so that rows without entries are kept.
     entries = {(row, row): 0.0 for row in rows}
     return entries | {
         (rows[a], rows[b]): value
@@ -273,7 +273,7 @@ def _entries(path: Path, dofs: Path | None) -> dict[tuple[tuple[int, int], tuple
     if re.match(r"%%MatrixMarket\s+matrix\s+array", text, re.IGNORECASE):
         text = _coordinates(path)
     lines = [line for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "*%"]
-    lines = lines[1:] if text.startswith("%%MatrixMarket") else lines  # the first line holds sizes
+    lines = lines[1:] if text.startswith("%%MatrixMarket") else lines  # its first line without % holds sizes
     table = _numbers(path, lines)
     width = len(_numbers(path, lines[-1:])) if lines else 0
     if width not in (3, 5) or table.size % width:
@@ -309,7 +309,7 @@ def _coordinates(path: Path) -> str:
 
 
 def _assembled(path: Path, entries: dict[tuple[Any, Any], float], rows: Rows) -> Array:
-    """Symmetric matrix from entries of one triangle, or of both."""
+    """Symmetric matrix (n, n) from its entries; they may be those of one triangle or of both."""
     if not 6 < len(rows) <= MOST_ROWS:
         raise InputError(f"{path}: {len(rows)} components; a superelement has 7 to {MOST_ROWS}: condense the body")
     index = {row: k for k, row in enumerate(rows)}

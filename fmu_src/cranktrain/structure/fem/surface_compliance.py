@@ -52,7 +52,7 @@ def compliance_of(model: FEModel, clamped: NDArray[np.integer], loads: Array) ->
 
 
 def kept_compliance(name: str, inputs: Any, computed: Callable[[], Array], rebuild: bool = False) -> Array:
-    """Compliance for these ``inputs`` from the user's cache; if it is not there, it is ``computed`` and stored.
+    """Compliance for these ``inputs`` from the user's cache, or by ``computed``, whose result is stored.
 
     If the cache cannot be written, the next run computes the compliance again.
     """
@@ -63,7 +63,7 @@ def kept_compliance(name: str, inputs: Any, computed: Callable[[], Array], rebui
             if str(data["digest"]) == digest and not rebuild:
                 return np.asarray(data["compliance"])
     except (OSError, ValueError, KeyError, BadZipFile):
-        pass  # no file, or an unreadable one
+        pass  # without a readable file the compliance is computed below
     compliance = computed()
     try:
         with whole_file(path) as temporary:

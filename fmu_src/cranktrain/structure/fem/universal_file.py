@@ -22,7 +22,7 @@ TRIANGLES: dict[int, tuple[int, ...]] = {41: (0, 1, 2), 51: (0, 1, 2), 61: (0, 1
 TRIANGLES |= dict.fromkeys((42, 52, 62, 72, 92), (0, 2, 4, 1, 3, 5))
 OTHER_SOLIDS = {112: "wedges", 113: "wedges", 115: "bricks", 116: "bricks", 101: "wedges", 104: "bricks", 105: "bricks"}
 BEAMS = (11, 21, 22, 23, 24, 31, 32)
-"""Kinds of elements with an additional line between head and nodes."""
+"""Kinds of beam elements, which have an additional line between their head line and their nodes."""
 NODE, ELEMENT = 7, 8
 """Type codes of members of a group."""
 
@@ -65,7 +65,7 @@ class _Lines:
             raise InputError(f"{self.place}: {shown(text.strip())}; whole numbers are expected here") from None
 
     def many(self, count: int) -> list[int]:
-        """The next ``count`` numbers, from as many lines as needed."""
+        """Read the next ``count`` numbers, from as many lines as needed."""
         found: list[int] = []
         while len(found) < count:
             if self.peek() == "-1":
@@ -102,7 +102,7 @@ def read_universal(path: Path) -> MeshParts:
         else:
             while lines.more and lines.peek() != "-1":
                 lines.line()
-        lines.line()  # the dataset's end
+        lines.line()  # skip the line of -1 that ends the dataset
     if not seen.intersection(NODES) or not seen.intersection(ELEMENTS):
         held = ", ".join(map(str, sorted(seen))) or "no dataset"
         raise InputError(f"{path}: no mesh: it holds {held}; nodes are dataset 2411, elements 2412, groups 2467")

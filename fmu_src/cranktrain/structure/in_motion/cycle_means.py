@@ -104,7 +104,7 @@ def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
 
 
 def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
-    """Means for vibration at ``hz`` with the mean law of the axial joint; unchanged for a model without a joint."""
+    """Means for vibration at ``hz``, with mean stiffness of the axial joint; unchanged for models without a joint."""
     path, k = simulation.engine.axial_path, dimensions(simulation.model).joint
     if path is None or k < 0:
         return means
@@ -125,7 +125,7 @@ def with_film_means(
         law = -tangents.place[at][:, 0] - 1j * omega * tangents.velocity[at][:, 0]
         mean = mean_law(law, compliance)
         signs = np.ones((1, 1))
-        if len(parts) < model.connections[k, slots.COUPLED]:  # between a pin and its big end
+        if len(parts) < model.connections[k, slots.COUPLED]:  # the film is between a pin and its big end
             signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
         size = signs.shape[0] * len(parts)
         place[k, :size, :size] = -np.kron(signs, mean.real)
@@ -134,14 +134,14 @@ def with_film_means(
 
 
 def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
-    """Dynamic stiffness (p, p), N/m, with the mean force of ``laws`` (N, p, p), each in series with a compliance."""
+    """Mean dynamic stiffness (p, p), N/m, of film stiffnesses ``laws`` (N, p, p), each in series with a compliance."""
     unit = np.eye(compliance.shape[0])
     forces = np.linalg.solve(unit + laws @ compliance, laws).mean(axis=0)
     return np.asarray(np.linalg.solve(unit - forces @ compliance, forces))
 
 
 def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
-    """Row of each film's connection (mains and floating big ends) and components of its relative motion."""
+    """Connection (row) of each film of mains and floating big ends, and components of the film's relative motion."""
     found: list[tuple[int, Sequence[int]]] = [
         (k, range(int(model.connections[k, slots.COUPLED]))) for k in range(model.bearings.shape[0])
     ]

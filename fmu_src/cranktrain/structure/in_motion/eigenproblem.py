@@ -80,10 +80,10 @@ from cranktrain.structure.in_motion.residues import order_forces, participations
 ComplexArray = NDArray[np.complex128]
 
 SLOWEST_HZ, SLOWEST_SHARE = 60.0, 0.25
-"""Modes in motion are searched above the smaller of this frequency, Hz, and this fraction of the first torsional
-frequency at rest. Below are the rotation on the connecting shaft and rigid motions of crank and block."""
+"""Lower bound of modes in motion: SLOWEST_HZ, or SLOWEST_SHARE of the first torsional frequency at rest if lower. Below
+are the rotation on the connecting shaft and rigid motions of crank and block."""
 OVERDAMPED = 0.5
-"""Modes with at least this damping ratio do not count as vibrations."""
+"""Damping ratio from which a mode does not count as a vibration."""
 FIRST_HZ, SETTLED, ROUNDS = 250.0, 1.0e-4, 10
 """Iteration for the means of films: first frequency, Hz, relative tolerance of the frequency, largest number of
 rounds."""
@@ -185,7 +185,7 @@ class ModesInMotion(NamedTuple):
         return np.asarray(np.where((speeds >= lowest) & (speeds <= highest), sizes, 0.0))
 
     def strongest(self, order: float, hz: float) -> int:
-        """Index of the mode that contributes most to an order of the pulley's torsion at a frequency, Hz; else −1."""
+        """Index of the mode that contributes most to an order of the pulley's torsion at ``hz``, or −1."""
         k = round(2.0 * order) - 1
         if not (self.values.size and 0 <= k < self.by_order.shape[1]):
             return -1
@@ -224,7 +224,7 @@ class ModesInMotion(NamedTuple):
 
 
 _RODS: WeakKeyDictionary[Simulation, tuple[float, Rods]] = WeakKeyDictionary()
-"""Cache of :func:`_rods` for the last speed of each simulation; the result does not depend on the iterated means."""
+"""Linearised rods at the last speed of each simulation; they do not depend on the iterated means of the films."""
 
 
 def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = None) -> ModesInMotion:
@@ -239,7 +239,7 @@ def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = Non
 
 
 def settled_means(simulation: Simulation, tangents: CycleTangents | None = None) -> tuple[CycleMeans, float]:
-    """Means of the force laws at the first torsional frequency, and this frequency, Hz; see :func:`modes_in_motion`."""
+    """Cycle means of the force laws for vibration at the first torsional frequency, and this frequency, Hz."""
     found = tangents_over_cycle(simulation) if tangents is None else tangents
     means = with_joint_mean(simulation, found, plain_means(found, FIRST_HZ), FIRST_HZ)
     hz = modes_in_means(simulation, means).torsional_hz
@@ -271,7 +271,7 @@ def consistent_means(simulation: Simulation, tangents: CycleTangents, means: Cyc
                 apart = np.hstack((np.eye(size), -np.eye(size)))
             own = apart @ compliance[np.ix_(ports, ports)] @ apart.T
             law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
-            # Compliance without the film itself, (G⁻¹ − Z̄)⁻¹.
+            # Compliance of crank and block at this film's ports without the film itself, (G⁻¹ − Z̄)⁻¹.
             sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
     return with_joint_mean(simulation, tangents, with_film_means(model, tangents, means, felt, hz), hz)
 
@@ -351,7 +351,7 @@ def rods_in_motion(simulation: Simulation, speed: float) -> Rods:
 
 
 def _rods(simulation: Simulation, speed: float) -> Rods:
-    """Linearise the rods' force laws over a cycle."""
+    """Linearise the force laws of the rods about a cycle of rigid rotation at a speed, rad/s."""
     engine, body, model = simulation.engine, simulation.body, simulation.model
     t, ends = model.ports.shape[1], [int(rod[slots.END_PORT]) for rod in model.cylinders]
     if not bearing_law(simulation.settings.bearings).carries:

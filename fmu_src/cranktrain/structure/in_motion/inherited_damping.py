@@ -1,4 +1,4 @@
-"""Torsional damping that a crank of level ``torsional`` takes from the next higher level.
+"""Torsional damping that a crank of level ``torsional`` takes from the next finer crank level.
 
 A crank with held journals has no films and only structural damping, so its resonance is several times too high. A real
 crank is damped because it bends as it twists, and the bending squeezes the films of its main bearings. The next higher
@@ -48,17 +48,17 @@ from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 MODES = 2
 """Number of torsional modes whose damping is inherited."""
 SETTLING = 6
-"""Number of cycles that the level above runs before the impulse."""
+"""Number of cycles that the next finer crank level runs before the impulse."""
 STEP = math.radians(1.0)
 KICK = 1.0e-4
-"""Largest rotation of an interface by the impulse, rad, small enough for a linear response of the films."""
+"""Largest rotation of an interface in response to the impulse, rad; the films respond linearly to it."""
 STARTS, PERIODS = 8, 5
-"""Number of instants of a cycle at which impulses are given, and periods of the mode over which the decay is
-observed."""
+"""Number of instants of a cycle at which an impulse is given, and number of periods of the mode over which its decay
+is observed."""
 
 
 class Decay(NamedTuple):
-    """Frequencies (Hz) and damping ratios of up to MODES torsional modes of a level in motion at ``speed`` (rad/s)."""
+    """Frequencies (Hz) and damping ratios of up to MODES torsional modes of a crank in motion at ``speed`` (rad/s)."""
 
     hz: Array
     ratio: Array
@@ -66,7 +66,7 @@ class Decay(NamedTuple):
 
 
 def with_damping(engine: Engine, body: ReducedBody, above: str, found: Decay) -> ReducedBody:
-    """Running ``body`` with the damping measured at crank level ``above``, which is also added to its records."""
+    """Running ``body`` with the damping ``found`` in a run of crank level ``above``; its records state the damping."""
     damping = equivalent_damping(engine, body, found.ratio)
     return replace(
         body,
@@ -123,7 +123,7 @@ def resonance_speed(engine: Engine, torsional_hz: float | None) -> float:
 
 
 def felt(engine: Engine) -> Engine:
-    """Engine on which the damping of the level above is measured, without all data that do not influence this damping.
+    """Engine for the run that measures torsional damping, without data that do not influence this damping.
 
     Names, published values, limits and strength do not influence motion. The level above runs on ground at the speed
     and load of :func:`measured_decay`, without damper (the housing is part of the pulley), and with rigid pistons on
@@ -151,12 +151,12 @@ def felt(engine: Engine) -> Engine:
 
 
 def settings_above(crank: str) -> Settings:
-    """Settings of a run at the level above: its default bearings, full load, and on ground."""
+    """Settings of a run at the next finer crank level: its default bearings, full load, block on ground."""
     return Settings(crank=crank, block="ground", integrator="esdirk4", step=STEP)
 
 
 def measured_decay(simulation: Simulation) -> Decay:
-    """Measure the free decay of the first torsional modes in a simulation of the level above, not yet initialised."""
+    """Free decay of the first torsional modes, measured in a simulation that is not yet initialised."""
     engine, body = simulation.engine, simulation.body
     _, mass = cranktrain_matrices(engine, body)
     highest = engine.reduction.running_cutoff_hz

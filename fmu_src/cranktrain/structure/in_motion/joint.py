@@ -28,7 +28,7 @@ from cranktrain.engine.parts import AxialPath
 from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, REMEMBERED, SLIP, WINDUP_TORQUE
 
 STEADY = 1.0e-9
-"""If the decay factor of the response over a cycle differs from 1 by less than this, the frozen response is used."""
+"""Limit of |decay factor over a cycle − 1| of the joint's response, below which the frozen response is used."""
 
 
 def joint_at_state(simulation: Simulation) -> tuple[float, float]:
@@ -44,7 +44,7 @@ def joint_at_state(simulation: Simulation) -> tuple[float, float]:
 
 
 def fading(path: AxialPath, deflection: float, slip_velocity: float, torque: float) -> tuple[float, float]:
-    """Coefficients a (1/s) and b at a deflection (m) of the teeth, a slip velocity (m/s) and a torque (N m)."""
+    """Coefficients a (1/s) and b of the joint at a deflection (m) of teeth, a slip velocity (m/s), a torque (N m)."""
     if path.joint != "spline":
         return 0.0, 1.0
     limit = path.friction / path.spline_radius * abs(torque) + LEAST_LIMIT
@@ -59,7 +59,7 @@ def joint_stiffness(path: AxialPath, joint: Array, period: float, hz: float) -> 
 
 
 def mean_answer(joint: Array, period: float, omega: float) -> complex:
-    """Mean response ȳ at ω (rad/s), from a (1/s) and b (N, 2), each constant over its step of the period (s)."""
+    """Mean response ȳ at ω (rad/s) of the joint, from a (1/s) and b (``joint``, (N, 2)) at N steps of a period (s)."""
     rates = joint[:, 0] + 1j * omega
     frozen, step = 1j * omega * joint[:, 1] / rates, period / len(joint)
     left = np.exp(-rates * step)

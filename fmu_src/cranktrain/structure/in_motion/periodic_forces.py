@@ -22,7 +22,7 @@ from cranktrain.structure.crank.modal import main_springs
 _ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """Matrix of the cross product e_z × in the plane."""
 _APART = 1e-5
-"""Half step (rad) of the difference quotient for the gas force's derivative by the crank angle."""
+"""Half step (rad of crank angle) of the difference quotient for the derivative of the gas force."""
 
 
 class PeriodicForces(NamedTuple):
@@ -42,7 +42,7 @@ class PeriodicForces(NamedTuple):
 def rod_forces(
     engine: Engine, body: ReducedBody, speed: float, angle: Array, gas: GasTrace, load: float
 ) -> PeriodicForces:
-    """Forces of the rods at crank angles (N,), in x, y and z-rotation of their points on the pins, three per cylinder.
+    """Forces of the rods on the pins at crank angles (N,): per cylinder x, y and moment about z.
 
     The gas force of each cylinder depends on the angle of its own pin about the axis.
     """
@@ -56,7 +56,7 @@ def rod_forces(
     for c in range(engine.n_cylinders):
         pin = body.index(f"pin[{cylinders.pins[c]}]")
         shape, offset = body.shapes[pin], engine.rod_offsets[c]
-        # The rod acts on the pin at (0, 0, offset) from its middle.
+        # The rod acts at distance ``offset`` along z from the middle of the pin.
         rows.append(np.stack((shape[0] + offset * shape[4], shape[1] - offset * shape[3], shape[5])))
         x0, y0 = body.positions[pin, :2]
         at, joint = slice(3 * c, 3 * c + 2), engine.articulations[c]
@@ -153,7 +153,7 @@ def main_forces(engine: Engine, body: ReducedBody, speed: float, angle: Array) -
 
 
 def main_dampers(engine: Engine) -> list[dict[int, float]]:
-    """Linear dampers of each main bearing, by component as ``crank.modal.main_springs`` (N s/m, N m s/rad)."""
+    """Linear damping of each main bearing by component (0, 1: N s/m; 3, 4: N m s/rad)."""
     roller = engine.main_roller
     dampers: list[dict[int, float]] = [{} for _ in engine.crankshaft.main_widths]
     if roller is not None:
@@ -165,7 +165,7 @@ def main_dampers(engine: Engine) -> list[dict[int, float]]:
 
 
 def joined(*parts: PeriodicForces) -> PeriodicForces:
-    """Force laws joined into one, with all components and tangents as diagonal blocks."""
+    """Several sets of force laws joined into one; their tangents become diagonal blocks."""
     sizes = [part.rows.shape[0] for part in parts]
     samples, n = parts[0].forces.shape[0], sum(sizes)
     tangents = np.zeros((3, samples, n, n))

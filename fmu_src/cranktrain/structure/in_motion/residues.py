@@ -26,7 +26,7 @@ from cranktrain.engine.model import Engine
 ComplexArray = NDArray[np.complex128]
 
 HIGHEST_ORDER = 24.0
-"""Highest order whose forces are kept."""
+"""Highest order of which amplitudes of forces are computed."""
 
 
 def participations(mass: NDArray[Any], left: ComplexArray, right: ComplexArray, loads: NDArray[Any]) -> ComplexArray:
@@ -47,11 +47,11 @@ def order_forces(forces: Array) -> ComplexArray:
 
 
 def unit_torques(engine: Engine, body: ReducedBody) -> Array:
-    """Modal loads (n, c) of a body by a torque of 1 N m of each cylinder, a force on its pin across the throw."""
+    """Modal loads (n, c) of a crank: each of c cylinders exerts 1 N m by a force on its pin, across the throw."""
     loads = []
     for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
         at = body.index(f"pin[{pin}]")
-        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
+        # The rod acts on the pin at distance ``offset`` along z from the pin's middle.
         x_row, y_row = (
             body.shapes[at, 0] + offset * body.shapes[at, 4],
             body.shapes[at, 1] - offset * body.shapes[at, 3],

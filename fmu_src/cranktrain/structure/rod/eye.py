@@ -40,7 +40,7 @@ from cranktrain.structure.fem.factor import factorise, one_thread
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
 from cranktrain.structure.fem.surface_compliance import kept_compliance
 
-# Version of the stored compliance: raised when the code would give another one for the same eye.
+# Version of the stored compliance: raised when changed code gives another compliance for the same eye.
 RECIPE = 1
 ROD_STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 """Forged steel of connecting rods."""
@@ -127,7 +127,7 @@ def eye_compliance(engine: Engine, count: int = 8, progress: Progress | None = N
         mesh = eye_mesh(plan)
         say(f"finite elements of the big-end eye ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
         model = finite_elements(mesh, plan.material)
-        with one_thread():  # the same bytes with any number of processors and other processes
+        with one_thread():  # one thread gives the same bytes on any number of processors
             return eye_flexibility(model, plan)
 
     patternwise = kept_compliance("big-end", [RECIPE, WAVES, DEGREE, asdict(plan)], computed)

@@ -24,7 +24,7 @@ from cranktrain.structure.fem.elasticity import component_dofs, sample
 from cranktrain.structure.stress.stress_modes import ShapedCrank
 
 ARM = 0.1
-"""Distance of the points that represent a part's inertia from its centre, m; the result does not depend on it."""
+"""Distance from a part's centre, m, of the points that represent its inertia; the result does not depend on it."""
 
 
 @dataclass(frozen=True, eq=False)

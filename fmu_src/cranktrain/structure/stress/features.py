@@ -12,12 +12,12 @@ from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import oil_main, pin_centre, stations
 
 NEAR = 0.2
-"""A point belongs to a fillet if its distance from the fillet's torus is at most this fraction of the radius."""
+"""Largest distance of a surface point from a fillet's torus, over the fillet's radius, for points of the fillet."""
 ELSEWHERE = "web"
 
 
 def surface_features(crankshaft: Crankshaft, points: Array) -> tuple[tuple[str, ...], NDArray[np.intp]]:
-    """Names of the features, and index (s,) of the feature of each point (s, 3), m.
+    """Names of a crankshaft's features, and index (s,) of the feature of each surface point (s, 3), m.
 
     ``pin[1] front fillet`` is at the end of pin 1 towards the pulley, ``rear`` at the end towards the flywheel. On a
     user's own mesh the positions of features are still those of the engine file's dimensions.

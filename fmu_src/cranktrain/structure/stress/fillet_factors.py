@@ -76,7 +76,7 @@ def throw_factors(quarter: QuarterThrow, material: Material = STEEL) -> ThrowFac
         values = principal(stress)
         return float((values[:, 2] - values[:, 0]).max() / 2.0)
 
-    # The quarter carries half of the throw's load.
+    # Nominal bending stress of the web under the loads of the quarter, which carries half of the throw's load.
     bending = 2.0 / (width * thick**2 / 6.0)
     torsion = [2.0 * 16.0 / (math.pi * d**3) for d in (quarter.pin_diameter, quarter.main_diameter)]
     (pin_bent, _), (main_bent, main_sheared) = at_pin(bent[dofs]), at_main(bent[dofs])

@@ -20,7 +20,7 @@ from cranktrain.structure.stress.sub_model import FilletModes, fillet_modes
 from cranktrain.structure.stress.throw_mesh import place_fineness, throw_places
 
 RECIPE = 2
-"""Version of the stored stresses: raised when the code would give other stresses for the same shapes."""
+"""Version of the stored stresses: raised when changed code gives other stresses for the same mode shapes."""
 
 
 def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank], say: Progress) -> list[FilletModes]:
@@ -58,7 +58,7 @@ def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank],
 
 
 def _read(path: Path, task: ReductionTask) -> FilletModes | None:
-    """Stored sub-model of the body in the cache, or None."""
+    """Stored sub-model of a throw for the body in the cache, or None if none was stored."""
     try:
         shapes = load_body(task.path, task.digest).shapes
         with np.load(path) as file:

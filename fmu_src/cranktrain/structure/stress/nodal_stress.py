@@ -94,7 +94,7 @@ def principal(stress: Array) -> Array:
 
 
 def _gradients_at_nodes(places: Array) -> Array:
-    """∇N of the ten functions of e elements at their nodes ``places`` (3, 10, e), as (e, node, function, 3)."""
+    """Gradients (e, node, function, 3) of the ten shape functions of e elements at nodes ``places`` (3, 10, e)."""
     points = np.full((3, 4), _NEAR)
     points[[0, 1, 2], [1, 2, 3]] = _FAR
     local = np.stack([np.asarray(ElementTetP2().lbasis(points, i)[1]) for i in range(10)])

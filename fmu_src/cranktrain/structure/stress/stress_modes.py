@@ -37,7 +37,7 @@ from cranktrain.structure.fem.reduction import (
 from cranktrain.structure.stress.nodal_stress import NodalStress
 
 RECIPE = 1
-"""Version of the stored stresses: raised when the code would give other stresses for the same shapes."""
+"""Version of the stored stresses: raised when changed code gives other stresses for the same mode shapes."""
 SAME = 1e-9
 """Relative tolerance within which frequencies and shapes of a repeated reduction equal those of the stored body."""
 
@@ -94,7 +94,7 @@ class ShapedCrank:
 
     @classmethod
     def of(cls, engine: Engine, mesh_file: str | Path | None, say: Progress) -> ShapedCrank:
-        """Repeat the reduction; a stored body that differs (made on another machine) is replaced."""
+        """Repeat a body's reduction with mode shapes; a stored body that differs (of another machine) is replaced."""
         task = reduction_task(engine, mesh_file)
         check_kept(task.path)
         found = cls(*reduced_with_shapes(task, say))
@@ -181,7 +181,7 @@ def same_modes(one: ReducedBody, other: ReducedBody) -> bool:
 
 
 def _read(path: Path, task: ReductionTask) -> StressModes | None:
-    """Stored stress modes of the body in the cache, or None."""
+    """Stored stress modes of the body in the cache, or None if none were stored."""
     try:
         body = load_body(task.path, task.digest)
         with np.load(path) as file:

@@ -48,9 +48,9 @@ Integers = NDArray[np.integer]
 SLAB = 0.4
 """Half thickness of the slab whose nodes define the motion of a cut, over the main journal's width."""
 LOADS = 6 * 4 + 1
-"""Number of entries of a drive after the modal coordinates: loads of pin, front and rear main, acceleration, Ω²."""
+"""Number of a throw's drive entries after the modal coordinates: loads (pin, two mains), acceleration, Ω²."""
 CUTS = 6 * 2
-"""Number of rigid motions s of the front and rear cut."""
+"""Number of rigid motions of the front and the rear cut of a throw."""
 _ON_PLANE = 1e-7
 _BATCH = 32
 _FREE = 1e-6
@@ -86,7 +86,7 @@ class FilletModes:
         """
         stiffness = 0.5 * (self.beyond[-CUTS:] + self.beyond[-CUTS:].T)
         size = np.sqrt(np.diag(stiffness))
-        # Six of the twelve motions move the throw as a rigid body and cause no force.
+        # A pseudo-inverse is used because six of the cuts' twelve motions move the whole throw and cause no force.
         compliance = np.linalg.pinv(stiffness / np.outer(size, size), rcond=_FREE, hermitian=True)
         return np.asarray((wrenches - drive @ self.beyond[:-CUTS]) / size @ compliance / size)
 

@@ -25,7 +25,7 @@ from cranktrain.results.free_forces import largest
 from cranktrain.studies.design.layouts import Layout
 
 ROUNDING = 9
-"""Number of digits to which resultants are rounded, so that cancelling ones become 0."""
+"""Number of decimals to which free forces and moments are rounded, so that forces that cancel become 0."""
 
 
 class FreeForces(NamedTuple):
@@ -65,7 +65,7 @@ class Places(NamedTuple):
 
 
 def cylinder_places(engine: Engine) -> Places:
-    """Make the positions of an engine's cylinders; rods on the same pin have separate positions."""
+    """Positions of an engine's cylinders along the crank; two rods on the same pin have different positions."""
     pins, bays = np.array(engine.crankshaft.pin_positions), engine.crankshaft.bays
     along = np.array(engine.cylinder_positions) - 0.5 * (pins[0] + pins[-1])
     ends = np.cumsum((0, *bays))
@@ -80,7 +80,7 @@ def cylinder_places(engine: Engine) -> Places:
 
 
 def free_forces(layout: Layout, places: Array | None = None) -> FreeForces:
-    """Free forces and moments of a layout.
+    """Free forces and moments of the oscillating masses of a layout of cylinders.
 
     ``places`` (c,) are the cylinders' places from the middle of the crank over the distance a, see
     :func:`cylinder_places`; else cylinders stand over their throws, or over the middle of a pair of split pins.

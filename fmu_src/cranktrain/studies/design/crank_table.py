@@ -9,7 +9,7 @@ from cranktrain.studies.design.document import Block, Entry
 
 NOTE = "measured in the STEP file"
 LENGTH_DECIMALS, ANGLE_DECIMALS = 4, 6
-"""Number of digits of values in mm and deg."""
+"""Number of decimals of lengths in mm and of angles in deg."""
 
 
 def found_crankshaft(c: Crankshaft) -> Block:

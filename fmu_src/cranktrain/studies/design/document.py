@@ -9,8 +9,8 @@ from cranktrain.engine.model import Engine, engine_from_dict
 from cranktrain.engine.quantities import OFFSETS, UNITS
 
 DIGITS, DIGITS_OF_ANGLES, DIGITS_GIVEN = 4, 9, 12
-"""Significant digits of a value. Angles have more, so that firing is even; values stated by the user are not
-rounded."""
+"""Numbers of significant digits: of values, of angles (more, so that firing is even), and of values stated by the user
+(so many that these are not rounded)."""
 FACTORS = {unit: factor for units in UNITS.values() for unit, factor in units.items()}
 
 
@@ -25,7 +25,7 @@ class Entry(NamedTuple):
 
     @property
     def si(self) -> Any:
-        """Value in SI."""
+        """Value of the entry in SI units."""
 
         def one(value: Any) -> Any:
             numeric = isinstance(value, int | float) and self.unit not in ("", "1")
@@ -35,7 +35,7 @@ class Entry(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Line of the value in the file."""
+        """Line of the engine file with the entry's value, unit, origin and note."""
         unit = f', unit = "{self.unit}"' if self.unit else ""
         return f'{self.key} = {{ value = {_text(self.value)}{unit}, origin = "{self.origin}", note = "{self.note}" }}'
 
@@ -57,20 +57,20 @@ class Document(NamedTuple):
     blocks: tuple[Block, ...]
 
     def with_blocks(self, *blocks: Block) -> Document:
-        """File with further tables, which replace tables of the same name."""
+        """Engine file with further TOML tables, which replace tables of the same name."""
         new = {block.name: block for block in blocks}
         kept = [new.pop(block.name, block) for block in self.blocks]
         return self._replace(blocks=(*kept, *new.values()))
 
     @property
     def engine(self) -> Engine:
-        """Engine of the file, not yet checked."""
+        """Engine that the file describes, not yet checked."""
         tables = {block.name: {entry.key: entry.si for entry in block.entries} for block in self.blocks}
         return engine_from_dict({"name": self.name, "title": self.title, **tables})
 
     @property
     def text(self) -> str:
-        """TOML text of the file."""
+        """TOML text of the engine file."""
         lines = [*(f"# {line}".rstrip() for line in self.head), "", f'name = "{self.name}"', f'title = "{self.title}"']
         for block in self.blocks:
             lines += ["", f"# {block.comment}", f"[{block.name}]", *(entry.text for entry in block.entries)]
@@ -78,22 +78,22 @@ class Document(NamedTuple):
 
 
 def rounded(value: float, unit: str = "") -> float:
-    """Number rounded to the significant digits of its unit; integers without decimal point."""
+    """Number rounded to the significant digits for its unit; a whole number becomes an int."""
     return _short(float(f"{value:.{DIGITS_OF_ANGLES if unit == 'deg' else DIGITS}g}"))
 
 
 def derived(key: str, value: float | Sequence[float], unit: str, note: str) -> Entry:
-    """Entry of a value that follows from others."""
+    """Entry of an engine file whose value follows from other values (origin ``derived``)."""
     return _entry(key, value, unit, "derived", note)
 
 
 def chosen(key: str, value: Any, unit: str, note: str) -> Entry:
-    """Entry of a value given by a rule of practice or by the user."""
+    """Entry of an engine file whose value is chosen by a rule of practice or by the user (origin ``chosen``)."""
     return _entry(key, value, unit, "chosen", note)
 
 
 def given(key: str, value: float, unit: str, note: str, origin: str = "chosen") -> Entry:
-    """Entry of a value stated by the user, or half or twice of it, without rounding."""
+    """Entry of an engine file for a value stated by the user, or its half or double, without rounding."""
     return Entry(key, _short(float(f"{value:.{DIGITS_GIVEN}g}")), unit, origin, note)
 
 

@@ -38,15 +38,16 @@ from cranktrain.studies.torsion.damper_optimum import houdaille_optimum
 from cranktrain.studies.torsion.housed_crank import housed_crank
 
 SHARES = {"rubber": 0.25, "viscous": 0.7}
-"""Ring over the effective inertia of the first torsional mode, by kind; chosen, of 0.2 to 0.4 and 0.5 to 1."""
+"""Inertia of the damper's ring over the effective inertia of the first torsional mode, by kind of damper; chosen from
+usual ranges 0.2 to 0.4 (rubber) and 0.5 to 1 (viscous)."""
 HOUSING = 0.3
-"""Inertia of a viscous damper's housing over its ring's; chosen."""
+"""Inertia of a viscous damper's housing over the inertia of its ring; chosen."""
 LOSS_FACTOR = 0.25
 """Loss factor of the rubber; chosen, natural rubber and EPDM of dampers have 0.1 to 0.35."""
 RING_RADIUS = {"rubber": (0.62, 0.85), "viscous": (0.68, 1.08)}
-"""Inner and outer radius of the ring over the bore; chosen."""
+"""Inner and outer radius of the damper's ring over the cylinder bore, by kind of damper; chosen."""
 GAP = 4e-3
-"""Gaps of a viscous damper over the bore; chosen, 0.4 mm at 100 mm."""
+"""Gaps of a viscous damper over the cylinder bore; chosen, 0.4 mm for a bore of 100 mm."""
 AMPLITUDE = math.radians(0.1)
 """Twist of a viscous damper for which its oil is chosen, rad."""
 HOT, AMBIENT = 363.15, 323.15
@@ -56,17 +57,17 @@ STIFFEST_OIL = 970.0
 """Viscosity at 25 degC of silicone oil of 1 000 000 mm²/s, Pa s."""
 ROUNDS = 6
 NEAR = 0.12
-"""Modes within this fraction of the first torsional one count with it."""
+"""Relative distance from the first torsional frequency within which other modes count as part of this mode."""
 COOLING = 80.0
 """Heat transfer coefficient of a damper rotating in air, W/(m² K)."""
 SECONDARY = 0.5
-"""Secondary mass of a dual-mass flywheel over the whole flywheel; chosen."""
+"""Inertia of the secondary mass of a dual-mass flywheel over that of the whole flywheel; chosen."""
 BELOW_FIRING = 0.5
-"""Mode of a dual-mass flywheel over the firing frequency at the lowest speed; chosen."""
+"""Natural frequency of a dual-mass flywheel over the firing frequency at the lowest speed; chosen."""
 HELD = 0.5
-"""Stiffness of the shaft behind a dual-mass flywheel over its springs'; chosen."""
+"""Stiffness of the shaft behind a dual-mass flywheel over the stiffness of the flywheel's springs; chosen."""
 WIDEST_TWIST = math.radians(70.0)
-"""Twist of bow springs under the full-load torque, rad, limited by the room in their channels."""
+"""Largest twist of bow springs under the full-load torque, rad; the springs' channels limit it."""
 
 
 def damper(s: Sizes, engine: Engine, kind: str) -> Block:
@@ -76,7 +77,7 @@ def damper(s: Sizes, engine: Engine, kind: str) -> Block:
     body = bare_crank(engine, "beam")
     gyration = math.sqrt(0.5 * (inner**2 + outer**2)) * s.bore
     ring, hz, inertia = 0.1 * STEEL * s.bore**5, 0.0, 0.0
-    # Housing and mass shift the mode that the ring is a share of.
+    # The ring's inertia is iterated, because housing and ring change the mode whose inertia determines them.
     for _ in range(ROUNDS):
         mass = ring / gyration**2 * (1.0 + housing)
         trial = Damper(kind="linear", ring_inertia=ring, housing_inertia=housing * ring, mass=mass, damping=1.0)
@@ -170,7 +171,7 @@ def _viscous(s: Sizes, ring: float, hz: float, share: float) -> tuple[Entry, ...
 
 
 def with_dual_mass(made: Document, s: Sizes) -> Document:
-    """File with a dual-mass flywheel, of which its flywheel is the primary mass; ``InputError`` if no springs fit."""
+    """Engine file with a dual-mass flywheel in place of its flywheel; ``InputError`` if no springs fit."""
     engine = made.engine
     whole, secondary = engine.flywheel, SECONDARY * engine.flywheel.polar_inertia
     front = crank_inertia(s, engine) + engine.pulley.polar_inertia + whole.polar_inertia - secondary

@@ -19,20 +19,20 @@ from cranktrain.studies.design.sizes import SKIRT, Sizes
 STEEL = 7850.0
 """Density of the crankshaft and of discs, kg/m³."""
 FALLOFF = 0.25
-"""Fraction of the heat that is lost at twice the speed of the largest torque."""
+"""Fraction by which the heat per cycle is lower at twice the speed of the largest torque."""
 IRREGULARITY = 0.15
 """Degree of irregularity at the lowest speed and full load, (largest − least speed)/mean speed."""
 GYRATION = 1.35
 """Radius of gyration of the flywheel over the larger of bore and throw."""
 LEAST_FLYWHEEL = 1.5
-"""Least mass of the flywheel, as a clutch needs it, over that of a cube of steel with the bore as edge."""
+"""Least mass of the flywheel, for a clutch, over the mass of a steel cube whose edge is the bore."""
 AMBIENT = 1e5
 """Pressure in the crankcase, Pa."""
 BISECTIONS = 40
 
 
 class Fitted(NamedTuple):
-    """Values fitted on the engine with its other values.
+    """Values of a new engine that are fitted by evaluating the engine with all its other values.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Fitted(NamedTuple):
 
 
 def full_load(s: Sizes) -> float:
-    """Mean effective pressure at the speed of the largest torque, Pa, which leaves the required one at rated speed."""
+    """Mean effective pressure at the speed of the largest torque, Pa, that gives the required one at rated speed."""
     return s.imep / (1.0 - FALLOFF * (s.rated / s.best - 1.0) ** 2)
 
 
@@ -65,7 +65,7 @@ def oscillating(s: Sizes) -> float:
 
 def counterweight(s: Sizes, engine: Engine) -> tuple[float, float]:
     """Radius, m, of half discs that balance a throw, and the fraction of the masses that they balance."""
-    # Both webs of a throw, or of a pair of split pins, taken as one throw.
+    # Masses of one throw with both its webs; a pair of split pins counts as one throw.
     crank, pins = engine.crankshaft, 2 if s.layout.split else 1
     rods = pins * s.rods_on_pin
     pin = pins * 0.25 * math.pi * crank.pin_diameter**2 * crank.pin_width * STEEL

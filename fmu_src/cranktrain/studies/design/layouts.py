@@ -1,4 +1,4 @@
-"""Layouts of cylinders: throws, banks and firing order of standard practice, one row a layout.
+"""Layouts of cylinders: throws, banks and firing order of standard practice, one row per layout.
 
 A row states the crank angle at which each cylinder fires. Throws follow from it: a throw at angle α points along the
 bank at β when the crank has turned by θ = β − α, so α = β − φ for a cylinder that fires at φ. Cylinders are numbered
@@ -63,7 +63,7 @@ class Layout(NamedTuple):
                 f"--bank-angle-deg {bank_deg:g} is not within {LEAST_BANK_DEG:g} to {LARGEST_BANK_DEG:g} deg; "
                 f"layout {self.name} usually has {self.bank_deg:g}"
             )
-        if self.split:  # the pins follow
+        if self.split:  # split pins change with the bank angle, so that firing stays even
             return self._replace(bank_deg=bank_deg)
         half, later = self.cylinders // 2, bank_deg - self.bank_deg
         moved = tuple((angle + later) % CYCLE_DEG for angle in self.firing_deg[half:])
@@ -114,7 +114,7 @@ class Layout(NamedTuple):
 
 
 def evenly(order: Sequence[int]) -> tuple[float, ...]:
-    """Firing angle of each cylinder, deg, of an order at even intervals."""
+    """Firing angle of each cylinder, deg, for a firing order with even intervals."""
     interval = CYCLE_DEG / len(order)
     return tuple(interval * order.index(cylinder) for cylinder in range(1, len(order) + 1))
 
@@ -131,13 +131,13 @@ def mirrored(half: Sequence[int]) -> tuple[int, ...]:
 
 
 def in_line(order: Sequence[int], title: str) -> Layout:
-    """Layout of an in-line engine with even firing in an order."""
+    """Layout of an in-line engine that fires at even intervals in the given order."""
     name = "single" if len(order) == 1 else f"i{len(order)}"
     return Layout(name, title, IN_LINE, evenly(order))
 
 
 def vee(order: Sequence[int], bank_deg: float, title: str) -> Layout:
-    """Layout of a V engine with even firing in an order at a bank angle."""
+    """Layout of a V engine with this bank angle that fires at even intervals in the given order."""
     return Layout(f"v{len(order)}", title, VEE, evenly(order), bank_deg)
 
 

@@ -51,7 +51,7 @@ def balanced_four(engine: Engine) -> str:
     crank, rod = engine.crankshaft, engine.rod
     a = crank.throw / rod.length
     oscillating = rod.small_end_mass + engine.cylinders.piston_mass
-    # Four pistons' second order, 4 m r ω² λ (1 + λ²/4 + 15 λ⁴/128), by two eccentric masses at 2 ω.
+    # Two eccentric masses at 2 ω balance the second order of four pistons, 4 m r ω² λ (1 + λ²/4 + 15 λ⁴/128).
     moment = 0.5 * oscillating * crank.throw * a * (1.0 + a**2 / 4.0 + 15.0 * a**4 / 128.0)
     mass, across, below = 1.5, 45.0, -1e3 * (crank.throw + 0.9 * engine.cylinders.bore)
     middle = 1e3 * crank.main_positions[2]
@@ -163,11 +163,11 @@ ROWS = {
             "bore and stroke of the Perkins 404D-22", generator_set),
     )
 }  # fmt: skip
-"""All engines that this module writes, by name."""
+"""All engines of the library that this module writes, by name."""
 
 
 def designed(row: Row) -> Document:
-    """Engine file of a row without its additional tables."""
+    """Engine file of an engine of the library, without its additional tables."""
     found = sizes(
         layout(row.layout), 1e-3 * row.bore, 1e-3 * row.stroke, row.fuel, power=1e3 * row.power, rated=row.rated * RPM,
         practice=HANDBOOK,
@@ -178,7 +178,7 @@ def designed(row: Row) -> Document:
 
 
 def text_of(row: Row) -> str:
-    """Text of a row's engine file."""
+    """Text of the engine file of an engine of the library."""
     made = designed(row)
     return made.text + ("" if row.more is None else row.more(made.engine))
 

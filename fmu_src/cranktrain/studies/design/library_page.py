@@ -51,7 +51,7 @@ This page is made by `python -m cranktrain.studies.design.library_page docs/engi
 
 
 def page() -> str:
-    """Text of the page."""
+    """Text of the documentation page of the engine library."""
     table = f"| {' | '.join(COLUMNS)} |\n|{' --- |' * len(COLUMNS)}\n"
     return HEAD + table + "".join(_row(name) for name in (*ROWS, SHIP)) + TAIL
 
@@ -74,7 +74,7 @@ def _row(name: str) -> str:
 
 
 def _free(engine: Engine) -> tuple[str, str]:
-    """Text of free forces and moments of both orders; moments about the middle of the crank, over the distance a."""
+    """Texts on free forces and free moments of orders 1 and 2; moments about the crank's middle, over distance a."""
     places = cylinder_places(engine).along
     banks, firing = np.array(engine.cylinders.bank_angles), np.array(engine.firing_angles)
     along = np.stack((-np.sin(banks), np.cos(banks)), axis=1)

@@ -48,7 +48,7 @@ def limits(s: Sizes, engine: Engine) -> Block:
 
 
 def bearing_limits() -> Block:
-    """Limits of mains and big ends; pressure times velocity depends on the cooling and has none."""
+    """Table ``[bearing_limits]`` for mains and big ends, without a limit of p·v, which depends on cooling."""
     return Block("bearing_limits", "Of the shells, over a cycle.", tuple(
         entry
         for of in ("main", "big_end")

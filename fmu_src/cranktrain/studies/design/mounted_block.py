@@ -21,25 +21,27 @@ from cranktrain.studies.design.layouts import BOXER
 from cranktrain.studies.design.sizes import Sizes
 
 WALL, LINER, BULKHEAD, BESIDE, DECK, COVER, PAD = 0.133, 0.067, 0.19, 0.11, 0.15, 0.057, 0.57
-"""Of the six: walls, liners, bulkheads, room beside the liners, deck, bottom cover and mounts' pads, over the bore."""
+"""Dimensions of a block over the bore, from the shipped six-cylinder engine: thickness of walls, liners and bulkheads,
+room next to the liners, deck, bottom cover, mounts' pads."""
 VEE_WALL, VEE_LINER = 0.10, 0.05
-"""Walls and liners of a V, whose banks stand closer, over the bore; chosen."""
+"""Thickness of walls and liners of a V engine over the bore; smaller because its banks are closer; chosen."""
 GAP = 1.5e-3
-"""Least distance between surfaces that must not touch, m."""
+"""Least distance between surfaces of the block's solid that must not touch, m."""
 HEAD = 9000.0
-"""Mass of a cylinder's head, valve train and manifolds over the bore cubed, kg/m³: the six has 8600, the V8 9300."""
+"""Mass of a cylinder's head, valve train and manifolds over the bore cubed, kg/m³; 8600 and 9300 in shipped engines."""
 IRON, IRON_DENSITY = 110e9, 7200.0
 """Grey cast iron, Pa and kg/m³."""
 MOUNT_HZ = (8.5, 10.5, 8.5)
-"""Frequencies of the engine's mass on its mounts along x, y and z; chosen, mounts have 5 to 15 Hz."""
+"""Natural frequencies, Hz, of the engine on its mounts along x, y and z; chosen from a usual range of 5 to 15."""
 MOUNT_RATIO = 0.07
 """Damping ratio of the mounts; chosen, rubber has 0.05 to 0.1."""
 BEND = 2.9e-4
-"""Stiffness of a mount about its axes over that along y, m²: the six has 100 N m/rad beside 4e5 N/m, at 0.105 m."""
+"""Rotational stiffness of a mount over its stiffness along y, m², at a bore of 0.105 m; scaled by the bore squared. The
+shipped six-cylinder engine has 100 N m/rad and 4e5 N/m."""
 
 
 def piston_guidance(s: Sizes) -> Block:
-    """Table of the piston skirt: that of the shipped six, with stiffness and damping scaled by the bore."""
+    """Table of the piston skirt: stiffness and damping of the shipped six-cylinder engine, scaled by the bore."""
     b = s.bore
     height = 0.75 if s.fuel_name == "diesel" else 0.6
     return Block("piston_guidance", "Skirt in the liner; used with --pistons guided and in a flexible block.", (
@@ -83,7 +85,7 @@ def _block(s: Sizes, engine: Engine) -> Block:
     foot = min(max(heavy + wall + 0.03 * b, low), 0.5 * (low + high)) if low < high else low
     half = 0.5 * b + liner + wall + GAP
     lean = math.radians(0.5 * s.layout.bank_deg) if s.vee else 0.0
-    # Feet of a V that stand apart by as much as keeps an edge between them inside the walls.
+    # Distance between the feet of a V's banks, so large that an edge between the feet stays inside the walls.
     apart = (half * math.cos(lean) + wall * math.tan(0.5 * lean) + GAP) / math.sin(lean) if lean else 0.0
     foot = max(foot, apart)
     for name, size in (("bulkheads", bulkhead - 0.05 * b), ("walls", wall - 0.04 * b), ("liners", liner - 0.03 * b)):
@@ -180,7 +182,7 @@ def _casting(plan: BlockPlan) -> float:
     front, rear = plan.ends
     mains, length = len(plan.mains), rear - front
     volume = (outer - inner) * length
-    # Bulkheads reach down to bulkhead_depth.
+    # Fraction of the crankcase's height that a bulkhead covers, down to bulkhead_depth.
     reach = min(1.0, (b.bulkhead_depth + b.side_height) / (b.skirt_depth + b.side_height))
     volume += mains * b.bulkhead_thickness * inner * reach
     volume += (

@@ -1,4 +1,4 @@
-"""Engine file from sizes, in which every value follows from a stated rule, given as its note.
+"""Engine file from the sizes of an engine. Every value follows from a rule, which its note states.
 
 What no rule of practice gives follows from physics. The heat per cycle gives the mean effective pressure; the intake
 pressure brings the air for it; counterweights balance their throw as far as the pistons leave room; the flywheel limits
@@ -42,15 +42,16 @@ from cranktrain.studies.design.sizes import (
 
 HEISLER = "Heisler"
 LOWER_HEATING, AIR_BURNT, GAS_CONSTANT, INTAKE_KELVIN = 43e6, 14.6, 287.0, 323.0
-"""Heat of a fuel, J/kg; air that burns a kilogram of it, kg; gas constant of air, J/(kg K); charge temperature, K."""
+"""Lower heating value of a fuel, J/kg; air per fuel for combustion, kg/kg; gas constant of air, J/(kg K); charge
+temperature, K."""
 SPECIFIC_LOAD = 2.5e6
-"""Mean load of a main over its width and diameter, Pa."""
+"""Mean load of a main bearing over its width and diameter, Pa, for the stiffness of its stand-in springs."""
 DAMPING_TIME = 8e-5
-"""Damping over stiffness of the mains' stand-ins, s: a loss factor of 0.1 at 200 Hz."""
+"""Damping over stiffness of the main bearings' stand-in springs, s; a loss factor of 0.1 at 200 Hz."""
 IRON = 110e9
 """Young's modulus of the block's cast iron, Pa."""
 CUTOFF_SPEED = 270.0
-"""Cut-off frequency of the running model times the bore, m/s: 3000 Hz at a bore of 90 mm."""
+"""Cut-off frequency of the running model times the bore, m/s; 3000 Hz for a bore of 90 mm."""
 TWIST = math.radians(1.0)
 """Twist of the connecting shaft under the mean torque, rad."""
 CHARGED = 1.1e5
@@ -74,7 +75,7 @@ def document(name: str, sizes: Sizes, equipment: Equipment = BARE) -> Document:
 
 
 def first_design(name: str, sizes: Sizes) -> Document:
-    """Engine with these sizes; the heat is that of its mean effective pressure on the built-in cycle."""
+    """Engine file from sizes, with the heat per cycle that gives the mean effective pressure on the built-in cycle."""
     fitted = Fitted(sizes.swept * full_load(sizes) / sizes.fuel.efficiency, 0.6 * sizes.bore, 0.0, 1.0)
     for _ in range(ROUNDS):
         trace = GasTrace.from_engine(_document(name, sizes, fitted).engine)

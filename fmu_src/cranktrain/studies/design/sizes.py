@@ -26,7 +26,7 @@ LAMBDA = 0.30
 MECHANICAL_EFFICIENCY = 0.85
 """Brake over indicated power at full load."""
 PIN_WIDTH, WEB, FILLET, PITCH = 0.35, 0.25, 0.04, 1.20
-"""Of an in-line engine, over the bore."""
+"""Dimensions of an in-line engine over the bore: pin width, web thickness, fillet radius, distance of cylinders."""
 VEE_BIG_END, VEE_WEB, VEE_MAIN = 0.26, 0.20, 0.30
 """Width of one of two big ends on a pin, thickness of a web and width of a main journal, over the bore."""
 WIDE_MAIN = 0.42
@@ -40,7 +40,7 @@ WIDEST_PRESSURE, LEAST_PRESSURE = 40e5, 1e5
 
 
 class Fuel(NamedTuple):
-    """Values of practice for one fuel.
+    """Values of practice for engines of one fuel.
 
     Attributes
     ----------
@@ -71,7 +71,8 @@ FUELS = {
     "petrol": Fuel(11e5, 0.38, 18.0, 0.16, 0.70, 1.0, 11.5, (-18.0, 50.0, 2.0), 700.0, 900.0),
     "diesel": HEAVY,
 }
-"""Of today: petrol burns half of its heat by 5 deg after dead centre and peaks at six times the mean pressure."""
+"""Present practice by fuel. Petrol engines burn half of the heat by 5 deg after dead centre; their peak pressure is six
+times the mean pressure."""
 
 
 class Proportions(NamedTuple):
@@ -116,16 +117,16 @@ PUBLISHED = (
 )
 """Journal dimensions from the makers' service manuals (specifications of crankshaft and cylinder block)."""
 SHORT = 4
-"""Cylinders of a short crank: in line and boxers up to this number; the others and all V are long."""
+"""Largest number of cylinders of a short crank, in line or boxer; all other cranks, also of V engines, are long."""
 
 
 def is_short(form: str, cylinders: int) -> bool:
-    """True if a crank counts as short."""
+    """True if a crank counts as short: in line or boxer with up to ``SHORT`` cylinders."""
     return form != VEE and cylinders <= SHORT
 
 
 def today(layout: Layout, fuel: str) -> Proportions:
-    """Mean of :data:`PUBLISHED` engines of this fuel, short or long; those of diesels do not differ by length."""
+    """Mean proportions of :data:`PUBLISHED` engines of this fuel; for petrol engines of the same crank length class."""
     if fuel == "diesel":
         return Proportions(0.77, 0.635, 0.48, 0.39, "mean of makers' data of four diesels")
     if is_short(layout.form, layout.cylinders):
@@ -145,7 +146,7 @@ HANDBOOK = Practice(
     {"petrol": FUELS["petrol"]._replace(compression=10.5, burn=(-20.0, 60.0, 2.0)), "diesel": HEAVY},
     lambda layout, fuel: Proportions(0.75, 0.65, 0.47, 0.40, "Heisler"),
 )
-"""Of the engines that ship: Heisler's journals, and a slower burn."""
+"""Practice of the shipped engines: journal proportions by Heisler, and a slower burn."""
 
 
 class Sizes(NamedTuple):
@@ -215,7 +216,7 @@ class Sizes(NamedTuple):
 
     @property
     def vee(self) -> bool:
-        """Whether two banks share the length of one."""
+        """True for a V engine, whose two banks share the length of one."""
         return self.layout.form == VEE
 
     @property
@@ -230,12 +231,12 @@ class Sizes(NamedTuple):
 
     @property
     def piston_mass(self) -> float:
-        """Piston with pin and rings, kg."""
+        """Mass of a piston with pin and rings, kg."""
         return self.fuel.piston * self.bore**3
 
     @property
     def big_end_mass(self) -> float:
-        """Part of the rod's mass at the pin, kg: 0.7 of it."""
+        """Part of the rod's mass at the crank pin, kg; 0.7 of the rod's mass."""
         return 0.7 * self.fuel.rod * self.bore**3
 
     @property
@@ -245,7 +246,7 @@ class Sizes(NamedTuple):
 
     @property
     def thrust_main(self) -> int:
-        """Main journal with the thrust bearing: the middle one, where nobody states another."""
+        """Number of the main journal with the thrust bearing: the middle one, unless another is stated."""
         if self.crank:
             return self.stated_thrust_main or (len(self.crank.main_widths) + 1) // 2
         return len(self.layout.throws_deg) // (2 if self.layout.split else 1) // 2 + 1
@@ -287,7 +288,7 @@ class Sizes(NamedTuple):
 
     @property
     def main_width(self) -> float:
-        """Width of a main journal between its webs, m; the narrowest."""
+        """Width of the narrowest main journal between its webs, m."""
         if self.crank:
             return min(self.crank.main_widths)
         share = (WIDE_MAIN if self.wide_mains else VEE_MAIN) if self.vee else PITCH - PIN_WIDTH - 2.0 * WEB
@@ -320,7 +321,7 @@ def sizes(
     crank: Crankshaft | None = None,
     practice: Practice = TODAY,
 ) -> Sizes:
-    """Sizes of an engine (SI); what is None follows from the fuel and the proportions of this module.
+    """Sizes of an engine (SI). Arguments that are None follow from the fuel and the proportions of this module.
 
     Parameters
     ----------

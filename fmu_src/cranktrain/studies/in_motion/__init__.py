@@ -1,1 +1,1 @@
-"""Modes in motion as a report: lists of frequencies and the stand-in springs of the films."""
+"""Report on modes in motion: their frequencies, and the stand-in springs of the films."""

@@ -27,12 +27,12 @@ SETTLE = 1.0e-4
 """Largest settling error of the run whose cycle is linearised."""
 SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
-"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; for an engine whose range
-excludes this speed, the nearest of its speeds."""
+"""Levels, and speed in rev/min, of the full-load run whose films give the stand-in springs. If the engine's range
+excludes this speed, the nearest of its speeds is used."""
 ANSWERS = 0.1
-"""A mode is torsional if its torsion of the pulley at resonance is at least this fraction of the largest."""
+"""Fraction of the largest pulley torsion at resonance of any mode, from which a mode is torsional."""
 MOSTLY_BLOCK = 0.5
-"""A mode counts as one of the block if the block has this fraction of the kinetic energy."""
+"""Fraction of a mode's kinetic energy in the block from which the mode is one of the block."""
 
 
 def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> Simulation:
@@ -110,7 +110,7 @@ def listed(found: ModesInMotion, speeds: tuple[float, float]) -> list[dict[str, 
 
 
 def state_text(state: Mapping[str, Any]) -> str:
-    """Text on the state of the modes."""
+    """Text on the state (levels, speed, load) about which modes in motion were computed."""
     block = "on ground" if state["block"] == "ground" else "in the flexible block"
     damper = ", with damper" if state["damper"] != "none" else ""
     levels = f"crank {state['crank']}, bearings {state['bearings']}, {block}{damper}"
@@ -118,7 +118,7 @@ def state_text(state: Mapping[str, Any]) -> str:
 
 
 def motion_table(report: Mapping[str, Any]) -> Table:
-    """Table of modes in motion with the state in the title; without the block's share on ground."""
+    """Table of modes in motion with their state in the title; on ground without a column for the block."""
     parts = [part for part in PARTS if part != "block" or report["state"]["block"] != "ground"]
     rows = tuple(
         (
@@ -152,7 +152,7 @@ def film_springs(made: Assembly) -> dict[str, float]:
 
 
 def springs_report(made: Assembly) -> dict[str, Any]:
-    """Springs by the rule compared with those of the engine file, N/m; if the run fails, its reason as ``failed``."""
+    """Stand-in springs from a run and from the engine file, N/m; ``failed`` holds the reason if the run fails."""
     own, rpm = made.engine.plain_mains, spring_rpm(made.engine)
     said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": rpm, "rule": SPRING_RULE.format(rpm)}
     try:
@@ -162,7 +162,7 @@ def springs_report(made: Assembly) -> dict[str, Any]:
 
 
 def springs_text(report: Mapping[str, Any]) -> str:
-    """One line on the stand-in springs."""
+    """One line that compares the engine file's stand-in springs with those from a run."""
     if "failed" in report:
         return f"Stand-in springs: the run fails ({report['failed']})"
     pairs = [(report[f"film_stiffness_{axis}"], report[f"engine_{axis}"]) for axis in "xy"]

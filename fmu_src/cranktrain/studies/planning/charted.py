@@ -25,7 +25,7 @@ from cranktrain.studies.total_error.shipped import Shipped, shipped
 
 @dataclass(frozen=True)
 class ChartedChoice:
-    """A choice with its figures over a scene's speeds and outputs.
+    """Choice of levels and step, with its errors and cost over a scene's speeds and outputs.
 
     Attributes
     ----------
@@ -49,12 +49,12 @@ class ChartedChoice:
 
     @property
     def pair(self) -> Pair:
-        """Crank and bearing level."""
+        """Crank level and bearing level."""
         return self.crank, self.bearings
 
     @property
     def plain(self) -> str:
-        """Label of the choice with the usual integrator of its bearings."""
+        """Text of the choice, without the integrator if it is the usual one of the bearings."""
         return f"{self.crank}/{self.bearings}/{self.block} {self.label.rpartition(' ')[2]}"
 
     def __str__(self) -> str:
@@ -64,7 +64,7 @@ class ChartedChoice:
 
 @dataclass(frozen=True)
 class Charted:
-    """Measured figures that apply to a scene.
+    """Measured errors and costs of all choices of levels that apply to a scene.
 
     Attributes
     ----------
@@ -85,13 +85,13 @@ class Charted:
 
     @property
     def against(self) -> str:
-        """Text on reference model and speeds."""
+        """Text on the reference model and the speeds of the measured errors."""
         speeds = ", ".join(f"{rpm:g}" for rpm in self.speeds_rpm)
         old = "" if self.current else ", by earlier sources"
         return f"against {self.best}, measured at {speeds} rev/min{old}"
 
     def shortfall(self, accuracy: float) -> list[str]:
-        """A line on the closest choices if no choice is within the accuracy; otherwise none."""
+        """Text lines: one on the closest choices if no choice is within ``accuracy``; otherwise an empty list."""
         if self.chosen is not None:
             return []
         line = f"no measured choice serves {percent(accuracy)} {self.against}; closest {self.closest}"
@@ -99,7 +99,7 @@ class Charted:
 
 
 def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | None = None) -> Charted | None:
-    """Shipped figures for a scene, None if they do not cover it; ``allowed`` are the permitted pairs of levels."""
+    """Shipped errors and costs for a scene, or None if they do not cover it; ``allowed`` is true for allowed levels."""
     known = figures or shipped(scene.engine)
     families = _families(scene)
     if known is None or not families or not _plain(scene):
@@ -132,7 +132,7 @@ def around(wanted: Sequence[float], measured: Sequence[float]) -> tuple[float, .
 
 
 def _families(scene: Scene, once: bool = True) -> list[str]:
-    """Families of the scene's outputs, each ``once`` or one per output; empty if an output has no chart."""
+    """Output families of a scene's outputs, each family ``once`` or one entry per output; empty if one has no chart."""
     found = []
     for output in map(plain_name, scene.outputs):
         family = next((name for name, row in FAMILIES.items() if output in row.outputs), None)
@@ -143,14 +143,14 @@ def _families(scene: Scene, once: bool = True) -> list[str]:
 
 
 def _plain(scene: Scene) -> bool:
-    """True if a scene has the conditions of the measurement."""
+    """True if a scene has the conditions under which the shipped errors were measured."""
     usual = (scene.damper, scene.big_ends, scene.load, scene.film_temperature) == ("none", "rigid", 1.0, "engine")
     free = scene.integrator is None and scene.step is None and scene.cutoff is None
     return usual and free and scene.pressure is None and not scene.stress
 
 
 def choices(points: Sequence[TotalPoint], speeds: Sequence[float], families: Sequence[str]) -> list[ChartedChoice]:
-    """Choices that have all outputs at all speeds."""
+    """Measured choices that provide all output families at all speeds."""
     groups: dict[str, list[TotalPoint]] = {}
     for point in points:
         if point.speed_rpm in speeds:

@@ -38,7 +38,7 @@ class LastCycle:
 
 
 def last_cycle(run: Result, outputs: Sequence[str]) -> LastCycle:
-    """Last cycle of a run."""
+    """Wanted outputs over the last cycle of a run, with the run's cost."""
     n = run.per_cycle
     values = np.array([run.outputs[name][-n - 1 : -1] for name in outputs])
     left = run.settling.left

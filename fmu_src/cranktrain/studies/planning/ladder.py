@@ -54,24 +54,24 @@ def admits(scene: Scene, pair: Pair) -> bool:
 
 
 def every_pair(scene: Scene, with_ehd: bool) -> list[Pair]:
-    """Pairs of the ladder report, the lowest first; those that the scene's outputs do not allow left out."""
+    """Pairs of levels for the ladder report that provide the scene's outputs, the lowest first."""
     levels = bearing_levels(scene)[1:]
     chain = [*_lower_cranks(scene), *((SOLID, level) for level in levels if with_ehd or not dearest(level))]
     return [pair for pair in chain if answers(scene, pair, by_frequency=False)]
 
 
 def dearest(level: str) -> bool:
-    """True if films of a level take a hundred times as long as others."""
+    """True if a bearing level has films that take about a hundred times as long as those of other levels."""
     return bearing_law(level).cost == DEAREST
 
 
 def locked(level: str) -> bool:
-    """True if a level has no bearings, with journals locked on their axis."""
+    """True if a bearing level locks the journals on their axis, so that it has no bearings."""
     return not bearing_law(level).carries
 
 
 def _lower_cranks(scene: Scene) -> list[Pair]:
-    """Every crank level except the highest, with its usual bearing level."""
+    """Pairs of each crank level except the highest with its usual bearing level."""
     return [(crank, usual_level(crank, mains_kind(scene.engine))) for crank in CRANKS if crank != SOLID]
 
 
@@ -83,9 +83,9 @@ def answers(scene: Scene, pair: Pair, by_frequency: bool = True) -> bool:
     levels = bearing_levels(scene)
     wanted = lowest.bearings if lowest.bearings in levels else levels[-1]
     if scene.block == "flexible" and (not CRANKS[crank].elastic or locked(bearings)):
-        return False  # a block that moves asks for a crank and bearings that follow it
+        return False  # a moving block needs a crank and bearings that move with it
     if locked(bearings) and scene.big_ends != "rigid":
-        return False  # films on the pins of a crank that does not move across would carry nothing
+        return False  # big-end films need a crank whose pins move across the axis
     cranks = list(CRANKS)
     high_enough = cranks.index(crank) >= cranks.index(lowest.crank) and levels.index(bearings) >= levels.index(wanted)
     return high_enough and (not by_frequency or scene.frequency <= crank_level(crank).highest_frequency(scene.engine))

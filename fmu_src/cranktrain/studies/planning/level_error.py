@@ -16,14 +16,14 @@ from cranktrain.studies.total_error.shipped import shipped
 
 TORSION = "torsion"
 SMALL = 0.01
-"""Better levels are suggested only above this total error."""
+"""Total error of a run below which no better levels are suggested."""
 HALF = 0.5
 """Largest error of suggested levels, as a fraction of the run's total error."""
 WORTH = 1.25
-"""Cost over that of the cheapest better levels up to which levels with a smaller error are named in their place."""
+"""Levels with a smaller error are suggested if they cost at most this multiple of the cheapest better levels."""
 CONDITIONS = {"damper": "none", "big_ends": "rigid", "gas_load": 1.0, "film_temperature": "engine",
               "boundary": "speed", "control": "fixed", "axial_force": None}  # fmt: skip
-"""Settings of the runs with which the figures were measured."""
+"""Settings of the runs with which the shipped errors were measured."""
 
 NOT_MEASURED = "Error of these levels: not measured"
 OWN_DATA = f"{NOT_MEASURED} with pressures or meshes of one's own (docs/tradeoff.md)."
@@ -75,7 +75,7 @@ def level_error(
 
 
 def _measured(measured: Sequence[float], first: float, last: float | None) -> tuple[float, ...]:
-    """Measured speeds that count for a run, or for the part of a run-up that they cover; none where there is none."""
+    """Measured speeds next to the speed of a run, or within a run-up; empty if none covers it."""
     if last is None:
         return around([first], measured) or ()
     inside = [min(max(rpm, measured[0]), measured[-1]) for rpm in (first, last)]
@@ -85,7 +85,7 @@ def _measured(measured: Sequence[float], first: float, last: float | None) -> tu
 
 
 def halving(own: ChartedChoice, found: list[ChartedChoice]) -> ChartedChoice | None:
-    """Cheapest choice with at most half the total error; a closer one that costs little more goes before it."""
+    """Cheapest choice with at most half the total error of ``own``, or a more accurate one that costs little more."""
     better = [one for one in found if one.total <= HALF * own.total and one.label == one.plain]
     if not better:
         return None
@@ -94,7 +94,7 @@ def halving(own: ChartedChoice, found: list[ChartedChoice]) -> ChartedChoice | N
 
 
 def _label(settings: Settings) -> str:
-    """Label of the measured choice that corresponds to a run."""
+    """Label of the measured choice of levels that corresponds to the settings of a run."""
     method = "" if settings.integrator == bearing_law(settings.bearings).integrator else f" {settings.integrator}"
     step = math.degrees(settings.step)
     return f"{settings.crank}/{settings.bearings}/{settings.block}{method} {step:.6g}°"

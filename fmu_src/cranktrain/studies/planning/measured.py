@@ -1,4 +1,4 @@
-"""Short runs of a scene's model at any case, measured once and kept: the input of a plan.
+"""Errors and costs of a scene's model from short runs, which are stored: the input of a plan.
 
 The last cycle of the wanted outputs is kept under a digest of all its input: engine, bodies, running code, settings,
 speed, cycles, pressure trace and outputs.
@@ -41,12 +41,12 @@ class Measured:
         self.store = Kept("plans")
 
     def cycles(self, *cases: Case) -> int | None:
-        """Cycles of a measurement that takes in these cases; None: until the outputs repeat."""
+        """Number of cycles of the runs that compare these cases; None if they run until the outputs repeat."""
         few = [SLOW[cost] for case in cases if (cost := bearing_law(case.bearings).cost) in SLOW]
         return min([*few, self.scene.cycles or max(few)]) if few else self.scene.cycles
 
     def run(self, case: Case, speed: float, cycles: int | None) -> LastCycle:
-        """Last cycle of a case at a speed (rad/s); ``SolverError`` where the run fails."""
+        """Last cycle of a run of ``case`` at a speed (rad/s); ``SolverError`` if the run fails."""
         key = self._key(case, speed, cycles)
         kept = self.store.arrays(key)
         if kept is None:
@@ -61,7 +61,7 @@ class Measured:
         return LastCycle(kept["values"], seconds, factor, kept["settling"])
 
     def _measure(self, case: Case, speed: float, cycles: int | None) -> LastCycle:
-        """Run a case; a short one twice, the faster counts."""
+        """Run a case. A short run is repeated, and the cost of the faster one counts."""
         self.model.say(f"measuring {case} at {speed / RPM:.0f} rev/min")
         run = self.model.run(case, speed, cycles)
         found = last_cycle(run, self.scene.outputs)
@@ -72,7 +72,7 @@ class Measured:
         return found
 
     def difference(self, case: Case, reference: Case, speed: float) -> Array:
-        """Relative difference of each wanted output of two cases at a speed, (outputs,); inf where a run fails."""
+        """Relative difference of two cases at a speed for each wanted output, (outputs,); infinite if a run fails."""
         cycles = self.cycles(case, reference)
         try:
             one, other = (self.run(c, speed, cycles) for c in (case, reference))
@@ -96,14 +96,14 @@ class Measured:
         return np.asarray(np.max([self.run(case, speed, cycles).settling for speed in speeds], axis=0))
 
     def cost(self, case: Case, speeds: tuple[float, ...]) -> float:
-        """Mean real-time factor over speeds; inf where a run fails."""
+        """Mean real-time factor of a case over speeds; infinite if a run fails."""
         try:
             return float(np.mean([self.run(case, v, self.cycles(case)).real_time_factor for v in speeds]))
         except SolverError:
             return math.inf
 
     def _key(self, case: Case, speed: float, cycles: int | None) -> str:
-        """Digest of all input of a run."""
+        """Digest of all inputs of a run, the key under which its last cycle is stored."""
         scene, model = self.scene, self.model
         made = model.assembly(case)
         parts = made.parts

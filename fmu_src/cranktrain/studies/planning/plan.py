@@ -17,7 +17,7 @@ from cranktrain.studies.scene import Scene
 
 @dataclass(frozen=True)
 class Errors:
-    """Relative errors of each output, (outputs,); the model error is None at the top, with all modes.
+    """Relative errors of each output, (outputs,). The model error is None at the finest levels with all modes.
 
     The model error is that against the next levels up or, by measured total errors, against the best model.
     ``settling`` is the settling error of a run.
@@ -29,7 +29,7 @@ class Errors:
 
     @property
     def total(self) -> Array:
-        """Root of the sum of squares, (outputs,)."""
+        """Total error of each output, (outputs,): root of the sum of the squared errors."""
         own = np.hypot(self.numerical, self.settling)
         return own if self.model is None else np.hypot(own, self.model)
 
@@ -114,12 +114,12 @@ class Plan:
 
 
 def largest(errors: Array) -> float:
-    """Largest of the errors of outputs; 0 where there are none."""
+    """Largest error of any output; 0 if there are no outputs."""
     return float(errors.max()) if errors.size else 0.0
 
 
 def percent(value: float) -> str:
-    """Text of a relative error."""
+    """Text of a relative error in per cent."""
     return f"{100.0 * value:.2g} %"
 
 

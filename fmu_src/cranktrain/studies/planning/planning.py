@@ -37,8 +37,7 @@ from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import Scene, load_scene
 
 ELASTIC_METHODS = {"esdirk3": (2.0, 1.0, 0.5)}
-"""Methods and steps (deg) that are tried on elastic films, each half of the previous one. Closing films limit the
-step."""
+"""Integrators with the steps (deg) that a plan tries on elastic films. Steps are short, because films close quickly."""
 LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)
 """Steps (deg) for an integrator that the scene fixes."""
 METHODS = {
@@ -52,8 +51,8 @@ METHODS = {
 }
 """Integrators with their steps (deg), the longest first, that a plan tries on all other bearings."""
 HOPEFUL = 3.0
-"""Factor on the allowed numerical error. On films solved online only those steps are tried whose error on the engine's
-lowest film level, which is cheap, is within this factor of what is allowed."""
+"""Factor on the permitted numerical error. Films solved online are expensive, so only those steps are tried on them
+whose error on the engine's lowest film level is within this multiple of the permitted error."""
 USUAL_STEP = math.radians(2.5)
 """Longest step at which levels are judged, independent of their usual step."""
 NUMERICAL_SHARE = 0.5
@@ -65,14 +64,14 @@ CUTOFFS = (1.0, 1.5, 2.0, 3.0)
 MODE_SHARE = 0.25
 """Largest error by dropped modes as a fraction of the accuracy."""
 STRETCHED = 4.0
-"""A pair is judged at the usual step if its time there is within this multiple of the budget; longer steps do not save
-more than that."""
+"""Largest time of a pair of levels at the usual step, over the budget, for the pair to be judged. Longer steps do not
+save more than this factor."""
 SCREENED_SPEEDS = 3
-"""Number of speeds at which levels are judged. The figures of the chosen plan are then measured at all speeds."""
+"""Number of speeds at which levels are judged. Errors of the chosen plan are then measured at all speeds."""
 SETTLED_CYCLES = 5
 """Approximate number of cycles until the outputs repeat."""
 LONGEST_MEASUREMENT = 60.0
-"""If measuring the figures of the plan at every speed is expected to take longer than this, s, only the screened speeds
+"""Longest expected time, s, of measuring the plan's errors at every speed. If it is exceeded, only the screened speeds
 are measured."""
 
 
@@ -101,7 +100,7 @@ def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class _Judged:
-    """A pair of levels, its difference from the next pair up (None at the top), and whether that is small enough.
+    """A pair of levels, its difference from the next finer pair (None for the finest), and true if it is small enough.
 
     ``charted``: differences by output, where they are those from the best model, by measured total errors.
     """
@@ -114,7 +113,7 @@ class _Judged:
 
 
 class _Chooser:
-    """Choice for one scene: the scene, its measurements, and lines with reasons."""
+    """Chooser of levels, step and modes for one scene, from measurements of the scene's model."""
 
     def __init__(self, scene: Scene, measured: Measured, compare: bool = False) -> None:
         self.scene, self.measured, self.model, self.compare = scene, measured, measured.model, compare
@@ -123,7 +122,7 @@ class _Chooser:
         self.known = charted(scene, lambda pair: admits(scene, pair))
 
     def plan(self) -> Plan:
-        """Levels first, then method and step, then modes."""
+        """Make the plan: choose levels first, then integrator and step, then the number of modes."""
         scene = self.scene
         judged = self._charted_pair() or self._climb()
         chosen = next((one for one in judged if one.serves), judged[-1])
@@ -137,7 +136,7 @@ class _Chooser:
     # ------------------------------------------------------------------ levels
 
     def _charted_pair(self) -> list[_Judged]:
-        """The pair of the cheapest choice whose measured total error is within the accuracy; empty where none is."""
+        """Levels of the cheapest choice whose shipped total error is within the accuracy; empty if there is none."""
         known = self.known
         if known is None or known.chosen is None:
             return []
@@ -147,12 +146,12 @@ class _Chooser:
         return [_Judged(one.pair, min(one.model, most), True, text, np.minimum(one.of_outputs(self.scene), most))]
 
     def usual(self, pair: Pair) -> Case:
-        """Case of a pair at the method and step at which levels are judged."""
+        """Case of a pair of levels with the integrator and step at which levels are judged."""
         integrator = resolved(Settings(crank=pair[0], bearings=pair[1]), self.scene.engine).integrator
         return self.model.case(*pair, integrator, min(USUAL_STEP, self.longest))
 
     def above(self, case: Case) -> Case | None:
-        """Case of the next pair, same method and step, all modes; at the top the same case with all modes, or None."""
+        """Case of the next finer pair, with all modes; for the finest pair the same case with all modes, or None."""
         pair = next_pair(self.scene, case.levels)
         if pair is None:
             full = replace(case, cutoff=self.model.all_modes)
@@ -160,7 +159,7 @@ class _Chooser:
         return self.at(case, pair)
 
     def at(self, case: Case, pair: Pair) -> Case:
-        """Case of another pair with the same method and step and all modes; elastic films use their own method."""
+        """Case of another pair with all modes and the same integrator and step; elastic films use their own method."""
         own = bearing_law(pair[1]).integrator
         if dearest(pair[1]) and not dearest(case.bearings):
             return Case(*pair, self.model.all_modes, own, min(case.step, USUAL_STEP))
@@ -172,7 +171,7 @@ class _Chooser:
         return longest_step(min(self.scene.speeds), self.scene.frequency)
 
     def _climb(self) -> list[_Judged]:
-        """Judge pairs from the lowest up to the first sufficient one, or until the budget is used."""
+        """Judge pairs of levels from the lowest up to the first sufficient pair, or until the time budget is used."""
         scene, found = self.scene, list[_Judged]()
         for pair in candidates(scene):
             case = self.usual(pair)
@@ -208,7 +207,7 @@ class _Chooser:
     # ------------------------------------------------------------------ method, step, modes
 
     def _method(self, chosen: _Judged, limit: float | None = None) -> Case:
-        """Case of the cheapest method and step with which numerical and model error are within the accuracy."""
+        """Case of the cheapest integrator and step with which numerical and model error are within the accuracy."""
         scene, pair = self.scene, chosen.pair
         allowed = limit or self._room(chosen)
         if scene.integrator is not None and scene.step is not None:
@@ -260,7 +259,7 @@ class _Chooser:
         return self._hopeful((pair[0], film(scene)), short, HOPEFUL * allowed) if dear else short
 
     def _hopeful(self, pair: Pair, tried: dict[str, list[float]], most: float) -> dict[str, list[float]]:
-        """Steps (rad) of each integrator from the longest whose numerical error at a cheap pair is at most ``most``.
+        """Steps (rad) of each integrator, the longest first, whose numerical error on a cheap pair is at most ``most``.
 
         The error is measured at the first of the plan's speeds. Integrators without such a step are left out; where no
         integrator has one the finest step of each remains.
@@ -274,7 +273,7 @@ class _Chooser:
         return found or {name: steps[-1:] for name, steps in tried.items()}
 
     def _numerical(self, case: Case, enough: float, speeds: int | None = None) -> float:
-        """Numerical error of a case, against half its step, at the first ``speeds`` of a plan's speeds, or at all.
+        """Numerical error of a case, by comparison with half its step, at a plan's first ``speeds`` speeds, or at all.
 
         Once a speed shows more than ``enough`` the others are not measured.
         """
@@ -309,7 +308,7 @@ class _Chooser:
     # ------------------------------------------------------------------ budget and figures
 
     def _within_budget(self, judged: list[_Judged], wanted: tuple[_Judged, Case, float]) -> tuple[_Judged, Case]:
-        """Highest pair within the budget, or else the cheapest pair."""
+        """Finest pair of levels within the time budget, or else the cheapest pair."""
         budget = self.scene.budget or math.inf
         self.too_dear = self.too_dear or f"{pair_name(wanted[0].pair)} takes a real-time factor of {wanted[2]:.2g}"
         options = [wanted]
@@ -353,7 +352,7 @@ class _Chooser:
     def _reasons(
         self, made: Plan, chosen: _Judged, judged: list[_Judged], modes_text: str, speeds: tuple[float, ...]
     ) -> tuple[str, ...]:
-        """A line for each part of the plan."""
+        """Reasons of the plan, one line for each of its parts."""
         scene, case = self.scene, made.case
         lines = []
         for kind, level, fixed in (("crank", case.crank, scene.crank), ("bearings", case.bearings, scene.bearings)):
@@ -404,7 +403,7 @@ class _Chooser:
 
 
 def _round_up(value: float) -> str:
-    """Number with one digit that is not below ``value``."""
+    """Text of the smallest number with one significant digit that is not below ``value``."""
     if not math.isfinite(value):
         return "not known: no step runs"
     scale = 10.0 ** math.floor(math.log10(value))

@@ -1,4 +1,4 @@
-"""Runs of a scene: by its plan, by the next level to check the plan, or by every level of the ladder.
+"""Runs of a scene: at its plan's levels, at the next finer levels as a check, or at every level of the ladder.
 
 Finished runs are written at once. The result file holds all outputs of the plan's runs (under ``2000rpm/`` if the scene
 has several speeds) and, under ``levels/``, the last cycle of the wanted outputs at other levels. An interrupt keeps all
@@ -34,7 +34,7 @@ Advance = Callable[[float], None] | None
 
 @dataclass
 class LevelRun:
-    """Runs of one case at all speeds: last cycles, total and simulated seconds, and errors."""
+    """Runs of one case at all speeds of a scene: last cycles, elapsed and simulated seconds, and errors."""
 
     case: Case
     cycles: list[LastCycle] = field(default_factory=list)
@@ -63,7 +63,7 @@ class SceneRun:
     # ------------------------------------------------------------------ runs
 
     def run(self, case: Case, advance: Advance = None) -> LevelRun:
-        """Run a case at every speed: of the plan's own all outputs are kept, of another the last cycles."""
+        """Run a case at every speed. All outputs are stored for the plan's own case, last cycles for any other case."""
         scene, level = self.scene, LevelRun(case)
         self.levels.append(level)
         for k, speed in enumerate(scene.speeds):
@@ -119,10 +119,10 @@ class SceneRun:
             "predicted_error": self.plan.predicted_error,
         }
 
-    # ------------------------------------------------------------------ what they say
+    # ------------------------------------------------------------------ results of the runs
 
     def sort(self) -> None:
-        """Put the levels in the order of the ladder; the plan's own stays known by its case."""
+        """Put the runs of all levels in the order of the ladder."""
         pairs = every_pair(self.scene, True)
         self.levels.sort(key=lambda level: pairs.index(level.case.levels) if level.case.levels in pairs else -1)
 
@@ -149,7 +149,7 @@ class SceneRun:
         return next(level for level in self.levels if level.case == self.plan.case)
 
     def rows(self) -> list[dict[str, Any]]:
-        """Rows of all levels that ran, each with its difference from the last complete one."""
+        """Rows of all levels that ran, each with its difference from the finest level that ran at all speeds."""
         complete = [level for level in self.levels if len(level.cycles) == len(self.scene.speeds)]
         top = complete[-1] if len(complete) > 1 else None
         return [
@@ -177,7 +177,7 @@ class SceneRun:
         return by_family(scene.outputs, np.max(found, axis=0))
 
     def verification(self) -> dict[str, Any] | None:
-        """Predicted against verified error, once the plan's next case has run too; None where one is not complete."""
+        """Predicted and verified error of the plan; None until the plan's case and the next finer case have run."""
         own, check = self._own, next((one for one in self.levels if one.case == self.plan.next), None)
         if check is None or len(own.cycles) != len(check.cycles) or len(own.cycles) != len(self.scene.speeds):
             return None

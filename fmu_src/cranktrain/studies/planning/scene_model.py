@@ -37,7 +37,7 @@ class Case:
 
     @property
     def levels(self) -> tuple[str, str]:
-        """Crank and bearing level."""
+        """Crank level and bearing level."""
         return self.crank, self.bearings
 
     def __str__(self) -> str:
@@ -60,12 +60,12 @@ class SceneModel:
 
     @property
     def all_modes(self) -> float:
-        """Cut-off of the crank's modes at which no mode is left out, Hz."""
+        """Cut-off frequency of the crank's modes, Hz, with which no mode is left out."""
         return self.scene.engine.reduction.running_cutoff_hz
 
     @property
     def own_cutoff(self) -> float:
-        """Cut-off that the scene fixes, else that of all modes, Hz."""
+        """Cut-off frequency of the crank's modes, Hz: as fixed by the scene, else so high that all modes are kept."""
         return self.scene.cutoff or self.all_modes
 
     def settings(self, case: Case) -> Settings:
@@ -89,12 +89,12 @@ class SceneModel:
         )
 
     def assembly(self, case: Case) -> Assembly:
-        """Parts of a case."""
+        """Assembly (bodies and parts of a run) of a case."""
         return assemble(self.scene.engine, self.settings(case), say=self.say, cutoff_hz=case.cutoff)
 
     @cached_property
     def gas(self) -> Gas | None:
-        """Measured pressures of the scene, or None for the built-in one."""
+        """Measured pressures of the scene, or None for the built-in combustion."""
         given = self.scene.pressure
         if given is None:
             return None
@@ -110,7 +110,7 @@ class SceneModel:
     def run(
         self, case: Case, speed: float, cycles: int | None = None, progress: Callable[[float], None] | None = None
     ) -> Result:
-        """Run a case at a speed (rad/s); ``cycles`` defaults to the scene's, and failing that to those that it takes.
+        """Run a case at a speed (rad/s) for ``cycles``, by default as the scene states, or else until outputs repeat.
 
         Raises
         ------
@@ -130,9 +130,9 @@ class SceneModel:
         return run
 
     def case(self, crank: str, bearings: str, integrator: str, step: float) -> Case:
-        """Case with the modes of the crank that the scene allows."""
+        """Case of these levels, integrator and step, with the scene's cut-off of the crank's modes."""
         return Case(crank, bearings, self.own_cutoff, integrator, step)
 
     def refined(self, case: Case) -> Case:
-        """Case with half the step."""
+        """The same case with half the step, for its numerical error."""
         return replace(case, step=0.5 * case.step)

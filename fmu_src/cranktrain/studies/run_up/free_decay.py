@@ -1,4 +1,4 @@
-"""Decay of small motions of a running crank about its steady cycle: its torsional mode in motion.
+"""Torsional mode in motion of a running crank, measured by the decay of a small motion about its steady cycle.
 
 The mode is measured by running a cycle twice from one start, once with a small push on the pulley. The difference is a
 free decay of the running model, with loaded films and turning rods. The coefficients are periodic over a cycle, so the
@@ -34,11 +34,12 @@ NONE = complex(math.nan, math.nan)
 PULLEY = 1
 """Row of ``ModelArrays.ends`` for the pulley's rotation."""
 PUSH = 1.0e-2
-"""Change of the pulley's rate, rad/s: 7e-6 rad at 240 Hz, a thousandth of torsion at a resonance."""
+"""Push: change of the pulley's angular velocity, rad/s. It causes 7e-6 rad at 240 Hz, a thousandth of torsion at a
+resonance."""
 HIGHEST_SHARE = 1.5
-"""Highest frequency of the mode over the first torsional one at rest, where that is more than 1000 Hz."""
+"""Highest frequency of the sought mode over the first torsional frequency at rest, if this exceeds 1000 Hz."""
 MOST, NOISE = 24, 1.0e-5
-"""Largest number of oscillations in a decay, and their least singular value over the largest."""
+"""Largest number of oscillations into which a decay is split, and their least singular value over the largest."""
 
 
 def torsional_mode(simulation: Simulation) -> FreeMode | None:
@@ -63,7 +64,7 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
     decay = largest_decay(twists[0] - twists[1], step, *_sought(simulation))
     if not cmath.isfinite(decay):
         return None
-    # After a cycle the difference consists almost only of this mode.
+    # One cycle after the push, the difference of two runs consists almost only of the torsional mode.
     left = SlowModes(simulation.model, speed).rest(ends_of_cycles[0].minus(ends_of_cycles[1]))
     z = complex_place(left, decay)
     return FreeMode(decay, z / np.linalg.norm(z))
@@ -91,7 +92,7 @@ def _sought(simulation: Simulation) -> tuple[float, float]:
 
 
 def decaying_parts(signal: Array, step: float) -> tuple[NDArray[np.complex128], Array]:
-    """Exponents (k,) 1/s that a signal (N,) is the sum of, and the energy of each.
+    """Exponents (k,), 1/s, of the exponentials whose sum is a signal (N,), and the energy of each.
 
     By the matrix pencil of Hua and Sarkar (IEEE Trans. Acoust. Speech Signal Process. 38, 1990): leading singular
     vectors of the signal's Hankel matrix go over into one another, shifted by a sample, by the factors exp(λ step).

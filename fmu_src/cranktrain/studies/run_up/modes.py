@@ -1,4 +1,4 @@
-"""Modes over the speed of the crank that a run-up's file is of."""
+"""Natural frequencies over speed of the crank whose run-up is in a file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SPEEDS = 21
 
 
 def run_up_modes(engine: Engine, run_up: RunUp) -> ModesOverSpeed | None:
-    """Modes over the speeds of a run-up; None of a rigid crank, or of one speed.
+    """Modes over the speeds of a run-up; None for a rigid crank, or for a single speed.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Peaks of a run-up and the modes in motion that they belong to, in the run's own block and bearings.
+"""Peaks of a run-up, and the modes in motion that cause them, computed in the run's own block and bearings.
 
 Modes are those of :mod:`cranktrain.structure.in_motion.eigenproblem` about the steady cycle beside a peak. A peak
 belongs to the mode whose residue, by the rods' forces of the peak's order, contributes most to the pulley's torsion at
@@ -18,14 +18,14 @@ from cranktrain.studies.run_up.report import SHOWN
 from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
 
 NEAR = 0.02
-"""Relative difference of speed up to which a steady motion is used for a peak: modes in motion depend little on
-speed."""
+"""Largest relative difference between the speeds of a peak and of the steady motion used for its modes in motion, which
+depend little on speed."""
 SAME = 0.02
-"""Largest relative distance of a peak from its mode in motion; farther away the peak is the sum of several modes."""
+"""Largest relative distance of a peak from its mode in motion. A peak farther away is the sum of several modes."""
 
 
 def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleStart]) -> list[Peak]:
-    """Peaks of a run-up, of which the highest get the nearby mode in motion.
+    """Peaks of a run-up. The highest peaks get the nearby mode in motion.
 
     It is that at the nearest of the speeds whose steady motion is given; peaks of other speeds have none, and neither
     have peaks of the drive line.
@@ -45,7 +45,7 @@ def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleSta
 
 
 def _belonging(peak: Peak, modes: ModesInMotion | None) -> Peak:
-    """Peak with the mode that contributes most to it, if that is near."""
+    """Peak with the mode that contributes most to its amplitude, if this mode is near."""
     k = -1 if modes is None else modes.strongest(peak.order, peak.hz)
     if modes is None or k < 0 or not modes.of_crank[k] or abs(peak.hz - modes.hz[k]) > SAME * modes.hz[k]:
         return peak
@@ -57,5 +57,5 @@ def _modes(runs: SteadyRuns) -> ModesInMotion | None:
     """Modes about the steady cycle of a simulation; None if they cannot be found."""
     try:
         return modes_in_motion(runs.simulation)
-    except SolverError:  # of the cycle that is linearised, after all speeds have run
+    except SolverError:  # a failure of the cycle to be linearised does not spoil a finished run-up
         return None

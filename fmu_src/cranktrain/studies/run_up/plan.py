@@ -1,4 +1,4 @@
-"""Request for a run-up: its speeds, and the job of each. All invalid input is refused here."""
+"""Request for a run-up: its speeds, and the job common to all speeds. All invalid input is refused here."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[fl
 
 
 def job_of(request: Request, made: Assembly, gas: Gas | None, outputs: Sequence[str], highest_order: float) -> Job:
-    """Job at each speed.
+    """Job of a run-up, the request common to all its speeds.
 
     Raises ``InputError``: outputs that the run does not have, orders that its step does not resolve.
     """

@@ -23,14 +23,14 @@ from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 
 ROOM = CYCLES
-"""Cycles before the first and after the last speed: half of a fit, and the decay of the start."""
+"""Number of cycles before the first and after the last speed, for half of a fit and the decay of the start."""
 LONGEST = 90.0
-"""Phase (deg) of the highest order from sample to sample: a spline through four samples per wave has an error of 1
-%."""
+"""Largest phase step (deg) of the highest order between samples. A spline through four samples per wave has an error of
+1 %."""
 FOLLOWED = 1.01
-"""Ratio of speeds over which the pressure trace is constant, where it depends on speed."""
+"""Ratio of speeds over which a speed-dependent pressure trace is held constant on a ramp."""
 STRETCH = 1.05
-"""Ratio of speeds over which the step is constant, because each new step needs new factors."""
+"""Ratio of speeds over which the time step is held constant, because each new step needs new factors."""
 
 
 def ramp(
@@ -87,7 +87,7 @@ def ramp(
 def _run_through(
     runs: SteadyRuns, job: Job, first: float, last: float, rate: float, tell: Callable[[str, float], None]
 ) -> tuple[Array, Array]:
-    """Times (k,), s, and at each the crank's angle and the requested outputs, (k, 1 + outputs)."""
+    """Run a speed ramp. Return times (k,), s, and crank angle and requested outputs at each, (k, 1 + outputs)."""
     simulation = runs.simulation
     columns = [simulation.output_names.index(name) for name in ("crank.angle", *job.outputs)]
     times, rows = [0.0], [simulation.outputs[columns]]

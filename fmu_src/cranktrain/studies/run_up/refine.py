@@ -7,9 +7,9 @@ import numpy as np
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 
 FINEST = 8
-"""Largest number of parts that a step is divided into."""
+"""Largest number of parts into which a step between two requested speeds is divided."""
 MATTERS = 0.05
-"""An order counts if its amplitude exceeds this fraction of the largest amplitude of all orders."""
+"""Fraction of the largest amplitude of all orders above which an order's curvature counts."""
 
 
 def speeds_between(run_up: RunUp, tolerance: float, step: float) -> list[float]:
@@ -33,7 +33,7 @@ def speeds_between(run_up: RunUp, tolerance: float, step: float) -> list[float]:
     curvature = np.abs(np.diff(slopes, axis=0)) / (0.5 * (h[1:] + h[:-1]))[:, None]
     largest = sizes.max(axis=0)
     counts = largest >= MATTERS * largest.max()
-    # Each step is as bent as the more bent of its two ends.
+    # The curvature of a step between two speeds is the larger curvature at its two ends.
     bent = np.zeros((h.size, int(counts.sum())))
     bent[:-1] = curvature[:, counts]
     bent[1:] = np.maximum(bent[1:], curvature[:, counts])

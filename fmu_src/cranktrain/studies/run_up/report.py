@@ -59,7 +59,7 @@ def report(run_up: RunUp, found: Sequence[Peak], published: Published | None = N
 
 
 def measured_speeds(found: Sequence[Peak], published: Published | None) -> list[float]:
-    """Measured critical speed of each peak, rev/min; not a number where there is none.
+    """Measured critical speed of each peak, rev/min; NaN if none was measured.
 
     Of several peaks of an order the one nearest to the measured speed has it.
     """
@@ -79,7 +79,7 @@ def without_period(run_up: RunUp) -> NDArray[np.bool_]:
 
 
 def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
-    """A peak of torsion as JSON has it; the amplitude in degrees. Without a measured speed its two values are null."""
+    """Peak of torsion as JSON-able values, amplitude in degrees. Without a measured speed two values are None."""
     rpm = peak.speed / RPM
     measured = math.isfinite(measured_rpm)
     return {
@@ -182,7 +182,7 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
 
 
 def _measured_texts(peak: Mapping[str, Any]) -> tuple[str, str]:
-    """Measured critical speed of a peak, and how far the peak lies above it."""
+    """Texts of a peak's measured critical speed, and of the peak's relative distance from this speed."""
     if peak["measured_rpm"] is None:
         return NOTHING, NOTHING
     return f"{peak['measured_rpm']:.0f}", f"{0.01 * peak['off_measured_percent']:+.1%}"
@@ -213,7 +213,7 @@ def _text(value: float, form: str) -> str:
 
 
 def _parting(run_up: RunUp) -> str:
-    """By how much cycles part, in words."""
+    """Text on the largest difference between successive cycles of a run-up."""
     known = run_up.parting[np.isfinite(run_up.parting)]
     if not known.size:
         return ""
@@ -221,7 +221,7 @@ def _parting(run_up: RunUp) -> str:
 
 
 def _ranges(speeds: Array) -> str:
-    """Speeds in few words: the first and last where there are many."""
+    """Short text of speeds; of many speeds only the first and the last are given."""
     if speeds.size <= 6:
         return ", ".join(f"{speed:.0f}" for speed in speeds)
     return f"{speeds.size} speeds from {speeds[0]:.0f} to {speeds[-1]:.0f}"

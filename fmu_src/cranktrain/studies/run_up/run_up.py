@@ -40,7 +40,7 @@ ASKED, CODE = "digest_asked", "digest_code"
 
 @dataclass
 class Outcome:
-    """Outcome of a run-up.
+    """Outcome of a run-up: its result, and speeds that failed.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def run_up(
     tell: Callable[[str, float], None] = lambda text, share: None,
     outcome: Outcome | None = None,
 ) -> Outcome:
-    """Steady cycles at many speeds (rad/s), kept in a file after each.
+    """Compute steady cycles at many speeds (rad/s), stored in a file after each speed.
 
     ``tell`` is told the state of the work and the share done; ``outcome`` is filled as far as the work came, however
     it ends.
@@ -135,7 +135,7 @@ def digests(job: Job) -> dict[str, str]:
     """Digests of all inputs of the result at a speed, one of the request and one of the code."""
     made, trace = job.made, (job.gas or GasTrace.from_engine(job.made.engine)).values
     bodies = [made.body.digest, made.parts.block.digest if made.parts.block is not None else ""]
-    # The two that have always been there keep their files.
+    # Two film temperatures have old names in digests, so that existing files stay valid.
     films = {"engine": False, "heat-balance": True}.get(job.film_temperature, job.film_temperature)
     choices = [job.settle, job.highest_order, job.outputs, films, job.damper_balance]
     asked = repr((made.engine, sorted(asdict(made.settings).items()), bodies, trace, choices))
@@ -169,7 +169,7 @@ class Store:
 
     @property
     def run_up(self) -> RunUp | None:
-        """Run-up of all finished speeds; None without any."""
+        """Run-up of all finished speeds; None if no speed is finished."""
         if self._waiting:
             self._held = merged([*([self._held] if self._held is not None else []), *self._waiting])
             self._waiting = []
@@ -181,7 +181,7 @@ class Store:
         return run_up is not None and bool(np.any(np.abs(run_up.speeds - speed) <= SAME * speed))
 
     def keep(self, found: SteadySpeed) -> None:
-        """Store one more speed: in the journal if the file was written recently, else in the file."""
+        """Store one finished speed: in the journal if the file was written recently, else in the file."""
         one = _as_run_up(found, self._attributes)
         self._waiting.append(one)
         self._unwritten = True

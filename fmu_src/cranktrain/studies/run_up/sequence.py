@@ -13,7 +13,7 @@ from cranktrain.studies.run_up.steady import CycleStart, SteadySpeed
 from cranktrain.studies.run_up.workers import Workers
 
 NEIGHBOURS = 2
-"""Number of neighbours whose motions start a speed."""
+"""Number of neighbouring speeds whose motions give the initial guess of a speed."""
 
 
 class Failed(NamedTuple):
@@ -56,13 +56,13 @@ def steady_speeds(
             starts.append(result.start)
             found.append(result)
         if workers.apart:
-            refill()  # before the caller writes the result
+            refill()  # new work is handed out before the caller writes the result
         yield from found
         refill()
 
 
 def next_speed(missing: Sequence[float], finished: Sequence[float], running: Sequence[float]) -> float:
-    """Next of the missing speeds (rising) to run: one next to a finished speed, or the farthest from all others.
+    """Next speed to run, of the missing ones (rising): next to a finished speed, or else farthest from all others.
 
     A speed whose neighbour is still running waits for it as long as another speed has a finished neighbour.
     """
@@ -79,6 +79,6 @@ def next_speed(missing: Sequence[float], finished: Sequence[float], running: Seq
 
     ready = [speed for speed in missing if beside(speed)]
     if ready:
-        # The farther a speed is from running speeds, the later two workers need neighbouring speeds.
+        # The speed farthest from running speeds is taken, so that two workers rarely need neighbouring speeds.
         return max(ready, key=lambda speed: min((abs(speed - other) for other in busy), default=0.0))
     return max(missing, key=lambda speed: min(abs(speed - other) for other in taken))

@@ -19,13 +19,13 @@ from cranktrain.store.journal import add_row, drop_journal, journal_rows
 from cranktrain.studies.run_up.steady import CycleStart
 
 HEAD = 12
-"""Numbers before the arrays of a row: scalars, and the lengths of modes, films, temperatures and shape of a mode."""
+"""Number of values before the arrays in a stored row: scalars, and lengths of the row's arrays."""
 MISSING = -1.0
 """Length that marks a missing array."""
 
 
 def keep_start(path: Path, tie: str, start: CycleStart) -> None:
-    """Add the motion of a finished speed; ``tie`` tells the run-up and its code. ``StoreError``."""
+    """Store the motion of a finished speed; ``tie`` identifies the run-up and its code. Raises ``StoreError``."""
     add_row(_place(path), tie, _row(start))
 
 

@@ -40,14 +40,14 @@ from cranktrain.studies.run_up.free_decay import torsional_mode
 FIRST = 200.0
 """Speed at which a model is initialised, rad/s, before it goes to the requested speeds."""
 REACH = 0.05
-"""Largest relative distance in speed at which a neighbour's motion is used as start, not the static equilibrium."""
+"""Largest relative distance in speed of a neighbour whose motion serves as start in place of the static equilibrium."""
 TWIST = "damper.twist"
-"""Output without a defined mean if the damper's ring is free."""
+"""Output ``damper.twist``, whose mean is undefined if the damper's ring is free to creep."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """Common request for all speeds.
+    """Request common to all speeds of a run-up.
 
     Attributes
     ----------
@@ -77,18 +77,18 @@ class CycleStart(NamedTuple):
     speed: float  # rad/s
     motion: Motion
     shaft_angle: float  # rad
-    films: Array  # memory of the films
-    temperatures: Array | None  # of the films, K, where they are not the engine's
-    periodic: bool  # whether the next cycle is the same
-    learned: Learned | None = None  # what settles last
+    films: Array  # film states that a later step needs (memory of the films)
+    temperatures: Array | None  # film temperatures, K; None if the engine file gives them
+    periodic: bool  # true if the next cycle equals this one
+    learned: Learned | None = None  # mode that settles last
 
 
 class SteadySpeed(NamedTuple):
     """Results of one speed in a run-up."""
 
     speed: float  # rad/s
-    amplitudes: dict[str, ComplexArray]  # output → (o,)
-    extremes: dict[str, Array]  # output → (3,) least, mean, largest
+    amplitudes: dict[str, ComplexArray]  # output → complex amplitudes (o,) of orders, SI
+    extremes: dict[str, Array]  # output → least, mean and largest value over the cycle (3,), SI
     cycles: int
     repeats: int
     left: float
@@ -107,13 +107,13 @@ class SteadyRuns:
     def __init__(self, job: Job) -> None:
         self._job = job
         made = job.made
-        settings = replace(made.settings, film_temperature="engine")  # the balance is found here, cycle by cycle
+        settings = replace(made.settings, film_temperature="engine")  # heat is balanced here, cycle by cycle
         self.simulation = Simulation(made.engine, made.body, settings, job.gas, made.parts)
         self.simulation.inputs[0] = FIRST
         self.simulation.initialize()  # loads the kernels
 
     def at(self, speed: float, near: Sequence[CycleStart] = ()) -> SteadySpeed:
-        """Steady motion at a speed (rad/s), from motions of its neighbours, the nearest first.
+        """Steady motion at a speed (rad/s), started from motions at neighbouring speeds ``near``, the nearest first.
 
         Raises ``InputError``; ``SolverError`` for a step that fails.
         """
@@ -137,7 +137,7 @@ class SteadyRuns:
         )  # fmt: skip
 
     def settled(self, speed: float, near: Sequence[CycleStart]) -> Result:
-        """Settled cycle or cycles at a speed; arguments and errors are those of :meth:`at`.
+        """Settled cycle or cycles at a speed (rad/s), started from motions at neighbouring speeds ``near``.
 
         If a start from neighbours leads to no period, or to a step that fails, the speed starts once more by itself.
         """
@@ -218,7 +218,7 @@ class SteadyRuns:
 
 
 def useful(near: Sequence[CycleStart], speed: float) -> list[CycleStart]:
-    """Neighbours close enough for a start, nearest first."""
+    """Motions of neighbouring speeds that are close enough to serve as start, nearest first."""
     return [start for start in near if abs(start.speed - speed) <= REACH * speed]
 
 
@@ -228,7 +228,7 @@ def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArra
     ahead = float(np.mean((result.outputs["crank.angle"] - speed * result.time)[1:]))
     found = {}
     for name in job.outputs:
-        # The samples begin one step after the start of the cycle.
+        # Orders are of samples from one step after the cycle's start on, without the initial sample.
         orders, amplitudes = order_amplitudes(result.outputs[name][1:], job.highest_order, cycles)
         found[name] = amplitudes * np.exp(-1j * orders * (ahead + speed * result.time[1]))
     return found

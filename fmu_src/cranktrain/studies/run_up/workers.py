@@ -21,13 +21,13 @@ _here = threading.local()
 
 
 class Workers(Protocol):
-    """Takes speeds; ``apart``: in other processes, so that a speed that is handed over does not hold up the caller."""
+    """Runs speeds of a run-up; ``apart`` is true if they run in other processes, so that ``submit`` returns at once."""
 
     count: int
     apart: bool
 
     def submit(self, speed: float, near: Sequence[CycleStart]) -> Future[SteadySpeed]:
-        """Start a speed, rad/s."""
+        """Start the run of a speed, rad/s, from motions of neighbouring speeds ``near``."""
 
     def check(self) -> None:
         """Raise ``SolverError`` if running tasks cannot end any more."""
@@ -46,7 +46,7 @@ class _Here(Executor):
 
 
 class _Pool:
-    """Workers behind an executor; ``job`` is what it hands to each task, None where they have it."""
+    """Workers of an executor; ``job`` is passed to each task, or is None if the workers have it already."""
 
     def __init__(self, executor: Any, count: int, job: Any, check: Callable[[], None] = lambda: None) -> None:
         self.count, self.check, self.apart = count, check, not isinstance(executor, _Here)
@@ -60,7 +60,7 @@ class _Pool:
 @contextmanager
 def local_workers(job: Job, count: int) -> Iterator[Workers]:
     """Workers in ``count`` processes, or in this process for 1. Raises ``SolverError`` if a process dies."""
-    _begin(job)  # a fork takes the model, and the machine code that it loaded, along
+    _begin(job)  # made before the fork, so that workers inherit the model and its machine code
     if count == 1:
         yield _Pool(_Here(), 1, None)
         return

@@ -36,7 +36,7 @@ from cranktrain.results.tables import Table
 from cranktrain.structure.crank.modal import KINDS, at_largest, energy_shares, listed_to
 from cranktrain.studies.torsion.housed_crank import SLOWEST_HZ, housed_crank
 
-# The frequency of linearisation is found to this share of itself, or after so many rounds.
+# Relative tolerance of the frequency of linearisation, and largest number of iterations.
 _SETTLED, _ROUNDS = 1e-9, 50
 
 
@@ -53,12 +53,12 @@ class DampedModes(NamedTuple):
 
     @property
     def damping_ratios(self) -> Array:
-        """Damping ratios, (k,)."""
+        """Damping ratios of the modes, (k,)."""
         return np.asarray(-self.values.real / np.abs(self.values))
 
 
 def damped_modes(stiffness: Array, damping: Array, mass: Array) -> DampedModes:
-    """Oscillations of M ẍ + C ẋ + K x = 0 faster than 1 Hz; K, C, M are (n, n)."""
+    """Oscillatory modes above 1 Hz of M ẍ + C ẋ + K x = 0 with K, C, M (n, n)."""
     n = mass.shape[0]
     zero, unit = np.zeros((n, n)), np.eye(n)
     factor = np.linalg.inv(mass)

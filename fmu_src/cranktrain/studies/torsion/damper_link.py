@@ -1,4 +1,4 @@
-"""The damper between hub and ring for each order: complex stiffness, and the residual torque of a nonlinear law.
+"""Torsional damper for each order: complex stiffness between hub and ring, and residual torque of a nonlinear law.
 
 Let g be the motion of hub against ring per torque between them, and ψ₀ the motion due to all other causes. With a link
 of complex stiffness κ(ω) the twist is
@@ -49,10 +49,10 @@ class OrderSamples(Protocol):
     """Transformation between complex amplitudes of orders and samples of a cycle, along an axis."""
 
     def spectrum(self, signal: Array, axis: int = 0) -> ComplexArray:
-        """Complex amplitudes of samples."""
+        """Complex amplitudes of the orders of a signal, given by samples of a cycle along an axis."""
 
     def signal(self, spectrum: ComplexArray, axis: int = 0) -> Array:
-        """Samples of complex amplitudes."""
+        """Samples of a cycle from complex amplitudes of orders along an axis."""
 
 
 class DamperLink:
@@ -88,7 +88,7 @@ class DamperLink:
             ])  # fmt: skip
 
     def at(self, which: NDArray[np.bool_]) -> DamperLink:
-        """Damper at a subset of the speeds."""
+        """Damper at those speeds for which ``which`` (s,) is true."""
         some = copy(self)
         some.omega, some.parameters, some.stiffness = self.omega[which], self.parameters[which], self.stiffness[which]
         return some
@@ -102,13 +102,13 @@ class DamperLink:
         return torque
 
     def dissipating(self, twist: ComplexArray, samples: OrderSamples) -> ComplexArray:
-        """Complex stiffness (s, k) of linear dampers with the same dissipation as the law at ``twist`` (s, k)."""
+        """Complex stiffness (s, k) of linear dampers that dissipate like the nonlinear damper at ``twist`` (s, k)."""
         rate = samples.signal(1j * self.omega * twist, 1)
         damping = np.mean(self.torque(rate) * rate, axis=1) / np.mean(rate**2, axis=1)
         return np.asarray(1j * self.omega * damping[:, None])
 
     def rest(self, twist: ComplexArray, stiffness: ComplexArray, samples: OrderSamples) -> ComplexArray:
-        """Torque of the law minus that of ``stiffness`` at ``twist``, (s, k) N m.
+        """Torque of the nonlinear damper minus that of the linear ``stiffness`` at ``twist``, (s, k) N m.
 
         A ring carries no mean torque: it slips against the hub until there is none.
         """

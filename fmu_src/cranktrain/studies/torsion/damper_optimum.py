@@ -36,15 +36,15 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
 from cranktrain.studies.torsion.housed_crank import housed_crank
 
-# Where the peak is looked for, as shares of the frequencies with the ring locked and with it free.
+# Range of the peak's search: multiples of the frequency with locked ring and with free ring; number of points.
 _BELOW, _ABOVE, _POINTS = 0.8, 1.1, 400
-# Damping ratios between which the optimum is looked for; the closed form gives 0.05 to 0.7 for ratios of 0.1 to 100.
+# Range of damping ratios searched for the optimum; the closed form gives 0.05 to 0.7 for inertia ratios 0.1 to 100.
 _DAMPING_RATIOS = (1e-3, 5.0)
 _LEAST_RATIO = 1e-3
 
 
 class Optimum(NamedTuple):
-    """Optimum of a damper on one mode: ζ = c/(2 I ω_N), peak over static amplitude, its frequency over ω_N."""
+    """Optimum of a damper on one mode: ζ = c/(2 I ω_N), peak over static amplitude, frequency of the peak over ω_N."""
 
     damping_ratio: float
     amplification: float
@@ -73,7 +73,7 @@ class CrankOptimum(NamedTuple):
 
 
 def houdaille_optimum(inertia_ratio: float) -> Optimum:
-    """Closed form for two masses; ``inertia_ratio`` is ring over hub. ``InputError`` unless it is positive."""
+    """Houdaille's optimum for two masses; ``inertia_ratio`` is ring over hub. ``InputError`` unless it is positive."""
     mu = _checked_ratio(inertia_ratio)
     return Optimum(mu / math.sqrt(2.0 * (1.0 + mu) * (2.0 + mu)), 1.0 + 2.0 / mu, math.sqrt(2.0 / (2.0 + mu)))
 
@@ -84,7 +84,7 @@ def two_mass_modes() -> HubModes:
 
 
 def amplification(modes: HubModes, mode: int, ring_inertia: float, damping: float, omega: Array) -> Array:
-    """Amplitude of the hub over that of the static torque, (k,), at ``omega`` (k,) rad/s; see this module.
+    """Amplitude of the hub over its deflection by a static torque, (k,), at ``omega`` (k,) rad/s.
 
     ``mode`` is the index of the excited mode, ``ring_inertia`` in kg m², ``damping`` in N m s/rad.
     """
@@ -92,7 +92,7 @@ def amplification(modes: HubModes, mode: int, ring_inertia: float, damping: floa
     own, others = swings[:, mode], np.arange(modes.omega.size) != mode
     rest = (modes.hub[others] ** 2 / swings[:, others]).sum(axis=1)
     ring = -(omega**2) * ring_inertia * 1j * damping / (1j * damping - omega * ring_inertia)
-    # Multiplied by z_N, which vanishes at the frequency of an undamped mode.
+    # Numerator and denominator are multiplied by z_N, which avoids a division by 0 at an undamped mode.
     return np.asarray(modes.omega[mode] ** 2 / np.abs(own * (1.0 + rest * ring) + modes.hub[mode] ** 2 * ring))
 
 
@@ -113,7 +113,7 @@ def peak(modes: HubModes, mode: int, ring_inertia: float, damping: float) -> tup
 
 
 def optimal_damping(modes: HubModes, mode: int, ring_inertia: float) -> tuple[Optimum, float]:
-    """Optimum by search, and its damping in N m s/rad.
+    """Optimum damping of a mode by search: the optimum, and the damping in N m s/rad.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def optimal_damping(modes: HubModes, mode: int, ring_inertia: float) -> tuple[Op
     def largest(log_ratio: float) -> float:
         return math.log(peak(modes, mode, ring_inertia, critical * math.exp(log_ratio))[0])
 
-    # A coarse look first: away from its valley the peak may have others.
+    # A coarse search comes first, because the largest amplification may have several minima over damping.
     coarse = np.linspace(low, high, 35)
     at = int(np.argmin([largest(x) for x in coarse]))
     if at in (0, coarse.size - 1):

@@ -52,9 +52,9 @@ Fitted = tuple[Engine, Settings]
 LINEAR, HARMONIC_BALANCE = RULES = ("linear", "harmonic-balance")
 HIGHEST_ORDER = 24.0
 BALANCED_ORDER = 60.0
-"""Highest order of the balance at one speed."""
+"""Highest order in the harmonic balance at one speed."""
 _AT_ONCE = 20
-"""Number of speeds whose factors are kept at once."""
+"""Number of speeds that are solved together, whose matrix factors are in memory at once."""
 _SETTLED, _ROUNDS = 1e-8, 40
 
 
@@ -103,7 +103,7 @@ def frequency_run_up(
     places = _halves(orders)
     highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
     damper, used = (engine, settings) if settings.damper == "fitted" else None, gas or GasTrace.from_engine(engine)
-    one = isinstance(used, GasTrace)  # at all speeds
+    one = isinstance(used, GasTrace)  # true if one pressure trace serves all speeds
     solve, lost = _linear if rule == LINEAR else _balanced, [] if failed is None else failed
     found_parts = []
     for some in (speeds,) if one else np.split(speeds, speeds.size):
@@ -119,7 +119,7 @@ def frequency_run_up(
         raise SolverError(lost[0].reason)
     motion = structure.signal(found, 1)
     extremes = np.stack((motion.min(axis=1), found[:, 0].real, motion.max(axis=1)), axis=1)
-    # The torque of a connecting shaft is the load's.
+    # Without a chain in the drive line, torques of its shafts are left out; a connecting shaft carries the load.
     first = 0 if engine.drive_line_chain is not None else len(structure.link.names)
     ends = {TORSION: 0, FLYWHEEL: 1}
     ends |= {shaft_output(name): 2 + k for k, name in enumerate(structure.shafts) if k >= first}
@@ -176,7 +176,7 @@ def steady_orders(
 
 
 class _Transfer(NamedTuple):
-    """Response of a structure with its damper to torques on the pins and to the residual torque of the damper's law.
+    """Response of a structure with its damper to torques on the pins and to the damper's residual torque.
 
     ``motion`` (s, k, rows, p) and ``by_rest`` (s, k, rows): rows as of :meth:`ShaftOrders.transfer`. ``link`` is a
     damper whose law is not linear, ``stiffness`` (s, k) its complex stiffness; ``friction`` (s, shafts) the damping
@@ -191,7 +191,7 @@ class _Transfer(NamedTuple):
 
     @classmethod
     def of(cls, structure: ShaftOrders, damper: Fitted | None, speeds: Array, known: ComplexArray) -> _Transfer:
-        """Transfer at ``speeds`` (s,); ``known`` (s, k, p) are the torques on a crank that turns rigidly."""
+        """Make the transfer at ``speeds`` (s,); ``known`` (s, k, p) are torques on pins of a rigidly rotating crank."""
         friction = structure.friction(speeds)
         whole = structure.transfer(speeds, np.arange(structure.orders.size), friction)
         motion, by_rest = whole[..., :-1], whole[..., -1]
@@ -207,7 +207,7 @@ class _Transfer(NamedTuple):
         return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None, friction)
 
     def at(self, which: NDArray[np.bool_]) -> _Transfer:
-        """Transfer at a subset of the speeds."""
+        """Transfer at those speeds for which ``which`` (s,) is true."""
         link = self.link.at(which) if self.link is not None else None
         return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link, self.friction[which])
 
@@ -217,7 +217,7 @@ class _Transfer(NamedTuple):
 
 
 def frame_wobble(speed: float | Array, omega: Array) -> ComplexArray:
-    """Oscillation of the frame about the crank's mean rotation, in the form of ``omega`` (…, k + 1); without mean."""
+    """Orders (…, k + 1) of the frame's oscillation about the crank's mean rotation, without mean."""
     inverse = speed / (2.0 * np.pi * RECENTRING_REVOLUTIONS)
     kappa = 4.0 * inverse
     result = kappa * inverse / (kappa * inverse - omega**2 + 1j * omega * kappa)
@@ -233,7 +233,7 @@ def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray, friction:
 
 
 def _linear(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
-    """Orders (s, k + 1, 2 + shafts) of :func:`_ends` with mean inertia."""
+    """Orders (s, k + 1, 2 + shafts) of pulley, flywheel and shaft torques, with the mean inertia of the rods."""
     known = structure.known(speeds)
     transfer = _Transfer.of(structure, damper, speeds, known)
     motion = transfer.respond(known, np.zeros(known.shape[:2], dtype=complex))
@@ -248,7 +248,7 @@ class _Coupling:
         half = np.rint(2.0 * o).astype(int)
         squares = 0.5 * (o[:, None] ** 2 + o**2)[:, :, None]
         apart, together = half[:, None] - half, half[:, None] + half
-        # ``inertia`` holds the coefficients of half orders h ≥ 0; those below zero are their conjugates.
+        # ``inertia`` holds coefficients of half orders h ≥ 0; coefficients of −h are their complex conjugates.
         found = structure.inertia[np.abs(apart)]
         found = np.where((apart < 0)[:, :, None], found.conj(), found)
         found[apart == 0] = 0.0
@@ -275,7 +275,7 @@ class _Coupling:
             size = own.size * pins
             by = -(speed**2) * compliance[own + 1][:, :, None, :]
             blocks = np.empty((2, own.size, pins, 2, own.size, pins))
-            # Columns of real parts feel the sum of both, those of imaginary parts i times the difference.
+            # Real parts of rotations are multiplied by the sum a + b, imaginary parts by i (a − b).
             for part, coefficients in enumerate((both, apart)):
                 product = by * coefficients[:, None]
                 blocks[part, :, :, part] = product.real
@@ -297,7 +297,7 @@ def _coupled(factors: list[tuple[NDArray[np.intp], Any, Any]], free: ComplexArra
 
 
 def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
-    """Orders (s, k + 1, 2 + shafts) of :func:`_ends` by harmonic balance."""
+    """Orders (s, k + 1, 2 + shafts) of pulley, flywheel and shaft torques, by harmonic balance."""
     pins, twist = slice(0, structure.pins), structure.at.twist
     torques = structure.known(speeds)
     coupling, transfer = _Coupling(structure), _Transfer.of(structure, damper, speeds, torques)

@@ -33,7 +33,7 @@ from cranktrain.structure.crank.modal import (
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft
 
-# Slower than this is the rigid rotation, or the ring creeping after the hub.
+# Frequency (Hz) below which a mode is the rigid rotation, or the creep of the ring after the hub.
 SLOWEST_HZ = 1.0
 
 

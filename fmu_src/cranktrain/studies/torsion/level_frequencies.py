@@ -32,13 +32,13 @@ from cranktrain.structure.crank.modal import (
 from cranktrain.structure.crank.reduction import complete_crankshaft
 
 _Modes = tuple[Array, Array, Array, Array]
-"""Frequencies (k,) Hz, shares (k, 3), the pulley's answers (k,) and shapes (m, 6, k) of elastic modes."""
+"""Elastic modes: frequencies (k,) Hz, energy fractions (k, 3), pulley answers (k,), interface shapes (m, 6, k)."""
 
 
 def level_frequencies(
     engine: Engine, level: str, solid: ReducedBody | None, own: ReducedBody | None = None
 ) -> dict[str, Any]:
-    """Modes of the free complete crankshaft and of the assembled cranktrain, at a level and solid; JSON-able.
+    """Modes of the free complete crankshaft and of the cranktrain, at ``level`` and at level ``solid``; JSON-able.
 
     Returns ``level``, whether it was ``compared_with_solid`` and, for ``crankshaft_free`` and ``cranktrain``, the
     ``modes`` of the solid to 1000 Hz or its named ones (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``,
@@ -81,7 +81,7 @@ def _compared(found: list[_Modes], rows: NDArray[np.intp], radius: float, twists
 
 
 def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
-    """Tables of the report of :func:`level_frequencies`."""
+    """Tables that compare the frequencies of a crank level with those of the solid crank."""
     level = report["level"]
     titles = {
         "crankshaft_free": f"{engine.name}, free crankshaft, no rods",
@@ -116,11 +116,11 @@ def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
 
 
 def _modes(engine: Engine, crankshaft: ReducedBody, rods: bool) -> _Modes:
-    """Frequencies (k,) Hz, shares (k, 3), the pulley's answers (k,) and shapes (m, 6, k) of the elastic modes."""
+    """Elastic modes: frequencies (k,) Hz, energy fractions (k, 3), pulley answers (k,), interface shapes (m, 6, k)."""
     if not rods:
         return *free_modes(engine, crankshaft), crankshaft.shapes[:, :, 6:]
     squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
-    squares, modes = squares[1:], modes[:, 1:]  # the first one turns the crank as a whole
+    squares, modes = squares[1:], modes[:, 1:]  # without the rigid rotation, the first mode
     shares = energy_shares(engine, crankshaft, modes, rods=True)
     answers = pulley_answers(engine, crankshaft, modes, squares)
     return np.sqrt(squares) / (2.0 * np.pi), shares, answers, crankshaft.shapes @ modes

@@ -37,7 +37,7 @@ _SETTLED, _ROUNDS = 1e-7, 200
 
 
 def linear_engine(engine: Engine) -> Engine:
-    """Engine with a drive line that is linear in twist and rate."""
+    """Engine whose drive line is replaced by one that is linear in twist and rate of twist."""
     line = engine.drive_line_chain
     if line is None:
         return engine
@@ -48,7 +48,7 @@ def linear_engine(engine: Engine) -> Engine:
 
 
 def mean_shares(line: TorsionalLine) -> Array:
-    """Mean torque (s,) of each shaft per mean torque of the engine at the flywheel."""
+    """Mean torque of each drive-line shaft, (shafts,), over the engine's mean torque at the flywheel."""
     rows = line.twists[: len(line.shafts), :-1]
     stiffness = line.laws[: len(line.shafts), STIFFNESS]
     force = np.zeros(rows.shape[1])
@@ -91,7 +91,7 @@ class LineLink:
         return np.stack(columns, axis=-1)
 
     def excess(self, omega: Array, torque: Array, friction: Array) -> ComplexArray:
-        """Part of the :meth:`stiffness` of special shafts (s, k, n) that exceeds the laws of the running model."""
+        """Part of the complex stiffness (s, k, n) of n special shafts that the running model's force law lacks."""
         whole = self.stiffness(omega, torque, friction)[..., self.special]
         laws = self._laws[self.special]
         return np.asarray(whole - laws[:, STIFFNESS] - 1j * omega[..., None] * laws[:, DAMPING])
@@ -112,7 +112,7 @@ class LineLink:
         if not self.rubbing:
             return found
         for k in self.rubbing:
-            # The largest damping that the law has; it falls as the shaft slips.
+            # The iteration starts at the largest equivalent damping of friction, which falls as the shaft slips.
             found[:, k] = self._shafts[k].friction / self._shafts[k].slip_speed
         for _ in range(_ROUNDS):
             before, spectra = found.copy(), twists(found)

@@ -36,13 +36,13 @@ from cranktrain.studies.torsion.damped_modes import DampedModes
 
 LINE = "drive line"
 THRESHOLD = 0.5
-"""A mode belongs to the drive line if this has at least this fraction of its strain or kinetic energy."""
+"""Fraction of a mode's strain or kinetic energy in the drive line from which the mode belongs to the drive line."""
 MAIN_ORDERS = 4
 """Number of multiples of the firings per revolution for which critical speeds are given."""
 FREE_HZ = 1.0e-3
 """Modes below this frequency, Hz, are rotations of crank and drive line as a whole."""
 STILL = 1.0e-6
-"""A position does not rotate if its rotation is below this fraction of the largest."""
+"""Fraction of a mode's largest rotation below which a position counts as not rotating."""
 
 
 class LineModes(NamedTuple):
@@ -184,7 +184,7 @@ def line_report(engine: Engine, crankshaft: ReducedBody) -> dict[str, Any]:
 
 
 def line_table(report: Mapping[str, Any]) -> Table:
-    """Tables of the modes."""
+    """Table of torsional modes of crank and drive line, with critical speeds."""
     rows = tuple(
         (
             f"{mode['hz']:.2f}", mode["shape"], f"{100.0 * mode['shares'][LINE]:.0f}",

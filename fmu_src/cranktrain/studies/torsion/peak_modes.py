@@ -27,7 +27,7 @@ from cranktrain.studies.torsion.damped_modes import damped_modes, with_ring
 
 _SETTLED, _ROUNDS = 1e-4, 50
 OVERDAMPED = 0.5
-"""Modes with at least this damping ratio cause no peak."""
+"""Damping ratio from which a mode causes no peak."""
 
 
 def modes_at_peak(engine: Engine, body: ReducedBody, peak: Peak) -> Array:

@@ -77,6 +77,6 @@ class PeriodicCrank:
         self.stiffness = stiffness - rows.T @ place @ rows
         self.damping = damping - rows.T @ velocity @ rows
         self.mass = np.eye(body.n_modes) - rows.T @ acceleration @ rows
-        # Rigid motions that are locked feel nothing; a stiffness keeps their equations solvable.
+        # No force acts on locked rigid motions; an added stiffness keeps their equations solvable.
         still = np.where(np.any(body.shapes, axis=(0, 1)), 0.0, 1.0)
         self.stiffness += float(np.max(body.omega)) ** 2 * np.diag(still)

@@ -107,11 +107,11 @@ class Rods(NamedTuple):
         return RodTorque(inertia, 2.0 * (slope + self.big_end * swept_slope), arm, weight)
 
     def _hung(self, a: Array, end: RodEnd) -> RodEnd:
-        """Paths ``end`` of the pins (…, c) with those of the knuckle pins in their place."""
+        """Paths of the rods' ends (…, c): ``end`` for rods on crank pins, knuckle pins' paths for articulated rods."""
         found = np.array(end)
         for c, joint in enumerate(self.joints):
             if joint is not None:
-                # From axes of the own cylinder to those of the master's, whose y circle() counts from.
+                # circle() counts angles from the y axis of the master rod's cylinder, so the angle is referred to it.
                 pin = circle(self.radius[c], a[..., c] + joint.turn - 0.5 * math.pi)
                 found[..., c] = hung_on(joint, pin)
         return RodEnd(*found)

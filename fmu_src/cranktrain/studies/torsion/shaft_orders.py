@@ -44,7 +44,7 @@ ComplexArray = NDArray[np.complex128]
 
 
 class Observed(NamedTuple):
-    """Number of rows of a transfer after those of the pins."""
+    """Rows of a transfer that follow the rows of the pins, by name."""
 
     twist: int
     pulley: int
@@ -101,7 +101,7 @@ class ShaftOrders:
                 "a run-up in the frequency domain takes a crank that only twists at a given speed; use crank "
                 "torsional, bearings held (or auto) and boundary speed, or run it in time"
             )
-        # At any speed: no part of the model that only twists depends on it, but for the damper's warmth.
+        # Any speed will do here, because only the damper's temperature in this model depends on speed.
         model = build_model(linear_engine(engine), body, settings, gas.best_speed, gas)
         line = torsional_line(engine)
         self.link, self._engine, self._gas, self.balanced = LineLink(line), engine, gas, balanced
@@ -118,7 +118,7 @@ class ShaftOrders:
         self.pins = len(pins)
         self.at = Observed(*range(self.pins, self.pins + 4))
         self.lead: int | None = {"pulley": self.at.pulley, "flywheel": self.at.flywheel}.get(settings.encoder)
-        # Locked rigid motions feel nothing and are left out.
+        # Rigid motions other than the rotation are locked and are left out.
         own = slice(slots.ROTATION, None)
         sizes = dimensions(model)
         rows = model.ports[model.cylinders[first, slots.PIN_TURN].astype(int), own]
@@ -130,7 +130,7 @@ class ShaftOrders:
         self._own_shafts(body, model.shafts.shape[1])
         ends = (twist, model.ends[1, own], swing, self._flywheel)
         self._rows = np.vstack((rows, *ends, self._shaft_twists, self._own_twists))
-        # Here loss factors are complex stiffness; the last rows stand for them in time.
+        # Loss factors are complex stiffness here. The model's last shafts represent them in time and are left out.
         kept = len(model.shafts) - np.count_nonzero(self._own_laws[:, OF_LOSS]) - np.count_nonzero(line.hysteresis)
         shafts, laws = model.shafts[:kept, own], model.shaft_laws[:kept]
         self._stiffness: Array = np.diag(model.omega2[own]) + shafts.T @ (laws[:, STIFFNESS, None] * shafts)
@@ -155,7 +155,7 @@ class ShaftOrders:
         self.shafts = (*self.link.names, *(body.shafts[k] for k in found))
 
     def at_load(self, load: float) -> ShaftOrders:
-        """Structure at another fraction of the full-load burn."""
+        """Copy of the structure at another load, a fraction of the full-load burn."""
         other = copy(self)
         other._burn = np.array([load, *self._burn[1:]])
         return other
@@ -187,7 +187,7 @@ class ShaftOrders:
         return np.maximum(load * (1.0 - falloff * (speeds / best - 1.0) ** 2), 0.0)
 
     def push(self, angle: Array, burn: Array) -> Array:
-        """Gauge pressure times piston area, N, at crank angles of the cylinders (…, c), with burns that fit them."""
+        """Gas force (gauge pressure times piston area), N, at cylinders' crank angles (…, c) and fraction ``burn``."""
         motored, rise = gas_push(self.gas_tables, self.area, angle - self.phase)
         return np.asarray(motored - self.crankcase * self.area + burn * rise)
 
@@ -263,7 +263,7 @@ class ShaftOrders:
         return np.asarray(result)
 
     def exact(self, speeds: Array, motion: ComplexArray) -> ComplexArray:
-        """Torques (s, k + 1, p) on pins in a ``motion`` (s, k + 1, rows) as of :meth:`transfer`."""
+        """Exact torques (s, k + 1, p) of rods and gas on pins that move by ``motion`` (s, k + 1, rows)."""
         turn = motion[:, :, : self.pins]
         w = 1j * speeds[:, None, None] * self.orders[:, None]
         turned, rate, acceleration = (self.signal(w**order * turn, 1)[:, :, self.throw] for order in range(3))
@@ -291,7 +291,7 @@ class ShaftOrders:
         return np.asarray(self._rows @ moved)
 
     def answers(self, speeds: Array, torques: ComplexArray, friction: Array | None = None) -> ComplexArray:
-        """Coordinates (s, k + 1, n, 2) by all ``torques`` (s, k + 1, p) on the pins, and by one between hub and ring.
+        """Coordinates (s, k + 1, n, 2) under ``torques`` (s, k + 1, p) on pins, and under 1 N m between hub and ring.
 
         It needs fewer right-hand sides than :meth:`transfer` if orders are not coupled; the arguments are the same.
         """
@@ -325,7 +325,7 @@ class ShaftOrders:
 
     @property
     def ring(self) -> list[int]:
-        """Coordinate of the damper's ring; empty without one."""
+        """Indices of the damper ring's coordinate: one index, or none without a damper."""
         return self._ring
 
     def frequencies_hz(self) -> Array:

@@ -1,1 +1,1 @@
-"""Stored and shipped total errors: points, output families, figures of an engine, and their reader."""
+"""Stored and shipped total errors: measured choices of levels, output families, and reader of shipped errors."""

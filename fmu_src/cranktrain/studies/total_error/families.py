@@ -58,13 +58,13 @@ FAMILIES: dict[str, Family] = {
         Family("torsion", "torsion of the pulley", ("pulley.torsion",)),
         Family(
             "axial", "axial motion of the pulley", ("pulley.axial",), alternating=True
-        ),  # a sliding spline remembers
+        ),  # a sliding spline has a memory
         Family("forces", "forces of the main bearings", ("bearing.force.x", "bearing.force.y")),
         Family("film", "least film of the main bearings", ("bearing.film_thickness_min",)),
         Family("cover", "acceleration of the cover", ("cover.acceleration",)),
     )
 }
-"""All families, one per picture."""
+"""All output families by name; each has a picture in the chart of total error."""
 
 
 def wanted(engine: Engine) -> list[str]:

@@ -1,4 +1,4 @@
-"""One measured choice: its cost per simulated second, and the parts of its total error."""
+"""A measured choice of levels and step: cost per simulated second, and parts of its total error."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class TotalPoint:
         return f"{self.levels}{method} {self.step_deg:g}°"
 
     def total(self, family: str) -> float | None:
-        """Total error of a family, or None."""
+        """Total error of an output family, or None if the choice does not have the family's outputs."""
         found = self.errors.get(family)
         return None if found is None or self.status != "ok" or self.cost is None else found.total
 
@@ -103,10 +103,10 @@ def point_of(entry: Mapping[str, Any]) -> TotalPoint:
 
 
 def at_scene(points: Iterable[TotalPoint], scene: str) -> list[TotalPoint]:
-    """Points of one scene."""
+    """Measured choices (points) that belong to one scene."""
     return [point for point in points if point.scene == scene]
 
 
 def shown(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
-    """Points with the outputs of a family, cheapest first."""
+    """Measured choices (points) that have the outputs of a family, cheapest first."""
     return sorted((p for p in points if p.total(family) is not None), key=lambda p: p.cost or 0.0)

@@ -34,14 +34,14 @@ LATER = (
     ("rod", "eye_width", 0.0), ("rod", "shank_width", 0.0), ("damping", "torsional_ratios", ()),
     ("oil", "grade", "none"),
 )  # fmt: skip
-"""Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
+"""Tables and keys of engine files that are newer than the first shipped errors, with their default values."""
 CHANGED = (("big_end_bearing", "supply_angle", -0.5 * math.pi, 0.5 * math.pi),)
-"""Former values of defaults that changed since the measurement, at which no level used them."""
+"""Defaults that changed since the errors were measured (no level used them): table, key, present and former value."""
 
 
 @dataclass(frozen=True)
 class Shipped:
-    """Measured figures of one engine.
+    """Measured total errors and costs of one engine, as shipped.
 
     Attributes
     ----------
@@ -55,12 +55,12 @@ class Shipped:
 
     @property
     def current(self) -> bool:
-        """True if the sources are unchanged since the measurement."""
+        """True if the sources of the model are unchanged since the errors were measured."""
         return self.sources == model_sources()
 
     @property
     def speeds_rpm(self) -> tuple[float, ...]:
-        """Speeds that were measured, rising."""
+        """Speeds, rev/min, at which errors were measured, rising."""
         return tuple(sorted({point.speed_rpm for point in self.points}))
 
 
@@ -86,7 +86,7 @@ def engine_digest(engine: Engine) -> str:
 
 
 def read(text: str) -> tuple[str, Shipped]:
-    """Engine digest and figures of a document."""
+    """Digest of an engine file, and the measured errors of this engine, from the JSON ``text`` of a shipped file."""
     found = json.loads(text)
     points = tuple(point_of(entry) for entry in found["points"])
     best = {scene: Best(**entry) for scene, entry in found["best"].items()}
@@ -94,7 +94,7 @@ def read(text: str) -> tuple[str, Shipped]:
 
 
 def shipped(engine: Engine) -> Shipped | None:
-    """Shipped figures of an engine; None if there are none or they were measured on a different engine file."""
+    """Shipped errors and costs of an engine; None if none were measured on exactly this engine file."""
     return _all().get(engine_digest(engine))
 
 

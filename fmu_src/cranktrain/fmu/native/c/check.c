@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* Names of the members of Run; true if Run must have the member. */
+/* Names of the members of Run, each with true if Run must have it. */
 static const struct {
     char name[15];
     bool needed;
@@ -12,7 +12,7 @@ static const struct {
     [CT_FAMILIES] = {"families", false},   [CT_INPUT_RATES] = {"input_rates", false},
     [CT_STAGED] = {"staged", false},
 };
-static const uint64_t LARGEST = (uint64_t)1 << 40; /* bytes of an array; a larger one is not our data */
+static const uint64_t LARGEST = (uint64_t)1 << 40; /* bytes of an array; only damaged files have larger ones */
 
 /* Numbers of the rows that variables refer to, equal in every variant. */
 struct counts {

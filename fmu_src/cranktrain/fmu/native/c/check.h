@@ -4,7 +4,7 @@
 
 #include "file.h"
 
-/* Fault in the tables, NULL if there is none. Fills the members' leaves. */
+/* Check the tables of a file. Return the fault as text, or NULL if there is none. Also sets file->members. */
 const char *ct_check_tables(struct ct_file *file);
 
 #endif

@@ -5,7 +5,7 @@
 #include "instance.h"
 
 enum { REALS = 1 << CT_REAL };
-static const double MOVE = 1e-4; /* over an input's nominal size; its square is below the solvers' residual */
+static const double MOVE = 1e-4; /* change of an input over its nominal size; MOVE^2 is below the solvers' residual */
 
 /* ---------------------------------------------------------------- by time */
 
@@ -61,7 +61,7 @@ static size_t outputs_bytes(const struct ct_instance *one) {
 
 static size_t point_bytes(const struct ct_instance *one) { return one->now->n_point * sizeof(double); }
 
-/* Save present point and outputs, so that the model can be at another point for a while; NULL without memory. */
+/* Save present point and outputs before the model is moved to another point. Return NULL if there is no memory. */
 static double *put_aside(struct ct_instance *one) {
     double *outputs = ct_allocate(&one->host, outputs_bytes(one) + 1);
     if (outputs == NULL) return NULL;
@@ -119,7 +119,7 @@ ct_result ct_get_rates(struct ct_instance *one, const uint32_t *references, size
 
 /* ---------------------------------------------------------------- by inputs */
 
-/* Changes of inputs, and the multiple of them that is one move. */
+/* Direction of a derivative: changes of inputs, and the factor on these changes for one move. */
 struct direction {
     const uint32_t *references;
     const double *changes;
@@ -138,7 +138,7 @@ static const struct rule {
 };
 enum { N_RULES = sizeof RULES / sizeof RULES[0] };
 
-/* Input that led to the present point: that of the last step, or that of the start. */
+/* Value of an input in the last step, or in the start, which led to the present point. */
 static double given(const struct ct_instance *one, uint32_t k) {
     return one->now->n_past > 0 ? one->before[(size_t)(one->model.inputs - one->state) + one->inputs[k].place]
                                 : one->origin[k];
@@ -173,7 +173,7 @@ static ct_result check_direction(const struct ct_instance *one, const struct dir
     return CT_OK;
 }
 
-/* The move at which the input with the largest relative change changes by MOVE; 0 if no input changes. */
+/* Factor on the direction with which the largest relative change of an input is MOVE; 0 if no input changes. */
 static double move_of(const struct ct_instance *one, const struct direction *towards) {
     double most = 0.0;
     for (size_t i = 0; i < towards->n; ++i) {
@@ -182,7 +182,7 @@ static double move_of(const struct ct_instance *one, const struct direction *tow
     return most > 0.0 ? MOVE / most : 0.0;
 }
 
-/* Moved inputs, (n_inputs,); false if one leaves its bounds. */
+/* Write inputs moved by ``at`` moves, (n_inputs,). Return false if an input leaves its bounds. */
 static bool moved(const struct ct_instance *one, const struct direction *towards, double at, double *inputs) {
     for (uint32_t k = 0; k < one->n_inputs; ++k) inputs[k] = given(one, k);
     for (size_t i = 0; i < towards->n; ++i) {
@@ -213,15 +213,15 @@ static int64_t redo(struct ct_instance *one, const double *inputs) {
     return one->file.kernels->advance(one->model.run, one->now->end_time);
 }
 
-/* Memory of a difference: inputs, the wanted outputs at present, those at one position, and the sum. */
+/* Arrays for a difference quotient: inputs, outputs at the present point, outputs at a moved point, weighted sum. */
 struct work { double *inputs, *present, *there, *sum; };
 
-/* Apply a rule; returns the status of the kernels, or -1 if an input would leave its bounds. */
+/* Apply a difference rule. Return the status of the kernels, or -1 if an input would leave its bounds. */
 static int64_t difference(struct ct_instance *one, const struct rule *rule, const struct direction *towards,
                           const uint32_t *unknowns, size_t n, const struct work *work) {
     for (size_t i = 0; i < n; ++i) work->sum[i] = 0.0;
     for (int p = 0; p < rule->n; ++p) {
-        /* The present outputs may be interpolated, outputs for moved inputs are not, so all are computed in one way. */
+        /* Present outputs are computed again if they were interpolated, because outputs of moved inputs never are. */
         const bool interpolated = one->now->n_past > 0 && one->each_point != CT_NONE;
         const bool here = fabs(rule->at[p]) < 0.5 && !interpolated;
         if (!moved(one, towards, rule->at[p], work->inputs)) return -1;
@@ -243,7 +243,7 @@ static ct_result differentiate(struct ct_instance *one, const struct direction *
         status = difference(one, RULES + k, towards, unknowns, n, work);
         if (status > 0) failed = status;
     }
-    if (one->now->n_past == 0) restart(one, one->origin); /* restore what the moved starts have changed */
+    if (one->now->n_past == 0) restart(one, one->origin); /* undo the starts with moved inputs */
     if (status == 0) return CT_OK;
     ct_log(&one->host, CT_DISCARD, "no directional derivative at %.9g s: %s", one->before[0],
            failed > 0 ? ct_status_text(&one->file, failed, &kind) : "the inputs cannot be moved within their bounds");

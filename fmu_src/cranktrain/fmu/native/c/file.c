@@ -15,7 +15,7 @@ struct header {
     uint64_t size;
     char digest[DIGEST_BYTES], guid[GUID_BYTES];
     uint64_t sums[2];
-    uint32_t n_sections, pad; /* the sums begin here */
+    uint32_t n_sections, pad; /* checksums cover the file from here on */
 };
 struct entry {
     char name[8];
@@ -70,7 +70,7 @@ void ct_sums(const void *bytes, size_t n_words, uint64_t sums[2]) {
         uint64_t word;
         memcpy(&word, at, sizeof word);
         second += (i + 1) * word;
-        word ^= crc; /* the byte order is that of the file, little-endian */
+        word ^= crc; /* machines are little-endian like the file */
         crc = 0;
         for (int k = 0; k < 8; ++k) crc ^= remainders[7 - k][(word >> (8 * k)) & 0xFF];
     }
@@ -78,7 +78,7 @@ void ct_sums(const void *bytes, size_t n_words, uint64_t sums[2]) {
     sums[1] = second;
 }
 
-/* Fault in the header of a file of this size, NULL if there is none. */
+/* Check the header of a file of this size. Return the fault as text, or NULL if there is none. */
 static const char *check_header(const struct header *header, size_t size) {
     uint64_t sums[2];
     if (size < sizeof *header || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0) {
@@ -93,7 +93,7 @@ static const char *check_header(const struct header *header, size_t size) {
     return NULL;
 }
 
-/* Find each section once; returns a fault, or NULL. */
+/* Find all sections of a file. Return the fault as text, or NULL if each section exists once. */
 static const char *find_sections(struct ct_file *file, const struct header *header) {
     const struct entry *entries = (const struct entry *)(const void *)(header + 1);
     uint32_t found = 0;
@@ -117,7 +117,7 @@ static const char *find_sections(struct ct_file *file, const struct header *head
     return NULL;
 }
 
-/* True if the binary has the solved films that the data may need; their digest is the second. */
+/* True if the library has the kernels of solved films that the data may need (second part of the digest). */
 static bool has_films(const struct ct_file *file) {
     const char *films = ct_info_text(file, "films"), *second = strchr(file->kernels->digest, ' ');
     return films == NULL || (second != NULL && strcmp(second + 1, films) == 0);

@@ -50,7 +50,7 @@ enum { CT_STAGES_GIVEN, CT_STAGES_THERE, CT_STAGE_STEP, CT_STAGED_COLUMNS };
 
 struct ct_file {
     struct ct_map map;
-    const struct ct_kernels *kernels; /* kernels to which its addresses refer */
+    const struct ct_kernels *kernels; /* kernels to which addresses in the file refer */
     const char *guid;
     const char *texts;
     const struct ct_variable *variables;
@@ -80,11 +80,11 @@ void ct_close_file(struct ct_file *file);
 
 static inline const char *ct_text(const struct ct_file *file, uint32_t offset) { return file->texts + offset; }
 
-/* Array of a member of a variant's Run; NULL if Run does not have it. */
+/* Array of a member of a variant's Run; NULL if Run does not have the member. */
 const struct ct_array *ct_member_array(const struct ct_file *file, const struct ct_variant *variant,
                                        enum ct_member member);
 
-/* Text of an entry of INFO; NULL if there is none. */
+/* Text of the entry of section INFO with this name; NULL if there is no such entry. */
 const char *ct_info_text(const struct ct_file *file, const char *name);
 
 /* CRC-32 (IEEE 802.3) of n words, and the sum modulo 2^64 of the words times their numbers from 1 on. */

@@ -18,7 +18,7 @@ enum {
     STEPPABLE = CT_STEPPED | CT_FAILED
 };
 
-/* Table of section 4.2.4 of the standard; steps are never left pending, so stepInProgress does not exist. */
+/* Phases in which each call is allowed (section 4.2.4 of the standard). No step is ever pending. */
 static const struct ct_call CALLS[] = {
     [SETUP_EXPERIMENT] = {"setupExperiment", CT_INSTANTIATED},
     [ENTER_INITIALIZATION] = {"enterInitializationMode", CT_INSTANTIATED},
@@ -37,7 +37,7 @@ static const struct ct_call CALLS[] = {
 };
 static bool allowed(const struct ct_instance *one, enum call call) { return ct_allowed(one, CALLS + call); }
 
-/* Both have the same effect. */
+/* Convert a result to FMI's status; both enumerations have the same values. */
 static fmi2Status of(ct_result result) { return (fmi2Status)result; }
 
 typedef void (*logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);

@@ -8,9 +8,9 @@
 
 #include "fmi3_unit.h"
 
-static const double UPDATE = 0.5;     /* degrees of crank angle between intermediate updates */
+static const double UPDATE = 0.5;     /* crank angle between intermediate updates, degrees */
 static const double DEGREE = 3.14159265358979323846 / 180.0;
-static const double ROUNDING = 1e-6;  /* relative, by which the last interval may be longer */
+static const double ROUNDING = 1e-6;  /* relative amount by which the last interval may be longer */
 
 enum {
     AFTER_START = CT_STEPPED | CT_FAILED | CT_TERMINATED | CT_EVENT,
@@ -18,13 +18,13 @@ enum {
     STEPPABLE = CT_STEPPED | CT_FAILED /* more than the standard requires, see fmi2.c */
 };
 
-/* Section 4.2.1 of the standard. */
+/* Phases in which each call is allowed (section 4.2.1 of the standard). */
 static const struct ct_call CALLS[] = {
     [SET_EXPERIMENT] = {"enterInitializationMode", CT_INSTANTIATED},
     [EXIT_INITIALIZATION] = {"exitInitializationMode", CT_INITIALIZING},
     [TERMINATE] = {"terminate", STEPPABLE | CT_EVENT},
     [RESET] = {"reset", ANY},
-    [DO_STEP] = {"doStep", ANY}, /* ct_check_step refuses more */
+    [DO_STEP] = {"doStep", ANY}, /* ct_check_step refuses steps in wrong phases */
     [GET] = {"getting values", CT_INITIALIZING | AFTER_START},
     [SET] = {"setting values", CT_INSTANTIATED | CT_INITIALIZING | STEPPABLE | CT_EVENT},
     [GET_RATES] = {"getOutputDerivatives", AFTER_START},
@@ -170,7 +170,7 @@ void fmi3FreeInstance(fmi3Instance instance) {
         ct_refuse(&unit->model->host, "freeInstance inside an intermediate update; return from it first");
         return;
     }
-    const struct ct_host host = {.name = NULL}; /* FMI 3.0 has no memory functions: the C library's */
+    const struct ct_host host = {.name = NULL}; /* memory functions of the C library, as FMI 3.0 has none */
     dissolve(unit, &host);
 }
 
@@ -226,7 +226,7 @@ fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state) {
     struct unit *unit = instance;
     if (!ct_unit_allowed(unit, STATES) || ct_set_state(unit->model, state) != CT_OK) return fmi3Error;
     struct ct_snapshot *now = unit->model->now;
-    if (!unit->events && (now->phase == CT_EVENT || now->ticks != 0)) ct_end_events(now); /* saved with events */
+    if (!unit->events && (now->phase == CT_EVENT || now->ticks != 0)) ct_end_events(now); /* saved with events on */
     return fmi3OK;
 }
 

@@ -7,7 +7,7 @@ static fmi3Status refused(fmi3Instance instance, const char *call, const char *l
     return ct_status3(ct_refuse(&unit->model->host, "%s, but this FMU has no %s", call, lacking));
 }
 
-/* A type that no variable has. */
+/* Get and set functions for a type that no variable has. */
 #define ABSENT(TYPE)                                                                                                 \
     fmi3Status fmi3Get##TYPE(fmi3Instance instance, const fmi3ValueReference a[], size_t b, fmi3##TYPE c[],          \
                              size_t d) {                                                                             \

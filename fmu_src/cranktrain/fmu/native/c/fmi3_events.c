@@ -10,7 +10,7 @@
 #include "fmi3_unit.h"
 
 static const double NEAR = 1e-6;     /* rad */
-static const double SHORTEST = 4e-9; /* s: a shorter step is added to the next one */
+static const double SHORTEST = 4e-9; /* s: a step shorter than SHORTEST is added to the next step */
 static const double TURN = 2.0 * 3.14159265358979323846;
 enum { MOST_CLOCKS = 64, MOST_TURNS = 2, BISECTED = 8, MOST_TRIALS = 64 };
 
@@ -61,7 +61,7 @@ static ct_result try_step(struct unit *unit, double end, double from, struct tri
     if (result == CT_OK) {
         look(unit, from, trial);
     } else {
-        ct_forget_outputs(unit->model); /* they may belong to another trial */
+        ct_forget_outputs(unit->model); /* outputs may belong to another trial */
     }
     return result;
 }

@@ -19,7 +19,7 @@ struct unit {
     uint32_t gas, source;                  /* references of the array of pressures (CT_NONE if there is none) and of
                                               gas.source, whose first choice is auto */
     bool given, driven;                    /* true: pressures were set; another input was set after the start */
-    uint32_t *lengths;                     /* elements of the variable that begins at each reference, 0 for none */
+    uint32_t *lengths;                     /* number of elements of the variable that begins at a reference, or 0 */
     uint32_t *list;                        /* (n,) references of the elements of a call */
     int *integers;                         /* (n,) values of a call, or orders of its elements */
 };
@@ -33,13 +33,13 @@ enum unit_call {
 /* True if a call is allowed now; otherwise, or without an instance, false with the reason in the log. */
 bool ct_unit_allowed(const struct unit *unit, enum unit_call call);
 
-/* Read which variables are arrays; false, with the reason in the log, if the data name impossible ones. */
+/* Read which variables are arrays. Return false, with the reason in the log, if these cannot be arrays. */
 bool ct_find_arrays(struct unit *unit);
 
-/* Read which variables clocks need, in the same way. */
+/* Read which variables the clocks need. Return false, with the reason in the log, if the variables do not exist. */
 bool ct_find_clocks(struct unit *unit);
 
-/* Read which array contains its pressures; false if that is impossible. */
+/* Read which array contains the cylinder pressures. Return false if there is no such array. */
 bool ct_find_gas(struct unit *unit);
 
 /* Warn once, before a step, that inputs but no pressures are set, since the host may use other names. */
@@ -49,7 +49,7 @@ void ct_warn_without_gas(struct unit *unit);
    ``end`` is then the time of the dead centre. Ticking clocks are part of the FMU state. */
 ct_result ct_step_to_event(struct unit *unit, double *end);
 
-/* Leave event mode. */
+/* Leave event mode: no clock ticks any more. */
 static inline void ct_end_events(struct ct_snapshot *now) {
     now->phase = CT_STEPPED;
     now->ticks = 0;

@@ -14,7 +14,7 @@ static bool can_be_array(const struct unit *unit, unsigned long first, unsigned 
     if (count == 0 || first >= unit->n || count > unit->n - first) return false;
     for (unsigned long k = first; k < first + count; ++k) {
         if (variables[k].type != CT_REAL || variables[k].causality != variables[first].causality) return false;
-        if (unit->lengths[k] != 1) return false; /* belongs to another array */
+        if (unit->lengths[k] != 1) return false; /* variable k belongs to another array */
     }
     return true;
 }
@@ -79,7 +79,7 @@ void ct_warn_without_gas(struct unit *unit) {
 
 static const char TYPE_NAMES[][12] = {"Float64", "Int32", "Boolean", "String", "Enumeration"};
 
-/* Put the elements of variables of one type into unit->list; refused unless their number is that of the values.
+/* Put the elements of variables of one type into unit->list. Refused if their number differs from that of the values.
    ``orders``, if any, has one entry for each variable and goes to unit->integers. */
 static ct_result expand(struct unit *unit, enum ct_type type, const fmi3ValueReference references[], size_t n,
                         size_t n_values, const fmi3Int32 *orders) {
@@ -120,7 +120,7 @@ static ct_result get_reals(struct unit *unit, const fmi3ValueReference reference
         if (references[i] != unit->n) continue;
         size_t elements = 0;
         for (size_t k = first; k < i; ++k) elements += references[k] < unit->n ? unit->lengths[references[k]] : 0;
-        if (elements >= n_values - done) break; /* no space for the time; refused below */
+        if (elements >= n_values - done) break; /* no space is left for the time; the call is refused below */
         if (expand(unit, CT_REAL, references + first, i - first, elements, NULL) != CT_OK) return CT_ERROR;
         if (ct_get_reals(unit->model, unit->list, elements, values + done) != CT_OK) return CT_ERROR;
         values[done + elements] = ct_time(unit->model);
@@ -138,7 +138,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference refere
     return ct_unit_allowed(unit, GET) ? ct_status3(get_reals(unit, references, n, values, n_values)) : fmi3Error;
 }
 
-/* True if a call is allowed now and its variables are of a type; their elements are then in unit->list. */
+/* True if a call is allowed now and its variables have this type. Then unit->list contains their elements. */
 static bool begun(struct unit *unit, enum unit_call call, enum ct_type type, const fmi3ValueReference references[],
                   size_t n, size_t n_values) {
     return ct_unit_allowed(unit, call) && expand(unit, type, references, n, n_values, NULL) == CT_OK;
@@ -171,7 +171,7 @@ fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference referen
 
 static int within_int(int64_t value) { return value > INT_MAX ? INT_MAX : value < INT_MIN ? INT_MIN : (int)value; }
 
-/* The model uses int. Int32, Int64 (for enumerations) and Boolean share these two functions. */
+/* Get values of type Int32, Int64 (for enumerations) or Boolean, which the model stores as int. */
 static fmi3Status get_whole(struct unit *unit, const fmi3ValueReference references[], size_t n, void *values,
                             size_t n_values, enum ct_type type) {
     if (!begun(unit, GET, type, references, n, n_values)) return fmi3Error;
@@ -186,7 +186,7 @@ static fmi3Status get_whole(struct unit *unit, const fmi3ValueReference referenc
     return ct_status3(result);
 }
 
-/* A larger number becomes the largest int, which the variable's bounds refuse. */
+/* Set values of type Int32, Int64 or Boolean. Numbers beyond int become the largest int, which bounds refuse. */
 static fmi3Status set_whole(struct unit *unit, const fmi3ValueReference references[], size_t n, const void *values,
                             size_t n_values, enum ct_type type) {
     if (!begun(unit, SET, type, references, n, n_values)) return fmi3Error;
@@ -224,7 +224,7 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
     return ct_status3(ct_get_rates(unit->model, unit->list, n_values, expanded, values));
 }
 
-/* Elements of the knowns, followed by those of the unknowns; NULL if they are refused. */
+/* References of all elements of the knowns, then of the unknowns. Return NULL if any are refused. */
 static uint32_t *sides(struct unit *unit, const fmi3ValueReference knowns[], size_t n_knowns, size_t n_inputs,
                        const fmi3ValueReference unknowns[], size_t n_unknowns, size_t n_outputs) {
     if (expand(unit, CT_REAL, knowns, n_knowns, n_inputs, NULL) != CT_OK) return NULL;

@@ -24,7 +24,7 @@ static uint64_t count_inputs(const struct ct_file *file) {
     return n;
 }
 
-/* Memory for the values: false if there is none. */
+/* Allocate memory for the values of variables. Return false if there is no memory. */
 static bool take_memory(struct ct_instance *one) {
     const uint64_t n = one->n_variables, n_point = longest_point(&one->file);
     const uint64_t snapshot = sizeof(struct ct_snapshot) + (n + 2 * one->n_inputs) * sizeof(double);
@@ -46,7 +46,7 @@ static bool take_memory(struct ct_instance *one) {
     return true;
 }
 
-/* Index in the state stated by an entry of INFO; CT_NONE if there is none. */
+/* Index in the state vector, from the entry of INFO with this name; CT_NONE if there is no such entry. */
 static uint32_t place_of(const struct ct_instance *one, const char *name) {
     const char *text = ct_info_text(&one->file, name);
     const double place = text != NULL ? strtod(text, NULL) : -1.0;
@@ -156,7 +156,7 @@ void ct_forget_outputs(struct ct_instance *one) {
 
 /* ---------------------------------------------------------------- the model of the values */
 
-/* Reference of the variable that is a choice; CT_NONE if there is none, and the first option applies. */
+/* Reference of the variable that sets a choice; CT_NONE if no variable does, and the first option applies. */
 static uint32_t variable_of(const struct ct_instance *one, uint64_t choice) {
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
@@ -198,7 +198,7 @@ static ct_result check_fixed(const struct ct_instance *one) {
     return CT_OK;
 }
 
-/* Numbers of the variant, overwritten by those of parameters and choices. */
+/* Write run.numbers: numbers of the variant, then those set by parameters and choices. */
 static void set_numbers(const struct ct_instance *one, const struct ct_variant *variant, double *numbers) {
     for (uint32_t k = 0; k < variant->n_numbers; ++k) {
         const struct ct_slot_number *number = one->file.numbers + variant->first_number + k;
@@ -289,14 +289,14 @@ void ct_give_stage(struct ct_instance *one, uint32_t stage) {
 int64_t ct_advance_model(struct ct_instance *one, double end) {
     struct ct_snapshot *now = one->now;
     const size_t bytes = now->n_point * sizeof(double);
-    if (!(end > one->state[0])) return 0; /* the step vanished in the master's rounding */
+    if (!(end > one->state[0])) return 0; /* the step is zero within the master's rounding of time */
     const uint32_t next = (now->latest + 1) % CT_PLACES;
     double *before = one->state + (1 + next) * (size_t)now->n_point;
     memcpy(before, one->state, bytes);
     pass_inputs(one);
     const int64_t status = one->file.kernels->advance(one->model.run, end);
     if (status == 0) one->model.observed = true;
-    if (status != 0 || !(one->state[0] > before[0])) { /* failed, or a tiny step that is left to the next one */
+    if (status != 0 || !(one->state[0] > before[0])) { /* failed, or too short: left to the next step */
         memcpy(one->state, before, bytes);
         memset(before, 0, bytes);
         return status;

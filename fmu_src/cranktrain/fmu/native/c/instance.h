@@ -13,20 +13,20 @@ enum ct_phase {
    variables (options of Strings and Enumerations by index), rates of the inputs, inputs at the start, and after the
    initialization points: the present one, and the beginnings of the last steps in a ring. A point is the state vector,
    the inputs that led to it, and their rates. */
-/* Number of past points that are used, and of stored points: one of these is for the step being tried. */
+/* CT_PAST: number of past points in use. CT_PLACES: number of stored points, one of them for the step being tried. */
 enum { CT_PAST = 2, CT_PLACES = CT_PAST + 1 };
 
 struct ct_snapshot {
     char magic[8];
     char guid[40];
     uint64_t sums[2]; /* sums of a serialized state */
-    uint64_t bytes;   /* length with all numbers that follow */
+    uint64_t bytes;   /* length of the state with all numbers that follow it */
     uint64_t capacity;
-    uint64_t ticks; /* bits of ticking clocks, from the step to their dead centre until the event is handled */
+    uint64_t ticks; /* bits of ticking clocks, set at a dead centre until the event is handled */
     uint32_t version;
     uint32_t phase;
     uint32_t variant;
-    uint32_t n_point;        /* float64 numbers of a point, 0: without points */
+    uint32_t n_point;        /* number of Float64 values in a point; 0: the state has no points */
     uint32_t n_past, latest; /* number of known past points, and which of both is the beginning of the last step */
     double start_time, stop_time, end_time; /* end_time is where the last step was to end */
 };
@@ -35,9 +35,9 @@ struct ct_snapshot {
 struct ct_model {
     void *block;
     void *run;
-    double *inputs, *outputs, *numbers, *input_rates, *staged; /* the last two are NULL if Run does not have them */
+    double *inputs, *outputs, *numbers, *input_rates, *staged; /* input_rates and staged may be NULL */
     int64_t *families;
-    uint64_t columns, staged_rows, staged_columns; /* columns is that of families */
+    uint64_t columns, staged_rows, staged_columns; /* columns: number of columns of families */
     bool observed;    /* true if the wanted outputs belong to the state */
 };
 
@@ -55,25 +55,25 @@ struct ct_instance {
     uint32_t speed;                          /* reference of the input with the crank's speed, or CT_NONE */
     struct ct_model model;
     bool made;                               /* true if the model belongs to the values */
-    uint32_t limited;                        /* index in the state that is not 0 after a step cut short, or CT_NONE */
+    uint32_t limited;                        /* state[limited] is not 0 after a step cut short; may be CT_NONE */
     uint32_t each_point;                     /* index in the state that, set to 1, ends an internal step at the end of
                                                 the next communication step, or CT_NONE */
     bool warned, told_limit;                 /* warned of coarse steps, and of a step that was cut short */
-    double **places;                         /* address of each variable's value, (n_variables,) */
-    unsigned char *ready;                    /* true if a Real can be read there now, (n_variables,) */
+    double **places;                         /* (n_variables,) address of each variable's value */
+    unsigned char *ready;                    /* (n_variables,) true if the value at ``places`` is up to date */
 };
 
-/* Make an instance for a host; NULL if it is refused, with the reason in the log. */
+/* Make an instance for a host. Return NULL if this is refused, with the reason in the log. */
 struct ct_instance *ct_new_instance(const struct ct_host *host, const char *guid, const char *location);
 void ct_free_instance(struct ct_instance *instance);
 
 /* Set all variables to their start values, as after the instantiation. */
 void ct_reset(struct ct_instance *instance);
 
-/* Store the inputs of the variables as those of a start. */
+/* Store the present values of the inputs as the inputs of a start. */
 void ct_keep_origin(struct ct_instance *instance);
 
-/* Row of LEVL for the values: a variant, or CT_REFUSED with a text. */
+/* Row of LEVL for the values of the level parameters: number of a variant, or CT_REFUSED with a text. */
 uint32_t ct_level(const struct ct_instance *instance);
 
 /* Choose the variant by the values, lay out its memory, prepare it and start it at ``start_time`` under ``origin``.
@@ -82,14 +82,14 @@ ct_result ct_make(struct ct_instance *instance);
 
 /* A call: its name, and the phases in which the standard allows it. */
 struct ct_call {
-    char name[28]; /* a pointer would need a relocation */
+    char name[28]; /* an array, because a pointer would need a relocation */
     uint32_t phases;
 };
 
 /* True if a call is allowed now; otherwise, or without an instance, false with the reason in the log. */
 bool ct_allowed(const struct ct_instance *instance, const struct ct_call *call);
 
-/* Set the times of the experiment; refused if they are impossible. */
+/* Set start and stop time of the experiment. Impossible times are refused. */
 ct_result ct_set_experiment(struct ct_instance *instance, double start, bool stop_defined, double stop);
 
 /* Enter initialization mode, and leave it with a started model. */
@@ -108,7 +108,7 @@ ct_result ct_step_to(struct ct_instance *instance, double end);
 /* Mark outputs as unknown after a change of the state. */
 void ct_forget_outputs(struct ct_instance *instance);
 
-/* Past point: 0 is the beginning of the last step, 1 that of the step before. */
+/* Past point number k: 0 is the beginning of the last step, 1 the beginning of the step before. */
 static inline double *ct_past(const struct ct_instance *instance, uint32_t k) {
     const uint32_t place = (instance->now->latest + CT_PLACES - k) % CT_PLACES;
     return instance->state + (1 + place) * (size_t)instance->now->n_point;
@@ -131,10 +131,10 @@ bool ct_is_point(const struct ct_file *file, const struct ct_variant *variant, c
 /* Fill an array's memory with its start contents; ``records`` are the addresses for its fixups. */
 void ct_fill(const struct ct_file *file, const struct ct_array *array, unsigned char *memory, const uint64_t *records);
 
-/* Lay out a variant in memory; its present point is the instance's. False if there is no memory. */
+/* Lay out a variant in memory, with the instance's present point. Return false if there is no memory. */
 bool ct_lay_out(struct ct_instance *instance, const struct ct_variant *variant, struct ct_model *model);
 
-/* Prepare and start a model of a variant with inputs, (n_inputs,); returns the status of the kernels. */
+/* Prepare and start a model of a variant with inputs, (n_inputs,). Return the status of the kernels. */
 int64_t ct_start_model(struct ct_instance *instance, const struct ct_model *model, const struct ct_variant *variant,
                  const double *inputs);
 
@@ -149,22 +149,22 @@ static inline double ct_time(const struct ct_instance *instance) {
    last past one; on a failure nothing has changed. */
 int64_t ct_advance_model(struct ct_instance *instance, double end);
 
-/* Number of stages of the next step for which a host must give inputs; 0 if the model reconstructs or holds them. */
+/* Number of stages of the next step for which the host must give inputs; 0 if the model finds inputs by itself. */
 static inline uint32_t ct_stages(const struct ct_instance *instance) {
     const struct ct_model *model = &instance->model;
     if (model->staged == NULL || !(model->staged[CT_STAGES_THERE] < (double)model->staged_rows)) return 0;
     return (uint32_t)model->staged[CT_STAGES_THERE];
 }
 
-/* Fraction of a step at which a stage lies. */
+/* Time of a stage within its step, as a fraction of the step. */
 static inline double ct_stage_share(const struct ct_instance *instance, uint32_t stage) {
     return instance->model.staged[(1 + stage) * instance->model.staged_columns];
 }
 
-/* Take the inputs of the variables for a stage; after the last stage all are given. */
+/* Store the present values of the inputs as the inputs of a stage of the next step. */
 void ct_give_stage(struct ct_instance *instance, uint32_t stage);
 
-/* FMU states: copy ``now`` to a state, and back. NULL is refused, except by the function that frees. */
+/* FMU states: copy ``now`` to a state, and back. A NULL state is refused, except by the function that frees. */
 ct_result ct_get_state(struct ct_instance *instance, void **state);
 ct_result ct_set_state(struct ct_instance *instance, const void *state);
 ct_result ct_free_state(struct ct_instance *instance, void **state);
@@ -186,7 +186,7 @@ ct_result ct_set_strings(struct ct_instance *instance, const uint32_t *reference
 ct_result ct_check_references(const struct ct_instance *instance, unsigned types, const uint32_t *references, size_t n,
                                const void *values);
 
-/* Compute these outputs, checked Reals, for the present state. */
+/* Compute the referenced outputs, which are checked Reals, for the present state. */
 ct_result ct_observe_outputs(struct ct_instance *instance, const uint32_t *references, size_t n);
 
 static inline const char *ct_name_of(const struct ct_instance *instance, uint32_t reference) {
@@ -202,7 +202,7 @@ ct_result ct_get_rates(struct ct_instance *instance, const uint32_t *references,
 ct_result ct_get_derivatives(struct ct_instance *instance, const uint32_t *unknowns, size_t n_unknowns,
                               const uint32_t *knowns, size_t n_knowns, const double *changes, double *results);
 
-/* Derivatives of the sum of ``weights`` times unknowns by each known input, each one a directional derivative. */
+/* Derivatives of the sum of ``weights`` times unknowns by each known input; each takes one directional derivative. */
 ct_result ct_get_adjoints(struct ct_instance *instance, const uint32_t *unknowns, size_t n_unknowns,
                           const uint32_t *knowns, size_t n_knowns, const double *weights, double *results);
 

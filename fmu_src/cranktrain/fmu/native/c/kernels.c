@@ -4,9 +4,9 @@
 #include <cpuid.h>
 #include <stdbool.h>
 
-static const unsigned YMM = 0x6; /* the system saves vectors of 128 and of 256 bits */
+static const unsigned YMM = 0x6; /* bits of XCR0: the system saves registers of 128 and 256 bits */
 
-/* Processor features that LLVM's x86-64-v3 assumes. */
+/* True if the processor has all features that LLVM assumes for x86-64-v3. */
 static bool is_v3(void) {
     const unsigned first = bit_FMA | bit_MOVBE | bit_OSXSAVE | bit_AVX | bit_F16C;
     const unsigned second = bit_AVX2 | bit_BMI | bit_BMI2;

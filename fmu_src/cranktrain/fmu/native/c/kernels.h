@@ -24,7 +24,7 @@ struct ct_kernels {
 extern const struct ct_kernels ct_kernels;
 extern const struct ct_kernels ct_fast_kernels;
 
-/* The fastest code that this processor can run. */
+/* Choose the fastest code that this processor can run. */
 const struct ct_kernels *ct_choose_kernels(void);
 
 #endif

@@ -119,7 +119,7 @@ static void find_members(struct ct_instance *one, const struct ct_variant *varia
     if (model->families != NULL) model->columns = ct_member_array(&one->file, variant, CT_FAMILIES)->shape[1];
 }
 
-/* Bytes of a variant's block: addresses of slots and records, images, arrays; 0 if there are too many. */
+/* Size of a variant's memory block, bytes: addresses of slots and records, images, arrays. Return 0 if too large. */
 static uint64_t block_bytes(const struct ct_file *file, const struct ct_variant *variant) {
     uint64_t bytes = ct_padded(((uint64_t)variant->n_slots + variant->n_records) * sizeof(uint64_t));
     bytes += ct_padded(words_of(file, variant, variant->first_leaf, variant->n_leaves) * sizeof(uint64_t));

@@ -33,7 +33,7 @@ static bool begins(const char *text, const char *begin) {
     return true;
 }
 
-/* Path of a location: a file URI, percent-encoded or, as some hosts write it, not; or a plain path. */
+/* Path of a location, which is a plain path or a file URI; some hosts do not percent-encode the URI. */
 static bool path_of(const char *location, char *path) {
     const bool uri = begins(location, "file:");
     if (uri) {
@@ -45,7 +45,7 @@ static bool path_of(const char *location, char *path) {
         while (*drive == '/') ++drive;
         if (drive[0] != '\0' && drive[1] == ':') location = drive;
 #else
-        if (begins(location, "//") && location[2] != '/') return false; /* on another machine */
+        if (begins(location, "//") && location[2] != '/') return false; /* the folder is on another machine */
         while (location[0] == '/' && location[1] == '/') ++location;
 #endif
     } else if (strstr(location, "://") != NULL) {

@@ -9,7 +9,7 @@ struct ct_map {
     size_t size;
 };
 
-/* Map a file of the folder given at instantiation. False if there is none, with the reason in the log. */
+/* Map a file of the resources folder. Return false, with the reason in the log, if there is no such file. */
 bool ct_map_resource(const struct ct_host *host, const char *location, const char *name, struct ct_map *map);
 void ct_unmap(struct ct_map *map);
 

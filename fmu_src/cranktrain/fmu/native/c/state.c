@@ -19,7 +19,7 @@ static ct_result no_state(const struct ct_instance *one) {
 
 static bool is_running(const struct ct_snapshot *state) { return state->phase >= CT_STEPPED; }
 
-/* Length of a state before its points, bytes. */
+/* Length, bytes, of the part of an FMU state before its points. */
 static uint64_t head_bytes(const struct ct_instance *one) { return (uint64_t)((char *)one->state - (char *)one->now); }
 
 static uint64_t point_bytes(const struct ct_snapshot *state) {
@@ -63,7 +63,7 @@ ct_result ct_state_size(struct ct_instance *one, const void *state, size_t *size
     return CT_OK;
 }
 
-/* True if a variable can have a value; outputs are computed again. */
+/* True if a variable can have this value. Outputs may have any value, because they are computed again. */
 static bool can_be(const struct ct_file *file, const struct ct_variable *variable, double value) {
     if (variable->type == CT_STRING || variable->type == CT_ENUMERATION) {
         const uint32_t n = variable->index == CT_NONE ? 1 : file->choices[variable->index].n_options;
@@ -85,7 +85,7 @@ static bool has_sound_numbers(const struct ct_instance *one, const struct ct_sna
     }
     for (uint32_t k = 0; k < one->n_inputs; ++k) {
         const struct ct_variable *variable = one->file.variables + one->inputs[k].reference;
-        /* Before a start there is no origin. */
+        /* The inputs at the start (origin) exist only if the instance has started. */
         if (is_running(state) && !can_be(&one->file, variable, origin[k])) return false;
         if (!(isnan(rates[k]) || fabs(rates[k]) <= DBL_MAX)) return false;
     }
@@ -96,7 +96,7 @@ static bool has_sound_numbers(const struct ct_instance *one, const struct ct_sna
     return true;
 }
 
-/* Reason why a state of this length cannot be set, NULL if it can. */
+/* Reason why an FMU state of this length cannot be set. Return NULL if it can be set. */
 static const char *check_state(const struct ct_instance *one, const struct ct_snapshot *state, uint64_t bytes) {
     const uint32_t phase = state->phase;
     if (!is_state(state)) return FOREIGN;
@@ -116,7 +116,7 @@ static const char *check_state(const struct ct_instance *one, const struct ct_sn
     return has_sound_numbers(one, state) ? NULL : IMPOSSIBLE;
 }
 
-/* True if the model of the instance is the one that a state was taken from. */
+/* True if an FMU state was taken from the model that the instance has now. */
 static bool same_model(const struct ct_instance *one, const struct ct_snapshot *state) {
     const double *values = (const double *)(const void *)(state + 1);
     const double *origin = values + one->n_variables + one->n_inputs;

@@ -4,9 +4,9 @@
 
 #include "instance.h"
 
-static const double LONGEST_STEP = 1.0; /* s: over longer steps held or extrapolated inputs are meaningless */
-static const double LATEST = 1e6;       /* s, eleven days: later times cannot resolve a step */
-static const double COARSE_STEP = 3.0;  /* degrees of crank angle: pressures change by bars within it */
+static const double LONGEST_STEP = 1.0; /* s: inputs cannot be held or extrapolated for longer */
+static const double LATEST = 1e6;       /* s (eleven days): a Float64 of a later time cannot resolve a step */
+static const double COARSE_STEP = 3.0;  /* degrees of crank angle; pressures change by bars over such a step */
 static const double ROUNDING = 1e-6;    /* relative tolerance of the limit of a coarse step */
 static const double DEGREE = 3.14159265358979323846 / 180.0;
 
@@ -104,7 +104,7 @@ ct_result ct_check_step(struct ct_instance *one, double time, double step) {
         return ct_refuse(&one->host, "doStep on an instance that is terminated; reset it, or set a state");
     }
     const double stands = one->state[0];
-    /* The model lags by tiny time differences that it has left to the next step. */
+    /* Tolerance of the step's start time: the model may lag by tiny steps that it left to the next step. */
     const double tolerance = 2e-9 + 1e-6 * fabs(time) + 1e-3 * step;
     if (!(step > 0.0)) {
         return ct_refuse(&one->host, "communication step of %s s at time %s s; it must be positive, in seconds",
@@ -150,7 +150,7 @@ ct_result ct_step_to(struct ct_instance *one, double end) {
     }
     const int64_t code = ct_advance_model(one, end);
     if (code != 0) return failed_step(one, code);
-    if (one->model.input_rates != NULL) { /* they were valid for this step */
+    if (one->model.input_rates != NULL) { /* rates of inputs hold for one step only */
         for (uint32_t k = 0; k < one->n_inputs; ++k) one->rates[k] = NAN;
     }
     one->now->phase = CT_STEPPED;

@@ -43,7 +43,7 @@ static bool is_output(const struct ct_variable *variable) {
     return variable->causality == CT_OUTPUT && variable->index != CT_NONE;
 }
 
-/* Compute the families of these outputs from now on; returns true if one was not computed before. */
+/* Have the families of these outputs computed from now on. Return true if a family was not computed before. */
 static bool want_families(struct ct_instance *one, const uint32_t *references, size_t n) {
     bool more = false;
     for (size_t i = 0; i < n; ++i) {
@@ -136,7 +136,7 @@ ct_result ct_get_strings(struct ct_instance *one, const uint32_t *references, si
 
 /* ---------------------------------------------------------------- setting */
 
-/* Inputs at any time, parameters only before the initialization is complete. */
+/* Refuse to set outputs, and parameters after the initialization. Inputs may be set at any time. */
 static ct_result check_settable(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
                                  const void *values) {
     if (ct_check_references(one, types, references, n, values) != CT_OK) return CT_ERROR;
@@ -165,7 +165,7 @@ static ct_result check_number(const struct ct_instance *one, uint32_t reference,
                      ct_number(text, value), ct_time(one), span);
 }
 
-/* Values were set, so in initialization mode the start must be computed again. */
+/* Note that values were set. In initialization mode the start must then be computed again. */
 static ct_result have_set(struct ct_instance *one) {
     if (one->now->phase == CT_INITIALIZING && one->made) {
         one->made = false;
@@ -174,7 +174,7 @@ static ct_result have_set(struct ct_instance *one) {
     return CT_OK;
 }
 
-/* True if these are Real inputs within their bounds, the usual call of a master before each step. */
+/* True if all references are Real inputs with values within their bounds, as in most calls of a master. */
 static bool are_sound_inputs(const struct ct_instance *one, const uint32_t *references, size_t n, const double *values) {
     bool sound = references != NULL && values != NULL && n <= one->n_variables;
     for (size_t i = 0; sound && i < n; ++i) {
@@ -196,7 +196,7 @@ ct_result ct_set_reals(struct ct_instance *one, const uint32_t *references, size
     return have_set(one);
 }
 
-/* Valid values of a String or Enumeration, "a, b, c". */
+/* Write the valid values of a String or Enumeration as a list "a, b, c". */
 static const char *list_options(const struct ct_instance *one, uint32_t reference, char list[LONGEST_LIST]) {
     uint32_t n;
     size_t used = 0;
@@ -239,7 +239,7 @@ ct_result ct_set_booleans(struct ct_instance *one, const uint32_t *references, s
     return have_set(one);
 }
 
-/* Index of a text among a String's options; CT_NONE if it is not among them. */
+/* Index of a text among a String's options; CT_NONE if the text is no option. */
 static uint32_t find_option(const struct ct_instance *one, uint32_t reference, const char *text) {
     uint32_t n, k = 0;
     const struct ct_option *options = options_of(one, reference, &n);
