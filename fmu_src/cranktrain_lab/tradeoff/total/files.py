@@ -30,7 +30,7 @@ TEXTS = {
 
 
 def write_files(study: TotalStudy, folder: Path) -> list[Path]:
-    """Write charts (PNG and SVG), page, points, recommended choices and a JSON document; return their paths."""
+    """Write charts (PNG and SVG), page, points, recommended choices and a JSON document. Return their paths."""
     written = []
     for scene, family in study.pictures:
         figure = total_figure(study, scene, FAMILIES[family])

@@ -82,7 +82,7 @@ class Settled:
 
 
 def settled(job: Job, store: Kept, say: Progress | None = None) -> Settled:
-    """Return a run from the store, or run it; ``CranktrainError`` for a failed run (failures are stored too)."""
+    """Return a run from the store, or run it; raises ``CranktrainError`` for a failed run (failures are stored too)."""
     key = digest(__file__, job)
     failed = store.entry(key)
     if failed is not None:
