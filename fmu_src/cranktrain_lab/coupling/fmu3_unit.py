@@ -114,7 +114,7 @@ class Fmu3Unit(FmuUnit):
         self._try("initialization", fmu.exitInitializationMode)
 
     def _whole(self, place: Place, known: Mapping[str, Place]) -> list[Any]:
-        """Return start values of all elements of an array; ``UnitError`` if one is missing."""
+        """Return start values of all elements of an array; raises ``UnitError`` if one is missing."""
         names = [name for name, one in known.items() if one.reference == place.reference]
         values = [self._values.get(name, self._variables[name].start) for name in names]
         lacking = [name for name, value in zip(names, values, strict=True) if value is None]
@@ -160,7 +160,7 @@ class Fmu3Unit(FmuUnit):
             self.note(message or b"")
 
     def _checked(self, name: str, value: Any) -> Any:
-        """Return a start value in the type of its variable, for an item's name its number; ``InputError``."""
+        """Return a start value in its variable's type, with item names as numbers; raises ``InputError``."""
         variable = self._variables.get(name)
         if variable is None or variable.type != "Enumeration" or not isinstance(value, str):
             return super()._checked(name, value)

@@ -43,7 +43,7 @@ _MESSAGES = 20
 _LONGEST = 2000
 """Number of characters of a message that are kept."""
 _LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
-"""Loaded units by instance name."""
+"""Units with a loaded FMU by instance name, to assign log messages."""
 
 
 class FMU2CheckedSlave(fmi2.FMU2Slave):
@@ -124,7 +124,7 @@ class FmuUnit:
         return name in self._variables and self._variables[name].type == "Real"
 
     def port(self, name: str) -> Port:
-        """Return a real variable of any causality as a port; ``InputError`` if it is not real."""
+        """Return a real variable of any causality as a port; raises ``InputError`` if it is not real."""
         if not self.is_real(name):
             reals = [key for key, variable in self._variables.items() if variable.type == "Real"]
             raise InputError(f"{self.name}: there is no real variable '{name}'; {nearest(name, reals)}")
@@ -258,7 +258,7 @@ class FmuUnit:
         return "its inputs"
 
     def _try(self, what: str, call: Any, *arguments: Any, **named: Any) -> None:
-        """Call a function of FMPy, which raises an error for a bad status; ``UnitError``."""
+        """Call a function of FMPy, which raises an error for a bad status; raises ``UnitError``."""
         try:
             call(*arguments, **named)
         except Exception as error:
@@ -266,7 +266,7 @@ class FmuUnit:
             raise UnitError(f"{self.name}: {what}: {self._said(_line(error))}") from None
 
     def _direct(self, what: str, call: Any, *arguments: Any) -> None:
-        """Call a function of the library; ``UnitError`` for a bad status."""
+        """Call a function of the library; raises ``UnitError`` for a bad status."""
         status = call(*arguments)
         if is_bad(status):
             self._lost = status == fmi2.fmi2Fatal
@@ -277,7 +277,7 @@ class FmuUnit:
         return next((" ".join(text.split()) for text in reversed(self._log) if text.strip()), otherwise)
 
     def _checked(self, name: str, value: Any) -> Any:
-        """Return a start value in the type of its variable; ``InputError``."""
+        """Return a start value in the type of its variable; raises ``InputError``."""
         if name not in self._variables:
             raise InputError(f"{self.name}: there is no variable '{name}'; {nearest(name, self._variables)}")
         kind = self._variables[name].type
@@ -310,7 +310,7 @@ _LOGGER = fmi2.fmi2CallbackLoggerTYPE(_note)
 
 
 def is_bad(status: int) -> bool:
-    """True if a call failed, because its status is neither OK nor warning; negative ones are invalid in FMI."""
+    """True if an FMI call failed, because its status is neither OK nor warning. FMI has no negative status."""
     return status not in (fmi2.fmi2OK, fmi2.fmi2Warning)
 
 

@@ -101,7 +101,7 @@ class Inside(Updates):
         master.sweeps += 1
 
     def _read(self) -> None:
-        """Read the last unit's outputs at the next point."""
+        """Read the last unit's outputs at the next intermediate point."""
         size, place, _ = self._part()
         self._master._let(READ | MEAN, self._place, self._place + 1, size, place)
 

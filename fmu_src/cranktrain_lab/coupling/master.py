@@ -31,14 +31,14 @@ from cranktrain_lab.coupling.turns import Turns, Vectors
 from cranktrain_lab.coupling.unit import Unit, UnitError
 
 PASSES = 4
-"""Limit of iterations at a communication point, for outputs with direct feedthrough."""
+"""Largest number of iterations at a communication point, for outputs with direct feedthrough."""
 STEADY = 1.0e-12
-"""Relative change of the outputs at which this iteration has converged."""
+"""Relative change of outputs at which the iteration of outputs with direct feedthrough has converged."""
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """Settings of the exchange of values.
+    """Settings of a master's exchange of values between units.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Exchange:
 
 
 class Master:
-    """Units that take steps together.
+    """Co-simulation master: units that take communication steps together.
 
     Attributes
     ----------
@@ -222,7 +222,7 @@ class Master:
         return self.time, self._known.copy(), samples.values.copy(), list(samples.places), self._turned, self._last
 
     def restore(self, state: Any) -> None:
-        """Restore the last kept state."""
+        """Restore the state of all units that :meth:`keep` stored last."""
         for unit in self._order:
             unit.restore(self._states[unit.name])
         self.time, known, values, self._samples.places, self._turned, self._last = state
@@ -246,7 +246,7 @@ class Master:
         return any(unit.inputs[name].feeds & read for name in self._wirings[unit.name].names)
 
     def _place(self, size: float) -> float:
-        """Abscissa of the step's end."""
+        """Return the abscissa (time or crank angle) at the end of a step of this size, s."""
         if self.exchange.abscissa is None:
             return self.time + size
         # Before the first step the rate of the abscissa is unknown and has no effect, because one point has no slope.
@@ -326,7 +326,7 @@ class Master:
         self._asked(unit, unit.write, self._wirings[unit.name].of(np.tile(expected, 3)[: 3 * n], self.time))
 
     def _settle_feeds(self) -> None:
-        """Iterate outputs with direct feedthrough at the communication point, see :data:`PASSES`."""
+        """Iterate outputs with direct feedthrough at the communication point, at most ``PASSES`` times."""
         if not self._feeding:
             return
         self.means[:] = self.start[:] = self.newest
@@ -341,7 +341,7 @@ class Master:
                 return
 
     def _arrive(self, values: Array) -> None:
-        """Store the values of a communication point; ``UnitError`` if one is not finite."""
+        """Store the values of a communication point; raises ``UnitError`` if one is not finite."""
         remembered = self._turns is not None and self._turns.arrive()
         if not remembered:
             bad = np.flatnonzero(~np.isfinite(values))

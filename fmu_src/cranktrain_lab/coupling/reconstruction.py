@@ -60,19 +60,19 @@ class Samples:
         self.places = [place, *self.places[: POINTS - 1]]
 
     def at(self, place: float, degree: int) -> Array:
-        """Return values (n,) at an abscissa of the polynomial of this degree, or less if there are too few points."""
+        """Return the n values of the polynomial at an abscissa, of a lower degree if there are too few points."""
         nodes = self.places[: degree + 1]
         return self._sum(weights_at(place, nodes))
 
     def mean(self, first: float, last: float, degree: int) -> Array:
-        """Return the mean (n,) of this polynomial between two abscissae; may be a view of the stored values."""
+        """Return the mean (n,) of the values' polynomial between two abscissae, possibly as a view of stored values."""
         if degree == 0:
             return self.values[0]
         nodes = self.places[: degree + 1]
         return self._sum(weights_of_mean(first, last, nodes))
 
     def weights_to(self, last: float, degree: int) -> list[float]:
-        """Return weights of the mean from the newest point to ``last``: of the value at ``last``, then of points."""
+        """Return weights for the mean from the newest point to ``last``: of the value at ``last``, then of points."""
         return [1.0] if degree == 0 else weights_of_mean(self.places[0], last, [last, *self.places[:degree]])
 
     def mean_to(self, last: float, new: Array, part: slice, degree: int) -> Array:

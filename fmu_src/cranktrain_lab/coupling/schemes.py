@@ -92,5 +92,5 @@ INSIDE: dict[str, Callable[[Sequence[Unit], Any], Any]] = {
     "intermediate": lambda order, exchange: Inside(order),
     "stages": lambda order, exchange: AtStages(order, exchange.whole),
 }
-"""Schemes whose last unit calls its master inside a step. The functions make the object that exchanges values there
-from the units in order and their ``Exchange``."""
+"""Schemes whose last unit calls its master inside a step. Each function gets the units in order and their ``Exchange``,
+and makes the object that exchanges values inside the step."""

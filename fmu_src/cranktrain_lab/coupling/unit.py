@@ -71,7 +71,7 @@ class Unit(Protocol):
         """Return the linked outputs (k,); the array may be the same object each time."""
 
     def step(self, time: float, size: float) -> None:
-        """Go from ``time`` to ``time + size``, s; ``UnitError`` if the step fails."""
+        """Go from ``time`` to ``time + size``, s; raises ``UnitError`` if the step fails."""
 
     def keep(self, held: Any = None) -> Any:
         """Return the state; ``held`` is an earlier state whose memory may be reused."""

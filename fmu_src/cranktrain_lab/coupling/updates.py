@@ -23,7 +23,7 @@ class Updates:
     """
 
     def __init__(self, order: Sequence[Unit], scheme: str) -> None:
-        """Take the last unit of ``order``; ``InputError`` with the scheme if it does not call its master."""
+        """Take the last unit of ``order``; raises ``InputError`` with the scheme if it does not call its master."""
         unit: Any = order[-1]
         if not getattr(unit, "updates", False):
             raise InputError(

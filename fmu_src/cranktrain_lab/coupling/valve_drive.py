@@ -20,7 +20,7 @@ ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
 TORQUE_STEP = "valvetrain.torque_step"
 """Output with the mean torque over a step."""
 LIFTS = {"lift.source": "input"}
-"""Start values of a combustion that runs with a valve train."""
+"""Start values of the combustion's FMU if it is coupled with a valve train."""
 READ = (TORQUE, "valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
 """Outputs that a run records in addition to the connected ones."""
 BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
