@@ -21,11 +21,11 @@ from cranktrain_lab.harness.entries import DIES, FAILS, HANGS, LAST, NAN, ZERO, 
 SIGNALS = "signals"
 """Name of the unit whose outputs are the signals."""
 _JUST = 1.0 - 1.0e-12
-"""Factor that moves a time to just before it, by its rounding error."""
+"""Factor on a time that gives a time just before it, earlier by the rounding error."""
 
 
 class Curve:
-    """Piecewise linear function of time, which jumps just after a time that two points share."""
+    """Piecewise linear function of time. It jumps just after a time at which it has two points."""
 
     def __init__(self, start: float) -> None:
         self.times, self.values = [0.0], [start]
@@ -48,7 +48,7 @@ class Curve:
 
 
 class Signals:
-    """Unit (:class:`cranktrain_lab.coupling.unit.Unit`) with curves as outputs; ``ports`` are those of the inputs."""
+    """Unit (:class:`cranktrain_lab.coupling.unit.Unit`) whose outputs are curves; ``ports`` describe driven inputs."""
 
     restorable = True
 
