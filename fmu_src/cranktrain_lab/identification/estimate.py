@@ -1,4 +1,4 @@
-"""Estimate of the sought parameters by alternate search and estimation of the residuals' covariance."""
+"""Estimation of the sought parameters: alternately search the parameters and estimate the residuals' covariance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SAME = 0.05
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimate of the parameters.
+    """Estimate of the sought parameters.
 
     Attributes
     ----------
