@@ -33,7 +33,7 @@ ROWS, MOST_LINES, LONGEST = 100_000, 200, 1 << 20
 
 
 class Segment(NamedTuple):
-    """Contents of a segment's header.
+    """Contents of the header of a LabVIEW file's segment.
 
     Attributes
     ----------
