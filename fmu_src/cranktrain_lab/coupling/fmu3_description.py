@@ -80,7 +80,7 @@ def _starts(variable: ModelVariable, size: int) -> list[Any]:
 
 
 def _type(kind: str) -> str:
-    """Return the name of a type in FMI 2.0; types that FMI 2.0 lacks keep their name."""
+    """Return the FMI 2.0 name of an FMI 3.0 type. Types that FMI 2.0 lacks keep their FMI 3.0 name."""
     return "Real" if kind == "Float64" else "Integer" if kind in _INTEGERS else kind
 
 

@@ -97,7 +97,7 @@ class Fmu3Unit(FmuUnit):
         return starts
 
     def initialize(self, time: float) -> None:
-        """Prepare for steps, see ``Unit.initialize``."""
+        """Prepare the unit for steps from ``time`` (s) on."""
         self._load()
         fmu = self._fmu
         known = places_of(self._description)
@@ -124,7 +124,7 @@ class Fmu3Unit(FmuUnit):
         return [convert(value) for value in values]
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``; ``UnitError`` also if the FMU returns early or ends the simulation."""
+        """Advance the unit by ``size`` (s); ``UnitError`` also if the FMU returns early or ends the simulation."""
         event, ended, early = (ctypes.c_bool() for _ in range(3))
         reached = ctypes.c_double()
         told = (ctypes.byref(one) for one in (event, ended, early, reached))
@@ -175,7 +175,7 @@ class Fmu3Unit(FmuUnit):
 
 
 def _complete(told: Told) -> None:
-    """Raise ``UnitError`` for a step that returned early or ended the simulation."""
+    """Raise ``UnitError`` if a step returned early or ended the simulation; ``told`` are the results of the step."""
     if told.early or told.ended:
         what = "ended the simulation" if told.ended else "returned early"
         raise UnitError(f"step: it {what} at {told.reached:.9g} s, which no master here handles; correct the unit")

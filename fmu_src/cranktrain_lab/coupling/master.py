@@ -1,4 +1,4 @@
-"""The reference master: steps coupled units from one communication point to the next.
+"""The co-simulation master, which steps coupled units from one communication point to the next.
 
 All exchanged values are in one vector: the outputs of all units, each in its own unit of measurement. A step uses three
 such vectors, stored one after the other: reconstructed means over the step, newest known values, and values at the
@@ -87,7 +87,7 @@ class Master:
         self, units: Sequence[Unit], connections: Sequence[Connection], exchange: Exchange,
         outputs: Mapping[str, Sequence[str]] | None = None,
     ) -> None:  # fmt: skip
-        """Link the units in this order; ``outputs`` are outputs to read in addition to connected ones, by unit.
+        """Link the units in this order; ``outputs`` are, by unit, outputs to read in addition to connected outputs.
 
         Raises
         ------
@@ -150,7 +150,7 @@ class Master:
         return float(values[k])
 
     def vector(self, place: tuple[str, int]) -> tuple[Array, int]:
-        """Return the vector that holds this value after initialization, and the index in the vector."""
+        """Return the vector that contains the value of a location after initialization, and its index in the vector."""
         unit, k = place
         return (self.written[unit] if unit else self.newest), k
 
@@ -365,7 +365,7 @@ class Master:
 
 
 def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:
-    """Return units without connected inputs, then the others in their order."""
+    """Return units without connected inputs first, then all other units in unchanged order."""
     driven = {connection.target[0] for connection in connections}
     return sorted(units, key=lambda unit: unit.name in driven)
 

@@ -14,7 +14,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 
 DEGREES = {"hold": 0, "linear": 1, "quadratic": 2}
-"""Names of reconstructions and their degrees."""
+"""Polynomial degree of each reconstruction, by name."""
 POINTS = max(DEGREES.values()) + 1
 """Largest number of communication points that are stored."""
 
@@ -54,7 +54,7 @@ class Samples:
         self.stand(place)
 
     def stand(self, place: float) -> None:
-        """Add the abscissa of the newest values; if it equals the last one, earlier points are discarded."""
+        """Add the abscissa of the newest values. If it equals the last abscissa, earlier points are discarded."""
         if self.places and place == self.places[0]:
             self.places = []
         self.places = [place, *self.places[: POINTS - 1]]

@@ -87,7 +87,7 @@ SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
     "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative, "intermediate": intermediate,
     "stages": stages,
 }  # fmt: skip
-"""Functions that take one step with all units of a master, by scheme."""
+"""Functions that take one communication step with all units of a master, by name of the scheme."""
 INSIDE: dict[str, Callable[[Sequence[Unit], Any], Any]] = {
     "intermediate": lambda order, exchange: Inside(order),
     "stages": lambda order, exchange: AtStages(order, exchange.whole),

@@ -41,7 +41,7 @@ GRACE = 5.0
 
 
 class System(Protocol):
-    """Coupled system: input of a master, ``outputs`` to read in addition to connected ones, and power bonds."""
+    """Coupled system: input of a master, ``outputs`` to read in addition to connected outputs, and power bonds."""
 
     @property
     def units(self) -> Mapping[str, Unit]: ...  # noqa: D102
@@ -150,7 +150,7 @@ class _Watcher:
         return found
 
     def _hear(self, progress: Callable[[float], None] | None) -> Any:
-        """Return the next message of the process; raises ``UnitError`` if it dies or hangs before."""
+        """Return the next message of the run's process; raises ``UnitError`` if the process dies or hangs before."""
         count, since = -1, time.monotonic()
         while not wait([self._ear, self._process.sentinel], timeout=LOOK) and self._process.exitcode is None:
             now = time.monotonic()

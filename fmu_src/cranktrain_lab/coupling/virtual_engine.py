@@ -49,7 +49,7 @@ READ = {
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls", WORK),
     VALVETRAIN: valve_drive.READ,
 }
-"""Outputs that a run records in addition to the connected ones."""
+"""Outputs of cranktrain and combustion that a run records in addition to connected outputs."""
 PRESSURE_ANGLE = Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST)
 GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
            taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, FRAME_SPEED))])  # fmt: skip
@@ -85,7 +85,7 @@ class VirtualEngine(NamedTuple):
 
     @property
     def one_angle(self) -> str | None:
-        """Path of a combustion that uses one crank angle for all cylinders; None for others."""
+        """Path of the combustion if it uses one crank angle for all cylinders, else None."""
         combustion = self.units[COMBUSTION]
         if isinstance(combustion, TraceUnit) or any(TAKEN in link.source[1] for link in self.connections):
             return None
@@ -93,7 +93,7 @@ class VirtualEngine(NamedTuple):
         return None if taken else str(combustion.path)
 
     def master(self) -> Master:
-        """The reference master of these units."""
+        """Return a co-simulation master of these units."""
         return Master(list(self.units.values()), self.connections, self.exchange, self.outputs)
 
 
