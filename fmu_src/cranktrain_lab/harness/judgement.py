@@ -108,7 +108,7 @@ def judge(
 def _ratio(
     found: float, assertion: Assertion, other: Ran, harness: Harness, ports: Mapping[str, Port]
 ) -> float:  # fmt: skip
-    """Return the ratio of a number to that of another scenario; raises ``InputError`` if there is no such number."""
+    """Return the ratio of a number to another scenario's number; raises ``InputError`` if the other has none."""
     name = assertion.ratio_to
     ending = next(one.ending for one in harness.scenarios if one.name == name)
     if not judge_ending(ending, other).passed:

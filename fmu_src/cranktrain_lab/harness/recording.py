@@ -191,7 +191,7 @@ def _check(values: Mapping[str, Array], file: str) -> None:
 
 
 def connected(cylinders: int, unit: RecordingUnit, own: bool) -> list[Connection]:
-    """Return connections of a recording in place of the combustion, and of its speed to the dynamometer."""
+    """Return connections of a recording in place of the combustion, and of the recorded speed to the dynamometer."""
 
     def there(end: tuple[str, str]) -> tuple[str, str]:
         return (UNIT, end[1]) if end[0] == COMBUSTION else end

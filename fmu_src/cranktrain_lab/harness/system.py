@@ -192,7 +192,7 @@ def _read(
 ) -> None:  # fmt: skip
     """Add to ``outputs`` the outputs that the file records or asserts, or that orders and ratios need."""
     wanted = [((unit, name), f"units.{unit}.record") for unit, entry in harness.units.items() for name in entry.record]
-    # A ratio of another scenario to this one needs the same output here.
+    # If another scenario asserts a ratio to this scenario, the same output is needed here.
     wanted += [
         (assertion.output, f"scenario '{one.name}': assert {k}")
         for one in harness.scenarios
