@@ -131,7 +131,7 @@ def _fits(climbed: Climbed, sought: Sequence[Sought], ask: Ask) -> list[_Fit]:
 
 
 def _text(key: str, half: float, named: Sequence[tuple[Signal, float]]) -> str:
-    """Return the sentence of advice on one parameter."""
+    """Return the advice on a parameter, given by its key, as a sentence."""
     said = f"{key} is known to {_percent(half)}"
     if not named:
         return f"{said}; no single signal that a measured file can state would narrow this by a fifth"

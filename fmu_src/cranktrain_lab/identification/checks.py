@@ -99,7 +99,7 @@ def check_numbers(comparison: Comparison, found: Estimate) -> None:
 
 
 def check_sets(comparison: Comparison, found: Estimate) -> None:
-    """Raise ``InputError`` for data sets that contradict each other."""
+    """Raise ``InputError`` if two data sets contradict each other."""
     against = contradictions(comparison, found)
     if not against:
         return

@@ -40,7 +40,7 @@ WEAK = 0.3
 PART = 0.3
 """Component of a combination (of unit length) above which its parameter is listed."""
 ENTANGLED = 3.0
-"""Ratio of a parameter's deviation to its deviation with all others known, above which it is listed as correlated."""
+"""Ratio of a parameter's deviation to the deviation with all other parameters known, for a correlated parameter."""
 UNLIKELY = 1e-4
 """Probability below which two data sets count as contradicting each other."""
 FEWEST = 3.0
@@ -282,7 +282,7 @@ def _test(
 ) -> Contradiction | None:  # fmt: skip
     """Test two data sets in the combinations of parameters that both determine. Return None if there are none."""
     # In coordinates in which both sets together have unit information, one set's eigenvalues lie between 0 and 1. In
-    # directions that both sets determine they are neither 0 nor 1.
+    # directions that both sets determine, the eigenvalues are neither 0 nor 1.
     values, vectors = np.linalg.eigh(one[0] + other[0])
     good = values > 1e-9 * values[-1]
     if not good.any():

@@ -74,7 +74,7 @@ def estimate(
 
 
 def information_of(comparison: Comparison, pieces: list[Piece], name: str | None = None) -> Array:
-    """Return the information Jᵀ C⁻¹ J (p, p) of all sets, or of one set by name."""
+    """Return the information Jᵀ C⁻¹ J (p, p) on p parameters of all data sets, or of one data set by name."""
     slopes = comparison.whitened([one.slopes for one in pieces])
     chosen = [s for s, one in zip(slopes, pieces, strict=True) if name is None or one.name == name]
     whole = np.concatenate(chosen)

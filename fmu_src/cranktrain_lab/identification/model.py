@@ -1,4 +1,4 @@
-"""Computed orders, frequencies, decays and shapes for sought values, as counterparts of the measured ones.
+"""Computed orders, frequencies, decays and shapes for sought values, as counterparts of measured data.
 
 There are three levels. ``linear`` is the run-up of :mod:`cranktrain_lab.variants.torsional`, all speeds and orders at
 once. ``harmonic-balance`` uses the rods' exact torques and the damper's law. ``time`` runs a crank of any level to its
@@ -239,7 +239,7 @@ class TorsionalModel:
         return {one.key: float(v) for one, v in zip(self.sought, values, strict=True) if not one.in_file}
 
     def _measured(self, one: Strand, values: ComplexArray, named: dict[str, float]) -> ComplexArray:
-        """Return orders as measured by their set, with the encoder's zero and the scale factor applied."""
+        """Return a computed order as its data set measures it, with the encoder's zero and the scale factor applied."""
         turn, factor = named.get(f"{ZERO}.{one.name}", 0.0), named.get(f"{SCALE}.{one.name}", 1.0)
         return np.asarray(factor * np.exp(1j * one.order * turn) * values)
 
@@ -261,7 +261,7 @@ class TorsionalModel:
         return self._scalars(self.assembly(values), values)
 
     def _scalars(self, made: Assembly, values: Array) -> Array:
-        """Return the frequency (Hz) or damping ratio for each measured number; those of the bending crank come last."""
+        """Return the frequency (Hz) or damping ratio for each measured number; numbers of the bending crank are last."""
         found = []
         for one in self.data.scalars:
             if one.kind in (FREQUENCY, RATIO):
@@ -336,7 +336,7 @@ def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]
 
 
 def shape_of(made: Assembly, one: Shape) -> Array:
-    """Return a torsional mode's shape at the measured positions, of unit length and the sign of the measured one."""
+    """Return a torsional mode's shape at the measured positions, of unit length and with the measured sign."""
     stiffness, _, mass = _matrices(made)
     squares, shapes = eigh(stiffness, mass)
     elastic = np.flatnonzero(squares > 1e-6 * squares[-1])

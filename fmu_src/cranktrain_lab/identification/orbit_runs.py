@@ -95,7 +95,7 @@ class OrbitModel:
         return (*orders, *self._answered(values))
 
     def above(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Return orbits with films one level higher; raises ``InputError``, ``SolverError``."""
+        """Return orbits with films of the next finer level; raises ``InputError``, ``SolverError``."""
         series, _ = self._run(values, {}, ABOVE)
         return self._seen(values, series)
 

@@ -52,7 +52,7 @@ _REMEDY = "give lines of crank_angle [deg], x [um], y [um] under this header"
 
 
 class _Cycle(NamedTuple):
-    """Samples over the increasing crank angle (n,) rad of one cycle, and number of samples (n,) averaged in each."""
+    """Averaged cycle of n samples over increasing crank angle (rad), and number of samples averaged in each."""
 
     angles: Array
     values: NDArray[np.complex128]
@@ -141,7 +141,7 @@ def _columns(read: TextTable, table: OrbitTable, where: str) -> list[int]:
 
 
 def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where: str) -> _Cycle:
-    """Average samples (n,) of whole cycles over one cycle; ``InputError`` for incomplete cycles or wide steps."""
+    """Average n samples of whole cycles over one cycle; ``InputError`` for incomplete cycles or wide steps."""
     # Angles that restart with each cycle or revolution are made continuous.
     turn = 2.0 * math.pi
     steps = np.diff(angle)

@@ -213,7 +213,7 @@ def engine_with(engine: Engine, sought: Sequence[Sought], values: Sequence[float
 
 
 def following(engine: Engine, sought: Sequence[Sought], one: Sought, value: float) -> dict[str, float]:
-    """Return values of the engine file (SI) that scale with a sought one, such as inertia about the other axes."""
+    """Return values (SI) of the engine file that scale with a sought value, such as inertia about other axes."""
     table, _, name = one.key.partition(".")
     key = f"{table}.diametral_inertia"
     part = getattr(engine, table, None)

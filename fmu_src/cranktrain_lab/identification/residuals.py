@@ -128,7 +128,7 @@ def runs_probability(rows: Array, speeds: Array) -> float:
 
 
 def lack_of_fit(rows: Array, speeds: Array) -> float | None:
-    """Return the probability of such large residuals (n, c) for a correct model, from scatter at repeated speeds.
+    """Return the probability of residuals as large as these (n, c) for a correct model, by scatter at repeated speeds.
 
     None if no speed was repeated.
     """
