@@ -145,7 +145,7 @@ def likely_alias(turning: Rotation, rate: float) -> Alias | None:
             share = held(times, angle)[0] if angle[-1] / times[-1] / RPM < FASTEST_ENGINE else 0.0
             found.append(Alias(float(angle[-1] / times[-1]), share, plain))
         k += 1
-    # A perfectly constant speed may have several alternatives; the lowest one is reported.
+    # A perfectly constant speed may have several alternative speeds. The lowest alternative is reported.
     likely = [one for one in found if one.share > max(SURE, max(other.share for other in found) - ALIKE)]
     return min(likely, key=lambda one: one.speed) if likely else None
 

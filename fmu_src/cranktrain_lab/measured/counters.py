@@ -29,7 +29,7 @@ LIKE = 30.0
 
 
 def clock_of(text: str) -> float | None:
-    """Return the clock frequency, Hz, from a text such as ``ticks of 80 MHz``; None for other texts."""
+    """Return the clock frequency, Hz, from a text such as ``ticks of 80 MHz``; None if the text is not of this form."""
     match = _FREQUENCY.search(text)
     if match is None or not (_TICKS.search(text) or re.fullmatch(r"\s*1\s*/\s*.*", text)):
         return None

@@ -93,7 +93,7 @@ class CycleRows:
         return np.asarray(total / self.count)
 
     def deviation(self, mean: Array) -> Array:
-        """Return the standard deviation of the rows about their mean, (size,); zeros for a single one."""
+        """Return the standard deviation of the rows about ``mean``, (samples,); zeros for a single row."""
         total = np.zeros(self.size)
         for _, block in self.blocks():
             total += ((block - mean) ** 2).sum(axis=0)
@@ -117,7 +117,7 @@ def _in_file(spill: Any, size: int) -> Callable[[int, int], Array]:
 
 @dataclass(frozen=True)
 class Cycles:
-    """Measured cycles of one cylinder.
+    """Measured pressure cycles of one cylinder.
 
     Attributes
     ----------
@@ -175,5 +175,5 @@ class Cycles:
 
 
 def period(angle: Array) -> float:
-    """Return the angle of one cycle, rad, that angles (n,) cover."""
+    """Return the angle (rad) of the whole cycle that n sample angles cover."""
     return float(angle[1] - angle[0]) * angle.size

@@ -37,7 +37,7 @@ MOST_GAPS = 6
 
 
 class Gap(NamedTuple):
-    """Recurring gap: teeth from one gap to the next including missing ones, and missing teeth in the gap."""
+    """Recurring gap: number of teeth from one gap to the next with missing teeth, and missing teeth in the gap."""
 
     apart: int
     missing: int
@@ -153,7 +153,7 @@ def _median(values: Array) -> float:
 
 
 def without_wrong(numbered: Numbered, wheel: Wheel, wrong: dict[int, float]) -> Numbered:
-    """Return the pulses without the ``wrong`` ones next to gaps."""
+    """Return the pulses without wrong pulses next to gaps; ``wrong`` are their deviations, see ``beside_gaps``."""
     sector = wheel.sector
     drop = [0 if side == 0 else sector.pulses - 1 for side in wrong]
     keep = ~np.isin(numbered.teeth % sector.teeth, drop)

@@ -67,7 +67,7 @@ def order_curves(measurement: Measurement) -> list[OrderCurve]:
 def write_orders(
     path: str | Path, found: Sequence[Orders], outputs: Sequence[str] = (), unit: str = "deg", wheel: str = ""
 ) -> Path:
-    """Write tracked orders as a table; angles in ``unit`` ``deg``, others in the unit of their signal.
+    """Write tracked orders as a text table; angles in ``unit`` ``deg``, other signals in their own unit.
 
     ``outputs``: output of a run-up to compare each signal with; by default the signal's unit decides on reading.
     ``wheel``: teeth of the wheel that measured the rotation, such as ``60-2``.

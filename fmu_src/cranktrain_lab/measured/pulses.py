@@ -321,7 +321,7 @@ def refine_crossings(values, first, sign, rows, count):
         while m < reach:
             below = sign * (values[middle - m - 1] - level)
             above = sign * (values[middle + m + 1] - level)
-            # Noise near the level may have either sign; farther out a flank has only one.
+            # Near the crossing level noise may have either sign. Farther out all samples of a flank have one sign.
             if not (-limit < below < 0.2 * limit and -0.2 * limit < above < limit):
                 break
             m += 1

@@ -41,7 +41,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Wheel:
-    """Wheel with ``teeth`` per revolution, including the missing ones, and ``missing`` teeth in a gap (60−2).
+    """Toothed wheel with ``teeth`` per revolution, including missing teeth, and ``missing`` teeth in a gap (60−2).
 
     Several equal ``gaps`` are equally spaced.
     """
@@ -132,7 +132,7 @@ def _local(intervals: Array, wheel: Wheel) -> Array:
 
 
 def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
-    """Remove double pulses: of two that are too close, the one that fits its neighbours worse."""
+    """Remove double pulses: of two pulses that are too close, remove the pulse that fits the neighbours worse."""
     removed = 0
     for _ in range(3):
         intervals = np.diff(times)
@@ -174,7 +174,7 @@ def _from_the_gap(
             f"{where}: no gap of {wheel.missing} missing teeth among {teeth.size} pulses; check teeth and missing"
         )
     phase = teeth[candidates] % wheel.teeth
-    # The gap is at the most frequent tooth of candidates; lost pulses cause others. A slip changes the tooth.
+    # The gap is at the most frequent tooth of the candidates. Lost pulses cause other candidates; a slip moves the gap.
     found: list[int] = []
     slips: list[tuple[int, int]] = []
     shift = 0
@@ -316,7 +316,7 @@ class MeanRotation:
 
     @property
     def inner(self) -> tuple[float, float]:
-        """Range of angles whose mean uses a whole cycle around them, rad; all if there are fewer than two cycles."""
+        """Range of angles (rad) whose mean uses a whole cycle around the angle; all for fewer than two cycles."""
         half = 0.5 * CYCLE if np.ptp(self.angle) > 2.0 * CYCLE else 0.0
         return float(self.angle[0]) + half, float(self.angle[-1]) - half
 
@@ -341,7 +341,7 @@ class MeanRotation:
 
 
 def _rising(times: Array) -> Array:
-    """Check that times (k,) s of the mean rotation increase, and return them; raises ``InputError``."""
+    """Check that the k times (s) of the mean rotation increase, and return the times; raises ``InputError``."""
     falls = np.diff(times) <= 0.0
     if falls.any():
         raise InputError(
