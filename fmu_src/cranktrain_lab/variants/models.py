@@ -85,7 +85,7 @@ class TwoMassModel:
         self.outputs, self._study = tuple(Output(name, "1") for name in study.outputs), study
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """See :class:`Model`."""
+        """Return each output of a variant at these values (SI), at the s speeds (s,) or once (1,)."""
         known = dict(values)
         for key, formula in self._study.derived:
             known[key] = places.formula_value(formula, cast("Engine", None), known, f"derived.'{key}'")
@@ -100,7 +100,7 @@ class FunctionModel:
         self.outputs, self._study = tuple(Output(name, "1") for name in study.outputs), study
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """See :class:`Model`."""
+        """Return each output of a variant at these values (SI), at the s speeds (s,) or once (1,)."""
         assert self._study.function is not None
         found = self._study.function(dict(values))
         if missing := [output.name for output in self.outputs if output.name not in found]:
@@ -155,7 +155,7 @@ class EngineModel:
             self._runs = TimeAnswers(self.assembly_of(engine, study.load), self._speeds, list(names), levels.settle)
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """See :class:`Model`."""
+        """Return each output of a variant at these values (SI), at the s speeds (s,) or once (1,)."""
         engine, load = variant_engine(self._study, values)
         made = self.assembly_of(engine, load)
         if not self._torsional:
@@ -192,7 +192,7 @@ class EngineModel:
         return body
 
     def _reshaped(self, engine: Engine) -> Any:
-        """Return the bare crank of a variant; the last one is reused if all its data are equal."""
+        """Return the bare crank of a variant. The last variant's crank is reused if all its data are equal."""
         if self._on_bearings() or self._study.levels.retune:
             return self._bare_crank(engine)
         made_from = tuple(getattr(engine, table) for table in SHAPING)

@@ -90,7 +90,7 @@ class Box:
 
 
 class Search:
-    """Evaluations of one search, with each variant computed once, stored and ranked."""
+    """Evaluations of one optimum search. Each variant is computed once, stored and ranked."""
 
     def __init__(self, aim: Aim, box: Box, files: VariantFiles, outputs: tuple[Output, ...]) -> None:
         self._aim, self._box, self._files, self._outputs = aim, box, files, outputs
