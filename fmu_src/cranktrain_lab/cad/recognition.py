@@ -30,7 +30,7 @@ FULL = 0.75
 SAME_RADIUS, SAME_AXIS = 5e-3, 2e-3
 """Largest relative difference of radii, and distance of axes over the radius, of cylinders that count as equal."""
 LEAST_PIN = 0.3
-"""Least ratio of a pin's radius to that of the largest journal on the axis; thinner cylinders are dowels."""
+"""Least ratio of a pin's radius to the radius of the largest journal on the axis. Thinner cylinders are dowels."""
 ORBIT, ALIKE = 0.02, 1.4
 """Largest relative difference of throws, and largest ratio of diameters, of pins with different diameters."""
 REACH = 0.35
@@ -38,7 +38,7 @@ REACH = 0.35
 LISTED = 12
 """Largest number of journals whose sizes a note lists."""
 COLLAR = 1.05
-"""Ratio of an end's radius to that of the mains above which the end is a flange."""
+"""Ratio of a crank end's radius to the mains' radius above which the end is a flange."""
 
 
 class Given(NamedTuple):
@@ -61,7 +61,7 @@ class Round(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """Middle along z, mm."""
+        """Middle of the cylinder along z, mm."""
         return 0.5 * (self.start + self.end)
 
 
@@ -82,7 +82,7 @@ class Journal(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Width between the webs, mm."""
+        """Width of the journal between the webs, mm."""
         return self.end - self.start
 
 
