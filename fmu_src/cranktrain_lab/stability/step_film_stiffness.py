@@ -55,7 +55,7 @@ RADIUS = 1.0 + 1.0e-9
 BLOW = 30.0
 """Factor of the sudden increase of the journal's load."""
 LONGEST, LEAST = 90.0, 1.0e-3
-"""Longest step of the running model that is tried, degrees, and the shortest, for films that reject 0.1 degrees."""
+"""Longest and shortest step of the running model that are tried, degrees (some films reject 0.1 degrees)."""
 
 
 BRACKET, LEAST_SHARE = np.array([0.5, 5.0]), 1.0e-3
