@@ -261,7 +261,7 @@ class TorsionalModel:
         return self._scalars(self.assembly(values), values)
 
     def _scalars(self, made: Assembly, values: Array) -> Array:
-        """Return the frequency (Hz) or damping ratio for each measured number; numbers of the bending crank are last."""
+        """Return the frequency (Hz) or damping ratio for each measured number, bending crank last."""
         found = []
         for one in self.data.scalars:
             if one.kind in (FREQUENCY, RATIO):
