@@ -247,7 +247,7 @@ def _main_axis(solid: StepSolid, faces: Faces) -> tuple[float, float]:
 def _mains_and_pins(
     solid: StepSolid, on_axis: list[Round], off_axis: list[Round], given: Given
 ) -> tuple[list[Round], list[Round]]:
-    """Return main journals and pins among the full cylinders; ``InputError`` states what was found."""
+    """Return main journals and pins among the full cylinders; an ``InputError`` lists the cylinders found."""
     said = f"{solid.path}: no crankshaft"
     largest = max(on_axis, key=lambda one: one.radius * (one.end - one.start)).radius
     pins = [one for one in off_axis if one.radius > LEAST_PIN * largest and not _is_disc(one, largest)]

@@ -76,7 +76,7 @@ class ParameterTable(Table, kw_only=True):
 
 
 class DerivedTable(Table, kw_only=True):
-    """TOML table of a value that follows from others by a formula in SI."""
+    """TOML table of a value that follows from other values by a formula in SI."""
 
     formula: str
     note: str = ""
@@ -130,7 +130,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Derived:
-    """Key of the engine whose value follows from others by a formula in SI."""
+    """Key of the engine whose value follows from other values by a formula in SI."""
 
     key: str
     formula: str

@@ -390,7 +390,7 @@ class Page:
         pane.object = f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>" if text else ""
 
     def _start_orders(self) -> list[float]:
-        """Return the initial orders: measured orders, then the largest ones."""
+        """Return the orders that charts show at first: measured orders, then the largest computed orders."""
         measured = list((self._explored.measured or {}).get(TORSION, {}))
         known = [order for order in measured if order in ORDERS]
         known += [order for order in self._now.largest_orders(6) if order not in known]

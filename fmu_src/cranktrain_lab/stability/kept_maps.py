@@ -1,4 +1,4 @@
-"""Storage of computed maps, so that an interrupted run continues with the missing ones.
+"""Storage of computed maps, so that an interrupted run continues with the missing maps.
 
 A stored map is valid only for the code that made it. Its digest covers all imports of its module, and the shipped
 engines.

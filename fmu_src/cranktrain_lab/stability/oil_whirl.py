@@ -46,7 +46,7 @@ from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, Stabil
 ECCENTRICITY = 0.4
 METHODS = ("generalised-alpha:0.6",)
 OTHERS = ("hht:-0.1", "bdf2")
-"""Integrators of every map in addition to backward Euler and the default, and further ones of the full map."""
+"""Integrators of every map in addition to backward Euler and the default, and more for the full map."""
 LOWEST, HIGHEST = 0.7, 3.0
 """Search range of the onset, as ratios of speed to threshold."""
 LEAST = 0.05

@@ -34,7 +34,7 @@ from cranktrain_lab.stability.stability_map import Onset, onset
 DECOMPOSITIONS = {"force/displacement": 0, "displacement/displacement": 1}
 SEQUENCES = {"jacobi": 0, "gauss-seidel 1-2": 1, "gauss-seidel 2-1": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "quadratic": 2}
-# Coupled state: x₁, v₁, x₂, v₂, then for each slave's two inputs the present values and those at the last two points.
+# Coupled state: x₁, v₁, x₂, v₂, then two inputs of each slave, at present and at the last two points.
 SIZE = 16
 _FIRST_INPUT, _SECOND_INPUT = 4, 10
 INTEGRATOR = integrator_table("sdirk4")

@@ -63,7 +63,7 @@ LONGEST_DEG = (6.0, 12.0)
 FIXED_DEG = (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5, 0.25)
 CUTOFFS_HZ = (500.0, 700.0, 1000.0, 1500.0, 2000.0, 3000.0, 4500.0, 6000.0, 9000.0)
 MESHES = (0.030, 0.025, 0.018, 0.014, 0.011)
-"""Largest element edges, m; the last one is the reference."""
+"""Largest element edges, m. The mesh with the last edge is the reference."""
 FILM_GRIDS = ((24, 6), (32, 8), (48, 8), (64, 12))
 COUPLED_DEG = (0.5, 1.0, 2.0, 4.0, 6.0, 12.0)
 COUPLED_REFERENCE_DEG = 0.125

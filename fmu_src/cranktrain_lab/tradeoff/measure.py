@@ -181,7 +181,7 @@ def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | 
 
 
 def _memory(simulation: Simulation) -> slice:
-    """Return the slice of the state with the memory of laws and added connections, such as spline friction."""
+    """Return the slice of the state with the memory of force laws and added connections, such as spline friction."""
     return slice(int(memory_offset(simulation.model, 0)), int(motion_size(simulation.model)))
 
 

@@ -71,7 +71,7 @@ class VaryTable(Table, kw_only=True):
 
 
 class FormulaTable(Table, kw_only=True):
-    """TOML table of a value that follows from others by a formula in SI."""
+    """TOML table of a value that follows from other values by a formula in SI."""
 
     formula: str
     note: str = ""

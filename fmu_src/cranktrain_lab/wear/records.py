@@ -83,7 +83,7 @@ class WearHistory:
         return np.asarray((self.profile - self.profile[0]).max(axis=2))
 
     def with_row(self, worn: Array, settled: bool, **values: Any) -> WearHistory:
-        """Return the history with one more row; ``values`` are those of ``OVER_TIME``."""
+        """Return the history with one more row; ``values`` have the names of ``OVER_TIME``."""
         added: dict[str, Any] = {
             name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME
         }

@@ -141,7 +141,7 @@ class WornFilms:
             put_shell(bore, self.bearing, shells.zeta, profile, float(sigma))
 
     def run(self, cycles: int) -> Wear:
-        """Run ``cycles`` cycles and return the wear of the last one."""
+        """Run ``cycles`` cycles and return the wear of the last cycle."""
         simulation = self.simulation
         first, h = simulation.time, 4.0 * math.pi / simulation.inputs[0] / PER_CYCLE
         tally = _Tally(self)

@@ -152,7 +152,7 @@ def _go_on_from(simulation: Simulation, other: Simulation) -> None:
 
 
 def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, float]:
-    """Run cycles without correction. Return outputs (samples, outputs) of the first one, and cost per simulated s."""
+    """Run cycles without correction. Return outputs (samples, outputs) of the first cycle, and cost per second."""
     first, costs = np.empty((0, 0)), list[float]()
     rows = np.empty((per_cycle, simulation.outputs.size))
     while not _enough(costs):
