@@ -122,7 +122,7 @@ class Watch:
         return float(angles[np.argmax((np.exp(-1j * np.outer(angles, self.place.orders)) @ products).real)])
 
     def detector(self, healthy: ComplexArray, count: int, rate: float, seed: int = 1) -> Detector:
-        """Return the detector from n ``healthy`` recordings (n, s, o) for ``count`` watched recordings; ``InputError``."""
+        """Return the detector from n ``healthy`` recordings (n, s, o), for ``count`` watched ones; ``InputError``."""
         mean = healthy.mean(axis=0)
         turned = real_rows(1j * self.place.orders * mean)
         directions = np.stack((self._by_load, turned, *self._by_burn), axis=-1)

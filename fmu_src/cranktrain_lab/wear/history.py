@@ -255,7 +255,7 @@ class _March:
 
 
 def _begun(running: Running, blocks: Sequence[Block], path: Path | None) -> WearHistory:
-    """Return the history in a file of the same engine and choices, or an empty history; ``InputError`` for other files."""
+    """Return the history in a file of equal engine and choices, or an empty history; ``InputError`` for other files."""
     shells, engine = running.new_shells(), running.engine
     attributes: dict[str, Any] = {
         "engine": engine.name, "crank": running.choices.crank, "digest": running.digest,
