@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 SOURCES = Path(__file__).resolve().parent / "fmu_src"
 if str(SOURCES) not in sys.path:
@@ -18,7 +20,7 @@ if str(SOURCES) not in sys.path:
 
 from cranktrain.cli import streams  # noqa: E402
 from cranktrain.cli.exit_codes import fault, one_line  # noqa: E402
-from cranktrain.cli.run_options import add_source_options  # noqa: E402
+from cranktrain.cli.parser import add_fields  # noqa: E402
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.core.machine_code import this_platform  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
@@ -28,8 +30,24 @@ from cranktrain.fmu.carried import ALL, BASIC, USUAL  # noqa: E402
 from cranktrain.fmu.engine_fmu import full_interface, model_description  # noqa: E402
 from cranktrain.fmu.module_fmu import module_interface  # noqa: E402
 from cranktrain.modules.register import module_files, module_of, module_path  # noqa: E402
+from cranktrain.studies.requests import words  # noqa: E402
+from cranktrain.studies.requests.fields import Option  # noqa: E402
 
 DRIVEN = ("pressure", "pressure_unit", "pressure_tdc_deg", "drive_line")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sources(words.Pressures):
+    """Drive line and pressures that an FMU carries: a trace of its own, no map over speed and load."""
+
+    pressure: Annotated[
+        words.File | None,
+        Option(
+            "FILE",
+            "measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each "
+            "cylinder",
+        ),
+    ] = None
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -87,7 +105,7 @@ def _parser() -> argparse.ArgumentParser:
         help="own reduced crankshaft (.h5, .npz, folder of cranktrain reduce --output), or superelement (.toml), for "
         "the crank levels rigid, torsional and solid",
     )  # fmt: skip
-    add_source_options(parser, maps=False)
+    add_fields(parser, Sources)
     form = parser.add_mutually_exclusive_group().add_argument
     form(
         "--native", action="store_true",

@@ -29,9 +29,9 @@ def page(root: Path) -> str:
 def verbs() -> Iterator[tuple[str, argparse.ArgumentParser]]:
     """Every verb of ``cranktrain`` with its parser."""
     from cranktrain.cli.main import _parser
-    from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
+    from cranktrain.cli.verbs import VERBS
 
-    for action in _parser(*ENGINE_VERBS, *VERBS)._actions:
+    for action in _parser(*VERBS)._actions:
         if isinstance(action, argparse._SubParsersAction):
             yield from action.choices.items()
 

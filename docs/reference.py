@@ -7,6 +7,7 @@ by hand. Equations become MathML here, so that the site needs no script and no n
 from __future__ import annotations
 
 import html
+import inspect
 import re
 import tomllib
 from pathlib import Path
@@ -55,14 +56,31 @@ def library() -> str:
     """What ``import cranktrain as ct`` offers, from its docstrings."""
     import cranktrain as ct
 
-    things = [getattr(ct, name) for name in sorted(ct.__all__) if name != "__version__"]
-    places = [*(f"{thing.__module__}.{thing.__qualname__}" for thing in things), *BEHIND_THE_FACE]
+    things = {name: getattr(ct, name) for name in sorted(ct.__all__) if name != "__version__"}
+    sections = [
+        _verb(name, thing) if hasattr(thing, "verb") else f"::: {thing.__module__}.{thing.__qualname__}\n"
+        for name, thing in things.items()
+    ]
+    sections += [f"::: {place}\n" for place in BEHIND_THE_FACE]
     head = (
         "# Library\n\n`import cranktrain as ct`, then `ct.` and one of these names. A verb of the command line is the\n"
         "function of its name with the same options; the classes of results stand at the end of the page. See\n"
         "[work from Python](../how-to/library.md).\n\n"
     )
-    return head + "\n".join(f"::: {place}\n" for place in places)
+    return head + "\n".join(sections)
+
+
+def _verb(name: str, function: Any) -> str:
+    """Description of a verb's function with its keywords: types, and their meaning."""
+    known = function.verb
+    doc = (function.__doc__ or "").partition("\nParameters\n")
+    meanings = dict(line.split(" : ", 1) for line in doc[2].splitlines() if " : " in line)
+    kinds = {known.subject.name: known.subject.kind} if known.subject is not None else {}
+    kinds |= {one.name: one.kind for one in known.fields}
+    rows = [f"* `{key}` ({html.escape(kind)}) – {html.escape(meanings[key])}" for key, kind in kinds.items()]
+    text = "\n\n".join(" ".join(part.split()) for part in doc[0].strip().split("\n\n"))
+    returned = inspect.signature(function).return_annotation
+    return f"## {name}\n\n{html.escape(text)}\n\nReturns `{returned}`.\n\n" + "\n".join(rows) + "\n"
 
 
 def fmu_variables() -> str:

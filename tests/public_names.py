@@ -55,9 +55,9 @@ def command_line() -> Iterator[str]:
     import build_fmu
 
     from cranktrain.cli.main import _parser
-    from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
+    from cranktrain.cli.verbs import VERBS
 
-    whole = _parser(*ENGINE_VERBS, *VERBS)
+    whole = _parser(*VERBS)
     yield from _options("", whole)
     (verbs,) = (one.choices for one in whole._actions if isinstance(one, argparse._SubParsersAction))
     for verb, parser in sorted(verbs.items()):

@@ -18,14 +18,17 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:  # typing takes longer to load than all else that the command needs before it answers to signals
     from typing import Any
 
-_FUNCTIONS = (
-    "analyse_measured", "bearing_loads", "calibrate", "campbell", "couple", "damper_optimum", "export", "fatigue",
-    "film_table", "harness", "identify", "modal", "new_engine", "picture", "plan", "plot_runup", "reduce", "report",
-    "roller", "run_in", "run_scene", "runup", "simulate", "stability", "stress", "tradeoff", "watch",
-)  # fmt: skip
-"""Functions of the verbs of the command line."""
+_VERBS = {
+    "damper_optimum": "damper", "new_engine": "new", "run_scene": "run",
+    **{name: name for name in (
+        "bearing_loads", "campbell", "export", "fatigue", "film_table", "modal", "picture", "plan",
+        "plot_runup", "reduce", "report", "roller", "runup", "simulate", "stress",
+    )},
+}  # fmt: skip
+"""Functions of verbs, and the modules that hold them."""
 NAMES = {
-    **{name: f"cli.library.functions.{name}" for name in _FUNCTIONS},
+    **{name: f"cli.{module}" for name, module in _VERBS.items()},
+    "Simulate": "cli.simulate",
     "Assembly": "structure.assembly",
     "Body": "dynamics.topology.values",
     "Connection": "dynamics.topology.values",
@@ -39,9 +42,9 @@ NAMES = {
     "Slider": "dynamics.topology.values",
     "Settings": "dynamics.model.settings",
     "SolverError": "core.errors",
-    "assemble": "cli.library.engines",
+    "assemble": "cli.assembling",
     "build_fmu": "fmu.build",
-    "engines": "cli.library.engines",
+    "engines": "cli.assembling",
     "film_tables": "structure.assembly",
     "law": "dynamics.topology.own_law",
     "load_engine": "engine.file",

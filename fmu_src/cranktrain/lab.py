@@ -3,14 +3,38 @@
 All of it is loaded when it is asked for; no module of this package imports the laboratory.
 """
 
-VERBS = (
-    "calibrate", "couple", "explore", "harness", "identify", "measured", "optimize", "run-in", "stability", "tradeoff",
-    "vary", "watch",
-)  # fmt: skip
-"""Verbs whose modules are in its ``cli``."""
 CLI = "cranktrain_lab.cli"
+FUNCTIONS = {
+    "calibrate": f"{CLI}.calibrate:calibrate",
+    "couple": f"{CLI}.couple:couple",
+    "explore": f"{CLI}.explore:explore_page",
+    "harness": f"{CLI}.harness:harness",
+    "identify": f"{CLI}.identify:identify",
+    "measured": f"{CLI}.measured:analyse_measured",
+    "optimize": f"{CLI}.optimize:optimize_file",
+    "run-in": f"{CLI}.run_in:run_in",
+    "stability": f"{CLI}.stability:stability",
+    "tradeoff": f"{CLI}.tradeoff:tradeoff",
+    "vary": f"{CLI}.vary:vary_file",
+    "watch": f"{CLI}.watch:watch",
+}
+"""Function of each verb, ``module:function``."""
 NAMES = {
     "Variants": "cranktrain_lab.variants.results.variants",
+    "analyse_measured": f"{CLI}.measured",
+    **{
+        name: f"{CLI}.{name}"
+        for name in (
+            "calibrate",
+            "couple",
+            "harness",
+            "identify",
+            "run_in",
+            "stability",
+            "tradeoff",
+            "watch",
+        )
+    },
     "explore": "cranktrain_lab.library.explore",
     "optimize": "cranktrain_lab.library.variants",
     "read_measured": "cranktrain_lab.measured.reading",

@@ -13,10 +13,10 @@ from browser import needs_browser
 from live_browser import LivePage
 from some import some
 
+import cranktrain as ct
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.bearings.cycle import rod_lean
-from cranktrain.studies.constant_speed import simulate
 
 pytest.importorskip("panel")
 
@@ -196,7 +196,7 @@ def test_a_saved_cycle_is_read_again(single, tmp_path):
 def test_a_result_of_simulate_shows_loads_and_orbits(tmp_path):
     """The polar load is that of the file; the page says what the file has not."""
     engine = load_engine("single_petrol")
-    run = simulate(engine, speed_rpm=3000.0, crank="torsional", bearings="impedance", settle=1e-2)
+    run = ct.simulate(engine, speed_rpm=3000.0, crank="torsional", bearings="impedance", settle=1e-2)
     cycle = InsideCycle.load(run.save(tmp_path / "run.h5"), engine)
     assert cycle.surface is None and "stresses and film pressure take 'Look inside'" in cycle.note
     assert cycle.rpm == pytest.approx(3000.0)

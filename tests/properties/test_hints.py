@@ -8,8 +8,11 @@ import msgspec
 import pytest
 from some import some
 
-from cranktrain.cli.main import _parser, main, verb_module
+from cranktrain.cli.functions import verb_of
+from cranktrain.cli.main import _parser, main
+from cranktrain.cli.parser import function_of, question
 from cranktrain.cli.result_names import result_name
+from cranktrain.cli.verbs import FUNCTIONS
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import nearest_output, output_counts, output_names
 from cranktrain.engine.additions import TABLES as ADDITIONS
@@ -193,11 +196,11 @@ OTHER = {
 @pytest.mark.parametrize("verb", OTHER)
 def test_results_of_other_options_have_other_names(verb):
     """Every option that the verb has and that changes a result is in its file's name; what changes none is not."""
-    module = verb_module(verb)
+    known = verb_of(function_of(FUNCTIONS[verb]))
 
     def name(given):
-        asked = _parser(verb).parse_args([verb, "diesel_i6", "--speed", "2000", *given.split()])
-        return result_name("diesel_i6", asked, module.add_options)
+        options = _parser(verb).parse_args([verb, "diesel_i6", "--speed", "2000", *given.split()])
+        return result_name("diesel_i6", question(known, options))
 
     names = [name(given) for given in ("", *OTHER[verb], " ".join(OTHER[verb][:4]))]
     assert len(set(names)) == len(names)

@@ -131,7 +131,7 @@ def test_one_file_of_the_core_names_the_laboratory():
 
 
 MAKERS = {entry.stem for entry in (ROOT / "studies").iterdir()} - {
-    "__init__", "__pycache__", "output_levels", "planning", "scene", "total_error",
+    "__init__", "__pycache__", "output_levels", "planning", "requests", "scene", "total_error",
 }  # fmt: skip
 """Folders and files of ``studies`` that make studies, as the contract in pyproject.toml lists them."""
 

@@ -13,6 +13,7 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
+from cranktrain.results.views.found import VerbResult
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.confidence import Confidence
@@ -243,6 +244,8 @@ def test_a_recording_without_decay_or_even_times_is_refused(tmp_path, state, sai
 def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
     """The same function with the same arguments; what the tolerances say of each value is added."""
     given = {
+        "refused": None,
+        "interrupted": False,
         "targets": [
             {"sensitivities": {"a.b": 0.5, "c.d": -0.5}, "tolerance_percent": 1.0},
             {"sensitivities": {"a.b": 0.5, "c.d": -0.5}, "tolerance_percent": 1.0},
@@ -253,7 +256,10 @@ def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
         ],
     }
     asked = []
-    monkeypatch.setattr("cranktrain_lab.cli.calibrate.run", lambda options: asked.append(options) or dict(given))
+    monkeypatch.setattr(
+        "cranktrain_lab.cli.calibrate.searched",
+        lambda engine, ask: asked.append(ask) or VerbResult.of(given, "calibrate"),
+    )
     text = '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n[parameters]\n'
     report = ct.identify("diesel_i6", measured(tmp_path, text + '"flywheel.mass" = { low = 1, high = 2 }\n'), seed=5)
     assert asked[0].seed == 5 and asked[0].targets.endswith("measured.toml")

@@ -1,19 +1,23 @@
-"""Functions of the library: every verb has one, with the options, defaults and words of the command line."""
+"""Functions of the library: every verb has one, whose keywords are the fields of a question."""
 
-import argparse
+import dataclasses
 import inspect
+import pickle
 import re
 import subprocess
 import sys
+from pathlib import Path
 from typing import Literal, get_args, get_origin
 
 import numpy as np
 import pytest
+from mypy import api
 
 import cranktrain as ct
 from cranktrain.cli import main as command_line
-from cranktrain.cli.library.keywords import NOT_FOR_SCRIPTS, OF_OTHERS, function_name, keywords, parser_of, verbs
-from cranktrain.cli.library.writing import FACE, FOLDER, face, source
+from cranktrain.cli.functions import verb_of
+from cranktrain.cli.parser import function_of
+from cranktrain.cli.verbs import FUNCTIONS
 from cranktrain.dynamics.model.settings import resolved
 from cranktrain.film.laws.film_solution import IN_DOUBLES
 from cranktrain.studies import constant_speed
@@ -22,29 +26,36 @@ UNITS = {"speed": "rpm", "from": "rpm", "to": "rpm"}
 """Options of a quantity in engineers' units, whose keywords say which."""
 STEADY = {"from_rpm": 4000, "to_rpm": 8000, "step_rpm": 500, "crank": "torsional", "steady": "linear", "inherit": False}
 RIGID = {"speed_rpm": 4000, "cycles": 1, "crank": "rigid", "bearings": "held", "step_deg": 10}
+ALONE = {
+    "engines": "engines", "bearing": "Bearing", "schema": "schema", "vary": "vary", "optimize": "optimize",
+    "explore": "explore",
+}  # fmt: skip
+"""Verbs that the library has in another form, or not at all: a schema is for editors."""
+FACE = Path(ct.__file__).with_suffix(".pyi")
 
 
-@pytest.mark.parametrize("verb", (*command_line.ENGINE_VERBS, *command_line.VERBS))
+def known(verb):
+    return verb_of(function_of(FUNCTIONS[verb]))
+
+
+@pytest.mark.parametrize("verb", FUNCTIONS)
 def test_every_verb_has_its_function(verb):
-    name = OF_OTHERS.get(verb, function_name(verb))
+    name = ALONE.get(verb, FUNCTIONS[verb].partition(":")[2])
     assert verb == "schema" or callable(getattr(ct, name))
 
 
-@pytest.mark.parametrize("verb", verbs())
-def test_a_function_has_the_options_of_its_verb(verb):
-    """Read from the parser anew, not by what writes the functions."""
-    signature = inspect.signature(getattr(ct, function_name(verb)))
-    parser = parser_of(verb)
-    options = {action.dest: action for action in parser._actions if action.dest not in NOT_FOR_SCRIPTS}
-    assert set(signature.parameters) == set(options)
-    for name, parameter in signature.parameters.items():
-        default = parser.get_default(name)
-        if options[name].required and options[name].nargs != "?":
-            assert parameter.default is parameter.empty
-        else:
-            assert parameter.default == (tuple(default) if isinstance(default, list) else default)
-        positional = not options[name].option_strings
-        assert (parameter.kind is parameter.KEYWORD_ONLY) != positional
+@pytest.mark.parametrize("verb", FUNCTIONS)
+def test_a_function_has_the_fields_of_its_question_as_keywords(verb):
+    """Read from the dataclass, not by what makes the signature."""
+    declared = {one.name: one.default for one in dataclasses.fields(known(verb).ask)}
+    parameters = dict(inspect.signature(function_of(FUNCTIONS[verb])).parameters)
+    if known(verb).subject is not None:
+        first = parameters.pop(next(iter(parameters)))
+        assert first.name == known(verb).subject.name and first.default is first.empty
+    assert set(parameters) == set(declared)
+    for name, parameter in parameters.items():
+        required = declared[name] is dataclasses.MISSING
+        assert parameter.default is parameter.empty if required else parameter.default == declared[name]
 
 
 def literals(kind):
@@ -54,60 +65,58 @@ def literals(kind):
     return {word for part in get_args(kind) for word in literals(part)}
 
 
-@pytest.mark.parametrize("verb", verbs())
-def test_a_signature_lists_the_words_of_an_option(verb):
-    function = getattr(ct, function_name(verb))
-    own = {"Path": object, "Engine": object, "Scene": object, "Assembly": object}
-    space = {**vars(sys.modules[function.__module__]), **own}
-    for action in parser_of(verb)._actions:
-        words = getattr(action, "words", None) or action.choices
-        if words:
-            kind = eval(function.__annotations__[action.dest], {**space, "Sequence": list})
-            assert literals(kind) == set(words), action.dest
+@pytest.mark.parametrize("verb", FUNCTIONS)
+def test_words_for_type_checkers_are_those_of_the_registers(verb):
+    for one in known(verb).fields:
+        stated = {word for kind in one.kinds for word in literals(kind)}
+        assert not stated or stated == set(one.words), one.name
 
 
-def test_words_are_those_that_runs_take():
-    """The command line's words against the registers by which a request is checked."""
-    from cranktrain.studies.constant_speed import _LEVELS
-
-    actions = {action.dest: action for action in parser_of("simulate")._actions}
-    for name, valid in _LEVELS.items():
-        assert set(actions[name].words) == set(valid()), name
-
-
-@pytest.mark.parametrize("verb", verbs())
-def test_functions_are_as_they_are_written_now(verb):
-    """After a change of options: python -m cranktrain.cli.library."""
-    path = FOLDER / f"{function_name(verb)}.py"
-    assert path.read_text("utf-8") == source(verb)
+@pytest.mark.parametrize("verb", FUNCTIONS)
+def test_help_names_every_keyword_and_no_option_of_the_verb(verb):
+    text = inspect.getdoc(function_of(FUNCTIONS[verb]))
+    for one in known(verb).fields:
+        assert re.search(rf"^{one.name} : ", text, re.MULTILINE), one.name
+        assert not any(re.search(rf"{option}(?![-\w])", text) for option in one.names), one.names
 
 
 def test_editors_and_type_checkers_see_every_name():
     """Names are loaded lazily, so only the stub tells of them."""
-    assert FACE.read_text("utf-8") == face()
-    assert FACE.with_name("py.typed").is_file()
-    stated = set(re.findall(r" as (\w+)$", FACE.read_text("utf-8"), re.MULTILINE))
-    assert stated == set(ct.__all__) - {"__version__"} and callable(ct.runup)
+    stated = re.findall(r"^from (cranktrain[\w.]*) import (\w+) as \2$", FACE.read_text("utf-8"), re.MULTILINE)
+    places = {
+        name: place if place.startswith("cranktrain_lab") else f"cranktrain.{place}" for name, place in ct.NAMES.items()
+    }
+    assert {name: place for place, name in stated} == places and FACE.with_name("py.typed").is_file()
+    assert callable(ct.runup)
 
 
-def test_a_change_of_an_option_changes_the_function(monkeypatch):
-    before = source("simulate")
-    keywords.cache_clear()
-    parser = parser_of("simulate")
-    monkeypatch.setitem(parser._defaults, "settle", 0.5)
-    monkeypatch.setattr(next(one for one in parser._actions if one.dest == "settle"), "default", 0.5)
-    try:
-        assert "settle: float = 0.5" in source("simulate") and source("simulate") != before
-    finally:
-        keywords.cache_clear()
+@pytest.mark.slow
+def test_type_checkers_refuse_a_misspelt_keyword_a_wrong_word_and_a_missing_speed(tmp_path):
+    calls = Path(__file__).parents[1] / "regression" / "typed_calls.py"
+    assert calls.read_text("utf-8").count("type: ignore[") >= 3
+    told, _, code = api.run(["--strict", "--follow-imports=silent", f"--cache-dir={tmp_path}", str(calls)])
+    assert code == 0, told
 
 
-@pytest.mark.parametrize("verb", verbs())
+def test_a_question_is_a_value():
+    """Compared, replaced and sent to another process; its answer is that of the function."""
+    question = ct.Simulate(**RIGID)
+    assert question == ct.Simulate(**RIGID) == pickle.loads(pickle.dumps(question))
+    assert dataclasses.replace(question, speed_rpm=3000) != question
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        question.speed_rpm = 3000
+    one, other = question.answer("single_petrol"), ct.simulate("single_petrol", **RIGID)
+    assert all(np.array_equal(one[name], other[name]) for name in one.names)
+    with pytest.raises(ct.InputError, match="speed_rpm 5 is not within"):
+        dataclasses.replace(question, speed_rpm=5)
+
+
+@pytest.mark.parametrize("verb", FUNCTIONS)
 def test_keywords_bear_engineers_units(verb):
-    for action in parser_of(verb)._actions:
-        option = action.option_strings[-1].lstrip("-") if action.option_strings else ""
-        if option in UNITS and action.type is not None and verb not in ("measured", "export"):
-            assert action.dest.endswith(f"_{UNITS[option]}"), (verb, option)
+    for one in known(verb).fields:
+        option = one.names[0].removeprefix("--") if one.names else ""
+        if option in UNITS and one.number is not None and verb not in ("measured", "export", "bearing"):
+            assert one.name.endswith(f"_{UNITS[option]}"), (verb, option)
 
 
 def test_importing_is_light():
@@ -121,11 +130,11 @@ WRONG = [
     ({"speed_rpm": "fast"}, r"speed_rpm is 'fast', of type str; give a number"),
     ({"speed_rpm": True}, r"speed_rpm is True, of type bool"),
     ({"speed_rpm": 4000, "cycles": 1.5}, r"cycles is 1\.5, of type float; give a whole number"),
-    ({"speed_rpm": 4000, "damper": 1}, r"damper is 1; give True or False"),
+    ({"speed_rpm": 4000, "damper": 1}, r"damper is 1, of type int; give True or False"),
     ({"speed_rpm": 4000, "mesh": 3}, r"mesh is 3, of type int; give a text"),
-    ({"speed_rpm": 4000, "load": "ful"}, r"load is 'ful', of type str; give float"),
+    ({"speed_rpm": 4000, "load": "ful"}, r"load is 'ful', of type str; give a number or one of: balanced"),
     ({"speed_rpm": 4000, "step_deg": [1, 2]}, r"step_deg is \[1, 2\], of type list"),
-    ({"speed_rpm": 4000, "crank": None}, r"crank is None; leave it out, or give Literal"),
+    ({"speed_rpm": 4000, "crank": None}, r"crank is None; leave it out, or give one of: rigid, torsional"),
     ({"speed_rpm": 4000, "crnk": "rigid"}, r"unknown keyword 'crnk'; did you mean 'crank'"),
     ({"speed_rpm": 4000, "steady": True}, r"^steady solves .* use crank torsional"),
 ]
@@ -236,12 +245,6 @@ def test_campbell_is_the_verb_s(capsys):
         assert one["hz"] == pytest.approx(one["order"] * one["rpm"] / 60.0)
         k = found.names.index(one["mode"])
         assert one["hz"] == pytest.approx(np.interp(one["rpm"], found.speeds_rpm, found.hz[:, k]), rel=1e-3)
-
-
-def test_only_options_are_left_out():
-    assert isinstance(parser_of("simulate"), argparse.ArgumentParser)
-    for name in NOT_FOR_SCRIPTS:
-        assert name not in inspect.signature(ct.simulate).parameters
 
 
 def test_what_a_function_finds_is_what_the_verb_prints(tmp_path, monkeypatch, capsys):

@@ -185,8 +185,8 @@ def test_the_command_writes_a_file_once(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (["--layout", "i44"], "--layout 'i44' is not known; did you mean 'i4'?"),
-        (["--fuel", "petroleum"], "--fuel 'petroleum' is not known; did you mean 'petrol'?"),
+        (["--layout", "i44"], "--layout 'i44' does not exist; did you mean 'i4'?"),
+        (["--fuel", "petroleum"], "--fuel 'petroleum' does not exist; did you mean 'petrol'?"),
         (["--bank-angle-deg", "60"], "layout i4 is in line, without a V; leave it out"),
         (["--stroke-mm", "900"], "with a bore of 82.5 mm the stroke is 10.9 bores; engines have 0.3 to 5"),
         (["--rod-mm", "100"], "--rod-mm 100: the piston would meet the crank's webs; give 113.2 mm or more"),

@@ -18,8 +18,10 @@ import numpy as np
 import pytest
 from browser import needs_browser, shown
 
+from cranktrain.cli.functions import verb_of
 from cranktrain.cli.main import _parser, main
-from cranktrain.cli.report import _asked
+from cranktrain.cli.parser import question
+from cranktrain.cli.report import _asked, report
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.engine.limits import Limits
@@ -596,5 +598,5 @@ def test_commands_of_an_engine_with_a_load_of_its_own_name_the_reports_load():
         (generator, ["--load", "0.5"], ("--load", "0.5")),
     ):
         options = _parser("report").parse_args(["report", "diesel_i6", *given])
-        asked = _asked(options, engine)
+        asked = _asked("diesel_i6", question(verb_of(report), options), engine)
         assert asked.running == running and asked.load == (0.5 if given else 1.0)

@@ -1,6 +1,5 @@
 """Runs in a process of their own: equal to those in this one; what dies or hangs costs its run, not its results."""
 
-import argparse
 import ctypes
 import faulthandler
 import gc
@@ -20,7 +19,7 @@ from two_mass_units import Mass, units
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.store.hdf5 import read_result
-from cranktrain_lab.cli.couple import _run_into
+from cranktrain_lab.cli.couple import Couple, _run_into
 from cranktrain_lab.coupling.master import Exchange, Master
 from cranktrain_lab.coupling.run import Bond, Steps, run
 from cranktrain_lab.coupling.supervised import Limits, run_supervised
@@ -225,14 +224,13 @@ def test_coupling_warns_of_a_unit_that_ends_badly_and_fails_where_its_error_is_f
     """Either way the file has all of the run."""
     end = partial(ends_badly, UnitError if fatal else EndingError)
     speed = 4.0 * math.pi / STOP
-    options = argparse.Namespace(
-        engine="e", speed_rpm=speed * 30.0 / math.pi, cycles=1.0, step_deg=math.degrees(STEP * speed), error=None,
-        scheme="serial", reconstruction="combustion",
+    ask = Couple(
+        speed_rpm=speed * 30.0 / math.pi, cycles=1, step_deg=math.degrees(STEP * speed), output=str(tmp_path / "run.h5")
     )  # fmt: skip
     says = "second: termination: out of order; the run itself is complete"
     told = pytest.raises(UnitError, match=says) if fatal else pytest.warns(UserWarning, match=says)
     with told:
-        assert _run_into(tmp_path / "run.h5", partial(system, end, "close"), speed, options).steps == 10
+        assert _run_into("e", partial(system, end, "close"), speed, ask).steps == 10
     assert read_result(tmp_path / "run.h5")[0]["time"][0][-1] == pytest.approx(STOP)
 
 

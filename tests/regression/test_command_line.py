@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.cli.main import main, verb_module
-from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
+from cranktrain.cli.functions import verb_of
+from cranktrain.cli.main import main
+from cranktrain.cli.parser import function_of
+from cranktrain.cli.verbs import FUNCTIONS, VERBS
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.engine.file import engine_path, load_engine
@@ -194,7 +196,7 @@ def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
     assert done.stdout == "" and done.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("verb", [*ENGINE_VERBS, *VERBS])
+@pytest.mark.parametrize("verb", [*VERBS])
 def test_help_of_each_verb(verb, capsys):
     with pytest.raises(SystemExit) as end:
         main([verb, "--help"])
@@ -207,12 +209,12 @@ def test_help_lists_every_verb(capsys):
         main(["--help"])
     assert end.value.code == 0
     listed = re.findall(r"^    (\S+)", capsys.readouterr().out, re.MULTILINE)
-    assert {*ENGINE_VERBS, *VERBS} <= {*listed}
+    assert {*VERBS} <= {*listed}
 
 
-@pytest.mark.parametrize("verb", [*ENGINE_VERBS, *VERBS])
+@pytest.mark.parametrize("verb", [*VERBS])
 def test_the_list_has_the_first_line_of_each_verb(verb):
-    assert (ENGINE_VERBS | VERBS)[verb] == verb_module(verb).DESCRIPTION.partition("\n")[0]
+    assert VERBS[verb] == verb_of(function_of(FUNCTIONS[verb])).about.partition("\n")[0]
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["engines"], ["engines", "--json"], ["simulat"]])

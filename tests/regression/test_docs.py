@@ -14,7 +14,7 @@ from some import some
 import cranktrain
 import cranktrain as ct
 from cranktrain.cli.main import _parser
-from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
+from cranktrain.cli.verbs import VERBS
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = Path(cranktrain.__file__).parent
@@ -99,9 +99,7 @@ def test_equations_are_mathml(site):
 def test_the_whole_help_of_every_verb_is_on_the_site(site):
     """Every option with its help; nothing of it depends on how wide the page is."""
     text = re.sub(r"\s", "", words(site / "reference" / "command_line.html"))
-    (verbs,) = (
-        one.choices for one in _parser(*ENGINE_VERBS, *VERBS)._actions if isinstance(one, argparse._SubParsersAction)
-    )
+    (verbs,) = (one.choices for one in _parser(*VERBS)._actions if isinstance(one, argparse._SubParsersAction))
     for name, parser in verbs.items():
         shape = parser._get_formatter()
         for part in [parser.description, *(shape._expand_help(one) for one in parser._actions if one.help)]:

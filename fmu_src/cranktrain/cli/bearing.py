@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
-from cranktrain.cli.console import number, of_words, one_of, positive, show_rows
+from cranktrain.cli.console import show_rows
+from cranktrain.cli.functions import verb_alone
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import between
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.oil_grades import COOL, EXPANSION, GRADES, HOT
 from cranktrain.engine.quantities import OIL_GRADES
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import POSITIVE, Option, Question, several
 
 SURFACES = (
     "roughness_um", "roughness_pattern", "asperity_factor", "asperity_density", "asperity_ratio", "asperity_radius_um",
@@ -38,6 +43,7 @@ UNITS = (*LOADED[:5], *HEAT)
 NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5], "place": LOADED[:5]}
 FOREIGN = {"eccentricity": LOADED, "load": GIVEN, "place": ("load", "moment_nm", "grooves", "groove_deg", *GIVEN[2:])}
 OIL_DENSITY = 860.0
+Above = Annotated[float, POSITIVE]
 TIMED_RUNS, TIMED_SECONDS = 15, 0.02
 
 DESCRIPTION = """\
@@ -109,107 +115,158 @@ by Reynolds' condition. --grooves two-axial has p = 0 in two grooves at +-90 deg
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument_group("by eccentricity").add_argument
-    add("--length-ratio", type=float, metavar="B/D", help="width over diameter")
-    add("--eccentricity", type=float, metavar="EPS", help="eccentricity over the clearance, from 0 to below 1")
-    add("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, added to the rotation")
-    add("--squeeze-only", action="store_true", default=None, help="pure squeeze: no rotation, growing eccentricity")
-    add("--tilt", type=float, nargs=2, metavar=("A", "B"), help="displacement of the axis at z = +B/2 over c")
-    add = parser.add_argument_group("by load").add_argument
-    add("--diameter-mm", type=positive, metavar="MM")
-    add("--width-mm", type=positive, metavar="MM")
-    add("--clearance-um", type=positive, metavar="UM", help="radial clearance")
-    add("--viscosity", type=positive, metavar="PAS", help="dynamic viscosity, Pa s")
-    add("--speed", type=positive, nargs="+", metavar="RPM", help="rev/min; several give a Stribeck curve")
-    add("--load", type=float, metavar="N")
-    add("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="moment of the load about x and y")
-    add("--grooves", metavar="KIND", help="two-axial: two axial grooves")
-    add("--groove-deg", type=float, metavar="DEG", help="extent of each groove (default 20)")
-    inlet, share = number(-60.0, 250.0, "degC"), number(0.0, 1.0, "of the friction")
-    add("--inlet-temperature-c", type=inlet, metavar="T", help="heat balance instead of --viscosity")
-    add("--oil-viscosity-40", type=positive, metavar="NU", help="mm^2/s at 40 degC")
-    add("--oil-viscosity-100", type=positive, metavar="NU", help="mm^2/s at 100 degC")
-    add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
-    grade = add("--oil-grade", metavar="GRADE", help=f"typical oil in place of these three: {', '.join(OIL_GRADES)}")
-    of_words(grade, OIL_GRADES)
-    add("--heat-share", type=share, metavar="X", help="fraction of friction heat in the oil (0.8; adiabatic: 1)")
-    add("--film-temperature", metavar="WAY", help="heat-balance (default) or adiabatic, with --inlet-temperature-c")
-    add("--carry-over", type=number(0.0, 1.0, "of the hot oil"), metavar="X", help="of an adiabatic film (default 1)")
-    add = parser.add_argument
-    add = parser.add_argument_group("in units: surfaces, oil under pressure, bore").add_argument
-    add("--roughness-um", type=positive, metavar="UM", help="of both surfaces together (default: smooth)")
-    add("--roughness-pattern", type=positive, metavar="GAMMA", help="stretched along the motion (default 1)")
-    add("--asperity-factor", type=positive, metavar="X", help="eta beta sigma (default 0.05)")
-    add("--asperity-density", type=positive, metavar="ETA", help="1/mm^2, instead of --asperity-factor")
-    add("--asperity-ratio", type=positive, metavar="X", help="sigma/beta (default 0.01)")
-    add("--asperity-radius-um", type=positive, metavar="UM", help="beta, instead of --asperity-ratio")
-    add("--contact-modulus-gpa", type=positive, metavar="E", help="of both surfaces together (default 58.6)")
-    add("--hardness-mpa", type=positive, metavar="MPA", help="of the softer surface (default 300)")
-    add("--boundary-friction", type=number(0.0, 1.0, "of the contact pressure"), metavar="MU", help="default 0.1")
-    shear = number(0.0, 1e4, "MPa")
-    add("--boundary-shear-mpa", type=shear, metavar="TAU", help="on the area that truly touches (default 0)")
-    add("--pressure-law", metavar="LAW", help="none (default), barus or roelands")
-    add("--pressure-viscosity", type=positive, metavar="ALPHA", help="pressure-viscosity coefficient, 1/GPa")
-    add("--compressibility", metavar="LAW", help="none (default) or dowson-higginson")
-    add("--bore", metavar="ENGINE", help="elastic bore of this engine's main bearing (default: rigid)")
-    add = parser.add_argument
-    kinds = "reynolds (default), guembel, full or mass-conserving"
-    add("--cavitation", default="reynolds", metavar="KIND", help=kinds)
-    add("--supply", metavar="KIND", help="widest-gap or none, see above")
-    grid = "intervals around and over the width (default 96 16, mass-conserving 160 16, with --tilt 160 24; by load "
-    add("--grid", type=int, nargs=2, metavar=("N_PHI", "N_Z"), help=grid + "160 16, grooved 192 16)")
+@dataclass(frozen=True, kw_only=True)
+class ByEccentricity(Question):
+    """A bearing by its eccentricity."""
+
+    heading = "by eccentricity"
+    length_ratio: Annotated[float | None, Option("B/D", "width over diameter")] = None
+    eccentricity: Annotated[float | None, Option("EPS", "eccentricity over the clearance, from 0 to below 1")] = None
+    squeeze: Annotated[float | None, Option("X", "rate of eccentricity over omega, added to the rotation")] = None
+    squeeze_only: Annotated[bool | None, Option(help="pure squeeze: no rotation, growing eccentricity")] = None
+    tilt: Annotated[
+        Sequence[float] | None, Option(("A", "B"), "displacement of the axis at z = +B/2 over c", count=2)
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Run one of the two forms; what belongs to the other is refused."""
-    form = "eccentricity" if options.eccentricity is not None else "load"
-    if form == "eccentricity" and options.length_ratio is None and any(_given_of(options, UNITS)):
+@dataclass(frozen=True, kw_only=True)
+class ByLoad(Question):
+    """A bearing by its load, in units."""
+
+    heading = "by load"
+    diameter_mm: Annotated[Above | None, Option("MM")] = None
+    width_mm: Annotated[Above | None, Option("MM")] = None
+    clearance_um: Annotated[Above | None, Option("UM", "radial clearance")] = None
+    viscosity: Annotated[Above | None, Option("PAS", "dynamic viscosity, Pa s")] = None
+    speed: Annotated[Above | Sequence[Above] | None, Option("RPM", "rev/min; several give a Stribeck curve")] = None
+    load: Annotated[float | None, Option("N")] = None
+    moment_nm: Annotated[Sequence[float] | None, Option(("MX", "MY"), "moment of the load about x and y", count=2)] = (
+        None
+    )
+    grooves: Annotated[str | None, Option("KIND", "two-axial: two axial grooves")] = None
+    groove_deg: Annotated[float | None, Option("DEG", "extent of each groove (default 20)")] = None
+    inlet_temperature_c: Annotated[
+        float | None, between(-60.0, 250.0, "degC"), Option("T", "heat balance instead of --viscosity")
+    ] = None
+    oil_viscosity_40: Annotated[Above | None, Option("NU", "mm^2/s at 40 degC")] = None
+    oil_viscosity_100: Annotated[Above | None, Option("NU", "mm^2/s at 100 degC")] = None
+    oil_density: Annotated[Above | None, Option("RHO", f"kg/m^3 (default {OIL_DENSITY:g})")] = None
+    oil_grade: Annotated[
+        str | None, Option("GRADE", f"typical oil in place of these three: {', '.join(OIL_GRADES)}", words=OIL_GRADES)
+    ] = None
+    heat_share: Annotated[
+        float | None,
+        between(0.0, 1.0, "of the friction"),
+        Option("X", "fraction of friction heat in the oil (0.8; adiabatic: 1)"),
+    ] = None
+    film_temperature: Annotated[
+        str | None, Option("WAY", "heat-balance (default) or adiabatic, with --inlet-temperature-c")
+    ] = None
+    carry_over: Annotated[
+        float | None, between(0.0, 1.0, "of the hot oil"), Option("X", "of an adiabatic film (default 1)")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class InUnits(Question):
+    """Surfaces, oil under pressure and bore of a bearing in units."""
+
+    heading = "in units: surfaces, oil under pressure, bore"
+    roughness_um: Annotated[Above | None, Option("UM", "of both surfaces together (default: smooth)")] = None
+    roughness_pattern: Annotated[Above | None, Option("GAMMA", "stretched along the motion (default 1)")] = None
+    asperity_factor: Annotated[Above | None, Option("X", "eta beta sigma (default 0.05)")] = None
+    asperity_density: Annotated[Above | None, Option("ETA", "1/mm^2, instead of --asperity-factor")] = None
+    asperity_ratio: Annotated[Above | None, Option("X", "sigma/beta (default 0.01)")] = None
+    asperity_radius_um: Annotated[Above | None, Option("UM", "beta, instead of --asperity-ratio")] = None
+    contact_modulus_gpa: Annotated[Above | None, Option("E", "of both surfaces together (default 58.6)")] = None
+    hardness_mpa: Annotated[Above | None, Option("MPA", "of the softer surface (default 300)")] = None
+    boundary_friction: Annotated[
+        float | None, between(0.0, 1.0, "of the contact pressure"), Option("MU", "default 0.1")
+    ] = None
+    boundary_shear_mpa: Annotated[
+        float | None, between(0.0, 1e4, "MPa"), Option("TAU", "on the area that truly touches (default 0)")
+    ] = None
+    pressure_law: Annotated[str | None, Option("LAW", "none (default), barus or roelands")] = None
+    pressure_viscosity: Annotated[Above | None, Option("ALPHA", "pressure-viscosity coefficient, 1/GPa")] = None
+    compressibility: Annotated[str | None, Option("LAW", "none (default) or dowson-higginson")] = None
+    bore: Annotated[
+        words.File | None, Option("ENGINE", "elastic bore of this engine's main bearing (default: rigid)")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlainBearing(ByEccentricity, ByLoad, InUnits):
+    """Question of :func:`bearing`."""
+
+    heading = ""
+    cavitation: Annotated[str, Option("KIND", "reynolds (default), guembel, full or mass-conserving")] = "reynolds"
+    supply: Annotated[str | None, Option("KIND", "widest-gap or none, see above")] = None
+    grid: Annotated[
+        Sequence[int] | None,
+        Option(
+            ("N_PHI", "N_Z"),
+            "intervals around and over the width (default 96 16, mass-conserving 160 16, with --tilt 160 24; by "
+            "load 160 16, grooved 192 16)",
+            count=2,
+        ),
+    ] = None
+
+
+@verb_alone(PlainBearing, DESCRIPTION)
+def bearing(ask: PlainBearing) -> VerbResult:
+    """Solve one of the two forms; what belongs to the other is refused."""
+    form = "eccentricity" if ask.eccentricity is not None else "load"
+    if form == "eccentricity" and ask.length_ratio is None and any(_given_of(ask, UNITS)):
         form = "place"
-    if form == "load" and options.load is None:
+    if form == "load" and ask.load is None:
         raise InputError("bearing needs --eccentricity (with --length-ratio) or --load (with the bearing's dimensions)")
-    foreign = _given_of(options, FOREIGN[form])
-    if foreign:
-        what = "load" if form == "load" else "eccentricity"
+    what = "load" if form == "load" else "eccentricity"
+    if foreign := _given_of(ask, FOREIGN[form]):
         raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}; leave one out")
     needed = NEEDED[form]
-    if form != "eccentricity" and _given_of(options, HEAT):
-        if options.viscosity is not None:
+    if form != "eccentricity" and _given_of(ask, HEAT):
+        if ask.viscosity is not None:
             raise InputError("--viscosity does not go with --inlet-temperature-c, which gives it; leave one out")
         needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
-        _take_grade(options)
-    missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(options, name) is None]
+        ask = _with_grade(ask)
+    missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(ask, name) is None]
     if missing:
-        what = "load" if form == "load" else "eccentricity"
         raise InputError(f"bearing with --{what} also needs {', '.join(missing)}")
-    if options.speed is not None and len(options.speed) > 1:
-        return _curve(options)
-    result = _given(options) if form == "eccentricity" else _loaded(options, options.speed[0])
-    if not options.json:
-        norm = "eccentricity" if form == "eccentricity" else "load"
-        rows = [(key, _text(value), _UNITS.get((norm, key), "")) for key, value in result.items() if key not in _LONG]
-        show_rows("Plain bearing", ("value", "", "unit or norm"), rows)
-    return result
+    speeds = several(ask.speed)
+    if len(speeds) > 1:
+        return VerbResult.of({"curve": [{"speed_rpm": speed, **_loaded(ask, speed)} for speed in speeds]}, "bearing")
+    norm = "eccentricity" if form == "eccentricity" else "load"
+    return VerbResult.of(_given(ask) if form == "eccentricity" else _loaded(ask, speeds[0]), "bearing", norm=norm)
 
 
-def _take_grade(options: argparse.Namespace) -> None:
-    """Viscosities and density of an oil that is given by its grade; ``InputError`` where they are given besides."""
-    if options.oil_grade is None:
+def show(found: VerbResult) -> None:
+    """Print a bearing's values with their units or norms, or a Stribeck curve."""
+    if "curve" in found:
+        keys = [key for key in _OF_CURVE if key in found["curve"][0]]
+        rows = [tuple(f"{one[key]:.5g}" for key in keys) for one in found["curve"]]
+        show_rows("Plain bearing over speed", tuple(_OF_CURVE[key] for key in keys), rows)
         return
-    one_of("--oil-grade", options.oil_grade, OIL_GRADES)
-    if given := _given_of(options, HEAT[1:4]):
+    norm = found.beside["norm"]
+    values = [(key, _text(value), _UNITS.get((norm, key), "")) for key, value in found.items() if key not in _LONG]
+    show_rows("Plain bearing", ("value", "", "unit or norm"), values)
+
+
+def _with_grade(ask: PlainBearing) -> PlainBearing:
+    """With viscosities and density of an oil given by its grade; ``InputError`` where they are given besides."""
+    if ask.oil_grade is None:
+        return ask
+    if given := _given_of(ask, HEAT[1:4]):
         raise InputError(
             f"--{given[0].replace('_', '-')} does not go with --oil-grade, which has its own; leave one of them out"
         )
-    grade = GRADES[options.oil_grade]
-    options.oil_viscosity_40, options.oil_viscosity_100 = grade.warm, grade.hot
-    options.oil_density = grade.density * (1.0 - EXPANSION * (HOT - COOL))
+    grade = GRADES[ask.oil_grade]
+    density = grade.density * (1.0 - EXPANSION * (HOT - COOL))
+    return replace(ask, oil_viscosity_40=grade.warm, oil_viscosity_100=grade.hot, oil_density=density)
 
 
-def _given_of(options: argparse.Namespace, names: tuple[str, ...]) -> list[str]:
+def _given_of(ask: PlainBearing, names: tuple[str, ...]) -> list[str]:
     """Those of ``names`` that the user gave."""
-    return [name for name in names if getattr(options, name) is not None]
+    return [name for name in names if getattr(ask, name) is not None]
 
 
 def _timed(compute: Callable[[], Any]) -> tuple[Any, float]:
@@ -223,20 +280,20 @@ def _timed(compute: Callable[[], Any]) -> tuple[Any, float]:
     return result, statistics.median(times)
 
 
-def _given(options: argparse.Namespace) -> dict[str, Any]:
+def _given(ask: PlainBearing) -> dict[str, Any]:
     """Results of a bearing at an eccentricity."""
     from cranktrain.film.steady.sommerfeld import prescribed_film
 
     film, seconds = _timed(
         lambda: prescribed_film(
-            options.length_ratio,
-            options.eccentricity,
-            squeeze=options.squeeze or 0.0,
-            squeeze_only=bool(options.squeeze_only),
-            tilt=tuple(options.tilt or (0.0, 0.0)),
-            cavitation=options.cavitation,
-            supply=options.supply,
-            grid=tuple(options.grid) if options.grid else None,
+            ask.length_ratio or 0.0,
+            ask.eccentricity or 0.0,
+            squeeze=ask.squeeze or 0.0,
+            squeeze_only=bool(ask.squeeze_only),
+            tilt=(ask.tilt[0], ask.tilt[1]) if ask.tilt else (0.0, 0.0),
+            cavitation=ask.cavitation,
+            supply=ask.supply,
+            grid=(ask.grid[0], ask.grid[1]) if ask.grid else None,
         )
     )
     return {
@@ -251,28 +308,19 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _curve(options: argparse.Namespace) -> dict[str, Any]:
-    """Results over the speed: a Stribeck curve."""
-    curve = [{"speed_rpm": speed, **_loaded(options, speed)} for speed in options.speed]
-    if not options.json:
-        keys = [key for key in _OF_CURVE if key in curve[0]]
-        rows = [tuple(f"{found[key]:.5g}" for key in keys) for found in curve]
-        show_rows("Plain bearing over speed", tuple(_OF_CURVE[key] for key in keys), rows)
-    return {"curve": curve}
-
-
-def _loaded(options: argparse.Namespace, speed_rpm: float) -> dict[str, Any]:
+def _loaded(ask: PlainBearing, speed_rpm: float) -> dict[str, Any]:
     """Results of a bearing under a load, or at a place in units."""
     from cranktrain.film.steady.plain_bearing import FIELDS, Bearing
 
-    given = {name: getattr(options, name, None) for name in FIELDS}
-    given |= {"speed_rpm": speed_rpm, "viscosity_pas": options.viscosity}
-    if options.bore is not None:
+    given = {name: getattr(ask, name, None) for name in FIELDS}
+    given |= {"speed_rpm": speed_rpm, "viscosity_pas": ask.viscosity}
+    if ask.bore is not None:
         from cranktrain.structure.assembly import elastic_bore
 
-        given["bore"] = elastic_bore(load_engine(options.bore), flexible=False)
+        given["bore"] = elastic_bore(load_engine(ask.bore), flexible=False)
+    moment = None if ask.moment_nm is None else (ask.moment_nm[0], ask.moment_nm[1])
     bearing = Bearing(**{name: value for name, value in given.items() if value is not None})
-    result, seconds = _timed(bearing.analysis(options.load, options.moment_nm, _option, options.eccentricity or 0.0))
+    result, seconds = _timed(bearing.analysis(ask.load, moment, _option, ask.eccentricity or 0.0))
     return {**result, "seconds": seconds}
 
 

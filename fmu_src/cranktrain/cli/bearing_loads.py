@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cranktrain.cli.console import labelled_bar, number, say, show
-from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, engine_of, loaded
+from cranktrain.cli import console
+from cranktrain.cli.console import labelled_bar, say
+from cranktrain.cli.functions import verb
+from cranktrain.cli.run_options import asked_of, assembled, engine_of, loaded
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import between
 from cranktrain.engine.articulated_rod import articulated_text
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, paths, several
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
@@ -24,55 +29,60 @@ if TYPE_CHECKING:
 DESCRIPTION = "Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits."
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options to those that all verbs of an engine have."""
-    add, of = parser.add_argument, parser.add_mutually_exclusive_group(required=True)
-    speed = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
-    of.add_argument(
-        "--speed", dest="speeds_rpm", type=speed, nargs="+", metavar="RPM",
-        help="speeds, rev/min; each runs until its cycles repeat",
-    )  # fmt: skip
-    of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
-    of.add_argument(
-        "--run-up", metavar="FILE.h5", help="result of 'cranktrain runup --outputs bearings': all its speeds"
-    )
-    add("--cycles", type=int, metavar="N", help="exactly this many cycles a speed (default: until the outputs repeat)")
-    add_settle_option(parser)
-    add(
-        "--plots",
-        metavar="FOLDER",
-        help="folder for polar load diagrams and, with several speeds, a picture of the worst bearing over speed",
-    )
-    add_run_options(parser, big_ends="impedance")
-    parser.set_defaults(big_ends=None)
+@dataclass(frozen=True, kw_only=True)
+class BearingLoads(words.Settled, words.Running):
+    """Question of :func:`bearing_loads`."""
+
+    one_needed = ("speeds_rpm", "result", "run_up")
+    speeds_rpm: Annotated[
+        float | Sequence[float] | None,
+        between(SLOWEST_RPM, FASTEST_RPM, "rev/min"),
+        Option("RPM", "speeds, rev/min; each runs until its cycles repeat", "--speed"),
+    ] = None
+    result: Annotated[
+        words.File | Sequence[words.File] | None, Option("FILE.h5", "results of 'cranktrain simulate' instead of runs")
+    ] = None
+    run_up: Annotated[
+        words.File | None, Option("FILE.h5", "result of 'cranktrain runup --outputs bearings': all its speeds")
+    ] = None
+    cycles: Annotated[
+        int | None,
+        between(1, 10000, "cycles"),
+        Option("N", "exactly this many cycles a speed (default: until the outputs repeat)"),
+    ] = None
+    plots: Annotated[
+        words.File | None,
+        Option(
+            "FOLDER",
+            "folder for polar load diagrams and, with several speeds, a picture of the worst bearing over speed",
+        ),
+    ] = None
+    big_ends: Annotated[
+        words.BigEndWord | None, Option("LEVEL", f"{words.BIG_ENDS}; default impedance", words=words.big_ends)
+    ] = None  # type: ignore[assignment]  # None stands for the level that the engine's rods allow
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Report on each speed as it comes; an interrupt keeps the speeds that are finished."""
+@verb(BearingLoads, DESCRIPTION)
+def bearing_loads(named: str | Path | Engine, ask: BearingLoads) -> VerbResult:
+    """Report on each speed; an interrupt keeps the speeds that are finished."""
     from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures
-    from cranktrain.results.bearings.tables import bearing_tables, bearings_dict, speed_table, total_text
-    from cranktrain.results.tables import grid_text
+    from cranktrain.results.bearings.tables import bearings_dict
 
-    engine = engine_of(options)
-    if options.big_ends is None:
-        options.big_ends = "impedance" if engine.rods_float else "rigid"
+    engine = engine_of(named, ask)
+    if ask.big_ends is None:
+        ask = replace(ask, big_ends="impedance" if engine.rods_float else "rigid")
         if not engine.rods_float:
             say(f"big ends are rigid: rods of '{engine.name}' run or hang on others, and have no films of their own")
-    folder = _folder(options)
-    if options.run_up is not None:
-        return _over_speed(engine, options, folder)
+    folder = _folder(ask)
+    if ask.run_up is not None:
+        return _over_speed(engine, str(ask.run_up), folder)
     plots: list[Path] = []
     found: list[dict[str, Any]] = []
     interrupted = False
+    results = paths(ask.result)
     try:
-        for name, levels, report in _stored(engine, options.result) if options.result else _run(engine, options):
+        for name, levels, report in _stored(engine, results) if results else _run(engine, ask):
             found.append(bearings_dict(report, levels))
-            if not options.json:
-                for table in bearing_tables(found[-1]):
-                    show(table)
-                print("\n".join((*articulated_text(engine), total_text(found[-1]))), flush=True)
-                if errors := found[-1]["grid_errors"]:
-                    print(grid_text(errors))
             if folder is not None:
                 plots += save_polar_pictures(folder, report, name)
             for violation in found[-1]["violations"]:
@@ -84,41 +94,55 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         say(f"interrupted; {len(found)} speeds are finished")
     _tell_missing(engine, found)
     found.sort(key=lambda speed: float(speed["speed_rpm"]))
-    if len(found) > 1 and not options.json:
-        show(speed_table(found))
     if folder is not None and len(found) > 1:
         plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits))
-    if plots and not options.json:
-        print("Pictures: " + ", ".join(map(str, plots)))
-    return {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": interrupted}
+    said = {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": interrupted}
+    return VerbResult.of(said, "bearing-loads", engine=engine)
 
 
-def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None) -> dict[str, Any]:
+def show(found: VerbResult) -> None:
+    """Print a table of each speed, or one of all speeds of a run-up."""
+    from cranktrain.results.bearings.tables import bearing_tables, speed_table, total_text
+    from cranktrain.results.tables import grid_text
+
+    speeds = found["speeds"]
+    if "of_run_up" not in found.beside:
+        for one in speeds:
+            for table in bearing_tables(one):
+                console.show(table)
+            print("\n".join((*articulated_text(found.beside["engine"]), total_text(one))), flush=True)
+            if errors := one["grid_errors"]:
+                print(grid_text(errors))
+    if len(speeds) > 1 or "of_run_up" in found.beside:
+        console.show(speed_table(speeds))
+    if errors := found.beside.get("of_run_up"):
+        print(grid_text(errors))
+    if found["plots"]:
+        print("Pictures: " + ", ".join(found["plots"]))
+
+
+def _over_speed(engine: Engine, path: str, folder: Path | None) -> VerbResult:
     """Report on all speeds of a run-up at once, in one table; polar load diagrams where a load is largest."""
     from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures, speed_name
     from cranktrain.results.bearings.run_up_cycles import run_up_bearings
-    from cranktrain.results.bearings.tables import bearings_dict, main_films, speed_table
+    from cranktrain.results.bearings.tables import bearings_dict, main_films
     from cranktrain.results.run_up.run_up import RunUp
     from cranktrain.results.summary import grid_errors
-    from cranktrain.results.tables import grid_text
 
-    run_up = RunUp.load(options.run_up)
-    _check_engine(engine, options.run_up, run_up.attributes.get("engine"))
+    run_up = RunUp.load(path)
+    _check_engine(engine, path, run_up.attributes.get("engine"))
     try:
         reports = list(run_up_bearings(run_up, engine))
     except InputError as error:
-        raise InputError(f"{options.run_up}: {error}") from None
+        raise InputError(f"{path}: {error}") from None
     gaps = run_up.speeds_rpm[~run_up.with_result].tolist()
     if gaps:
         said = ", ".join(f"{rpm:.0f}" for rpm in gaps)
         if not reports:
-            raise InputError(f"{options.run_up}: none of its speeds has a result ({said} rev/min)")
+            raise InputError(f"{path}: none of its speeds has a result ({said} rev/min)")
         say(f"no result at {said} rev/min, so no bearing loads there")
     found = [bearings_dict(report, run_up.attributes) for report in reports]
-    if not options.json:
-        show(speed_table(found))
-        if errors := grid_errors(run_up.attributes, [film for report in reports for film in main_films(report)]):
-            print(grid_text(errors))
+    errors = grid_errors(run_up.attributes, [film for report in reports for film in main_films(report)])
     for text in _gathered(found):
         say(f"warning: {text}")
     if unsteady := int(((run_up.repeats != 1) & (run_up.cycles > 0)).sum()):
@@ -129,9 +153,8 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
         worst = max(reports, key=lambda report: max(bearing.load.value for bearing in report.bearings))
         plots = save_polar_pictures(folder, worst, speed_name(bearings_dict(worst, run_up.attributes)["speed_rpm"]))
         plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits, gaps))
-        if not options.json:
-            print("Pictures: " + ", ".join(map(str, plots)))
-    return {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": False}
+    whole = {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": False}
+    return VerbResult.of(whole, "bearing-loads", engine=engine, of_run_up=errors)
 
 
 def _gathered(found: list[dict[str, Any]]) -> list[str]:
@@ -154,16 +177,16 @@ def _tell_missing(engine: Engine, found: list[dict[str, Any]]) -> None:
         say(f"{engine.name}: no limits for {len(missing)} quantities; add to [bearing_limits]: {', '.join(missing)}")
 
 
-def _folder(options: argparse.Namespace) -> Path | None:
+def _folder(ask: BearingLoads) -> Path | None:
     """Folder of the pictures, where any are wanted; ``InputError`` where they cannot be written, before any run."""
-    if options.plots is None:
+    if ask.plots is None:
         return None
     from cranktrain.results.bearings.figures import OVER_SPEED, polar_names, speed_name
     from cranktrain.results.figures import check_folder
 
-    runs = _names(options.result) if options.result else map(speed_name, options.speeds_rpm or ())
-    check_folder(Path(options.plots), pictures=[*(name for run in runs for name in polar_names(run)), OVER_SPEED])
-    return Path(options.plots)
+    runs = _names(paths(ask.result)) if ask.result else map(speed_name, several(ask.speeds_rpm))
+    check_folder(Path(ask.plots), pictures=[*(name for run in runs for name in polar_names(run)), OVER_SPEED])
+    return Path(ask.plots)
 
 
 def _names(paths: list[str]) -> list[str]:
@@ -194,17 +217,18 @@ def _stored(engine: Engine, paths: list[str]) -> Named:
         yield name, *report
 
 
-def _run(engine: Engine, options: argparse.Namespace) -> Named:
+def _run(engine: Engine, ask: BearingLoads) -> Named:
     """Reports on runs, one after the other, of one assembly."""
     from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.results.bearings.figures import speed_name
 
-    asked = asked_of(options, *options.speeds_rpm)
-    made = assembled(asked, options.inherit)
-    for speed in dict.fromkeys(options.speeds_rpm):
+    speeds = several(ask.speeds_rpm)
+    asked = asked_of(engine, ask, *speeds)
+    made = assembled(asked, ask.inherit)
+    for speed in dict.fromkeys(speeds):
         request = replace(asked.request, speed_rpm=speed)
         with labelled_bar(f"{speed:g} rev/min") as (tell, advance):
-            found = request.run(loaded(options, made, asked.gas, request.speed), asked.gas, advance, tell)
+            found = request.run(loaded(ask, made, asked.gas, request.speed), asked.gas, advance, tell)
         if not found.complete:
             raise KeyboardInterrupt
         yield speed_name(speed), found.attributes, bearing_report(found, engine)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
-import math
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from shutil import get_terminal_size
 from typing import Any, TypeVar
 
@@ -16,14 +13,12 @@ from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 
-from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.visible_text import unfiltered, visible
 from cranktrain.results.columns import pages
-from cranktrain.store.waits import waits
+from cranktrain.store.waits import LINES, waits
 
 TypeOf = TypeVar("TypeOf", bound=Callable[[str], Any])
-LINES: ContextVar[bool] = ContextVar("LINES", default=True)
-"""Whether each stage is a line on stderr where that is no terminal; in calls of the library only long ones are."""
 USUAL_WIDTH = 120
 """Characters of a line where neither a terminal nor COLUMNS says how many there are."""
 BESIDE = 3
@@ -39,75 +34,6 @@ def one_of(option: str, value: str, valid: Collection[str]) -> None:
     """Refuse a word that is not among the valid ones with ``InputError`` that names the nearest."""
     if value not in valid:
         raise InputError(f"{option} '{value}' does not exist; {nearest(value, valid)}")
-
-
-def number(low: float, high: float, what: str, kind: type = float) -> Callable[[str], Any]:
-    """Type of an option whose value is a number within bounds; ``what`` is its unit, and what else serves."""
-
-    def number(text: str) -> Any:
-        value = kind(text)
-        try:
-            within("", value, low, high, what)
-        except InputError as error:
-            raise argparse.ArgumentTypeError(str(error).lstrip()) from None
-        return value
-
-    return taking(kind.__name__)(number)
-
-
-def of_words(action: argparse.Action, words: Iterable[str]) -> None:
-    """Say which words an option takes; the library's signatures list them, the verb's work refuses others."""
-    action.words = tuple(words)  # type: ignore[attr-defined]
-
-
-def taking(kind: str) -> Callable[[TypeOf], TypeOf]:
-    """Decorator of an option's type: what the library's keyword takes, as an annotation."""
-
-    def mark(function: TypeOf) -> TypeOf:
-        function.annotation = kind  # type: ignore[attr-defined]
-        return function
-
-    return mark
-
-
-@taking("float")
-def finite(text: str) -> float:
-    """Type of an option whose value is any finite number."""
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError("is not a finite number")
-    return value
-
-
-@taking("float")
-def positive(text: str) -> float:
-    """Type of an option whose value is a finite number above zero."""
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{value:g} must be above zero")
-    return value
-
-
-def word(valid: Collection[str]) -> Callable[[str], str]:
-    """Type of an option whose value is one of some words."""
-
-    def word(text: str) -> str:
-        if text not in valid:
-            raise argparse.ArgumentTypeError(f"'{text}' does not exist; {nearest(text, valid)}")
-        return text
-
-    return taking(f"Literal[{', '.join(map(repr, valid))}]")(word)
-
-
-def jsonable(value: Any) -> Any:
-    """``value`` with what JSON cannot say (not finite) as null, and NumPy scalars as plain ones."""
-    if isinstance(value, dict):
-        return {str(key): jsonable(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [jsonable(entry) for entry in value]
-    if hasattr(value, "tolist"):
-        return jsonable(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def say(text: str) -> None:

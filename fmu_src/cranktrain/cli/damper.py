@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
+from typing import Annotated, Any
 
-from cranktrain.cli.bodies import bare_crankshaft, own_meshes
-from cranktrain.cli.console import of_words, show_rows
+from cranktrain.cli.bodies import bare_crankshaft, own_mesh
+from cranktrain.cli.console import show_rows
+from cranktrain.cli.functions import verb_alone
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.fem.own_mesh import UNITS
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
 
 DESCRIPTION = """\
 Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.
@@ -29,52 +32,80 @@ frequency_ratio frequency of that largest amplitude over w
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("engine", nargs="?", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
-    add("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
-    add("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
-    add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces")
-    unit = add(
-        "--mesh-unit", default="m", metavar="UNIT", help=f"unit of its coordinates: {', '.join(UNITS)} (default m)"
-    )  # fmt: skip
-    of_words(unit, UNITS)
+@dataclass(frozen=True)
+class DamperOptimum(words.MeshUnits):
+    """Question of :func:`damper_optimum`."""
+
+    engine: words.EngineFile | None = None
+    _: KW_ONLY
+    inertia_ratio: Annotated[float | None, Option("MU", "ring over hub inertia; takes no ENGINE")] = None
+    mode: Annotated[int | None, Option("N", "first (default) or second torsional mode of the engine")] = None
+    mesh: Annotated[
+        words.File | None, Option("FILE", "own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces")
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Find the optimum of two masses or of an engine's damper, and print it unless JSON is wanted."""
+@verb_alone(DamperOptimum, DESCRIPTION)
+def damper_optimum(ask: DamperOptimum) -> VerbResult:
+    """Find the optimum of two masses or of an engine's damper."""
     from cranktrain.studies.torsion.damper_optimum import houdaille_optimum, optimal_damping, two_mass_modes
 
-    if (options.engine is None) == (options.inertia_ratio is None):
+    if (ask.engine is None) == (ask.inertia_ratio is None):
         raise InputError("damper-optimum takes either an ENGINE or --inertia-ratio MU")
-    if options.inertia_ratio is None:
-        return _engine(options)
-    if options.mode is not None or options.mesh is not None:
+    if ask.inertia_ratio is None:
+        return _of_engine(ask)
+    if ask.mode is not None or ask.mesh is not None:
         raise InputError("--mode and --mesh belong to an ENGINE; two masses have one mode and no mesh")
-    closed = houdaille_optimum(options.inertia_ratio)
-    searched, _ = optimal_damping(two_mass_modes(), 0, options.inertia_ratio)
-    if not options.json:
+    closed = houdaille_optimum(ask.inertia_ratio)
+    searched, _ = optimal_damping(two_mass_modes(), 0, ask.inertia_ratio)
+    return VerbResult.of(
+        {**closed._asdict(), "by_search": searched._asdict()}, "damper-optimum", ratio=ask.inertia_ratio
+    )
+
+
+def show(found: VerbResult) -> None:
+    """Print the optimum beside that of two masses, or of two masses as the search finds it."""
+    if "by_search" in found:
         rows = [
-            (key.replace("_", " "), f"{value:.6f}", f"{other:.6f}")
-            for (key, value), other in zip(closed._asdict().items(), searched, strict=True)
+            (key.replace("_", " "), f"{found[key]:.6f}", f"{other:.6f}") for key, other in found["by_search"].items()
         ]
-        show_rows(f"Houdaille damper, ring over hub {options.inertia_ratio:g}", ("", "closed form", "by search"), rows)
-    return {**closed._asdict(), "by_search": searched._asdict()}
+        title = f"Houdaille damper, ring over hub {found.beside['ratio']:g}"
+        show_rows(title, ("", "closed form", "by search"), rows)
+        return
+    engine, two = found.beside["engine"], found["two_masses"]
+    critical = 4.0 * math.pi * found["mode_hz"] * found["effective_inertia_kgm2"]
+    rows = [
+        ("damping / N m s/rad", f"{found['damping_nms_per_rad']:.2f}", f"{two['damping_ratio'] * critical:.2f}"),
+        *((key.replace("_", " "), f"{found[key]:.4f}", f"{other:.4f}") for key, other in two.items()),
+    ]
+    show_rows(
+        f"{engine.title}: damper on torsional mode {found['mode']}, {found['mode_hz']:.1f} Hz without its ring",
+        ("", "on the crank", "two masses"),
+        rows,
+    )
+    print(
+        f"effective inertia at the pulley {found['effective_inertia_kgm2']:.4f} kg m^2, ring "
+        f"{found['ring_inertia_kgm2']:.4f} kg m^2 (ratio {found['inertia_ratio']:.3f})"
+    )
+    own = found["damper"]
+    print(
+        f"the engine's damper at {own['temperature_c']:.0f} degC: {own['damping_nms_per_rad']:.1f} N m s/rad at that "
+        "frequency, small amplitude"
+    )
 
 
-def _engine(options: argparse.Namespace) -> dict[str, Any]:
-    """Optimum of an engine's damper for one torsional mode, printed unless JSON is wanted."""
+def _of_engine(ask: DamperOptimum) -> VerbResult:
+    """Optimum of an engine's damper for one torsional mode."""
     from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient, required_damper
     from cranktrain.studies.torsion.damper_optimum import crank_optimum, houdaille_optimum
 
-    engine = load_engine(options.engine)
+    assert ask.engine is not None
+    engine = load_engine(ask.engine)
     damper = required_damper(engine)
-    number = 1 if options.mode is None else options.mode
+    number = 1 if ask.mode is None else ask.mode
     if number not in (1, 2):
         raise InputError(f"--mode {number}: give 1 or 2, the first or the second torsional mode")
-    own_meshes(options)
-    body, _ = bare_crankshaft(engine, options)
+    body, _ = bare_crankshaft(engine, own_mesh(ask.mesh, ask.mesh_unit))
     found = crank_optimum(engine, body, number)
     two = houdaille_optimum(found.inertia_ratio)
     temperature = damper_temperature(damper, damper.temperature_speeds[-1])
@@ -90,26 +121,4 @@ def _engine(options: argparse.Namespace) -> dict[str, Any]:
         "two_masses": two._asdict(),
         "damper": {"temperature_c": temperature - 273.15, "damping_nms_per_rad": own},
     }
-    if not options.json:
-        critical = 4.0 * math.pi * found.hz * found.inertia
-        rows = [
-            ("damping / N m s/rad", f"{found.damping:.2f}", f"{two.damping_ratio * critical:.2f}"),
-            *(
-                (key.replace("_", " "), f"{value:.4f}", f"{other:.4f}")
-                for (key, value), other in zip(found.optimum._asdict().items(), two, strict=True)
-            ),
-        ]
-        show_rows(
-            f"{engine.title}: damper on torsional mode {number}, {found.hz:.1f} Hz without its ring",
-            ("", "on the crank", "two masses"),
-            rows,
-        )
-        print(
-            f"effective inertia at the pulley {found.inertia:.4f} kg m^2, ring {damper.ring_inertia:.4f} kg m^2 "
-            f"(ratio {found.inertia_ratio:.3f})"
-        )
-        print(
-            f"the engine's damper at {temperature - 273.15:.0f} degC: {own:.1f} N m s/rad at that frequency, "
-            "small amplitude"
-        )
-    return result
+    return VerbResult.of(result, "damper-optimum", engine=engine)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
 
 from cranktrain.cli.console import bar, say
+from cranktrain.cli.functions import Subject, verb
+from cranktrain.core.user_file import user_path
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 DESCRIPTION = """\
 Write a result or run-up file as a table: CSV, Parquet (needs pyarrow) or NumPy's archive.
@@ -16,21 +22,29 @@ table written by cranktrain.
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    parser.add_argument("file", metavar="FILE.h5", help="result of simulate or run, or a run-up")
-    parser.add_argument("--to", required=True, metavar="TABLE", help="table.csv, table.parquet or table.npz")
-    parser.add_argument("--group", default="", metavar="NAME", help="group of a scene's file, e.g. 2000rpm")
+FILE = Subject("file", "FILE.h5", "result of simulate or run, or a run-up")
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class Export(Question):
+    """Question of :func:`export`."""
+
+    to: Annotated[words.File, Option("TABLE", "table.csv, table.parquet or table.npz")]
+    group: Annotated[str, Option("NAME", "group of a scene's file, e.g. 2000rpm")] = ""
+
+
+@verb(Export, DESCRIPTION, FILE)
+def export(file: str | Path, ask: Export) -> VerbResult:
     """Write the table; its size, and what of the file is not in it."""
-    from cranktrain.results.export import export
+    from cranktrain.results import export as tables
 
-    with bar(f"{options.to}") as advance:
-        found = export(options.file, options.to, options.group, advance)
+    with bar(f"{ask.to}") as advance:
+        found = tables.export(str(user_path(file)), str(ask.to), ask.group, advance)
     if found["left_out"]:
         say(f"left out, because not sampled over time: {', '.join(found['left_out'])}")
-    if not options.json:
-        print(f"{found['table']}: {found['rows']} rows, {found['columns']} columns")
-    return found
+    return VerbResult.of(found, "export")
+
+
+def show(found: VerbResult) -> None:
+    """Print the table's size."""
+    print(f"{found['table']}: {found['rows']} rows, {found['columns']} columns")

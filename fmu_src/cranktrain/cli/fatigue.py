@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cranktrain.cli.console import jsonable, labelled_bar, of_words, one_of, say, show_rows, stages
-from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
-from cranktrain.cli.run_options import (
-    add_encoder_option,
-    add_level_options,
-    add_settle_option,
-    add_source_options,
-    engine_of,
-    gas_of,
-    option_of,
-    request_of,
-)
+from cranktrain.cli.console import labelled_bar, say, show_rows, stages
+from cranktrain.cli.fillets import chosen_throws, fillet_help, fillets_of
+from cranktrain.cli.functions import verb
+from cranktrain.cli.run_options import engine_of, gas_of, option_of, request_of
+from cranktrain.results.page_head import jsonable
+from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import check_place, marked, whole_file
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, several
 
 if TYPE_CHECKING:
+    from cranktrain.engine.model import Engine
     from cranktrain.studies.fatigue import FatigueReport
 
 DESCRIPTION = """\
@@ -36,60 +33,62 @@ factor counts. The engine file needs a table [crank_strength]. --json prints {"f
 "amplitude_mpa", "mean_mpa", "converged", "speed_rpm", "by", "safety_factor_by_rule_factors"}], "rule", "speeds", …}.
 With --bearings held main journals do not move, so each throw bends by itself.
 """
-CRITERIA = ("haigh", "findley")
 RESULT = marked("result of cranktrain fatigue", '"fillets"')
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options to those that all verbs of an engine have."""
-    add = parser.add_argument
-    add(
-        "--speed", dest="speeds_rpm", type=float, nargs="+", metavar="RPM",
-        help="speeds, rev/min (default: the engine's best_speed)",
-    )  # fmt: skip
-    law = add(
-        "--criterion", default="haigh", metavar="NAME",
-        help="haigh (default): rainflow and mean stress; findley: shear and normal stress of the critical plane",
-    )  # fmt: skip
-    of_words(law, CRITERIA)
-    add_level_options(parser, without="--pistons")
-    add_settle_option(parser)
-    add_source_options(parser)
-    add_encoder_option(parser)
-    add_fillet_option(parser, "stresses of fillets and oil bores")
-    add("--output", metavar="FILE.json", help="file for what --json prints, which cranktrain report reads")
-    add("--plots", metavar="FOLDER", help="folder for pictures of safety factors and, for haigh, its diagram")
+@dataclass(frozen=True, kw_only=True)
+class Fatigue(
+    words.CrankLevel, words.Levels, words.Load, words.Settled, words.Pressures, words.Encoder, words.Meshes
+):  # fmt: skip
+    """Question of :func:`fatigue`."""
+
+    speeds_rpm: Annotated[
+        float | Sequence[float] | None, Option("RPM", "speeds, rev/min (default: the engine's best_speed)", "--speed")
+    ] = None
+    criterion: Annotated[
+        Literal["haigh", "findley"],
+        Option(
+            "NAME", "haigh (default): rainflow and mean stress; findley: shear and normal stress of the critical plane"
+        ),
+    ] = "haigh"
+    fillets: Annotated[str | None, Option("THROWS", fillet_help("stresses of fillets and oil bores"))] = None
+    output: Annotated[
+        words.File | None, Option("FILE.json", "file for what --json prints, which cranktrain report reads")
+    ] = None
+    plots: Annotated[
+        words.File | None, Option("FOLDER", "folder for pictures of safety factors and, for haigh, its diagram")
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Run the speeds, judge every place, print a table unless JSON is wanted."""
+@verb(Fatigue, DESCRIPTION)
+def fatigue(named: str | Path | Engine, ask: Fatigue) -> VerbResult:
+    """Run the speeds, and judge every place."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.strength.figures import PICTURES, save_pictures
     from cranktrain.structure.stress.stress_modes import ShapedCrank
-    from cranktrain.studies.fatigue import crank_strength, fatigue
+    from cranktrain.studies import fatigue as study
     from cranktrain.studies.stressed_run import check_stressed
 
-    engine = engine_of(options)
-    crank_strength(engine)
-    one_of("--criterion", options.criterion, CRITERIA)
-    speeds = options.speeds_rpm or [round(engine.best_speed * 30.0 / math.pi, 6)]
-    request = request_of(options, speeds[0])
+    engine = engine_of(named, ask)
+    study.crank_strength(engine)
+    speeds = list(several(ask.speeds_rpm)) or [round(engine.best_speed * 30.0 / math.pi, 6)]
+    request = request_of(ask, speeds[0])
     for speed in speeds:
         replace(request, speed_rpm=speed).settings(engine, option_of)
     gas = gas_of(request, engine, speeds)
-    folder = None if options.plots is None else Path(options.plots)
+    folder = None if ask.plots is None else Path(ask.plots)
     if folder is not None:
         check_folder(folder, pictures=PICTURES)
-    target = None if options.output is None else Path(options.output)
+    target = None if ask.output is None else Path(ask.output)
     if target is not None:
         check_place(target, RESULT)
-    throws = chosen_throws(options, engine)
+    throws = chosen_throws(ask.fillets, ask.mesh, engine)
     if throws:
         check_stressed(request, request.settings(engine, option_of))
     with stages(f"{engine.name}: fatigue") as tell:
         fillets = fillets_of(engine, throws, cache(lambda: ShapedCrank.of(engine, None, tell)), tell)
     with labelled_bar(f"{engine.name}: fatigue") as (tell, advance):
-        report = fatigue(engine, request, speeds, options.criterion, tell, advance, fillets, gas)
+        report = study.fatigue(engine, request, speeds, ask.criterion, tell, advance, fillets, gas)
     found = report.as_dict()
     if folder is not None:
         places = [one for one, _ in report.places]
@@ -100,13 +99,12 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if target is not None:
         with whole_file(target, RESULT) as temporary:
             temporary.write_text(json.dumps(jsonable(found), indent=2, allow_nan=False), encoding="utf-8")
-    if not options.json:
-        _show(report, found)
-    return found
+    return VerbResult.of(found, "fatigue", report=report)
 
 
-def _show(report: FatigueReport, found: dict[str, Any]) -> None:
+def show(found: VerbResult) -> None:
     """Print what is found for people."""
+    report: FatigueReport = found.beside["report"]
     rule = {row["name"]: row for row in found["rule"]["places"]}
     rows = [
         (

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cranktrain.core.errors import InputError
@@ -14,23 +14,22 @@ if TYPE_CHECKING:
     from cranktrain.structure.stress.sub_model import FilletModes
 
 
-def add_fillet_option(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the option; ``what`` it is for begins its help."""
-    parser.add_argument(
-        "--fillets", metavar="THROWS",
-        help=f"{what} by fine sub-models of these throws: all, or numbers such as 1,6; minutes and 3 to 4 GB the first "
-        "time, then kept",
-    )  # fmt: skip
+def fillet_help(what: str) -> str:
+    """Help of the option; ``what`` it is for begins it."""
+    return (
+        f"{what} by fine sub-models of these throws: all, or numbers such as 1,6; minutes and 3 to 4 GB the first "
+        "time, then kept"
+    )
 
 
-def chosen_throws(options: argparse.Namespace, engine: Engine) -> list[int]:
+def chosen_throws(fillets: str | None, mesh: str | Path | None, engine: Engine) -> list[int]:
     """Throws whose fillets are wanted; ``InputError``."""
-    if options.fillets is None:
+    if fillets is None:
         return []
-    if options.mesh is not None:
+    if mesh is not None:
         raise InputError("--fillets meshes throws by the engine file's dimensions; leave out --mesh")
     words = [str(k + 1) for k in range(len(engine.crankshaft.throw_angles))]
-    chosen = words if options.fillets == "all" else [word.strip() for word in options.fillets.split(",")]
+    chosen = words if fillets == "all" else [word.strip() for word in fillets.split(",")]
     for word in chosen:
         if word not in words:
             raise InputError(f"--fillets '{word}' is not a throw; engine '{engine.name}' has 1 to {len(words)}, or all")

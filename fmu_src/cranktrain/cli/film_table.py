@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
 
-from cranktrain.cli.console import Interrupted, bar, number, of_words, say
+from cranktrain.cli.console import Interrupted, bar, say
+from cranktrain.cli.functions import verb_alone
+from cranktrain.core.typed_file import between
 from cranktrain.film.contact.gap import SMOOTH, STRAIGHT
 from cranktrain.film.table.database import GROOVES, RESOLUTIONS, TableSettings
 from cranktrain.film.table.law import SHARE_MARGIN
-from cranktrain.store.film_tables import film_table
+from cranktrain.results.views.found import VerbResult
+from cranktrain.store import film_tables
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 DESCRIPTION = """\
 Make the film table of bearings with one width-to-diameter ratio; it is kept in the cache.
@@ -28,34 +34,50 @@ next to the largest tilt, where runs also solve the film.
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add, share = parser.add_argument, TableSettings.tilt_range
-    add("--length-ratio", type=float, required=True, metavar="L/D", help="width over diameter, 0.05 to 4")
-    groove = add("--groove", default="none", metavar="KIND", help=f"{' or '.join(GROOVES)} (fully round); none")
-    of_words(groove, GROOVES)
-    add("--no-tilt", dest="tilt", action="store_false", help="only the table of the aligned journal")
-    add("--tilt-range", type=float, default=share, metavar="SHARE", help=f"over the possible tilt (default {share:g})")
-    add("--relief", type=float, nargs=3, default=STRAIGHT, metavar=("DEPTH", "SHARE", "EXPONENT"),
-        help="axial profile of the shell, its depth over the clearance (default: straight)")  # fmt: skip
-    add("--roughness", type=float, default=SMOOTH, metavar="SIGMA", help="of both surfaces, over the clearance")
-    of_words(add("--resolution", default="default", metavar="NAME", help=", ".join(RESOLUTIONS)), RESOLUTIONS)
-    add("--rebuild", action="store_true", help="compute even where a stored table exists")
-    add("--jobs", type=number(1, 256, "processes", int), metavar="N", help="processes (default: as many as processors)")
-    add("--output", metavar="FILE.h5", help="where the table is kept (default: the cache)")
+@dataclass(frozen=True, kw_only=True)
+class FilmTable(Question):
+    """Question of :func:`film_table`."""
+
+    length_ratio: Annotated[float, Option("L/D", "width over diameter, 0.05 to 4")]
+    groove: Annotated[
+        Literal["none", "circumferential"],
+        Option("KIND", f"{' or '.join(GROOVES)} (fully round); none", words=GROOVES),
+    ] = "none"
+    tilt: Annotated[bool, Option(help="only the table of the aligned journal")] = True
+    tilt_range: Annotated[float, Option("SHARE", "over the possible tilt (default {default})")] = (
+        TableSettings.tilt_range
+    )
+    relief: Annotated[
+        Sequence[float],
+        Option(
+            ("DEPTH", "SHARE", "EXPONENT"),
+            "axial profile of the shell, its depth over the clearance (default: straight)",
+            count=3,
+        ),
+    ] = STRAIGHT
+    roughness: Annotated[float, Option("SIGMA", "of both surfaces, over the clearance")] = SMOOTH
+    resolution: Annotated[
+        Literal["coarse", "default", "fine"], Option("NAME", ", ".join(RESOLUTIONS), words=RESOLUTIONS.keys)
+    ] = "default"
+    rebuild: Annotated[bool, Option(help="compute even where a stored table exists")] = False
+    jobs: Annotated[
+        int | None, between(1, 256, "processes"), Option("N", "processes (default: as many as processors)")
+    ] = None
+    output: Annotated[words.File | None, Option("FILE.h5", "where the table is kept (default: the cache)")] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb_alone(FilmTable, DESCRIPTION)
+def film_table(ask: FilmTable) -> VerbResult:
     """Make or read the table; report its path, size and error."""
     settings = TableSettings(
-        options.length_ratio, options.groove, options.resolution, options.tilt, options.tilt_range,
-        options.relief[0], options.relief[1], options.relief[2], options.roughness,
+        ask.length_ratio, ask.groove, ask.resolution, ask.tilt, ask.tilt_range,
+        ask.relief[0], ask.relief[1], ask.relief[2], ask.roughness,
     )  # fmt: skip
     start = time.perf_counter()
     try:
         with bar(f"film table, L/D {settings.length_ratio:g}") as advance:
-            table, path, solved = film_table(
-                settings, options.output, rebuild=options.rebuild, workers=options.jobs,
+            table, path, solved = film_tables.film_table(
+                settings, ask.output, rebuild=ask.rebuild, workers=ask.jobs,
                 progress=lambda done, total: advance(done / total) if advance else None,
                 say=lambda text: say(f"cranktrain: {text}"),
             )  # fmt: skip
@@ -77,13 +99,18 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         **{f"{key}_error": value for key, value in errors.items()},
         **{f"{key}_error_to_0.95": value for key, value in usual.items()},
     }
-    if not options.json:
-        print(f"{'Solved' if solved else 'Kept'}: {path} ({result['file_bytes'] / 1e6:.1f} MB, {table.cells} cells)")
-        print(f"largest interpolation error of all cells: {100.0 * result['max_interpolation_error']:.2g} %")
-        for name in ("aligned", "tilted"):
-            if f"{name}_max" in usual and math.isfinite(usual[f"{name}_max"]):
-                most, often = (100.0 * usual[f"{name}_{what}"] for what in ("max", "p95"))
-                where = f"{name}, to eccentricity 0.95 where the table alone is read"
-                print(f"{where}: {most:.2g} % at most, {often:.2g} % at the 95th percentile")
-        print(f"{seconds:.1f} s")
-    return result
+    return VerbResult.of(result, "film-table", usual=usual)
+
+
+def show(result: VerbResult) -> None:
+    """Print where the table is and what it is worth."""
+    usual = result.beside["usual"]
+    kept = "Solved" if result["slabs_solved"] else "Kept"
+    print(f"{kept}: {result['path']} ({result['file_bytes'] / 1e6:.1f} MB, {result['cells']} cells)")
+    print(f"largest interpolation error of all cells: {100.0 * result['max_interpolation_error']:.2g} %")
+    for name in ("aligned", "tilted"):
+        if f"{name}_max" in usual and math.isfinite(usual[f"{name}_max"]):
+            most, often = (100.0 * usual[f"{name}_{what}"] for what in ("max", "p95"))
+            where = f"{name}, to eccentricity 0.95 where the table alone is read"
+            print(f"{where}: {most:.2g} % at most, {often:.2g} % at the 95th percentile")
+    print(f"{result['seconds']:.1f} s")

@@ -11,7 +11,6 @@ What takes long to load is imported in functions: an interrupt in the first seco
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import os
 import re
@@ -19,20 +18,16 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NoReturn
 
-from cranktrain import lab
 from cranktrain.cli import streams
 from cranktrain.cli.exit_codes import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
-from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
+from cranktrain.cli.verbs import FUNCTIONS, VERBS
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
 from cranktrain.core.visible_text import visible_streams
-
-MODULES = {"damper-optimum": "damper"}
-"""Modules that are not called as their verbs are."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -44,7 +39,8 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
 
     def error(self, message: str) -> NoReturn:
-        raise InputError(f"{re.sub(r'^argument (--[-0-9a-z]+): ', chr(92) + '1 ', message)}; see {self.prog} --help")
+        text = re.sub(r"^argument (--[-0-9a-z]+): ", r"\1 ", message)
+        raise InputError(text if "; " in text else f"{text}; see {self.prog} --help")
 
 
 FAILED, WRONG, FAULT = 1, 2, 70
@@ -106,8 +102,9 @@ def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
             print(json.dumps(result, indent=2))
         return _ended(result, stopped)
 
-    from cranktrain.cli.console import jsonable, say
+    from cranktrain.cli.console import say
     from cranktrain.fmu.native.first_use import made_at_first_use
+    from cranktrain.results.page_head import jsonable
 
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
@@ -152,59 +149,31 @@ def _parser(*asked: str) -> _Parser:
     whole = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
     whole.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     verbs = whole.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
-    for name, line in (ENGINE_VERBS | VERBS).items():
+    for name, line in VERBS.items():
         line = line.replace("%", "%%")  # argparse takes a bare % for a format
-        if name not in asked:
+        if name in asked:
+            _add_verb(verbs, name, line)
+        else:
             verbs.add_parser(name, help=line)
-            continue
-        module = verb_module(name)
-        kind = argparse.HelpFormatter if name in ENGINE_VERBS else argparse.RawDescriptionHelpFormatter
-        sub = verbs.add_parser(name, help=line, description=module.DESCRIPTION, formatter_class=kind)
-        if name in ENGINE_VERBS:
-            _add_engine(sub, name)
-        module.add_options(sub)
-        keys = "; keys carry their unit (_hz, _um, …)" if name in ENGINE_VERBS else ""
-        sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
-        sub.set_defaults(verb=module.run, plain=getattr(module, "PLAIN", False))
     return whole
 
 
-def _add_engine(sub: _Parser, name: str) -> None:
-    """Add the engine, and its own mesh or body."""
-    from cranktrain.cli.console import of_words
-    from cranktrain.structure.fem.own_mesh import UNITS
+def _add_verb(verbs: Any, name: str, line: str) -> None:
+    """Add the parser of a verb whose options are the fields of a question."""
+    from cranktrain.cli import parser
+    from cranktrain.cli.functions import verb_of
 
-    add = sub.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-    own = sub.add_mutually_exclusive_group()
-    own.add_argument(
-        "--mesh",
-        metavar="FILE",
-        help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of "
-        "discs and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn",
+    function = parser.function_of(FUNCTIONS[name])
+    known, module = verb_of(function), sys.modules[function.__module__]
+    sub = verbs.add_parser(
+        name, help=line, description=known.about, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    own.add_argument(
-        "--body",
-        dest="mesh",
-        metavar="FILE",
-        help="refused: stresses need finite elements; give their mesh by --mesh"
-        if name == "stress"
-        else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
-        "superelement of another program (.toml)",
+    parser.add_question(sub, known)
+    keys = (
+        "; keys carry their unit (_hz, _um, …)" if known.subject is not None and known.subject.name == "engine" else ""
     )
-    unit = add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
-    of_words(unit, UNITS)
-
-
-def module_name(verb: str) -> str:
-    """Name of a verb's module."""
-    folder = lab.CLI if verb in lab.VERBS else "cranktrain.cli"
-    return f"{folder}.{MODULES.get(verb, verb.replace('-', '_'))}"
-
-
-def verb_module(verb: str) -> ModuleType:
-    """Module of a verb."""
-    return importlib.import_module(module_name(verb))
+    sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
+    sub.set_defaults(verb=partial(parser.run_verb, module, function), plain=getattr(module, "PLAIN", False))
 
 
 if __name__ == "__main__":

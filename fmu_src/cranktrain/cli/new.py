@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import argparse
-import math
+import tomllib
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Annotated, Any, Literal
 
 from cranktrain import lab
-from cranktrain.cli.console import number, of_words
+from cranktrain.cli.functions import Subject, verb
 from cranktrain.core.errors import InputError
-from cranktrain.engine.file import check_name, load_engine
+from cranktrain.core.typed_file import between
+from cranktrain.core.units import RPM
+from cranktrain.engine.file import check_name, engine_of, load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.design.balance import cylinder_places, free_forces
 from cranktrain.studies.design.layouts import LAYOUTS, layout
 from cranktrain.studies.design.options import DAMPERS, FLYWHEELS, Equipment, equipment
 from cranktrain.studies.design.sizes import FUELS, MECHANICAL_EFFICIENCY, Sizes, sizes
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 DESCRIPTION = f"""\
 Write a complete engine file from a layout and a few sizes.
@@ -30,94 +33,152 @@ and a picture of what was found, NAME_crank.png, are written beside the engine f
 Layouts: {", ".join(LAYOUTS)}.
 """
 KIND = marked("engine file", "[crankshaft]")
+NAME = Subject("name", "NAME", "of the engine: letters, digits and _; the file is NAME.toml")
+LayoutWord = Literal[
+    "single", "i2", "i3", "i4", "i5", "i6", "i7", "i8", "i9", "i10", "i11", "i12", "v2", "v4", "v6", "v6_60", "v6_90",
+    "v8", "v10", "v12", "v16", "boxer2", "boxer4", "boxer6",
+]  # fmt: skip
 NEEDED = ("layout", "bore_mm", "stroke_mm")
-RPM = math.pi / 30.0
 cad = import_module(lab.STEP_FILES)
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("name", metavar="NAME", help="of the engine: letters, digits and _; the file is NAME.toml")
-    of_words(add("--layout", metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}"), LAYOUTS)
-    add("--bore-mm", type=number(10.0, 1500.0, "mm"), metavar="MM", help="bore, mm")
-    add("--stroke-mm", type=number(5.0, 4000.0, "mm"), metavar="MM", help="stroke, mm")
-    add("--bank-angle-deg", type=number(0.0, 360.0, "deg"), metavar="DEG", help="between the banks of a V, deg")
-    add("--rod-mm", type=number(10.0, 10000.0, "mm"), metavar="MM", help="rod between its eyes, mm (default: 0.3 of it "
-        "is the throw)")  # fmt: skip
-    of_words(add("--fuel", default="petrol", metavar="FUEL", help=f"{' or '.join(FUELS)} (default petrol)"), FUELS)
-    add("--power-kw", type=number(0.01, 1e5, "kW"), metavar="KW", help="brake power at the rated speed, kW (default: "
-        "of the usual mean effective pressure)")  # fmt: skip
-    add("--rated-rpm", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
-        help="rated speed, rev/min (default: of the usual mean piston speed)")  # fmt: skip
-    of_words(add("--damper", metavar="KIND", help=f"torsional damper fitted to the first torsional mode: "
-                 f"{' or '.join(DAMPERS)} (default none)"), DAMPERS)  # fmt: skip
-    of_words(add("--flywheel", default=FLYWHEELS[0], metavar="KIND", help=f"{' or '.join(FLYWHEELS)} (default "
-                 f"{FLYWHEELS[0]})"), FLYWHEELS)  # fmt: skip
-    add("--mounts", action="store_true", help="with a block and four mounts, for --block flexible")
-    add("--force", action="store_true", help="replace an engine file of that name")
-    cad.add_step_options(parser)
+Diameter = Annotated[float, between(1.0, 5000.0, "mm")]
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class FromStep(Question):
+    """A STEP file, and what states the things that it leaves open."""
+
+    heading = "crankshaft from CAD"
+    step: Annotated[
+        words.File | None,
+        Option(
+            "FILE",
+            "STEP file (.step, .stp) of the crankshaft alone, in any place and unit; layout and stroke follow from it",
+        ),
+    ] = None
+    main_diameter_mm: Annotated[
+        Diameter | None, Option("MM", "diameter of the main journals, where other cylinders are taken for them")
+    ] = None
+    pin_diameter_mm: Annotated[Diameter | None, Option("MM", "diameter of the pins, likewise")] = None
+    mains: Annotated[
+        int | None, between(2, 40, "main journals"), Option("N", "number of main journals, as a check")
+    ] = None
+    pulley_end: Annotated[
+        str | None,
+        Option("END", "end of the pulley in the file's axes: -x, +x, -y, +y, -z or +z (write --pulley-end=-z)"),
+    ] = None
+    thrust_main: Annotated[
+        int | None, between(1, 40, ""), Option("N", "main journal of the thrust bearing (default the middle one)")
+    ] = None
+    mesh_size_mm: Annotated[
+        float | None, between(0.1, 1000.0, "mm"), Option("MM", "largest element edge (default 0.17 of the bore)")
+    ] = None
+    step_unit: Annotated[
+        str | None, Option("UNIT", "unit of the coordinates, where the file states a wrong one: mm, m, in")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewEngine(FromStep):
+    """Question of :func:`new_engine`."""
+
+    heading = ""
+    layout: Annotated[
+        LayoutWord | None, Option("LAYOUT", f"of the cylinders: {', '.join(LAYOUTS)}", words=LAYOUTS.keys)
+    ] = None
+    bore_mm: Annotated[float | None, between(10.0, 1500.0, "mm"), Option("MM", "bore, mm")] = None
+    stroke_mm: Annotated[float | None, between(5.0, 4000.0, "mm"), Option("MM", "stroke, mm")] = None
+    bank_angle_deg: Annotated[
+        float | None, between(0.0, 360.0, "deg"), Option("DEG", "between the banks of a V, deg")
+    ] = None
+    rod_mm: Annotated[
+        float | None,
+        between(10.0, 10000.0, "mm"),
+        Option("MM", "rod between its eyes, mm (default: 0.3 of it is the throw)"),
+    ] = None
+    fuel: Annotated[
+        Literal["petrol", "diesel"],
+        Option("FUEL", f"{' or '.join(FUELS)} (default petrol)", words=FUELS.keys),
+    ] = "petrol"
+    power_kw: Annotated[
+        float | None,
+        between(0.01, 1e5, "kW"),
+        Option("KW", "brake power at the rated speed, kW (default: of the usual mean effective pressure)"),
+    ] = None
+    rated_rpm: Annotated[
+        words.Rpm | None, Option("RPM", "rated speed, rev/min (default: of the usual mean piston speed)")
+    ] = None
+    damper: Annotated[
+        Literal["rubber", "viscous"] | None,
+        Option(
+            "KIND",
+            f"torsional damper fitted to the first torsional mode: {' or '.join(DAMPERS)} (default none)",
+            words=DAMPERS,
+        ),
+    ] = None
+    flywheel: Annotated[
+        Literal["solid", "dual-mass"],
+        Option("KIND", f"{' or '.join(FLYWHEELS)} (default {FLYWHEELS[0]})", words=FLYWHEELS),
+    ] = "solid"
+    mounts: Annotated[bool, Option(help="with a block and four mounts, for --block flexible")] = False
+    force: Annotated[bool, Option(help="replace an engine file of that name")] = False
+
+
+@verb(NewEngine, DESCRIPTION, NAME)
+def new_engine(name: str | Path, ask: NewEngine) -> Engine:
+    """Design an engine; only one from a STEP file is written, with its mesh."""
+    from cranktrain.studies.design.rules import document
+
+    name = str(name)
+    if ask.step is not None:
+        return load_engine(answer(name, ask)["file"])
+    check_name(name, "name")
+    text = document(name, _sizes(ask), equipment_of(ask)).text
+    return engine_of(tomllib.loads(text), f"{name}.toml", None)
+
+
+def answer(named: str, ask: NewEngine) -> VerbResult:
     """Design the engine, write its file, and read it back."""
     from cranktrain.studies.design.rules import document
 
-    name = options.name[:-5] if options.name.lower().endswith(".toml") else options.name
+    name = named[:-5] if named.lower().endswith(".toml") else named
     check_name(name, "NAME")
     path = Path(f"{name}.toml")
-    for own in (path, *(cad.step_files(name) if options.step else ())):
-        if own.exists() and not options.force:
+    for own in (path, *(cad.step_files(name) if ask.step else ())):
+        if own.exists() and not ask.force:
             raise InputError(f"{own}: exists; give --force to replace it, or take another name")
-    if options.step is not None:
-        made = cad.engine_of_step(options, name, equipment_of(options))
-        report = _report(made.sizes, path, equipment_of(options)) | cad.step_report(made, name)
-        if not options.json:
-            cad.show_step(report)
-            _show(report)
-        return report
-    found = _sizes(options)
-    text = document(name, found, equipment_of(options)).text
+    if ask.step is not None:
+        made = cad.engine_of_step(ask, name, equipment_of(ask))
+        report = _report(made.sizes, path, equipment_of(ask)) | cad.step_report(made, name)
+        return VerbResult.of(report, "new")
+    found = _sizes(ask)
+    text = document(name, found, equipment_of(ask)).text
     with whole_file(path, KIND) as temporary:
         temporary.write_text(text, encoding="utf-8")
         load_engine(temporary)
-    report = _report(found, path, equipment_of(options))
-    if not options.json:
-        _show(report)
-    return report
+    return VerbResult.of(_report(found, path, equipment_of(ask)), "new")
 
 
-def answer(options: argparse.Namespace) -> Engine:
-    """The engine itself, for the library; only one from a STEP file is written, with its mesh."""
-    from cranktrain.studies.design.rules import document
-
-    if options.step is not None:
-        return load_engine(run(options)["file"])
-    check_name(options.name, "name")
-    with TemporaryDirectory(prefix="cranktrain-new-") as folder:
-        path = Path(folder) / f"{options.name}.toml"
-        path.write_text(document(options.name, _sizes(options), equipment_of(options)).text, encoding="utf-8")
-        return load_engine(path)
-
-
-def equipment_of(options: argparse.Namespace) -> Equipment:
+def equipment_of(ask: NewEngine) -> Equipment:
     """What the options ask for beside the engine itself."""
-    return equipment(options.damper, options.flywheel, options.mounts)
+    return equipment(ask.damper, ask.flywheel, ask.mounts)
 
 
-def _sizes(options: argparse.Namespace) -> Sizes:
+def _sizes(ask: NewEngine) -> Sizes:
     """Sizes of an engine without a STEP file."""
-    cad.check_no_step_options(options)
-    if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
+    cad.check_no_step_options(ask)
+    if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(ask, key) is None]:
         raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
+    assert ask.layout and ask.bore_mm and ask.stroke_mm
     return sizes(
-        layout(options.layout, options.bank_angle_deg),
-        1e-3 * options.bore_mm,
-        1e-3 * options.stroke_mm,
-        options.fuel,
-        rod=None if options.rod_mm is None else 1e-3 * options.rod_mm,
-        power=None if options.power_kw is None else 1e3 * options.power_kw,
-        rated=None if options.rated_rpm is None else options.rated_rpm * RPM,
+        layout(ask.layout, ask.bank_angle_deg),
+        1e-3 * ask.bore_mm,
+        1e-3 * ask.stroke_mm,
+        ask.fuel,
+        rod=None if ask.rod_mm is None else 1e-3 * ask.rod_mm,
+        power=None if ask.power_kw is None else 1e3 * ask.power_kw,
+        rated=None if ask.rated_rpm is None else ask.rated_rpm * RPM,
     )
 
 
@@ -146,7 +207,10 @@ def _step(s: Sizes) -> float:
     return float(f"{(s.rated - s.lowest) / RPM / 50.0:.1g}")
 
 
-def _show(report: dict[str, Any]) -> None:
+def show(report: VerbResult) -> None:
+    """Print what was made, and what to do next."""
+    if "mesh" in report:
+        cad.show_step(report)
     gaps = report["intervals_deg"]
     every = f"every {gaps[0]:g} deg" if report["fires_evenly"] else f"at {', '.join(f'{gap:g}' for gap in gaps)} deg"
     free = report["free_forces"]

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
-from cranktrain.cli.bodies import bare_crankshaft, own_meshes
-from cranktrain.cli.console import bar, number, stages
-from cranktrain.cli.run_options import add_level_options, add_settle_option, option_of, request_of
+from cranktrain.cli.bodies import bare_crankshaft, own_mesh
+from cranktrain.cli.console import bar, stages
+from cranktrain.cli.functions import verb
+from cranktrain.cli.run_options import option_of, request_of
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import between
 from cranktrain.engine.file import load_engine
+from cranktrain.results.views.found import VerbResult
 from cranktrain.structure.crank.modal import KINDS
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
@@ -26,63 +31,71 @@ its stress.
 FRAME_DEG = 10
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options to those that all verbs of an engine have."""
-    add = parser.add_argument
-    add(
-        "--mode", metavar="MODE",
-        help=f"number as 'modal' lists them, or first of a kind: {', '.join(KINDS)} (default torsional)",
-    )  # fmt: skip
-    add("--free", action="store_true", help="a mode of the free crankshaft; default the cranktrain at rest")
-    add("--speed", dest="speed_rpm", type=float, metavar="RPM", help="the running crank at this speed, rev/min")
-    add(
-        "--angle-deg", type=number(0.0, 720.0, "deg"), default=0.0, metavar="DEG",
-        help="crank angle of a still of the running crank, to 10 degrees (default 0)",
-    )  # fmt: skip
-    add(
-        "--enlarge", type=number(0.0, 1e9, "times"), metavar="TIMES",
-        help="enlargement of the motion (default: the largest is 3 %% of the length)",
-    )  # fmt: skip
-    add("--output", metavar="FILE", help="picture, ending in .png, .gif, .mp4 or .html (default ENGINE_WHAT.png)")
-    add_level_options(parser, without="--crank")
-    add_settle_option(parser)
+@dataclass(frozen=True, kw_only=True)
+class Picture(words.Settled, words.Levels, words.PistonLevel, words.Load, words.Meshes):
+    """Question of :func:`picture`."""
+
+    mode: Annotated[
+        str | None,
+        Option("MODE", f"number as 'modal' lists them, or first of a kind: {', '.join(KINDS)} (default torsional)"),
+    ] = None
+    free: Annotated[bool, Option(help="a mode of the free crankshaft; default the cranktrain at rest")] = False
+    speed_rpm: Annotated[float | None, Option("RPM", "the running crank at this speed, rev/min", "--speed")] = None
+    angle_deg: Annotated[
+        float,
+        between(0.0, 720.0, "deg"),
+        Option("DEG", "crank angle of a still of the running crank, to 10 degrees (default 0)"),
+    ] = 0.0
+    enlarge: Annotated[
+        float | None,
+        between(0.0, 1e9, "times"),
+        Option("TIMES", "enlargement of the motion (default: the largest is 3 % of the length)"),
+    ] = None
+    output: Annotated[
+        words.File | None, Option("FILE", "picture, ending in .png, .gif, .mp4 or .html (default ENGINE_WHAT.png)")
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb(Picture, DESCRIPTION)
+def picture(named: str | Path | Engine, ask: Picture) -> VerbResult:
     """Draw, and say where the picture is."""
     from cranktrain.results.pictures.files import check_picture, save_picture
 
-    engine = load_engine(options.engine)
-    running = options.speed_rpm is not None
-    if running and (options.mode is not None or options.free):
+    engine = load_engine(named)
+    running = ask.speed_rpm is not None
+    if running and (ask.mode is not None or ask.free):
         raise InputError("--speed draws the running crank, --mode and --free draw a mode; leave one of them out")
-    what = f"{options.speed_rpm:g}rpm" if running else f"mode_{options.mode or KINDS[1]}"
-    path = Path(options.output or f"{engine.name}_{what}.png")
+    what = f"{ask.speed_rpm:g}rpm" if running else f"mode_{ask.mode or KINDS[1]}"
+    path = Path(ask.output or f"{engine.name}_{what}.png")
     check_picture(path)
-    surface = running_surface(engine, options) if running else _mode(engine, options)
-    enlargement = surface.enlargement if options.enlarge is None else options.enlarge
-    frame = round(options.angle_deg / FRAME_DEG) % len(surface.turn) if running else 0
+    surface = running_surface(engine, ask) if running else _mode(engine, ask)
+    enlargement = surface.enlargement if ask.enlarge is None else ask.enlarge
+    frame = round(ask.angle_deg / FRAME_DEG) % len(surface.turn) if running else 0
     with bar(path.name) as advance:
         save_picture(path, surface, enlargement, frame, advance or (lambda share: None))
-    if not options.json:
-        print(f"{surface.title}; {surface.scale.format(enlargement)}: {path}")
-    return {"picture": str(path), "title": surface.title, "enlargement": enlargement, "frames": len(surface.turn)}
+    found = {"picture": str(path), "title": surface.title, "enlargement": enlargement, "frames": len(surface.turn)}
+    return VerbResult.of(found, "picture", scale=surface.scale.format(enlargement))
 
 
-def _mode(engine: Engine, options: argparse.Namespace) -> MovingSurface:
+def show(found: VerbResult) -> None:
+    """Print where the picture is."""
+    print(f"{found['title']}; {found.beside['scale']}: {found['picture']}")
+
+
+def _mode(engine: Engine, ask: Picture) -> MovingSurface:
     from cranktrain.results.pictures.modes import mode_picture
 
-    own_meshes(options)
-    bare, _ = bare_crankshaft(engine, options)
-    return mode_picture(engine, bare, options.mode or KINDS[1], options.free, options.mesh)
+    mesh = own_mesh(ask.mesh, ask.mesh_unit)
+    bare, _ = bare_crankshaft(engine, mesh)
+    return mode_picture(engine, bare, ask.mode or KINDS[1], ask.free, mesh)
 
 
-def running_surface(engine: Engine, options: argparse.Namespace) -> MovingSurface:
-    """The running crankshaft that the options ask for; ``InputError``, ``SolverError``."""
+def running_surface(engine: Engine, ask: Picture) -> MovingSurface:
+    """The running crankshaft that is asked for; ``InputError``, ``SolverError``."""
     from cranktrain.results.pictures.running import running_picture
     from cranktrain.studies.stressed_run import stressed_run
 
-    request = request_of(options, options.speed_rpm)
+    request = request_of(ask, ask.speed_rpm or 0.0)
     settings = request.settings(engine, option_of)
     with stages(engine.name) as tell:
         made, stress = stressed_run(engine, request, settings, tell)

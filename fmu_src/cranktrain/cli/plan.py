@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, show_rows, stages
+from cranktrain.cli.functions import SCENE, verb
+from cranktrain.studies.requests.fields import Question
 from cranktrain.studies.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -24,22 +26,20 @@ cranktrain tradeoff --total), the plan takes the cheapest levels whose total err
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    parser.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
+@verb(Question, DESCRIPTION, SCENE)
+def plan(scene: str | Path | Scene, ask: Question) -> Plan:
+    """Make the plan."""
+    return made_plan(load_scene(scene))[0]
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Make the plan and print it unless JSON is wanted."""
-    made, _ = made_plan(load_scene(options.scene))
-    if not options.json:
-        show_plan(made)
+def show(made: Plan) -> None:
+    """Print the plan as a table, its reasons below."""
+    show_plan(made)
+
+
+def told(made: Plan) -> dict[str, Any]:
+    """The plan as ``--json`` prints it."""
     return made.as_dict()
-
-
-def answer(options: argparse.Namespace) -> Plan:
-    """The plan itself, for the library."""
-    return made_plan(load_scene(options.scene))[0]
 
 
 def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:
@@ -47,13 +47,13 @@ def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:
 
     ``compare`` it with the next levels even where that takes minutes.
     """
-    from cranktrain.studies.planning.planning import plan
+    from cranktrain.studies.planning import planning
     from cranktrain.studies.planning.scene_model import SceneModel
 
     try:
         with stages(f"{scene.name}: plan") as tell:
             model = SceneModel(scene, tell)
-            return plan(scene, model, compare), model
+            return planning.plan(scene, model, compare), model
     except KeyboardInterrupt:
         raise Interrupted("interrupted; finished measurements are kept, repeat the command to continue") from None
 

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cranktrain.cli.console import say, show, taking
+from cranktrain.cli import console
+from cranktrain.cli.console import say
+from cranktrain.cli.functions import Subject, verb
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, paths
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cranktrain.engine.model import Engine
     from cranktrain.results.orders.measured import Measured
     from cranktrain.results.orders.resonances import Peak
     from cranktrain.results.run_up.run_up import RunUp
@@ -35,92 +39,78 @@ Measured orders are read from a text file with the columns speed_rpm, order, amp
 amplitudes zero to peak, or from curves over speed of a UFF file; `cranktrain measured --orders --output` writes such a
 table. Their deviations from the computed orders are printed.
 """
-HIGHEST = 1000.0
-"""Highest order that a run-up may have."""
+FILE = Subject("file", "FILE.h5", "result of cranktrain runup or simulate")
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("file", metavar="FILE.h5", help="result of cranktrain runup or simulate")
-    add("others", nargs="*", default=[], metavar="OTHER.h5", help="results of the same kind, laid over it")
-    add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
-    add("--measured", metavar="FILE", help="measured orders, drawn over the computed ones; table or UFF 58")
-    add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
-    add_chart_options(parser)
-    add("--outputs", metavar="NAMES", help="of results laid over each other and of results of simulate: outputs, a "
-        "picture each, separated by commas (default pulley.torsion)")  # fmt: skip
-    add("--engine", metavar="ENGINE", help="engine file, if the one that the run-up names has moved")
+@dataclass(frozen=True)
+class PlotRunUp(words.Charts):
+    """Question of :func:`plot_runup`."""
+
+    others: Annotated[
+        words.File | Sequence[words.File], Option("OTHER.h5", "results of the same kind, laid over it", place=True)
+    ] = ()
+    _: KW_ONLY
+    plots: Annotated[words.File, Option("DIR", "folder for the pictures (default plots)")] = "plots"
+    measured: Annotated[
+        words.File | None, Option("FILE", "measured orders, drawn over the computed ones; table or UFF 58")
+    ] = None
+    with_damper: Annotated[
+        words.File | None, Option("FILE.h5", "run-up of the same engine with its damper, drawn below it")
+    ] = None
+    outputs: Annotated[
+        str | None,
+        Option(
+            "NAMES",
+            "of results laid over each other and of results of simulate: outputs, a picture each, separated by commas "
+            "(default pulley.torsion)",
+        ),
+    ] = None
+    engine: Annotated[
+        words.File | Engine | None, Option("ENGINE", "engine file, if the one that the run-up names has moved")
+    ] = None
 
 
-def add_chart_options(parser: argparse.ArgumentParser) -> None:
-    """Add how orders over the speed are drawn."""
-    add = parser.add_argument
-    add(
-        "--orders", type=order_list, default=[], metavar="LIST",
-        help="orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)",
-    )  # fmt: skip
-    add(
-        "--log", action="store_true",
-        help="amplitudes on a logarithmic scale (default: where resonances are below a twentieth of the largest)",
-    )  # fmt: skip
-    add("--linear", action="store_true", help="amplitudes on a linear scale whatever they are")
-    add("--peak-to-peak", action="store_true", help="amplitudes peak to peak in place of zero to peak")
-
-
-def scale_of(options: argparse.Namespace) -> bool | None:
-    """Whether amplitudes are drawn on a logarithmic scale; None: as the data need it. ``InputError`` for both."""
-    if options.log and options.linear:
-        raise InputError("--log and --linear ask for two scales; leave one of them out")
-    return True if options.log else False if options.linear else None
-
-
-@taking("str | Sequence[float]")
-def order_list(text: str) -> list[float]:
-    """Type of an option whose value are orders, multiples of a half; sorted, each once."""
-    try:
-        orders = [float(word) for word in text.split(",")]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is no list of orders; give numbers, e.g. 4.5,6") from None
-    for order in orders:
-        if not (0.5 <= order <= HIGHEST and (2.0 * order).is_integer()):
-            raise argparse.ArgumentTypeError(f"order {order:g} is not a multiple of 0.5 up to {HIGHEST:g}")
-    return sorted(set(orders))
-
-
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb(PlotRunUp, DESCRIPTION, FILE)
+def plot_runup(file: str | Path, ask: PlotRunUp) -> VerbResult:
     """Draw what the file holds; modes over the speed where its engine is at hand."""
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import RunUp
     from cranktrain.store.hdf5 import is_run_up
 
-    log = scale_of(options)
-    if options.others or not is_run_up(user_path(options.file)):
-        return _overlaid(options, log)
-    if options.outputs is not None:
+    log = ask.logarithmic
+    if ask.others or not is_run_up(user_path(file)):
+        return _overlaid(str(user_path(file)), ask, log)
+    if ask.outputs is not None:
         raise InputError("--outputs goes with several files, or with a result of simulate; leave it out")
-    run_up = RunUp.load(options.file)
-    for order in options.orders:
+    run_up = RunUp.load(user_path(file))
+    for order in words.orders_of(ask.orders):
         run_up.order(order)  # refuses one that the file does not have
-    damped = RunUp.load(options.with_damper) if options.with_damper else None
-    measured = read_measured_orders(options.measured) if options.measured else None
-    folder = pictures_folder(options.plots)
-    name = options.engine or str(run_up.attributes.get("engine", ""))
+    damped = RunUp.load(ask.with_damper) if ask.with_damper else None
+    measured = read_measured_orders(ask.measured) if ask.measured else None
+    folder = pictures_folder(ask.plots)
+    name = ask.engine or str(run_up.attributes.get("engine", ""))
     engine = None
     try:
         engine = load_engine(name)
     except CranktrainError as error:
-        if options.engine:
+        if ask.engine:
             raise
         say(f"cranktrain: warning: no published speeds and no Campbell diagram: {error}; give --engine")
-    rows = told_deviations(run_up, measured, options.json) if measured else []
-    paths = draw(folder, run_up, engine, measured, damped, style=options)
-    if not options.json:
-        print("\n".join(paths))
-    return {"plots": paths, "deviations": rows} if measured else {"plots": paths}
+    rows = told_deviations(run_up, measured) if measured else []
+    paths = draw(folder, run_up, engine, measured, damped, style=ask)
+    return VerbResult.of({"plots": paths, "deviations": rows} if measured else {"plots": paths}, "plot-runup")
 
 
-def _overlaid(options: argparse.Namespace, log: bool | None) -> dict[str, Any]:
+def show(found: VerbResult) -> None:
+    """Print deviations from measured orders, and the pictures' paths."""
+    from cranktrain.results.orders.deviations import deviation_table
+
+    if found.get("deviations"):
+        console.show(deviation_table(found["deviations"]))
+    print("\n".join(found["plots"]))
+
+
+def _overlaid(file: str, ask: PlotRunUp, log: bool | None) -> VerbResult:
     """Draw results of one kind into one picture an output."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.overlays import file_name, save_overlays
@@ -128,26 +118,24 @@ def _overlaid(options: argparse.Namespace, log: bool | None) -> dict[str, Any]:
     from cranktrain.results.views.loaded import load_run
 
     for name in ("measured", "with_damper", "engine"):
-        if getattr(options, name) is not None:
+        if getattr(ask, name) is not None:
             raise InputError(f"--{name.replace('_', '-')} goes with one run-up; leave it out, or name that file alone")
-    paths = [str(options.file), *map(str, options.others)]
-    if twice := [path for path in dict.fromkeys(paths) if paths.count(path) > 1]:
+    files = [file, *paths(ask.others)]
+    if twice := [path for path in dict.fromkeys(files) if files.count(path) > 1]:
         raise InputError(f"{twice[0]} is named twice; name different files")
-    results: dict[str, Any] = {path: load_run(path) for path in paths}
-    if options.orders and not all(isinstance(one, RunUp) for one in results.values()):
+    results: dict[str, Any] = {path: load_run(path) for path in files}
+    if ask.orders and not all(isinstance(one, RunUp) for one in results.values()):
         raise InputError("--orders goes with run-ups; a run's picture has all its orders")
-    outputs = [name for name in (options.outputs or TORSION).split(",") if name]
-    folder = Path(options.plots)
+    outputs = [name for name in (ask.outputs or TORSION).split(",") if name]
+    folder = Path(ask.plots)
     check_folder(folder, pictures=[file_name(name) for name in outputs])
-    made = save_overlays(folder, results, outputs, options.orders, log, options.peak_to_peak)
-    if not options.json:
-        print("\n".join(map(str, made)))
-    return {"plots": [str(path) for path in made]}
+    made = save_overlays(folder, results, outputs, words.orders_of(ask.orders), log, ask.peak_to_peak)
+    return VerbResult.of({"plots": [str(path) for path in made]}, "plot-runup")
 
 
-def told_deviations(run_up: RunUp, measured: Measured, quiet: bool) -> list[dict[str, Any]]:
-    """Deviations of the computed from the measured orders; shown unless ``quiet``."""
-    from cranktrain.results.orders.deviations import check_measured, deviation_table, deviations, of_another_engine
+def told_deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
+    """Deviations of the computed from the measured orders; doubts of them are told."""
+    from cranktrain.results.orders.deviations import check_measured, deviations, of_another_engine
 
     check_measured(run_up, measured)
     rows = deviations(run_up, measured)
@@ -155,12 +143,10 @@ def told_deviations(run_up: RunUp, measured: Measured, quiet: bool) -> list[dict
         say("cranktrain: warning: the run-up has none of the measured orders")
     elif doubt := of_another_engine(rows):
         say(f"cranktrain: warning: {doubt}")
-    if rows and not quiet:
-        show(deviation_table(rows))
     return rows
 
 
-def pictures_folder(path: str) -> Path:
+def pictures_folder(path: str | Path) -> Path:
     """Folder in which pictures may be written; ``InputError`` where they may not."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.run_up.figures import file_names
@@ -177,18 +163,20 @@ def draw(
     measured: Measured | None = None,
     damped: RunUp | None = None,
     motion: Sequence[Peak] = (),
-    style: argparse.Namespace | None = None,
+    style: words.Charts | None = None,
 ) -> list[str]:
     """Draw a run-up, with ``motion`` peaks that have the torsional mode in motion; returns the pictures' paths.
 
-    ``style`` are options of :func:`add_chart_options`.
+    ``style`` says how orders are drawn.
     """
     from cranktrain.results.run_up.figures import save_run_up_pictures
     from cranktrain.results.run_up.plot_data import Beside
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses
     from cranktrain.studies.run_up.modes import run_up_modes
 
-    chosen = {} if style is None else {"orders": style.orders, "log": scale_of(style)}
+    chosen: dict[str, Any] = (
+        {} if style is None else {"orders": words.orders_of(style.orders), "log": style.logarithmic}
+    )
     beside = Beside(engine, None, measured, motion, **chosen)
     if engine is not None:
         try:

@@ -2,66 +2,76 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
 
-from cranktrain.cli.bodies import add_block_options, bare_crankshaft, checked_block, own_meshes, wants_flexible_block
+from cranktrain.cli.bodies import bare_crankshaft, checked_block, own_mesh, wants_flexible_block
+from cranktrain.cli.functions import verb
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.structure.fem.own_mesh import MeshFile
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
 
 DESCRIPTION = "Make and check the reduced crankshaft, and block, kept in the cache; write them elsewhere."
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options to those that all verbs of an engine have."""
-    parser.add_argument("--rebuild", action="store_true", help="compute even where a stored model exists")
-    parser.add_argument(
-        "--output", metavar="FILE", help="also write the crankshaft: .h5, .npz, or a folder of Matrix Market files"
-    )
-    parser.add_argument("--block-output", metavar="FILE", help="also write the block; needs --block flexible")
-    add_block_options(parser, running=False)
+@dataclass(frozen=True, kw_only=True)
+class Reduce(words.Meshes):
+    """Question of :func:`reduce`."""
+
+    rebuild: Annotated[bool, Option(help="compute even where a stored model exists")] = False
+    output: Annotated[
+        words.File | None, Option("FILE", "also write the crankshaft: .h5, .npz, or a folder of Matrix Market files")
+    ] = None
+    block_output: Annotated[words.File | None, Option("FILE", "also write the block; needs --block flexible")] = None
+    block: words.Block = "ground"
+    block_mesh: words.OwnBlock | None = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb(Reduce, DESCRIPTION)
+def reduce(named: str | Path | Engine, ask: Reduce) -> VerbResult:
     """Make the reduced crankshaft, and block, where they are not stored yet, and report their quality."""
     from cranktrain.store.bodies import check_body_place, export_body
     from cranktrain.structure.assembly import table_crank
     from cranktrain.structure.crank.reduction import stored_path
     from cranktrain.structure.fem.own_body import is_body
 
-    engine = load_engine(options.engine)
-    own_meshes(options)
-    if options.output is not None:
-        check_body_place(options.output)
-    flexible = wants_flexible_block(engine, options)
-    if options.block_output is not None:
+    engine = load_engine(named)
+    mesh, block_mesh = own_mesh(ask.mesh, ask.mesh_unit), own_mesh(ask.block_mesh, ask.mesh_unit)
+    if ask.output is not None:
+        check_body_place(ask.output)
+    flexible = wants_flexible_block(engine, ask.block, block_mesh)
+    if ask.block_output is not None:
         if not flexible:
             raise InputError("--block-output needs --block flexible; on ground there is no block")
-        check_body_place(options.block_output)
-    table = table_crank(engine, options.mesh)
-    body, seconds = bare_crankshaft(engine, options, options.rebuild, checked=True) if table is None else (table, 0.0)
-    own = table is not None or (options.mesh and is_body(options.mesh))
+        check_body_place(ask.block_output)
+    table = table_crank(engine, mesh)
+    body, seconds = bare_crankshaft(engine, mesh, ask.rebuild, checked=True) if table is None else (table, 0.0)
+    own = table is not None or (mesh and is_body(mesh))
     result = {
-        "path": str(options.mesh if own else stored_path(engine, options.mesh)),
+        "path": str(mesh if own else stored_path(engine, mesh)),
         "modes": body.n_modes,
         "mass_kg": body.mass,
         "elastic_hz": body.frequencies_hz[6:16].tolist(),
         "quality": dict(body.quality),
         "seconds": seconds,
     }
-    if options.output is not None:
-        result["output"] = str(export_body(options.output, body))
-    if not options.json:
-        _show(engine, body, result)
+    if ask.output is not None:
+        result["output"] = str(export_body(ask.output, body))
+    beside: dict[str, Any] = {"engine": engine, "body": body}
     if flexible:
-        result["block"] = _block_quality(engine, options)
-    return result
+        result["block"], beside["block"] = _block_quality(engine, block_mesh, ask)
+    return VerbResult.of(result, "reduce", **beside)
 
 
-def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
-    """Print what the crankshaft is worth."""
+def show(result: VerbResult) -> None:
+    """Print what crankshaft and block are worth."""
+    engine, body = result.beside["engine"], result.beside["body"]
     quality = body.quality
     print(f"{engine.name} crankshaft: {body.mass:.1f} kg, {_dofs(body)}{body.n_modes} modes")
     _show_errors(body, result)
@@ -75,6 +85,8 @@ def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
     print(f"kept in {result['path']}")
     if "output" in result:
         print(f"written to {result['output']}")
+    if "block" in result:
+        _show_block(engine, result.beside["block"], result["block"])
 
 
 def _dofs(body: ReducedBody) -> str:
@@ -93,31 +105,33 @@ def _show_errors(body: ReducedBody, result: dict[str, Any]) -> None:
         print(f"frequency of rigid motions in the given stiffness: {quality['rigid_hz']:.2g} Hz")
 
 
-def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:
-    """Make the reduced block where it is not stored yet; what the verb ``reduce`` says of it."""
+def _block_quality(engine: Engine, own: MeshFile | None, ask: Reduce) -> tuple[dict[str, Any], ReducedBody]:
+    """Make the reduced block where it is not stored yet; its quality, and the block."""
     from cranktrain.store.bodies import export_body
     from cranktrain.structure.block.reduction import running_block, stored_path
     from cranktrain.structure.fem.own_body import is_body
 
-    own, body = options.block_mesh, checked_block(engine, options, options.rebuild)
-    running = running_block(engine, body)
+    body = checked_block(engine, own, ask.rebuild)
     result = {
         "path": str(own if own and is_body(own) else stored_path(engine, own)),
         "modes": body.n_modes,
-        "running_modes": running.n_modes,
+        "running_modes": running_block(engine, body).n_modes,
         "mass_kg": body.mass,
         "elastic_hz": body.frequencies_hz[6:16].tolist(),
         "quality": dict(body.quality),
     }
-    if options.block_output is not None:
-        result["output"] = str(export_body(options.block_output, body))
-    if not options.json:
-        print(
-            f"{engine.name} block: {body.mass:.1f} kg, {_dofs(body)}{body.n_modes} modes, {running.n_modes} in the "
-            "running model"
-        )
-        _show_errors(body, result)
-        print(f"kept in {result['path']}")
-        if "output" in result:
-            print(f"written to {result['output']}")
-    return result
+    if ask.block_output is not None:
+        result["output"] = str(export_body(ask.block_output, body))
+    return result, body
+
+
+def _show_block(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
+    """Print what the block is worth."""
+    print(
+        f"{engine.name} block: {body.mass:.1f} kg, {_dofs(body)}{body.n_modes} modes, {result['running_modes']} in the "
+        "running model"
+    )
+    _show_errors(body, result)
+    print(f"kept in {result['path']}")
+    if "output" in result:
+        print(f"written to {result['output']}")

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import shlex
 import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import quote
 
-from cranktrain.cli.console import Interrupted, number, say, stages
-from cranktrain.cli.plot_runup import add_chart_options, scale_of
-from cranktrain.cli.run_options import add_source_options, engine_of, option_of
-from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
-from cranktrain.store.whole_file import check_place, whole_file
+from cranktrain.cli.console import Interrupted, say, stages
+from cranktrain.cli.functions import verb
+from cranktrain.cli.run_options import engine_of, option_of
+from cranktrain.engine.model import Engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.store.whole_file import check_place, marked, whole_file
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
 
 if TYPE_CHECKING:
-    from cranktrain.engine.model import Engine
     from cranktrain.studies.report.findings import Asked, Findings
 
 DESCRIPTION = """\
@@ -58,42 +59,53 @@ AGAIN = (
 """Further options of the report, which its own command repeats."""
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-    add("--output", metavar="FILE.html", help="default ENGINE_report.html")
-    add("--run-up", metavar="FILE", help="result of 'cranktrain runup' of the engine: orders with films, axial motion")
-    add(
-        "--pictures", metavar="FOLDER", action="append", default=[],
-        help="folder that other verbs wrote pictures and results into, by --plots or --output; may be given several "
-        "times",
-    )  # fmt: skip
-    add(
-        "--make", metavar="FOLDER",
-        help="run the verbs whose data is missing, one after the other, into this folder; what it holds is kept and "
-        "an interrupted run-up goes on (minutes to an hour)",
-    )  # fmt: skip
-    add(
-        "--measured", metavar="FILE",
-        help="measured orders, drawn over the computed ones: columns speed_rpm, order, amplitude, unit, zero to peak, "
-        "as 'cranktrain measured' writes them, or curves over speed of a UFF file",
-    )  # fmt: skip
-    add_source_options(parser)
-    speed = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
-    add(
-        "--speeds", nargs=2, type=speed, metavar=("LOW", "HIGH"),
-        help="range of speeds, rev/min (default: that of oil.temperature_speeds, and a sixth beyond)",
-    )  # fmt: skip
-    add(
-        "--load", type=number(0.0, 2.0, "of the full-load burn"), metavar="SHARE",
-        help="fraction of the full-load burn (default 1)",
-    )  # fmt: skip
-    add_chart_options(parser)
-    add("--quick", action="store_true", help="torsion at fewer speeds, linear, without inherited damping")
+@dataclass(frozen=True, kw_only=True)
+class Report(words.Pressures, words.Charts):
+    """Question of :func:`report`."""
+
+    output: Annotated[words.File | None, Option("FILE.html", "default ENGINE_report.html")] = None
+    run_up: Annotated[
+        words.File | None, Option("FILE", "result of 'cranktrain runup' of the engine: orders with films, axial motion")
+    ] = None
+    pictures: Annotated[
+        Sequence[words.File],
+        Option(
+            "FOLDER",
+            "folder that other verbs wrote pictures and results into, by --plots or --output; may be given several "
+            "times",
+            repeated=True,
+        ),
+    ] = ()
+    make: Annotated[
+        words.File | None,
+        Option(
+            "FOLDER",
+            "run the verbs whose data is missing, one after the other, into this folder; what it holds is kept and an "
+            "interrupted run-up goes on (minutes to an hour)",
+        ),
+    ] = None
+    measured: Annotated[
+        words.File | None,
+        Option(
+            "FILE",
+            "measured orders, drawn over the computed ones: columns speed_rpm, order, amplitude, unit, zero to peak, "
+            "as 'cranktrain measured' writes them, or curves over speed of a UFF file",
+        ),
+    ] = None
+    speeds: Annotated[
+        Sequence[words.Rpm] | None,
+        Option(
+            ("LOW", "HIGH"),
+            "range of speeds, rev/min (default: that of oil.temperature_speeds, and a sixth beyond)",
+            count=2,
+        ),
+    ] = None
+    load: words.Share | None = None
+    quick: Annotated[bool, Option(help="torsion at fewer speeds, linear, without inherited damping")] = False
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb(Report, DESCRIPTION)
+def report(named: str | Path | Engine, ask: Report) -> VerbResult:
     """Compute, read and write; say what is missing."""
     from cranktrain.core.units import RPM
     from cranktrain.results.figures import check_folder
@@ -101,13 +113,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.report.findings import steps
     from cranktrain.studies.report.page import REPORT, missing, page, pending
 
-    engine = engine_of(options)
-    asked = _asked(options, engine)
-    path = Path(options.output or f"{engine.name}_report.html")
+    engine = engine_of(named, ask)
+    asked = _asked(_name(named, ask), ask, engine)
+    path = Path(ask.output or f"{engine.name}_report.html")
     check_place(path, REPORT)
-    if options.make is not None:
-        check_folder(Path(options.make), "--make")
-    choices = {key: getattr(options, key) for key in ("pressure", "pressure_unit", "pressure_tdc_deg")}
+    if ask.make is not None:
+        check_folder(Path(ask.make), "--make")
+    choices = {key: getattr(ask, key) for key in ("pressure", "pressure_unit", "pressure_tdc_deg")}
     gas = Request(speed_rpm=engine.best_speed / RPM, load=asked.load, **choices).gas(engine, option_of)
     links, found = _links(path), None
 
@@ -122,7 +134,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             for made in steps(asked, engine, gas, tell):
                 found = written(made)
         assert found is not None
-        for made in _make(found, options.make) if asked.makes else ():
+        for made in _make(found, str(ask.make)) if asked.makes else ():
             found = written(made)
         found = written(replace(found, running=False))
     except KeyboardInterrupt:
@@ -133,34 +145,49 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             f"interrupted; {path} has what was made, without: {left}; run the same command again"
         ) from None
     lacking = missing(found)
-    if not options.json:
-        for title, remedy in lacking.items():
-            print(f"Not in the report: {title}. To include it: {remedy}")
-        print(f"Report: {path}")
-    return {"report": str(path), "missing": lacking, "seconds": found.seconds}
+    return VerbResult.of({"report": str(path), "missing": lacking, "seconds": found.seconds}, "report")
 
 
-def _asked(options: argparse.Namespace, engine: Engine) -> Asked:
+def show(found: VerbResult) -> None:
+    """Print what is missing, and where the report is."""
+    for title, remedy in found["missing"].items():
+        print(f"Not in the report: {title}. To include it: {remedy}")
+    print(f"Report: {found['report']}")
+
+
+def _name(named: str | Path | Engine, ask: Report) -> str:
+    """Engine as commands name it; one in memory is written beside the report, or into the folder of its results."""
+    if not isinstance(named, Engine):
+        return str(named)
+    folder = Path(ask.make) if ask.make is not None else Path(str(ask.output or "")).parent
+    path = folder / f"{named.name}_reported.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path, marked("engine file", "[crankshaft]")) as temporary:
+        temporary.write_text(named.to_toml(), encoding="utf-8")
+    return str(path)
+
+
+def _asked(name: str, ask: Report, engine: Engine) -> Asked:
     """What the options ask for, with their words; full load is told to verbs that would balance the engine's own."""
     from cranktrain.studies.report.findings import Asked, check_speeds
 
-    folders = [Path(folder) for folder in options.pictures]
-    if options.make is not None:
-        folders.append(Path(options.make))
-    full = ("--load", "1") if options.load is None and engine.load is not None else ()
+    folders = [Path(folder) for folder in ask.pictures]
+    if ask.make is not None:
+        folders.append(Path(ask.make))
+    full = ("--load", "1") if ask.load is None and engine.load is not None else ()
     return Asked(
-        options.engine, options.run_up, folders, options.quick, options.measured,
-        None if options.speeds is None else check_speeds(*options.speeds),
-        1.0 if options.load is None else options.load,
-        (*_words(options, RUNNING), *full), tuple(_words(options, AGAIN)), options.make is not None,
-        tuple(options.orders), scale_of(options), options.peak_to_peak,
+        name, ask.run_up, folders, ask.quick, ask.measured,
+        None if ask.speeds is None else check_speeds(*ask.speeds),
+        1.0 if ask.load is None else ask.load,
+        (*_words(ask, RUNNING), *full), tuple(_words(ask, AGAIN)), ask.make is not None,
+        words.orders_of(ask.orders), ask.logarithmic, ask.peak_to_peak,
     )  # fmt: skip
 
 
-def _words(options: argparse.Namespace, fields: Sequence[str]) -> Iterator[str]:
+def _words(ask: Report, fields: Sequence[str]) -> Iterator[str]:
     """Options that were given, as words of a command."""
     for field in fields:
-        value = getattr(options, field)
+        value = getattr(ask, field)
         if value is True:
             yield option_of(field)
         elif field == "orders":
@@ -173,8 +200,8 @@ def _words(options: argparse.Namespace, fields: Sequence[str]) -> Iterator[str]:
             yield from (f"{one:g}" if isinstance(one, float) else str(one) for one in _listed(value))
 
 
-def _listed(value: object) -> list[object]:
-    return value if isinstance(value, list) else [value]
+def _listed(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, tuple) else [value]
 
 
 def _links(report: Path) -> dict[str, str]:
@@ -200,12 +227,12 @@ def _make(found: Findings, folder: str) -> Iterator[Findings]:
     commands = dict.fromkeys(text for section in lacking for text in section.making(found, folder))
     for k, command in enumerate(commands, 1):
         say(f"{k} of {len(commands)}: {command}")
-        words, began = shlex.split(command)[1:], time.perf_counter()
-        done = subprocess.run([sys.executable, "-m", "cranktrain.cli.main", *words], stdout=subprocess.DEVNULL)
+        given, began = shlex.split(command)[1:], time.perf_counter()
+        done = subprocess.run([sys.executable, "-m", "cranktrain.cli.main", *given], stdout=subprocess.DEVNULL)
         if done.returncode:
             say(f"cranktrain: warning: ended with code {done.returncode}, so its results are missing: {command}")
             continue
-        name = f"cranktrain {words[0]}{' --damper' if '--damper' in words else ''}"
+        name = f"cranktrain {given[0]}{' --damper' if '--damper' in given else ''}"
         seconds = found.seconds | {name: time.perf_counter() - began}
         found = replace(found, seconds=seconds, **files_of_verbs(found.engine, found.asked))
         yield found

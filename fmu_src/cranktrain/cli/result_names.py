@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import re
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 LEVELS = ("crank", "bearings")
 """Options whose values speak for themselves."""
-APART = ("engine", "speed_rpm", "verb", "json", "plain", "output", "plots", "steady", "export_ssp")
+APART = ("speed_rpm", "output", "plots", "steady", "export_ssp")
 """Options that change nothing in a result's file, and those that its name tells anyway."""
 LONGEST, LONGEST_NAME = 24, 120
 """Characters of a value, and of a name, beyond which a digest stands for the rest."""
@@ -20,19 +19,11 @@ SIMPLE = str, int, float, list, tuple, Path
 """Kinds of options that a command line gives."""
 
 
-def result_name(
-    engine: str, options: argparse.Namespace, add_options: Callable[[argparse.ArgumentParser], None], kind: str = ""
-) -> str:
-    """Name of a verb's result: engine, speed, what kind it is, and all options that are not the default ones.
-
-    ``add_options`` is the verb's, which says what the defaults are.
-    """
-    usual = argparse.ArgumentParser(add_help=False)
-    add_options(usual)
-    usual.set_defaults(mesh_unit="m")
-    words = [f"{engine}_{options.speed_rpm:g}rpm", *([kind] if kind else [])]
-    for name, value in vars(options).items():
-        if name not in APART and not _is(value, usual.get_default(name)):
+def result_name(engine: str, ask: Any, kind: str = "") -> str:
+    """Name of a verb's result: engine, speed, what kind it is, and all of its question that is not the default."""
+    words = [f"{engine}_{ask.speed_rpm:g}rpm", *([kind] if kind else [])]
+    for name, value in vars(ask).items():
+        if name not in APART and not _is(value, getattr(type(ask), name, None)):
             words.append(_word(name.replace("_", "-"), value))
     return f"{_short('_'.join(words), LONGEST_NAME)}.h5"
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import getitem
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cranktrain.cli.console import finite, number, say, show_rows, word
+from cranktrain.cli.console import say, show_rows
+from cranktrain.cli.functions import verb_alone
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.core.typed_file import between
+from cranktrain.engine.model import Engine
 from cranktrain.engine.roller_bearing import (
     CONTACT_LAWS,
     RATED_PRESSURE,
@@ -22,11 +23,13 @@ from cranktrain.engine.roller_bearing import (
     iso_profile,
     main_roller,
 )
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 if TYPE_CHECKING:
     from cranktrain.film.laws.roller_contacts import LoadedBearing
 
-POSITIONS = ("roller", "between")
 FILLED = 0.85
 """Roller's diameter over the distance of two where no pitch circle is given."""
 OF_ENGINE = ("rollers", "length_mm", "roller_diameter_mm", "pitch_mm", "clearance_um")
@@ -70,97 +73,109 @@ series with the elastic stiffness of the free crankshaft at the journal. --out w
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add, load = parser.add_argument, number(0.0, 1.0e9, "N; give its size, the direction does not count")
-    add("--rollers", type=int, metavar="Z", help="number of rollers, at least 3")
-    add("--length-mm", type=finite, metavar="MM", help="effective length of a roller")
-    add("--roller-diameter-mm", type=finite, metavar="MM", help="diameter of a roller (default: its length)")
-    add("--pitch-mm", type=finite, metavar="MM", help="pitch diameter, on which the rollers' axes lie")
-    add("--clearance-um", type=finite, metavar="UM", help="diametral radial clearance (default 0)")
-    add("--engine", metavar="ENGINE", help="bearings of this engine's [main_roller] instead of the options above")
-    add("--load", dest="load_n", type=load, metavar="N", help="radial load, N")
-    rpm = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
-    add("--speed", dest="speed_rpm", type=rpm, metavar="RPM",
-        help="with --engine instead of --load: speed of a run, rev/min")  # fmt: skip
-    add("--out", metavar="FILE", help="with --speed: new engine file with the stand-ins; nothing is overwritten")
-    add("--moment-nm", type=finite, default=0.0, metavar="NM", help="moment in the plane of the load (default 0)")
-    laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
-    add("--law", type=word(CONTACT_LAWS), metavar="LAW", help=laws)
-    add("--profile", metavar="KIND", help="none, iso16281 or a number (default none, or the engine's)")
-    add("--position", type=word(POSITIONS), default="roller", metavar="WHERE", help="roller (default) or between")
-    slices = number(2, 500, "Gauss points", int)
-    add("--slices", type=slices, default=30, metavar="N", help="Gauss points along a roller (default 30)")
-    add("--ring", action="store_true", help="also outer ring and housing in finite elements")
-    add("--rebuild", action="store_true", help="compute rings even where stored ones exist")
+@dataclass(frozen=True, kw_only=True)
+class Roller(Question):
+    """Question of :func:`roller`."""
+
+    rollers: Annotated[int | None, Option("Z", "number of rollers, at least 3")] = None
+    length_mm: Annotated[float | None, Option("MM", "effective length of a roller")] = None
+    roller_diameter_mm: Annotated[float | None, Option("MM", "diameter of a roller (default: its length)")] = None
+    pitch_mm: Annotated[float | None, Option("MM", "pitch diameter, on which the rollers' axes lie")] = None
+    clearance_um: Annotated[float | None, Option("UM", "diametral radial clearance (default 0)")] = None
+    engine: Annotated[
+        words.File | Engine | None,
+        Option("ENGINE", "bearings of this engine's [main_roller] instead of the options above"),
+    ] = None
+    load_n: Annotated[
+        float | None,
+        between(0.0, 1.0e9, "N; give its size, the direction does not count"),
+        Option("N", "radial load, N", "--load"),
+    ] = None
+    speed_rpm: Annotated[
+        words.Rpm | None, Option("RPM", "with --engine instead of --load: speed of a run, rev/min", "--speed")
+    ] = None
+    out: Annotated[
+        words.File | None, Option("FILE", "with --speed: new engine file with the stand-ins; nothing is overwritten")
+    ] = None
+    moment_nm: Annotated[float, Option("NM", "moment in the plane of the load (default 0)")] = 0.0
+    law: Annotated[
+        Literal["palmgren", "iso16281"] | None,
+        Option("LAW", f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)", words=tuple(CONTACT_LAWS)),
+    ] = None
+    profile: Annotated[str | None, Option("KIND", "none, iso16281 or a number (default none, or the engine's)")] = None
+    position: Annotated[Literal["roller", "between"], Option("WHERE", "roller (default) or between")] = "roller"
+    slices: Annotated[int, between(2, 500, "Gauss points"), Option("N", "Gauss points along a roller (default 30)")] = (
+        30
+    )
+    ring: Annotated[bool, Option(help="also outer ring and housing in finite elements")] = False
+    rebuild: Annotated[bool, Option(help="compute rings even where stored ones exist")] = False
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb_alone(Roller, DESCRIPTION)
+def roller(ask: Roller) -> VerbResult:
     """Solve one bearing, or those of an engine; ``InputError`` for what is none."""
-    if options.speed_rpm is not None:
-        return _running(options)
-    if options.out is not None:
+    if ask.speed_rpm is not None:
+        return _running(ask, ask.speed_rpm)
+    if ask.out is not None:
         raise InputError("--out goes with --speed, which derives the values that it writes; leave it out")
-    if options.load_n is None:
+    if ask.load_n is None:
         raise InputError("--load is missing; give the radial load in N, or --speed with --engine")
-    if options.engine is not None:
-        return _mains(options)
-    bearing = _given(options)
-    result = _solved(bearing, options, options.ring)
-    if not options.json:
-        _print(f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {options.load_n:g} N", [result])
-    return result
+    if ask.engine is not None:
+        return _mains(ask, ask.engine)
+    bearing = _given(ask)
+    title = f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {ask.load_n:g} N"
+    return VerbResult.of(_solved(bearing, ask, ask.ring), "roller", title=title)
 
 
-def _running(options: argparse.Namespace) -> dict[str, Any]:
+def show(found: VerbResult) -> None:
+    """Print the results of one bearing, or of several side by side."""
+    _print(found.beside["title"], found.get("mains", [found]), _RUNNING if "periodic" in found else _ROWS)
+
+
+def _running(ask: Roller, speed_rpm: float) -> VerbResult:
     """Rollers of an engine as they run, and the stand-ins that follow."""
     from cranktrain.engine.file import load_engine
     from cranktrain.store.engine_text import new_path
     from cranktrain.studies.roller_stand_ins import running_rollers, with_stand_ins
 
-    if options.engine is None:
+    if ask.engine is None:
         raise InputError("--speed runs an engine; name it by --engine, or give --load instead of --speed")
     for name in (*OF_ENGINE, "load_n", "law", "profile"):
-        if getattr(options, name) is not None:
+        if getattr(ask, name) is not None:
             raise InputError(
                 f"--{name.removesuffix('_n').replace('_', '-')}: the engine gives it; leave it or --speed out"
             )
-    new = None if options.out is None else new_path(Path(options.out))
-    engine = load_engine(options.engine)
-    report = running_rollers(engine, options.speed_rpm, say=lambda stage: say(f"cranktrain: {stage}"))
-    report["file"] = None if new is None else str(with_stand_ins(options.engine, new, report))
+    new = None if ask.out is None else new_path(Path(ask.out))
+    engine = load_engine(ask.engine)
+    report = running_rollers(engine, speed_rpm, say=lambda stage: say(f"cranktrain: {stage}"))
+    report["file"] = None if new is None else str(with_stand_ins(ask.engine, new, report))
     if not report["periodic"]:
         warnings.warn("the motion is not periodic at this speed; means are taken over one cycle", stacklevel=2)
-    if not options.json:
-        _print(
-            f"{report['engine']}: main roller bearings at {options.speed_rpm:g} rev/min, full load",
-            report["mains"],
-            _RUNNING,
-        )
-        if new is not None:
-            say(f"{new} written")
-    return report
+    if new is not None:
+        say(f"{new} written")
+    title = f"{report['engine']}: main roller bearings at {speed_rpm:g} rev/min, full load"
+    return VerbResult.of(report, "roller", title=title)
 
 
-def _given(options: argparse.Namespace) -> RollerBearing:
+def _given(ask: Roller) -> RollerBearing:
     """Bearing of the command line's dimensions."""
-    for name in ("rollers", "length_mm"):
-        if getattr(options, name) is None:
-            raise InputError(f"--{name.replace('_', '-')} is missing; give --rollers and --length-mm, or --engine")
-    if options.rollers < 3:
-        raise InputError(f"--rollers {options.rollers} is too few to centre a journal; give at least 3")
-    length = 1e-3 * options.length_mm
-    diameter = length if options.roller_diameter_mm is None else 1e-3 * options.roller_diameter_mm
-    pitch = diameter / (FILLED * math.sin(math.pi / options.rollers))
+    if ask.rollers is None or ask.length_mm is None:
+        missing = "--rollers" if ask.rollers is None else "--length-mm"
+        raise InputError(f"{missing} is missing; give --rollers and --length-mm, or --engine")
+    if ask.rollers < 3:
+        raise InputError(f"--rollers {ask.rollers} is too few to centre a journal; give at least 3")
+    length = 1e-3 * ask.length_mm
+    diameter = length if ask.roller_diameter_mm is None else 1e-3 * ask.roller_diameter_mm
+    pitch = diameter / (FILLED * math.sin(math.pi / ask.rollers))
     bearing = RollerBearing(
-        rollers=options.rollers,
+        rollers=ask.rollers,
         length=length,
         diameter=diameter,
-        pitch=pitch if options.pitch_mm is None else 1e-3 * options.pitch_mm,
-        clearance=1e-6 * (options.clearance_um or 0.0),
-        law=options.law or "palmgren",
+        pitch=pitch if ask.pitch_mm is None else 1e-3 * ask.pitch_mm,
+        clearance=1e-6 * (ask.clearance_um or 0.0),
+        law=ask.law or "palmgren",
     )
-    bearing = _profiled(bearing, options, options.roller_diameter_mm is not None)
+    bearing = _profiled(bearing, ask, ask.roller_diameter_mm is not None)
     names = {"rollers": "--rollers", "length": "--length-mm", "diameter": "--roller-diameter-mm", "pitch": "--pitch-mm",
              "clearance": "--clearance-um", "profile": "--profile"}  # fmt: skip
     try:
@@ -171,82 +186,80 @@ def _given(options: argparse.Namespace) -> RollerBearing:
     return bearing
 
 
-def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_known: bool) -> RollerBearing:
+def _profiled(bearing: RollerBearing, ask: Roller, diameter_known: bool) -> RollerBearing:
     """The bearing with the profile that was asked for, if any was."""
-    if options.profile is None:
+    if ask.profile is None:
         return bearing
-    if options.profile == "none":
+    if ask.profile == "none":
         return replace(bearing, profile=0.0)
     if not diameter_known:
-        raise InputError(f"--profile {options.profile} needs --roller-diameter-mm, on which the profile depends")
-    if options.profile == "iso16281":
+        raise InputError(f"--profile {ask.profile} needs --roller-diameter-mm, on which the profile depends")
+    if ask.profile == "iso16281":
         return replace(bearing, profile=iso_profile(bearing.length, bearing.diameter))
     try:
-        return replace(bearing, profile=float(options.profile))
+        return replace(bearing, profile=float(ask.profile))
     except ValueError:
         valid = ("none", "iso16281")
         raise InputError(
-            f"--profile '{options.profile}' is neither a number nor a known profile; {nearest(options.profile, valid)}"
+            f"--profile '{ask.profile}' is neither a number nor a known profile; {nearest(ask.profile, valid)}"
         ) from None
 
 
-def _mains(options: argparse.Namespace) -> dict[str, Any]:
+def _mains(ask: Roller, named: str | Path | Engine) -> VerbResult:
     """Bearings of an engine's mains, equal ones solved once."""
     from cranktrain.engine.file import load_engine
     from cranktrain.studies.roller_stand_ins import required_rollers
 
     for name in OF_ENGINE:
-        if getattr(options, name) is not None:
+        if getattr(ask, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it or --engine out")
-    engine = load_engine(options.engine)
+    engine = load_engine(named)
     rollers = required_rollers(engine)
     solved: dict[RollerBearing, dict[str, Any]] = {}
     mains = []
     for i in range(len(rollers.rollers)):
-        bearing = _profiled(main_roller(rollers, i), options, True)
-        if options.law is not None:
-            bearing = replace(bearing, law=options.law)
+        bearing = _profiled(main_roller(rollers, i), ask, True)
+        if ask.law is not None:
+            bearing = replace(bearing, law=ask.law)
         if bearing not in solved:
             check_roller_bearing(bearing)
-            solved[bearing] = _solved(bearing, options, True)
+            solved[bearing] = _solved(bearing, ask, True)
         linear = {
             "stiffness_n_per_mm": 1e-3 * rollers.stiffness[i],
             "tilt_stiffness_nm_per_rad": rollers.tilt_stiffness[i],
         }
         mains.append({"main": engine.roller_mains[i] + 1, **solved[bearing], "engine_file": linear})
-    if not options.json:
-        law = next(iter(solved)).law
-        title = f"{engine.title}: main roller bearings, {options.load_n:g} N on each, contacts by {law}"
-        _print(title, mains)
-    return {"engine": engine.name, "load_n": options.load_n, "mains": mains}
+    law = next(iter(solved)).law
+    title = f"{engine.title}: main roller bearings, {ask.load_n:g} N on each, contacts by {law}"
+    return VerbResult.of({"engine": engine.name, "load_n": ask.load_n, "mains": mains}, "roller", title=title)
 
 
-def _solved(bearing: RollerBearing, options: argparse.Namespace, with_ring: bool) -> dict[str, Any]:
+def _solved(bearing: RollerBearing, ask: Roller, with_ring: bool) -> dict[str, Any]:
     """All results of one bearing."""
     import numpy as np
 
     from cranktrain.film.laws.roller_contacts import equilibrium, many_rollers
 
-    half, lever = math.pi / bearing.rollers, 0.5 * bearing.length
-    load = np.array([options.load_n, 0.0, options.moment_nm / lever, 0.0])
-    first, other = (half, 0.0) if options.position == "between" else (0.0, half)
-    loaded = equilibrium(bearing, load, first, options.slices)
-    moved = equilibrium(bearing, load, other, options.slices)
+    half, lever, load_n = math.pi / bearing.rollers, 0.5 * bearing.length, ask.load_n or 0.0
+    load = np.array([load_n, 0.0, ask.moment_nm / lever, 0.0])
+    first, other = (half, 0.0) if ask.position == "between" else (0.0, half)
+    loaded = equilibrium(bearing, load, first, ask.slices)
+    moved = equilibrium(bearing, load, other, ask.slices)
     free = max(0.5 * bearing.clearance, 0.0) / math.cos(first)
     deflection, q_max = max(float(loaded.place[0]) - free, 0.0), float(loaded.loads.max())
     stiffness = abs(float(loaded.stiffness[0, 0]))  # no load: not a negative zero
-    many = many_rollers(bearing, options.load_n) if options.load_n > 0.0 else (0.0, 0.0)
+    many = many_rollers(bearing, load_n) if load_n > 0.0 else (0.0, 0.0)
     # Preloaded rollers have approached before the load comes.
-    preload = min(0.5 * bearing.clearance, 0.0) if options.load_n > 0.0 else 0.0
+    preload = min(0.5 * bearing.clearance, 0.0) if load_n > 0.0 else 0.0
     result: dict[str, Any] = {
-        "deflection_um": 1e6 * deflection if options.load_n > 0.0 else 0.0,
+        "deflection_um": 1e6 * deflection if load_n > 0.0 else 0.0,
         "q_max_n": q_max,
         "stiffness_n_per_mm": 1e-3 * stiffness,
         "tilt_stiffness_nm_per_rad": abs(float(loaded.stiffness[2, 2])) * lever**2,
         "displacement_um": 1e6 * float(loaded.place[0]),
-        "tilt_mrad": 1e3 * float(loaded.place[2]) / lever if options.moment_nm else 0.0,
+        "tilt_mrad": 1e3 * float(loaded.place[2]) / lever if ask.moment_nm else 0.0,
         "loaded_rollers": int((loaded.loads > 1.0e-9 * q_max).sum()),
-        "load_factor": q_max * bearing.rollers / options.load_n if options.load_n > 0.0 else None,
+        "load_factor": q_max * bearing.rollers / load_n if load_n > 0.0 else None,
         "pressure_mpa": 1e-6 * loaded.pressure,
         "travel_um": 1e6 * bearing.travel,
         "stiffness_variation": float(moved.stiffness[0, 0]) / stiffness - 1.0 if stiffness > 0.0 else None,
@@ -259,19 +272,19 @@ def _solved(bearing: RollerBearing, options: argparse.Namespace, with_ring: bool
             stacklevel=2,
         )
     if with_ring:
-        result["ring"] = _ring(bearing, loaded, first, options)
+        result["ring"] = _ring(bearing, loaded, first, ask)
     return result
 
 
-def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, options: argparse.Namespace) -> dict[str, float]:
+def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, ask: Roller) -> dict[str, float]:
     """Stiffness of the bearing without contacts on its elastic ring."""
     from cranktrain.film.laws.roller_contacts import roller_slices, slice_stiffness
     from cranktrain.structure.block.roller_ring import elastic_ring_stiffness, ring_compliance, ring_for
 
     ring = ring_for(bearing)
-    compliance = ring_compliance(ring, first, lambda stage: say(f"cranktrain: {stage}"), options.rebuild)
-    springs = slice_stiffness(bearing, loaded.place, first, options.slices)
-    stiffness = elastic_ring_stiffness(compliance, roller_slices(bearing, options.slices)[0], springs, first)
+    compliance = ring_compliance(ring, first, lambda stage: say(f"cranktrain: {stage}"), ask.rebuild)
+    springs = slice_stiffness(bearing, loaded.place, first, ask.slices)
+    stiffness = elastic_ring_stiffness(compliance, roller_slices(bearing, ask.slices)[0], springs, first)
     return {
         "stiffness_n_per_mm": 1e-3 * float(stiffness[0, 0]),
         "tilt_stiffness_nm_per_rad": float(stiffness[2, 2]) * (0.5 * bearing.length) ** 2,
@@ -279,10 +292,10 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, options: 
     }
 
 
-def _print(title: str, results: list[dict[str, Any]], shown: Rows | None = None) -> None:
+def _print(title: str, results: list[dict[str, Any]], shown: Rows) -> None:
     """Print the results of several bearings side by side; those that the first one has."""
     rows = []
-    for name, (key, *parts), form in shown or _ROWS:
+    for name, (key, *parts), form in shown:
         if key in results[0] and (key != "tilt_mrad" or any(result[key] for result in results)):
             values = [reduce(getitem, parts, result[key]) for result in results]
             rows.append((name, *("-" if value is None else format(value, form) for value in values)))

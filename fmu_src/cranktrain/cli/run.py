@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cranktrain.cli.console import bar, say, show_rows
+from cranktrain.cli.functions import SCENE, verb
 from cranktrain.cli.plan import made_plan, show_plan
 from cranktrain.core.errors import InputError
-from cranktrain.studies.scene import load_scene
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
+from cranktrain.studies.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     from cranktrain.studies.planning.running import SceneRun
@@ -25,39 +29,39 @@ Plan a scene and run it, speed by speed; write an HDF5 result and print a summar
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    parser.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument("--verify", action="store_true", help="check the predicted error by one run at the next level")
-    which.add_argument("--all-levels", action="store_true", help="run every level; report differences from the top")
-    parser.add_argument("--with-ehd", action="store_true", help="with --all-levels: elastic films too, minutes")
-    parser.add_argument("--output", metavar="FILE.h5", help="result file (default: SCENE.h5)")
+@dataclass(frozen=True, kw_only=True)
+class RunScene(Question):
+    """Question of :func:`run_scene`."""
+
+    apart = (("verify", "all_levels"),)
+    verify: Annotated[bool, Option(help="check the predicted error by one run at the next level")] = False
+    all_levels: Annotated[bool, Option(help="run every level; report differences from the top")] = False
+    with_ehd: Annotated[bool, Option(help="with --all-levels: elastic films too, minutes")] = False
+    output: Annotated[words.File | None, Option("FILE.h5", "result file (default: SCENE.h5)")] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb(RunScene, DESCRIPTION, SCENE)
+def run_scene(named: str | Path | Scene, ask: RunScene) -> VerbResult:
     """Run the scene and summarise it; an interrupt keeps what is complete."""
     from cranktrain.results.files import check_target
     from cranktrain.studies.planning.running import SceneRun
 
-    if options.with_ehd and not options.all_levels:
+    if ask.with_ehd and not ask.all_levels:
         raise InputError('--with-ehd belongs to --all-levels; to run a scene with elastic films set bearings = "ehd"')
-    scene = load_scene(options.scene)
-    output = Path(options.output or f"{scene.name}.h5")
+    scene = load_scene(named)
+    output = Path(ask.output or f"{scene.name}.h5")
     check_target(output)
     if scene.stress:
         say(f"{scene.name}: 'run' computes no stresses; the solid crank runs with all modes that 'stress' needs")
-    made, model = made_plan(scene, compare=options.verify)
-    if not options.json:
-        show_plan(made)
+    made, model = made_plan(scene, compare=ask.verify)
     runs = SceneRun(made, model, output)
     with bar(f"{scene.name}: {made.case}") as advance:
         runs.run(made.case, advance)
     others: list[Case] = []
-    if options.verify:
+    if ask.verify:
         others = [made.next]
-    elif options.all_levels:
-        others = [case for case in ladder_cases(runs, options.with_ehd) if case.levels != made.case.levels]
+    elif ask.all_levels:
+        others = [case for case in ladder_cases(runs, ask.with_ehd) if case.levels != made.case.levels]
     for case in others:
         if runs.interrupted:
             break
@@ -65,7 +69,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             level = runs.run(case, advance)
         if level.status != "ok":
             say(f"{case}: {level.status}")
-    if options.all_levels:
+    if ask.all_levels:
         runs.sort()
     result = {
         "result": str(output),
@@ -75,15 +79,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "plan": made.as_dict(),
         "interrupted": runs.interrupted,
     }
-    if options.verify:
+    if ask.verify:
         result["verification"] = runs.verification()
     if runs.interrupted and not result["outputs"]:
         raise KeyboardInterrupt
     if runs.interrupted:
         say(f"interrupted; {output} holds the finished runs, repeat the command for the rest")
-    if not options.json:
-        _show(runs, result)
-    return result
+    return VerbResult.of(result, "run", plan=made)
 
 
 def ladder_cases(runs: SceneRun, with_ehd: bool) -> list[Case]:
@@ -101,8 +103,9 @@ def ladder_cases(runs: SceneRun, with_ehd: bool) -> list[Case]:
     ]
 
 
-def _show(runs: SceneRun, result: dict[str, Any]) -> None:
-    """Print the summary of a scene's runs."""
+def show(result: VerbResult) -> None:
+    """Print the plan and the summary of a scene's runs."""
+    show_plan(result.beside["plan"])
     rows = [
         (
             f"{name} / {one['unit']}",
@@ -132,9 +135,9 @@ def _show(runs: SceneRun, result: dict[str, Any]) -> None:
             f"Predicted error {check['predicted_error']:.2g}, verified {check['verified_error']:.2g} against "
             f"{check['crank']}/{check['bearings']} at {check['step_deg']:g} deg"
         )
-    own = runs.settling
+    own = result["settling"]
     print(
         f"Settling: at most {own['cycles']} cycles per speed, settling error {own['settling_left']:.1e}; repeats "
         f"every {own['repeats_every_cycles']} cycles"
     )
-    print(f"Result: {runs.path}")
+    print(f"Result: {result['result']}")

@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, of_words, positive, say, show
+from cranktrain.cli import console
+from cranktrain.cli.console import Interrupted, labelled_bar, say
+from cranktrain.cli.functions import verb
 from cranktrain.cli.plot_runup import draw, pictures_folder, told_deviations
-from cranktrain.cli.run_options import (
-    BALANCED,
-    add_run_options,
-    add_settle_option,
-    asked_of,
-    assembled,
-    balances,
-    note_axial_path,
-    own_data,
-)
+from cranktrain.cli.run_options import asked_of, assembled, balances, note_axial_path, own_data
 from cranktrain.core.errors import CranktrainError, InputError, SolverError
+from cranktrain.core.typed_file import between
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import POSITIVE, Option
 
 if TYPE_CHECKING:
+    from cranktrain.engine.model import Engine
     from cranktrain.loads.gas_pressure import Gas
     from cranktrain.results.run_up.run_up import RunUp
     from cranktrain.results.views.over_speed import OrdersOverSpeed
@@ -48,70 +46,99 @@ WAYS = {"steady": "steady", "ramp": "ramp_rpm_per_s"}
 """Options that choose another way than steady cycles in time, and what the parser calls them."""
 SETTLE = 1.0e-4
 """What may be left of settling at a speed, unless another is asked for."""
+EndSpeed = Annotated[float, between(-20000.0, 20000.0, "rev/min")]
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options to those that all verbs of an engine have."""
-    from cranktrain.studies.torsion.frequency_run_up import RULES
+@dataclass(frozen=True, kw_only=True)
+class RunUpQuestion(words.Settled, words.Running):
+    """Question of :func:`runup`."""
 
-    add = parser.add_argument
-    rpm = number(-20000.0, 20000.0, "rev/min")
-    add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 20")
-    add("--to", dest="to_rpm", type=rpm, required=True, metavar="RPM", help="last speed, rev/min")
-    add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), default=20.0, metavar="RPM",
-        help="distance between speeds, rev/min (default 20)")  # fmt: skip
-    add_settle_option(parser, SETTLE)
-    add("--highest-order", type=number(0.5, 1000.0, "per revolution"), default=24.0, metavar="N",
-        help="orders 0.5, 1, … up to this one (default 24)")  # fmt: skip
-    add("--outputs", default="", metavar="NAMES",
-        help="further outputs to analyse, separated by commas; bearings: all outputs that bearing-loads --run-up "
-        "reads")  # fmt: skip
-    add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
-        metavar="SHARE", help="add speeds where interpolation between two speeds errs by more than this fraction of an "
-        "order's largest amplitude (0.02 without a value), down to an eighth of --step")  # fmt: skip
-    add("--ramp", dest="ramp_rpm_per_s", type=positive, metavar="RPM_PER_S",
-        help="transient run-up instead of steady cycles; rise of the speed, rev/min per second")  # fmt: skip
-    rule = add("--steady", metavar="RULE", help="in the frequency domain: linear or harmonic-balance; needs --crank "
-        "torsional")  # fmt: skip
-    of_words(rule, RULES)
-    add_run_options(parser)
-    add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
-    add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
-    add("--anew", action="store_true", help="run all speeds, and replace a file of another run-up")
-    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_runup.h5)")
-    add("--plots", metavar="DIR", help="write the pictures of cranktrain plot-runup there")
-    add("--measured", metavar="FILE", help="measured orders, compared with the computed ones and drawn into the "
-        "pictures; table of 'cranktrain measured' or UFF 58")  # fmt: skip
+    from_rpm: Annotated[EndSpeed, Option("RPM", "first speed, rev/min, at least 20", "--from")]
+    to_rpm: Annotated[EndSpeed, Option("RPM", "last speed, rev/min", "--to")]
+    step_rpm: Annotated[
+        float,
+        between(0.01, 10000.0, "rev/min"),
+        Option("RPM", "distance between speeds, rev/min (default 20)", "--step"),
+    ] = 20.0
+    settle: words.Settle = SETTLE
+    highest_order: Annotated[
+        float, between(0.5, 1000.0, "per revolution"), Option("N", "orders 0.5, 1, … up to this one (default 24)")
+    ] = 24.0
+    outputs: Annotated[
+        str,
+        Option(
+            "NAMES",
+            "further outputs to analyse, separated by commas; bearings: all outputs that bearing-loads --run-up reads",
+        ),
+    ] = ""
+    refine: Annotated[
+        float | bool,
+        between(1e-4, 0.5, "of an order's largest amplitude"),
+        Option(
+            "SHARE",
+            "add speeds where interpolation between two speeds errs by more than this fraction of an order's largest "
+            "amplitude (0.02 without a value), down to an eighth of --step",
+            bare=0.02,
+        ),
+    ] = 0.0
+    ramp_rpm_per_s: Annotated[
+        float | None,
+        POSITIVE,
+        Option(
+            "RPM_PER_S",
+            "transient run-up instead of steady cycles; rise of the speed, rev/min per second",
+            "--ramp",
+        ),
+    ] = None
+    steady: Annotated[
+        Literal["linear", "harmonic-balance"] | None,
+        Option("RULE", "in the frequency domain: linear or harmonic-balance; needs --crank torsional"),
+    ] = None
+    workers: Annotated[int | None, between(1, 1024, ""), Option("N", "processes (default: one a processor)")] = None
+    scheduler: Annotated[
+        str | None, Option("ADDRESS", "run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
+    ] = None
+    anew: Annotated[bool, Option(help="run all speeds, and replace a file of another run-up")] = False
+    output: Annotated[words.File | None, Option("FILE.h5", "result file (default: ENGINE_runup.h5)")] = None
+    plots: Annotated[words.File | None, Option("DIR", "write the pictures of cranktrain plot-runup there")] = None
+    measured: Annotated[
+        words.File | None,
+        Option(
+            "FILE",
+            "measured orders, compared with the computed ones and drawn into the pictures; table of 'cranktrain "
+            "measured' or UFF 58",
+        ),
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Run the speeds that the file does not hold, and say what all of them show."""
-    return _found(options)[1]
-
-
-def answer(options: argparse.Namespace) -> OrdersOverSpeed:
-    """The run-up itself with its report, for the library; its file stays only where one is named."""
+@verb(RunUpQuestion, DESCRIPTION)
+def runup(named: str | Path | Engine, ask: RunUpQuestion) -> OrdersOverSpeed:
+    """Run the speeds, with a report of what they show; their file stays only where one is named."""
     from cranktrain.results.views.over_speed import OrdersOverSpeed
 
-    if options.output is not None:
-        return OrdersOverSpeed.of(*_found(options))
+    if ask.output is not None:
+        return OrdersOverSpeed.of(*_found(named, ask))
     with TemporaryDirectory(prefix="cranktrain-runup-") as folder:
-        options.output = str(Path(folder) / "runup.h5")
-        run_up, said = _found(options)
+        run_up, said = _found(named, replace(ask, output=str(Path(folder) / "runup.h5")))
     del said["result"]
     return OrdersOverSpeed.of(run_up, said)
 
 
-def _found(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
+def answer(engine: str, ask: RunUpQuestion) -> VerbResult:
+    """Run the speeds that the file does not hold, and say what all of them show."""
+    return _found(engine, replace(ask, output=ask.output or f"{load_engine(engine).name}_runup.h5"))[1]
+
+
+def _found(named: str | Path | Engine, ask: RunUpQuestion) -> tuple[RunUp, VerbResult]:
     """The run-up, which is in its file, and what it shows; an interrupt says what its file keeps."""
     try:
-        return _computed(options)
+        return _computed(named, ask)
     except Interrupted:
         raise
     except KeyboardInterrupt:
-        path = Path(options.output or f"{Path(str(options.engine)).stem}_runup.h5")
+        path = Path(str(ask.output))
         if count := _kept(path):
-            raise Interrupted(f"interrupted; {_keeps(path, count, options.anew)}") from None
+            raise Interrupted(f"interrupted; {_keeps(path, count, ask.anew)}") from None
         raise
 
 
@@ -131,104 +158,106 @@ def _keeps(path: Path, count: int, anew: bool) -> str:
     return f"{path} keeps {count} speeds" + (f"; run {command} again to continue from there" if count else "")
 
 
-def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
+def _computed(named: str | Path | Engine, ask: RunUpQuestion) -> tuple[RunUp, VerbResult]:
     """The run-up, which is in its file, and what it shows."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.orders.deviations import check_speeds_measured
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import check_run_up_target
-    from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
+    from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses
     from cranktrain.studies.planning.level_error import level_error
     from cranktrain.studies.run_up.modes_in_motion import in_motion
     from cranktrain.studies.run_up.plan import job_of, run_up_speeds
-    from cranktrain.studies.run_up.report import (
-        closing_text,
-        critical_speeds_at_rest,
-        critical_speeds_text,
-        report,
-        run_up_tables,
-        torsional_peaks,
-    )
+    from cranktrain.studies.run_up.report import critical_speeds_at_rest, report, torsional_peaks
     from cranktrain.studies.run_up.workers import runs_here
 
-    speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
-    asked = engine, request, settings, gas = asked_of(options, options.from_rpm, options.to_rpm)
-    _check(options)
-    if options.steady is None:
+    speeds = run_up_speeds(ask.from_rpm, ask.to_rpm, ask.step_rpm)
+    asked = engine, request, settings, gas = asked_of(named, ask, ask.from_rpm, ask.to_rpm)
+    _check(ask)
+    if ask.steady is None:
         check_far_end(engine)
-    path = Path(options.output or f"{engine.name}_runup.h5")
+    path = Path(str(ask.output))
     check_run_up_target(path)
-    folder = None if options.plots is None else pictures_folder(options.plots)
-    measured = None if options.measured is None else read_measured_orders(options.measured)
+    folder = None if ask.plots is None else pictures_folder(ask.plots)
+    measured = None if ask.measured is None else read_measured_orders(ask.measured)
     if measured is not None:
-        check_speeds_measured(measured, options.from_rpm / PER_RPM, options.to_rpm / PER_RPM)
-    for rpm in (options.from_rpm, options.to_rpm):
+        check_speeds_measured(measured, ask.from_rpm / PER_RPM, ask.to_rpm / PER_RPM)
+    for rpm in (ask.from_rpm, ask.to_rpm):
         replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
-    made = assembled(asked, options.inherit)
+    made = assembled(asked, ask.inherit)
     job = None
-    if options.steady is None:
-        job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
-        job = replace(job, balanced=balances(options, engine))
-    outcome = _outcome(options, request, made, gas, job, speeds, path)
+    if ask.steady is None:
+        job = job_of(request, made, gas, _outputs(ask.outputs, made), ask.highest_order)
+        job = replace(job, balanced=balances(ask, engine))
+    outcome = _outcome(ask, request, made, gas, job, speeds, path)
     found = outcome.run_up
     assert found is not None
     peaks = torsional_peaks(found, made)
-    if job is not None and options.ramp_rpm_per_s is None and peaks:
+    if job is not None and ask.ramp_rpm_per_s is None and peaks:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
     said = report(found, peaks, engine.published)
     said |= {
         "firing": firing_summary(engine),
         "critical_speeds": critical_speeds_at_rest(found, made, gas),
-        "level_error": level_error(engine, settings, options.from_rpm, options.to_rpm, _unlike(options)),
+        "level_error": level_error(engine, settings, ask.from_rpm, ask.to_rpm, _unlike(ask)),
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
-    if options.steady is not None and has_sections(engine):
+    if ask.steady is not None and has_sections(engine):
         said["shaft_stress"] = shaft_stresses(engine, found)
     if measured is not None:
-        said["deviations"] = told_deviations(found, measured, options.json)
+        said["deviations"] = told_deviations(found, measured)
     if folder is not None:
         said["plots"] = draw(folder, found, engine, measured, motion=peaks)
     note_axial_path(engine, bool((found.repeats == 1).all()))
-    if not options.json:
-        for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):
-            show(table)
-        print(firing_text(engine))
-        if said["critical_speeds"]:
-            print(critical_speeds_text(said["critical_speeds"]))
-        print(closing_text(found))
-        print(said["level_error"]["text"])
-        resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
-        workers = "1 worker" if outcome.workers == 1 else f"{outcome.workers} workers"
-        print(f"{outcome.seconds:.1f} s on {workers}. Result: {path}{resumed}")
-        print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
-    return found, said
+    return found, VerbResult.of(said, "runup", run_up=found, engine=engine)
 
 
-def _check(options: argparse.Namespace) -> None:
+def show(said: VerbResult) -> None:
+    """Print the resonances and how the speeds were run."""
+    from cranktrain.results.orders.deviations import deviation_table
+    from cranktrain.results.strength.iacs_m68 import stress_table
+    from cranktrain.studies.run_up.report import closing_text, critical_speeds_text, run_up_tables
+
+    if said.get("deviations"):
+        console.show(deviation_table(said["deviations"]))
+    for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):
+        console.show(table)
+    print(firing_text(said.beside["engine"]))
+    if said["critical_speeds"]:
+        print(critical_speeds_text(said["critical_speeds"]))
+    print(closing_text(said.beside["run_up"]))
+    print(said["level_error"]["text"])
+    resumed = f", {said['resumed']} of its speeds from an earlier run" if said["resumed"] else ""
+    workers = "1 worker" if said["workers"] == 1 else f"{said['workers']} workers"
+    print(f"{said['seconds']:.1f} s on {workers}. Result: {said['result']}{resumed}")
+    print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
+
+
+def _check(ask: RunUpQuestion) -> None:
     """Refuse what does not go together."""
-    if options.steady is not None and options.ramp_rpm_per_s is not None:
+    if ask.steady is not None and ask.ramp_rpm_per_s is not None:
         raise InputError("--steady does not go with --ramp; leave one of them out")
-    ways = [name for name in ("steady", "ramp") if getattr(options, WAYS[name]) is not None]
-    only = [name for name in ("refine", "scheduler", "workers") if getattr(options, name)]
+    ways = [name for name in ("steady", "ramp") if getattr(ask, WAYS[name]) is not None]
+    only = [name for name in ("refine", "scheduler", "workers") if getattr(ask, name)]
     if ways and only:
         raise InputError(f"--{only[0]} goes with steady cycles in time, not with --{ways[0]}; leave one of them out")
-    if options.steady is not None and options.outputs:
+    if ask.steady is not None and ask.outputs:
         raise InputError("--steady gives the pulley's torsion only; leave out --outputs")
 
 
-def _unlike(options: argparse.Namespace) -> str:
+def _unlike(ask: RunUpQuestion) -> str:
     """One line where the run-up is of another kind than the measured runs, whose level errors are known."""
     from cranktrain.studies.planning.level_error import NOT_MEASURED
 
     for name, field in WAYS.items():
-        if getattr(options, field) is not None:
+        if getattr(ask, field) is not None:
             return f"{NOT_MEASURED} with --{name}; figures are for settled cycles in time (docs/tradeoff.md)."
-    return own_data(options)
+    return own_data(ask)
 
 
 def _outcome(
-    options: argparse.Namespace,
+    ask: RunUpQuestion,
     request: Request,
     made: Assembly,
     gas: Gas | None,
@@ -244,28 +273,28 @@ def _outcome(
 
     chosen = {key: value for key, value in request.attributes(made).items() if key != "speed"}
     attributes = {"engine": made.engine.name, **chosen, "settle": request.settle}
-    if balances(options, made.engine):
-        attributes["load"] = BALANCED
+    if balances(ask, made.engine):
+        attributes["load"] = words.BALANCED
     outcome, began = Outcome(workers=1), time.perf_counter()
-    if (options.steady or options.ramp_rpm_per_s) and not options.anew:
+    if (ask.steady or ask.ramp_rpm_per_s) and not ask.anew:
         check_replaced(path)
     if job is None:
         from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
-        orders = [0.5 * k for k in range(1, int(2.0 * options.highest_order + 1e-9) + 1)]
+        orders = [0.5 * k for k in range(1, int(2.0 * ask.highest_order + 1e-9) + 1)]
         outcome.run_up = frequency_run_up(
-            made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas,
-            balanced=balances(options, made.engine), failed=outcome.failed,
+            made.engine, made.body, made.settings, np.array(speeds), orders, str(ask.steady), gas,
+            balanced=balances(ask, made.engine), failed=outcome.failed,
         )  # fmt: skip
         for failed in outcome.failed:
             say(f"cranktrain: warning: no result at {failed.speed * PER_RPM:g} rev/min: {failed.reason}")
-    elif options.ramp_rpm_per_s is None:
-        means = Means(options.workers, options.scheduler, options.refine, options.anew)
-        _run_into(path, options.anew, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
+    elif ask.ramp_rpm_per_s is None:
+        means = Means(ask.workers, ask.scheduler, ask.refine, ask.anew)
+        _run_into(path, ask.anew, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
         return outcome
     else:
         with _bar() as tell:
-            outcome.run_up = ramp(job, speeds, options.ramp_rpm_per_s / PER_RPM, attributes, tell)
+            outcome.run_up = ramp(job, speeds, ask.ramp_rpm_per_s / PER_RPM, attributes, tell)
     outcome.seconds = time.perf_counter() - began
     outcome.run_up.save(path)
     return outcome

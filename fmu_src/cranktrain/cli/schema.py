@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 import json
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
+from typing import Annotated, Any
 
 from cranktrain.cli.console import say
+from cranktrain.cli.functions import verb_alone
+from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.file_schemas import FILE_KINDS, file_schema
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 DESCRIPTION = f"""\
 The JSON schema of a kind of file: {", ".join(FILE_KINDS)}.
@@ -19,22 +23,33 @@ An editor that knows it completes keys, shows ranges and marks wrong values. Nam
 KIND = marked("JSON schema", "http://json-schema.org/")
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    parser.add_argument("kind", metavar="KIND", help=f"of file: {', '.join(FILE_KINDS)}")
-    parser.add_argument(
-        "--output", metavar="FILE", help="write it to a file, engine.schema.json, in place of printing it"
-    )
+@dataclass(frozen=True)
+class Schema(Question):
+    """Question of :func:`schema`."""
+
+    kind: Annotated[str, Option("KIND", f"of file: {', '.join(FILE_KINDS)}", place=True)]
+    _: KW_ONLY
+    output: Annotated[
+        words.File | None, Option("FILE", "write it to a file, engine.schema.json, in place of printing it")
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Make the schema; print it or write it."""
-    schema = file_schema(options.kind)
-    text = json.dumps(schema, indent=1, allow_nan=False)
-    if options.output:
-        with whole_file(options.output, KIND) as path:
-            path.write_text(text + "\n", encoding="utf-8")
-        say(f"wrote {options.output}")
-    elif not options.json:
-        print(text)
-    return schema
+@verb_alone(Schema, DESCRIPTION)
+def schema(ask: Schema) -> VerbResult:
+    """Make the schema, and write it where a file is named."""
+    made = file_schema(ask.kind)
+    if ask.output:
+        with whole_file(ask.output, KIND) as path:
+            path.write_text(_text(made) + "\n", encoding="utf-8")
+        say(f"wrote {ask.output}")
+    return VerbResult.of(made, "schema", written=bool(ask.output))
+
+
+def show(made: VerbResult) -> None:
+    """Print the schema, unless it was written."""
+    if not made.beside["written"]:
+        print(_text(made))
+
+
+def _text(made: dict[str, Any]) -> str:
+    return json.dumps(made, indent=1, allow_nan=False)

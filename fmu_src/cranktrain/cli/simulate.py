@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from dataclasses import fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
-from cranktrain.cli.console import Interrupted, labelled_bar, show
+from cranktrain.cli import console
+from cranktrain.cli.console import Interrupted, labelled_bar
+from cranktrain.cli.functions import ENGINE, verb
 from cranktrain.cli.result_names import result_name
 from cranktrain.cli.run_options import (
-    add_run_options,
-    add_settle_option,
     asked_of,
     assembled,
     loaded,
     note_axial_path,
     own_data,
     pressures_text,
+    request_of,
 )
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES
 from cranktrain.engine.articulated_rod import articulated_text
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.firing import firing_text
 from cranktrain.film.laws.register import bearing_law
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.model.settings import Settings
@@ -34,107 +37,100 @@ if TYPE_CHECKING:
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
 
+RUNNABLE = ENGINE._replace(objects=("Engine", "Assembly"))
 DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result and print a summary."
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options to those that all verbs have."""
-    add = parser.add_argument
-    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 20")
-    add(
-        "--cycles", type=int, metavar="N",
-        help=f"exactly this many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
-        f"{FREE_CYCLES} with --load-torque-nm); the last one is evaluated",
-    )  # fmt: skip
-    add_settle_option(parser)
-    add_run_options(parser)
-    add(
-        "--load-torque-nm", type=float, metavar="TORQUE",
-        help="load the dynamometer with this torque instead of holding its speed; --speed is the initial speed",
-    )  # fmt: skip
-    add("--plots", metavar="FOLDER", help="folder for pictures: torsion, main loads, orbits, least films")
-    add(
-        "--steady", action="store_true",
-        help="also the steady state in the frequency domain; needs --crank torsional, bearings held, no damper",
-    )  # fmt: skip
-    add(
-        "--output",
-        metavar="FILE.h5",
-        help="result file (default: ENGINE_SPEEDrpm.h5, with options other than the default in its name)",
-    )
+OF_THE_ENGINE = ("drive_line", "inherit", "plots", "steady", "output")
+"""Fields that an assembly has no use for."""
+OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh", "mesh_unit")
+"""Choices that an assembly has already made."""
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Run cycles at constant speed, write the result, summarise the last cycle."""
-    found, settings, output, plots = _found(options, in_file=True)
-    summary = found.summary(output)
-    if plots is not None:
-        summary["plots"] = plots
-    if not options.json:
-        _show(found, settings, summary)
-    return summary
+@dataclass(frozen=True, kw_only=True)
+class Simulate(words.Settled, words.Running):
+    """Question of :func:`simulate`."""
+
+    speed_rpm: words.Speed
+    cycles: words.Cycles | None = None
+    load_torque_nm: words.LoadTorque | None = None
+    plots: Annotated[
+        words.File | None, Option("FOLDER", "folder for pictures: torsion, main loads, orbits, least films")
+    ] = None
+    steady: Annotated[
+        bool,
+        Option(help="also the steady state in the frequency domain; needs --crank torsional, bearings held, no damper"),
+    ] = False
+    output: Annotated[
+        words.File | None,
+        Option("FILE.h5", "result file (default: ENGINE_SPEEDrpm.h5, with options other than the default in its name)"),
+    ] = None
 
 
-def answer(options: argparse.Namespace) -> Run:
-    """The run itself, for the library; its samples go into a file only where one is named."""
+@verb(Simulate, DESCRIPTION, RUNNABLE)
+def simulate(engine: str | Path | Engine | Assembly, ask: Simulate) -> Run:
+    """Run cycles at constant speed; samples go into a file only where one is named."""
     from cranktrain.structure.assembly import Assembly
 
-    if isinstance(options.engine, Assembly):
-        return _of_assembly(options, options.engine)
-    return _found(options, in_file=options.output is not None)[0]
+    if isinstance(engine, Assembly):
+        return _of_assembly(engine, ask)
+    return _found(engine, ask)[0]
 
 
-def _of_assembly(options: argparse.Namespace, made: Assembly) -> Run:
+def answer(engine: str, ask: Simulate) -> VerbResult:
+    """The run in a file, whose name tells the options where none is given, and its summary."""
+    usual = ask.output or result_name(load_engine(engine).name, ask)
+    run, plots = _found(engine, replace(ask, output=usual))
+    summary = run.summary(usual)
+    if plots is not None:
+        summary["plots"] = plots
+    return VerbResult.of(summary, "simulate", run=run)
+
+
+def _of_assembly(made: Assembly, ask: Simulate) -> Run:
     """A run of an assembly, which has settled the levels."""
-    from cranktrain.studies.constant_speed import Request, simulate
+    from cranktrain.structure.assembly import checked
 
-    for name, usual in {"drive_line": None, "inherit": True, "plots": None, "steady": False, "output": None}.items():
-        if getattr(options, name) != usual:
-            raise InputError(f"{name} belongs to an engine, not to an assembly; leave it out, or pass the engine")
-    known = {field.name: field.default for field in fields(Request) if hasattr(options, field.name)}
-    given = {name: getattr(options, name) for name in known}
-    # Arrays and functions stand for no default, and arrays are no truth value.
-    choices = {name: one for name, one in given.items() if not (one is known[name] or _equal(one, known[name]))}
-    if not isinstance(choices.get("load", 1.0), float):
-        del choices["load"]  # :func:`loaded` finds it
-    request = Request(**choices)
-    return simulate(loaded(options, made, request.gas(made.engine), request.speed), **choices)
-
-
-def _equal(given: Any, usual: Any) -> bool:
-    """Whether a choice is the usual one."""
-    return isinstance(given, str | int | float | Path) and bool(given == usual)
+    for name in (*OF_THE_ENGINE, *OF_THE_ASSEMBLY):
+        if getattr(ask, name) != getattr(Simulate, name):
+            if name in OF_THE_ENGINE:
+                raise InputError(f"{name} belongs to an engine, not to an assembly; leave it out, or pass the engine")
+            raise InputError(f"simulate: '{name}' is fixed by the assembly; leave it out, or pass the engine")
+    request = request_of(ask, ask.speed_rpm)
+    request.check()
+    settings = checked(made.engine, request.of_a_run(made.settings))
+    request.check_heat(settings)
+    gas = request.gas(made.engine)
+    return request.run(loaded(ask, replace(made, settings=settings), gas, request.speed), gas)
 
 
-def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, Path, list[str] | None]:
-    """The run, its settings, its file where it has one, and its pictures."""
+def _found(named: str | Path | Engine, ask: Simulate) -> tuple[Run, list[str] | None]:
+    """The run, and its pictures where any are wanted."""
     from cranktrain.results.files import check_target
     from cranktrain.studies.planning.level_error import level_error
 
-    asked = engine, request, settings, gas = asked_of(options, options.speed_rpm)
-    _check(options, engine, settings)
-    output = Path(options.output or result_name(engine.name, options, add_options))
-    if in_file:
-        check_target(output)
-    made = loaded(options, assembled(asked, options.inherit), gas, request.speed)
-    if in_file:
-        found = _run_into(output, request, made, gas)
+    asked = engine, request, settings, gas = asked_of(named, ask, ask.speed_rpm)
+    _check(ask, engine, settings)
+    if ask.output is not None:
+        check_target(Path(ask.output))
+    made = loaded(ask, assembled(asked, ask.inherit), gas, request.speed)
+    if ask.output is not None:
+        found = _run_into(Path(ask.output), request, made, gas)
     else:
         with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
             found = request.run(made, gas, advance, tell)
         if not found.complete:
             raise Interrupted(f"interrupted after {found.settling.cycles} cycles; nothing was kept")
-    said = level_error(engine, settings, request.speed_rpm, unlike=own_data(options))
+    said = level_error(engine, settings, request.speed_rpm, unlike=own_data(ask))
     found = replace(found, level_error=said)
-    if options.steady:
+    if ask.steady:
         from cranktrain.studies.torsion.frequency_run_up import steady_orders
 
         orders = steady_orders(engine, made.body, made.settings, request.speed, found.gas)
         found = replace(found, steady_orders=orders)
-    plots = None if options.plots is None else _draw(Path(options.plots), found, settings, request.speed_rpm)
+    plots = None if ask.plots is None else _draw(Path(ask.plots), found, made.settings, request.speed_rpm)
     settled = found.settling
     note_axial_path(engine, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
-    return found, settings, output, plots
+    return found, plots
 
 
 def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -> Run:
@@ -165,23 +161,23 @@ def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -
     raise Interrupted(f"interrupted{after}; {kept}")
 
 
-def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> None:
+def _check(ask: Simulate, engine: Engine, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.figures import FILM_PICTURES, MOTION_PICTURES, check_folder
 
     check_far_end(engine)
     locked = not bearing_law(settings.bearings).carries
-    if options.steady and not (settings.crank == "torsional" and locked and not options.damper):
+    if ask.steady and not (settings.crank == "torsional" and locked and not ask.damper):
         raise InputError(
             "--steady solves a torsional crank on held bearings without damper; use --crank torsional, or leave it out"
         )
-    if options.steady:
+    if ask.steady:
         engine.refuse_additions("steady states in the frequency domain")
-    if options.steady and settings.boundary == "torque":
+    if ask.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
-    if options.plots is not None:
-        check_folder(Path(options.plots), pictures=MOTION_PICTURES if locked else MOTION_PICTURES + FILM_PICTURES)
+    if ask.plots is not None:
+        check_folder(Path(ask.plots), pictures=MOTION_PICTURES if locked else MOTION_PICTURES + FILM_PICTURES)
 
 
 def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[str]:
@@ -194,16 +190,17 @@ def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[
     return [str(path) for path in save_run_pictures(folder, run, run.engine, title, films)]
 
 
-def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
+def show(summary: VerbResult) -> None:
     """Print the summary for people."""
     from cranktrain.results.tables import closing_text, grid_text, online_text, resolution_text, run_tables
 
+    run: Run = summary.beside["run"]
     print(firing_text(run.engine))
     for line in articulated_text(run.engine):
         print(line)
     print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
-        show(table)
+        console.show(table)
     if run.passes > 1:
         print(f"Temperatures by heat balance: {run.passes} runs; the last is shown")
     if summary.get("closing_edges"):
@@ -216,8 +213,8 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
         print(online_text(summary["online_films"]))
     print(
         f"{summary['steps']} steps, {summary['newton_iterations']} Newton iterations, {summary['rejected_steps']} "
-        f"rejected; real-time factor {summary['real_time_factor']:.2f} ({settings.integrator}, "
-        f"{math.degrees(settings.step):g} deg)"
+        f"rejected; real-time factor {summary['real_time_factor']:.2f} ({run.attributes['integrator']}, "
+        f"{math.degrees(float(run.attributes['step'])):g} deg)"
     )
     print(run.settling.text)
     print(summary["level_error"]["text"])

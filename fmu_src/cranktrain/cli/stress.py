@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import argparse
 import math
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cranktrain.cli.console import show_rows, stages
-from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
+from cranktrain.cli.fillets import chosen_throws, fillet_help, fillets_of
+from cranktrain.cli.functions import verb, verb_of
 from cranktrain.cli.result_names import result_name
-from cranktrain.cli.run_options import (
-    add_encoder_option,
-    add_level_options,
-    add_settle_option,
-    add_source_options,
-    engine_of,
-    gas_of,
-    option_of,
-    request_of,
-)
+from cranktrain.cli.run_options import engine_of, gas_of, option_of, request_of
+from cranktrain.engine.file import load_engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
 
 if TYPE_CHECKING:
+    from cranktrain.engine.model import Engine
     from cranktrain.results.strength.fillet_histories import FilletPeak
     from cranktrain.results.strength.stress import CrankStress
     from cranktrain.structure.assembly import Assembly
@@ -39,28 +36,40 @@ difference of superposed stresses from direct finite-element solutions under the
 """
 _SPOTS = 12
 """Hot spots that the table shows."""
+Throws = Annotated[str, Option("THROWS", fillet_help("also the peaks in fillets and at oil bores"))]
+REFUSED = "refused: stresses need finite elements; give their mesh by --mesh"
+FiniteElements = Annotated[
+    words.File,
+    Option(
+        "FILE", words.OWN_MESH, also=(("--body", "refused: stresses need finite elements; give their mesh by --mesh"),)
+    ),
+]
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options to those that all verbs of an engine have."""
-    add = parser.add_argument
-    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 20")
-    add_level_options(parser, without="--crank")
-    add_settle_option(parser)
-    add_source_options(parser)
-    add_encoder_option(parser)
-    add_fillet_option(parser, "also the peaks in fillets and at oil bores")
-    add("--no-check", dest="check", action="store_false",
-        help="no comparison with direct solutions, which takes half a minute")  # fmt: skip
-    add("--plots", metavar="FOLDER", help="folder for pictures: surface at 0, 90 … 630 degrees, envelope")
-    add(
-        "--output",
-        metavar="FILE.h5",
-        help="result file (default: ENGINE_SPEEDrpm_stress.h5, with options other than the default in its name)",
-    )
+@dataclass(frozen=True, kw_only=True)
+class Stress(
+    words.Settled, words.Levels, words.PistonLevel, words.Load, words.Pressures, words.Encoder, words.Meshes
+):  # fmt: skip
+    """Question of :func:`stress`."""
+
+    speed_rpm: words.Speed
+    fillets: Throws | None = None
+    check: Annotated[bool, Option(help="no comparison with direct solutions, which takes half a minute")] = True
+    mesh: FiniteElements | None = None
+    plots: Annotated[
+        words.File | None, Option("FOLDER", "folder for pictures: surface at 0, 90 … 630 degrees, envelope")
+    ] = None
+    output: Annotated[
+        words.File | None,
+        Option(
+            "FILE.h5",
+            "result file (default: ENGINE_SPEEDrpm_stress.h5, with options other than the default in its name)",
+        ),
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@verb(Stress, DESCRIPTION)
+def stress(named: str | Path | Engine, ask: Stress) -> VerbResult:
     """Run to a cycle that repeats, superpose its stresses, check them, and say where they are greatest."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.files import check_target
@@ -71,38 +80,44 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.structure.stress.stress_modes import ShapedCrank
     from cranktrain.studies.stressed_run import check_stressed, stressed_run
 
-    engine = engine_of(options)
-    request = request_of(options, options.speed_rpm)
+    engine = engine_of(named, ask)
+    request = request_of(ask, ask.speed_rpm)
     settings = request.settings(engine, option_of)
     check_stressed(request, settings)
     gas = gas_of(request, engine)
-    output = Path(options.output or result_name(engine.name, options, add_options, "stress"))
-    check_target(output)
-    if options.plots is not None:
-        check_folder(Path(options.plots), pictures=STRESS_PICTURES)
-    throws = chosen_throws(options, engine)
+    if ask.output is not None:
+        check_target(Path(ask.output))
+    if ask.plots is not None:
+        check_folder(Path(ask.plots), pictures=STRESS_PICTURES)
+    throws = chosen_throws(ask.fillets, ask.mesh, engine)
     with stages(engine.name) as tell:
         # The reduction is repeated once, where anything needs its shapes.
         shaped = cache(lambda: ShapedCrank.of(engine, request.mesh, tell))
-        if options.check:
+        if ask.check:
             shaped()  # before the run, as it may make the kept body anew
         fillets = fillets_of(engine, throws, shaped, tell)
-        made, stress = stressed_run(engine, request, settings, tell, shaped, gas)
-        check = static_check(stress, shaped(), tell) if options.check else None
-        report = _report(stress, check.relative if check else None)
+        made, found = stressed_run(engine, request, settings, tell, shaped, gas)
+        check = static_check(found, shaped(), tell) if ask.check else None
+        report = _report(found, check.relative if check else None)
         if throws:
             tell("stresses of the fillets")
             bare = reduced_crankshaft(engine, request.mesh)
-            peaks = [run.peak for run in fillet_runs(bare, stress.cycle, fillets)]
+            peaks = [run.peak for run in fillet_runs(bare, found.cycle, fillets)]
             report["fillets"] = [_fillet(peak) for peak in sorted(peaks, key=lambda peak: -peak.von_mises)]
-        report["result"] = str(stress.save(output, _attributes(made, request.attributes(made), report)))
-        if options.plots is not None:
+        if ask.output is not None:
+            attributes = _attributes(made, request.attributes(made), report)
+            report["result"] = str(found.save(Path(ask.output), attributes))
+        if ask.plots is not None:
             tell("pictures")
             title = f"{engine.title}, {request.speed_rpm:g} rev/min"
-            report["plots"] = [str(path) for path in save_stress_pictures(Path(options.plots), stress, title)]
-    if not options.json:
-        _show(report)
-    return report
+            report["plots"] = [str(path) for path in save_stress_pictures(Path(ask.plots), found, title)]
+    return VerbResult.of(report, "stress")
+
+
+def answer(engine: str, ask: Stress) -> VerbResult:
+    """The same, in a file whose name tells the options where none is given."""
+    usual = ask.output or result_name(load_engine(engine).name, ask, "stress")
+    return verb_of(stress).function(engine, replace(ask, output=usual))
 
 
 def _fillet(peak: FilletPeak) -> dict[str, Any]:
@@ -149,7 +164,7 @@ def _report(stress: CrankStress, check: float | None) -> dict[str, Any]:
     }
 
 
-def _show(report: dict[str, Any]) -> None:
+def show(report: VerbResult) -> None:
     """Print the hot spots and the check."""
     rows = [
         (

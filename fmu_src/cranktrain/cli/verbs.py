@@ -5,7 +5,9 @@ A line is the first of the verb's ``DESCRIPTION``, which a test compares.
 
 from __future__ import annotations
 
-ENGINE_VERBS = {
+from cranktrain import lab
+
+VERBS = {
     "modal": "Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.",
     "campbell": "Campbell diagram: frequencies of the cranktrain at rest over the speed, modes followed through "
     "crossings.",
@@ -20,9 +22,6 @@ ENGINE_VERBS = {
     "limits.",
     "picture": "The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) or "
     "page (HTML).",
-}
-"""Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
-VERBS = {
     "bearing": "One plain bearing: load, attitude, flow, friction, stiffness and damping.",
     "film-table": "Make the film table of bearings with one width-to-diameter ratio; it is kept in the cache.",
     "damper-optimum": "Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.",
@@ -55,4 +54,29 @@ VERBS = {
     "new": "Write a complete engine file from a layout and a few sizes.",
     "engines": "The engines that ship with the package: name, title, layout, displacement and firing order.",
 }
-"""Likewise of all others."""
+"""Line of each verb."""
+FUNCTIONS = {
+    "simulate": "cranktrain.cli.simulate:simulate",
+    "modal": "cranktrain.cli.modal:modal",
+    "campbell": "cranktrain.cli.campbell:campbell",
+    "runup": "cranktrain.cli.runup:runup",
+    "plot-runup": "cranktrain.cli.plot_runup:plot_runup",
+    "export": "cranktrain.cli.export:export",
+    "film-table": "cranktrain.cli.film_table:film_table",
+    "plan": "cranktrain.cli.plan:plan",
+    "run": "cranktrain.cli.run:run_scene",
+    "report": "cranktrain.cli.report:report",
+    "bearing": "cranktrain.cli.bearing:bearing",
+    "roller": "cranktrain.cli.roller:roller",
+    "new": "cranktrain.cli.new:new_engine",
+    "schema": "cranktrain.cli.schema:schema",
+    "engines": "cranktrain.cli.engines:engines",
+    "reduce": "cranktrain.cli.reduce:reduce",
+    "picture": "cranktrain.cli.picture:picture",
+    "damper-optimum": "cranktrain.cli.damper:damper_optimum",
+    "stress": "cranktrain.cli.stress:stress",
+    "fatigue": "cranktrain.cli.fatigue:fatigue",
+    "bearing-loads": "cranktrain.cli.bearing_loads:bearing_loads",
+    **lab.FUNCTIONS,
+}
+"""Function of each verb, ``module:function``."""

@@ -23,7 +23,7 @@ def given_number(value: Any, where: str) -> float:
 
 
 def given_numbers(value: Any, count: int, where: str) -> tuple[float, ...]:
-    """Value as ``count`` finite numbers (any number of them for −1); ``InputError`` that starts with ``where``."""
+    """Value as ``count`` finite numbers (any count for −1); ``InputError`` that starts with ``where``."""
     if isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or np.ndim(value) != 1:
         raise InputError(f"{where} is {shown(value)}; give a list of {count if count >= 0 else 'its'} numbers")
     if count not in (-1, len(value)):

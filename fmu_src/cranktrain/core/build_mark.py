@@ -15,5 +15,5 @@ _BUILD = np.dtype([(__name__.partition(".")[0], np.uint8)])
 
 
 def build_mark() -> NDArray[np.void]:
-    """Empty array (0,) of a type that only this copy has; every record that Python passes to a kernel contains one."""
+    """Empty array (0,) of a type that only this package copy has; all records passed to kernels contain it."""
     return np.zeros(0, dtype=_BUILD)

@@ -36,7 +36,7 @@ def cache_folder() -> Path:
         if sys.platform == "darwin":
             return Path.home() / "Library" / "Caches" / "cranktrain"
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cranktrain"
-    except RuntimeError:  # no home
+    except RuntimeError:  # the user has no home folder
         return _folder_of_this_process()
 
 

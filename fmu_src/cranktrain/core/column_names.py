@@ -65,11 +65,11 @@ NEUTRAL = frozenset(
     ("at", "in", "of", "no", "nr", "mean", "avg", "average", "mittel", "mittelwert", "cyl", "cylinder", "zyl",
      "zylinder", "the", "for")
 )  # fmt: skip
-"""Words in a column name that say nothing about its kind, such as "mean" or "cylinder"."""
+"""Words in a column name that do not show the kind of the column, such as "mean" or "cylinder"."""
 
 
 def kind_of(name: str, kinds: Sequence[str] = tuple(WORDS)) -> str:
-    """Kind of a column from its name, one of ``kinds``; empty if the name belongs to none of them."""
+    """Kind of a column from its name, one of ``kinds``; empty if the name belongs to no kind."""
     parts = [plain_name(part) for part in re.split(r"[^\w°]+|_", name)]
     telling = [part for part in parts if part and part not in NEUTRAL and not part.isdigit()]
     for own in (plain_name(name), "".join(telling), "".join(telling[:-1]) if _ends_in_unit(telling) else ""):

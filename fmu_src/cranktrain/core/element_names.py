@@ -23,7 +23,7 @@ def array_element(name: str) -> tuple[str, int] | None:
 
 
 def name_among(name: str, known: Container[str]) -> str:
-    """Spelling of an array element in ``known``, wherever the number stands; ``name`` itself if it is not there."""
+    """Spelling of an array element in ``known``, wherever its number stands; ``name`` itself if ``known`` lacks it."""
     place = None if name in known else array_element(name)
     if place is None:
         return name
@@ -37,7 +37,7 @@ def name_among(name: str, known: Container[str]) -> str:
 
 
 class Elements(dict[str, Value]):
-    """Dictionary by variable name that finds elements of arrays under both spellings."""
+    """Dictionary by variable name that finds elements of arrays under both spellings of their names."""
 
     def own(self, name: str) -> str:
         """Name under which a variable is listed; ``name`` itself if it is not listed."""

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 LONGEST_LINE = 1200
-"""Largest number of characters of a message. Longer ones are cut in the middle, because the end says what to do."""
+"""Largest number of characters of a message. Longer messages are cut in the middle, because the end says what to do."""
 LONGEST_SHOWN = 80
 """Largest number of characters of a value in a message."""
 
@@ -37,7 +37,7 @@ class SolverError(CranktrainError):
 
 
 def shown(value: object) -> str:
-    """Text of a value of a file for a message, cut to ``LONGEST_SHOWN`` characters."""
+    """Text of a file's value for a message, cut to ``LONGEST_SHOWN`` characters."""
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # Python refuses to print integers of thousands of digits
@@ -54,19 +54,19 @@ def as_float(value: float) -> float:
 
 
 def within(where: str, value: float, low: float, high: float, what: str) -> None:
-    """Raise ``InputError`` if a number is outside its bounds; ``what`` is its unit, and an alternative value if any."""
+    """Raise ``InputError`` if a number is out of bounds; ``what`` is the number's unit and any alternative value."""
     if not low <= value <= high:
         said = f"{value:g}" if isinstance(value, float) or abs(value) < 10**15 else shown(value)
         raise InputError(f"{where} {said} is not within {low:g} to {high:g} {what}".rstrip())
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Hint for a message: the name in ``valid`` closest to ``name`` in any case, or all of them if none is close."""
+    """Hint for a message: the name in ``valid`` closest to ``name``, ignoring case, or all names if none is close."""
     names = [str(v) for v in valid]
     small = {one.lower(): one for one in reversed(names)}
     close = get_close_matches(name, names, n=1, cutoff=0.5)
     folded = [small[one] for one in get_close_matches(name.lower(), small, n=1, cutoff=0.5)]
-    # A name that differs only in case is closer than one that differs in a letter.
+    # A name that differs only in case is closer than a name that differs in a letter.
     if folded and (not close or folded[0].lower() == name.lower()):
         close = folded
     return f"did you mean '{close[0]}'?" if close else "valid: " + ", ".join(names)

@@ -41,7 +41,7 @@ def called(function: Callable[..., Any], arguments: tuple[float, ...], where: st
 
 
 def takes_two(function: Callable[..., Any]) -> bool:
-    """True if a function also takes the speed: it requires two arguments, or its second is named ``speed...``."""
+    """True if a function takes a speed too: it requires two arguments, or its second argument is named ``speed...``."""
     try:
         parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):  # built-in functions may have no signature

@@ -13,7 +13,7 @@ DRAFT = "http://json-schema.org/draft-07/schema#"
 
 
 def json_schema(kind: type[Table], title: str, further: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Schema of a file with top-level table ``kind``; ``further`` are additional rules of tables by class name."""
+    """JSON schema of a file whose top-level table is ``kind``; ``further`` has more rules of tables by class name."""
     (_,), tables = msgspec.json.schema_components((kind,), ref_template="#/definitions/{name}")
     tables = {name: {**_without_null(table), **further.get(name, {})} for name, table in tables.items()}
     whole = tables.pop(kind.__name__)
@@ -32,5 +32,5 @@ def _without_null(schema: Any) -> Any:
         if len(kept["anyOf"]) == 1:
             kept |= kept.pop("anyOf")[0]
     if kept.get("type") == "number" and "pattern" in kept:
-        kept["type"] = ["number", "string"]  # a number or a text with unit; msgspec's schema lists the number only
+        kept["type"] = ["number", "string"]  # a value is a number or a text with unit; msgspec lists numbers only
     return {key: _without_null(entry) for key, entry in kept.items()}

@@ -1,4 +1,4 @@
-"""The jit decorator of the running model, and the rules that kernels obey.
+"""The jit decorator of the running model, and the rules that compiled functions (kernels) obey.
 
 A kernel must also compile ahead of time into a library without Python: the caller owns all memory, no ``np.linalg``,
 no exceptions (integer status codes), no ``reshape``, no global mutable state, no parallel loops. Kernels are compiled
@@ -40,7 +40,7 @@ from cranktrain.core.records import layout, record_image
 from cranktrain.core.sources import PACKAGE, edited_meanwhile, rests_on, source_digest
 
 BEFORE_COMPILING: list[Callable[[], None]] = []
-"""Functions to call once, when numba is loaded."""
+"""Functions that are called once, when numba is loaded."""
 
 
 @cache
@@ -58,7 +58,7 @@ def compiler() -> Any:
 
 _AT_ADDRESS: list[type] = []
 _RECORD_TYPES = Path(__file__).with_name("record_types.py")
-"""Source of numba's type of records. No kernel imports it, so it enters the digest separately."""
+"""Source file of numba's type of records. No kernel imports this file, so it enters the digest separately."""
 _AT_ADDRESS_BY = "cranktrain.core.record_types:at_address"
 
 
@@ -75,7 +75,7 @@ def _kernel_folder(file: str) -> str:
     """Folder for the compiled kernels of a source file; empty if it cannot be written, or can be by others."""
     source = Path(file)
     if edited_meanwhile(rests_on(source)):
-        return ""  # the digest would name the edited source, not the one imported
+        return ""  # the digest would belong to the edited source, not to the imported source
     try:
         folder = private_folder("kernels", f"{source.stem}-{source_digest(source)}-{source_digest(_RECORD_TYPES)[:6]}")
         tempfile.TemporaryFile(dir=folder).close()
@@ -117,7 +117,7 @@ class Compiling:
         return function.dispatcher(*arguments, **named)
 
     def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
-        """Address of a kernel for arguments of these types, for use with :data:`call_kernel`."""
+        """Address of a kernel compiled for the types of ``arguments``, for use with :data:`call_kernel`."""
         compiled = overload(function, arguments)
         if compiler().types.unliteral(compiled.signature.return_type) != compiler().types.int64:
             raise TypeError(f"{function.py_func.__name__} must return an integer to be called at its address")
@@ -129,7 +129,7 @@ _COMPILING = [Compiling()]
 
 @contextmanager
 def compiled_by(way: Compiling) -> Iterator[None]:
-    """Context in which kernels are compiled by another :class:`Compiling`."""
+    """Context in which kernels are compiled by ``way``, another :class:`Compiling`."""
     _COMPILING.append(way)
     try:
         yield
@@ -154,7 +154,7 @@ class Kernel:
         self._dispatchers: dict[Compiling, Any] = {}
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """Call with values and arrays of any types."""
+        """Call the kernel with values and arrays of any types."""
         if self._calls and not named:
             call = self._calls.get(layout(arguments))
             if call is not None:
@@ -204,7 +204,7 @@ def inlined_kernel(function: Callable[..., Any]) -> Any:
 
 
 def _forget_unknown_classes(compiled: Any) -> None:
-    """Make a kernel compile again if its index in the cache names classes that no longer exist at their place.
+    """Make a kernel compile again if its cache index names classes that no longer exist in their modules.
 
     A kernel's file need not import the classes of its record arguments, so its digest does not change when they move.
     """
@@ -225,7 +225,7 @@ law_kernel = kernel
 
 
 def kernel_address(function: Any, *arguments: Any) -> int:
-    """Address of ``function`` for arguments of these types, for use with :func:`call_kernel`.
+    """Address of ``function`` compiled for the types of ``arguments``, for use with :func:`call_kernel`.
 
     The address is in the library of machine code if that has the kernel; otherwise the kernel is compiled.
     """
@@ -246,7 +246,7 @@ def kernel_addresses(functions: Iterable[Any], *arguments: Any) -> list[int]:
 
 
 def overload(function: Any, arguments: tuple[Any, ...]) -> Any:
-    """Numba's compilation result of a kernel for arguments of these types."""
+    """Numba's compilation result of a kernel for the types of ``arguments``."""
     signature = tuple(compiler().typeof(argument) for argument in arguments)
     function.dispatcher.compile(signature)
     return function.dispatcher.overloads[signature]
@@ -261,7 +261,7 @@ def kernel_name(function: Any) -> str:
 
 
 def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
-    """Kernel compiled for these argument types, as a function that does not check the types of its arguments again.
+    """Kernel compiled for the types of ``arguments``, as a function that does not check argument types again.
 
     Numba's own check of all argument types takes ten microseconds per call for a model's arrays.
     """
@@ -323,9 +323,9 @@ call_kernel: Any = Intrinsic(_calling)
 ADDRESSES: dict[int, str] = {}
 """Kernel names by address, for the addresses that were handed out."""
 RECORDS: dict[int, Any] = {}
-"""Records by address, for the handed-out addresses whose owners are alive."""
+"""Records by address, for all addresses handed out whose owner arrays are alive."""
 _LAYOUTS: dict[type, str] = {}
-"""Layout of the records that the reader of each class expects."""
+"""Layout of records that the reader of each record class expects."""
 
 
 def keep_record(record: Any, owner: NDArray[Any]) -> int:

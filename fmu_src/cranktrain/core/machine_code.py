@@ -34,7 +34,7 @@ RESTS_ON = {
     "combustion": ("core", "modules"),
     "valvetrain": ("core", "modules"),
 }
-"""Kinds of kernels, and the folders of the package that the kernels of each depend on."""
+"""Kinds of kernels, and for each kind the folders of the package that its kernels depend on."""
 FILMS = (
     *(f"film/{folder}" for folder in ("elastic", "journal", "lanes", "reynolds", "steady", "table")),
     *(f"film/laws/{law}.py" for law in ("ehd", "rigid_bore")),
@@ -57,7 +57,7 @@ _KIND_OF = {
         for path in FILMS
     },
 }
-"""Kind of the kernels of these modules; all other kernels are of kind ``cranktrain``."""
+"""Kind of the kernels of modules whose names begin so; all other kernels are of kind ``cranktrain``."""
 EMITTING = (
     "emit.py",
     "exports.py",
@@ -166,18 +166,18 @@ class Library:
                 self.calls.setdefault(name, {})[arguments] = Call(address, results[0])
             else:
                 self.functions[name, arguments] = address
-        # A library of films alone has no entries.
+        # A library that contains only films has no entries of a run.
         given = {name: address for name in ENTRIES if (address := getattr(table, name))}
         self.entries: dict[str, Callable[[int, float], int]] = {name: _ENTRY(at) for name, at in given.items()}
 
 
 makers: list[Callable[[str], bool]] = []
-"""Functions that make a missing library of a kind and return True on success; only the last one is called."""
+"""Functions that make a missing library of a kind and return True on success; only the last function is called."""
 
 
 @cache
 def library(kind: str) -> Library | None:
-    """Library with a kind for this machine and these sources; ``None`` if there is none and no maker makes one.
+    """Library with a kind of kernels for this machine and these sources; ``None`` if none exists or can be made.
 
     Warns of a damaged library.
     """
@@ -209,13 +209,15 @@ def _warn_of(path: Path, why: str) -> None:
 
 
 def function_address(name: str, arguments: str) -> int | None:
-    """Address of a kernel for an argument layout in the library of its kind; ``None`` if it is not there."""
+    """Address of a kernel for an argument layout in the library of its kind; ``None`` if the kernel is missing."""
     made = library(kind_of(name))
     return None if made is None else made.functions.get((name, arguments))
 
 
 def calls_of(name: str) -> dict[str, Call]:
     """Entries of a kernel in its kind's library that Python can call, by argument layout."""
+    if not name.startswith("cranktrain."):  # of the laboratory or of a user: in no library, and in need of none
+        return {}
     made = library(kind_of(name))
     return {} if made is None else made.calls.get(name, {})
 
@@ -226,12 +228,12 @@ def kind_of(name: str) -> str:
 
 
 def shares_of(kind: str) -> tuple[str, ...]:
-    """Parts in which a kind is compiled, in the order of their functions in its library."""
+    """Parts in which a kind of kernels is compiled, in the order of their functions in the library."""
     return SHARES.get(kind, (kind,))
 
 
 def share_of(name: str) -> str:
-    """Part of its kind that a kernel is compiled in, by the kernel's name."""
+    """Part of a kind of kernels in which the kernel of this name is compiled."""
     kind = kind_of(name)
     return kind if kind not in SHARES else SHARES[kind][not name.startswith(_STAGES)]
 
@@ -241,7 +243,7 @@ class DamagedError(Exception):
 
 
 def is_whole(path: Path, digest: str) -> bool:
-    """True if a library exists and has the kind with this digest; :class:`DamagedError` if its checksum is wrong."""
+    """True if a library exists and contains the kind with this digest; :class:`DamagedError` for a wrong checksum."""
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -275,7 +277,7 @@ def _places(kind: str) -> Iterator[Path]:
 
 
 def folder_of(kind: str) -> str:
-    """Name of the cache folder for a library: the digests of its kinds."""
+    """Name of the cache folder for a library, made of the digests of its kinds of kernels."""
     return "-".join(map(code_digest, kind.split("+")))
 
 
@@ -290,7 +292,7 @@ def this_platform() -> str:
 
 
 def library_name(kind: str, suffix: str, shim: str = "") -> str:
-    """File name of a library, after its first kind; in the cache with ``shim``, the digest of its C side."""
+    """File name of a library, after its first kind; in the cache also after ``shim``, the digest of its C side."""
     first = kind.partition("+")[0]
     return f"{first}-{shim}{suffix}" if shim else f"{first}{suffix}"
 
@@ -313,7 +315,7 @@ def code_digest(kind: str) -> str:
 
 def _sources(kind: str) -> list[Path]:
     native = ROOT / "fmu" / "native"
-    # A Python FMU contains none of these files, and no library.
+    # An FMU that runs in Python contains none of these files, and no library.
     files = [path for name in EMITTING if (path := native / name).is_file()]
     for folder in RESTS_ON[kind]:
         files += (ROOT / folder).rglob("*.py")

@@ -142,7 +142,7 @@ def check(body: ReducedBody) -> None:
 
 
 def rigid_coordinates(body: ReducedBody) -> Array:
-    """Rigid motion of the frame's origin (rows t_x … r_z) in each of the six rigid modes (columns), (6, 6)."""
+    """Rigid motion of the frame's origin, rows t_x … r_z, in each of the six rigid modes, columns; (6, 6)."""
     at_interface = np.eye(6)
     at_interface[:3, 3:] = -skew(body.positions[0])
     return np.asarray(np.linalg.solve(at_interface, body.shapes[0, :, :6]), dtype=np.float64)
@@ -178,7 +178,7 @@ def with_rigid_rows(stress: Array, centrifugal: Array, rigid: Array, turned_load
 
 
 def turning_stiffness(body: ReducedBody, about_centre: bool = False) -> Array:
-    """Stiffness K_σ − C (n, n) of a rotating body with unsymmetric rigid-body terms; rows are forces, columns motions.
+    """Stiffness K_σ − C (n, n) of a rotating body, with unsymmetric rigid-body terms: rows are forces, columns motions.
 
     Stress exerts no resultant force on a body, so the rows of translations are those of −C: if an unbalanced body
     rotates relative to the frame, its centrifugal force rotates with it. The same holds for centrifugal moments, so the
@@ -254,7 +254,7 @@ def sliced_body(
     motion: Array,
     stress: Array,
 ) -> ReducedBody:
-    """Reduced body made of rigid slices in given modes; the first six are rigid and orthonormal in its mass.
+    """Reduced body made of rigid slices in given modes; the first six modes are rigid and orthonormal in the mass.
 
     Parameters
     ----------
@@ -332,7 +332,7 @@ def rigid_body(
 
 
 def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, int]] = ()) -> ReducedBody:
-    """Body in its modes up to a frequency, completed so that the static response to the named loads stays exact.
+    """Body in its modes up to a frequency, completed so that the static response to the ``loaded`` ports stays exact.
 
     For each ``(interface, component)`` (components 0–5: forces along and moments about x, y, z) the static response of
     the dropped modes to a unit load is kept as a residual attachment mode. These modes are made orthonormal within the
@@ -369,7 +369,7 @@ def rigid(body: ReducedBody) -> ReducedBody:
 
 
 def signed(shapes: Array) -> Array:
-    """Sign (n,) for each mode that makes its first large interface component positive.
+    """Signs (n,) of n modes that make the first large interface component of each mode positive.
 
     Rotations are scaled to the size of the translations, so the choice does not depend on the unit of length. The first
     component above 90 % of the largest decides, so the choice between components of equal size is unique.
@@ -395,7 +395,7 @@ def _check_part(body: ReducedBody, interface: str, mass: float, inertia: Array) 
 
 
 def damping_in_modes(damping: Array, omega: Array, basis: Array, found: Array) -> Array:
-    """Modal damping (r,) 1/s of new modes with frequencies ``found``; ``basis`` (n, r) has them in terms of the old.
+    """Modal damping (r,) 1/s of r new modes with frequencies ``found``; ``basis`` (n, r) are their old coordinates.
 
     Damping of an elastic mode is structural: its loss per cycle does not depend on frequency. A mode of frequency ω
     therefore has c = Σ c_i ω_i b_i²/ω. If all modes have the same damping ratio, they keep it whatever is attached.

@@ -20,7 +20,7 @@ TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 
 class SliceTerms(NamedTuple):
-    """Terms of slices in n modes, named as in :class:`.ReducedBody`, valid between elastic modes.
+    """Mass and rotation terms of slices in n modes, named as in :class:`.ReducedBody`, valid between elastic modes.
 
     ``turned_load`` (3, n) is ∫ρ (e_k×X_⊥)·φ_j.
     """
@@ -53,21 +53,21 @@ class Slices:
         return np.asarray(np.einsum("sab,sbc,sdc->ad", positions, self.moments, positions))
 
     def paired(self, left: Array, right: Array) -> Array:
-        """Integrals ∫ρ u_i·v_j, (n, m), of fields (s, n, 3, 4) and (s, m, 3, 4)."""
+        """Integrals ∫ρ u_i·v_j, (n, m), of n fields u and m fields v on s slices, (s, n, 3, 4) and (s, m, 3, 4)."""
         weighed = left @ self.moments[:, None]
         n, m = left.shape[1], right.shape[1]
         return np.asarray(weighed.swapaxes(0, 1).reshape(n, -1) @ right.swapaxes(0, 1).reshape(m, -1).T)
 
     def outward(self) -> Array:
-        """Field of X_⊥, the distance from the axis, (s, 1, 3, 4)."""
+        """Field of X_⊥, the distance from the axis, for each of s slices, (s, 1, 3, 4)."""
         return (_ACROSS @ self._positions()[:, 1:])[:, None]
 
     def around(self) -> Array:
-        """Field of e_z×X, (s, 1, 3, 4)."""
+        """Field of e_z×X for each of s slices, (s, 1, 3, 4)."""
         return (TURN @ self._positions()[:, 1:])[:, None]
 
     def terms(self, motion: Array) -> SliceTerms:
-        """Terms of slices whose motion in the modes is ``motion`` (s, 6, n)."""
+        """Terms of s slices whose motion in n modes is ``motion`` (s, 6, n)."""
         field, outward = fields(motion), self.outward()
         turned = TURN @ field
         translation = np.zeros((self.places.shape[0], 3, 3, 4))
@@ -90,20 +90,20 @@ class Slices:
         return np.asarray(np.einsum("sai,sab,sbj->ij", rotation, law, rotation, optimize=True))
 
     def _positions(self) -> Array:
-        """Matrices (s, 4, 4) that give [1, X] from [1, r]."""
+        """Matrices (s, 4, 4), one for each slice, that give [1, X] from [1, r]."""
         result = np.tile(np.eye(4), (self.places.shape[0], 1, 1))
         result[:, 1:, 0] = self.places
         return result
 
 
 def fields(motion: Array) -> Array:
-    """Field matrices (s, n, 3, 4) of motions (s, 6, n)."""
+    """Field matrices (s, n, 3, 4) of the motions (s, 6, n) of s slices in n modes."""
     translation, rotation = motion[:, :3].swapaxes(1, 2), motion[:, 3:].swapaxes(1, 2)
     return np.concatenate((translation[..., None], skew(rotation)), axis=3)
 
 
 def rigid_motion(places: Array) -> Array:
-    """Motion (s, 6, 6) of points (s, 3) in unit translations along and rotations about x, y, z through the origin."""
+    """Motion (s, 6, 6) of s points (s, 3) in unit translations along and rotations about x, y, z through the origin."""
     result = np.tile(np.eye(6), (places.shape[0], 1, 1))
     result[:, :3, 3:] = -skew(places)
     return result

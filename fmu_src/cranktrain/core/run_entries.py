@@ -42,19 +42,19 @@ class RunEntries:
             self._entries = {name: _Compiled(run, getattr(kernels, kernel)) for name, kernel in ENTRIES.items()}
 
     def prepare(self) -> int:
-        """Fill the model from the run's numbers."""
+        """Fill the model from the run's numbers. Return a status (0: success)."""
         return self._entries["prepare"](0.0)
 
     def start(self, time: float) -> int:
-        """Start at a time, s, with the present inputs."""
+        """Start the run at a time, s, with the present inputs. Return a status (0: success)."""
         return self._entries["start"](time)
 
     def advance(self, t_end: float) -> int:
-        """Advance to ``t_end``, s, and write the outputs."""
+        """Advance the run to ``t_end``, s, and write the outputs. Return a status (0: success)."""
         return self._entries["advance"](t_end)
 
     def observe(self) -> int:
-        """Write the outputs of the present state."""
+        """Write the outputs of the present state. Return a status (0: success)."""
         return self._entries["observe"](0.0)
 
 

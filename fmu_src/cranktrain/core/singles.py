@@ -1,4 +1,4 @@
-"""Vectors of eight single-precision numbers, one film (or other object) in each lane.
+"""Vectors of eight single-precision numbers, with one film (or other object) in each lane.
 
 The last axis of an array of singles counts in groups of eight, one number per lane, so a compiler knows all distances
 along it. Kernels compute with such vectors by + - * /, compare them to get masks, and select by masks, see
@@ -26,7 +26,7 @@ def _types() -> Any:
 
 
 def _whole_place(context: Any, builder: Any, array: Any, kind: Any, value: Any, index: Any) -> Any:
-    """Address of lane 0 of an entry, for an index whose last axis counts in groups of eight."""
+    """Address of lane 0 of an array entry, for an index whose last axis counts in groups of eight."""
     integer, numba = compiler().types.intp, compiler()
     whole = isinstance(kind, numba.types.BaseTuple)
     parts = list(kind) if whole else [kind]
@@ -193,7 +193,7 @@ def _looking_up() -> Any:
     whole = ir.IntType(32)
 
     def looked_up(typing_context: Any, table: Any, place: Any, column: Any) -> Any:
-        """Entries of one column of a table at eight rows, the integer parts of ``place``."""
+        """Entries of one column of a table at eight rows, whose numbers are the integer parts of ``place``."""
         contiguous(table, kind="float32")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -215,13 +215,13 @@ def _looking_up() -> Any:
 
 
 eight: Any = Intrinsic(_loading)
-"""``(array, index)``: eight singles of an array; the last axis of the index counts in groups of eight."""
+"""``(array, index)``: read eight singles of an array; the last axis of the index counts in groups of eight."""
 put_eight: Any = Intrinsic(_storing)
 """``(array, index, vector)``: write eight singles."""
 add_to: Any = Intrinsic(_adding)
 """``(array of doubles, index, vector)``: add eight singles to eight doubles."""
 rounded: Any = Intrinsic(_rounding)
-"""``(array of doubles, index)``: eight doubles rounded to singles."""
+"""``(array of doubles, index)``: read eight doubles, rounded to singles."""
 all_eight: Any = Intrinsic(_spreading)
 """``(number)``: vector with one number in all lanes."""
 choose: Any = Intrinsic(_choosing)
@@ -229,11 +229,11 @@ choose: Any = Intrinsic(_choosing)
 plus_product: Any = Intrinsic(_fusing(False))
 """``(total, one, other)``: total + one · other, rounded once if the processor can do so, else twice."""
 minus_product: Any = Intrinsic(_fusing(True))
-"""``(total, one, other)``: total − one · other, rounded like :data:`plus_product`."""
+"""``(total, one, other)``: total − one · other, rounded once if the processor can do so, else twice."""
 least_of: Any = Intrinsic(_extreme("<"))
-"""``(one, other)``: the smaller in each lane; ``other`` if either is NaN."""
+"""``(one, other)``: smaller number in each lane; ``other`` if either number is NaN."""
 most_of: Any = Intrinsic(_extreme(">"))
-"""``(one, other)``: the larger in each lane; ``other`` if either is NaN."""
+"""``(one, other)``: larger number in each lane; ``other`` if either number is NaN."""
 any_lane: Any = Intrinsic(_reducing)
 """``(mask)``: True if the mask is true in any lane."""
 looked_up: Any = Intrinsic(_looking_up)

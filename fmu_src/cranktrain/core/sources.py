@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 UNFELT = frozenset(
     (ROOT / "core" / name).resolve() for name in ("cache.py", "machine_code.py", "records.py", "sources.py")
 )
-"""Sources that define where compiled kernels are kept and how Python calls them. They do not affect kernels' code."""
+"""Sources that define where compiled kernels are stored and how Python calls kernels; kernels' code ignores them."""
 _BEGAN, _COUNTED = time.time(), time.monotonic()
 _IMPORT = re.compile(rf"(?m)^([ \t]*)(?:from ({PACKAGE}[\w.]*) import (\([^)]*\)|.*)|import ({PACKAGE}[\w.]*))")
 
@@ -75,7 +75,7 @@ def _imported(path: Path, deferred: bool) -> frozenset[Path]:
         top, *parts = (module or plain).split(".")
         root = str(ROOT.resolve()) + top.removeprefix(PACKAGE)
         names = re.findall(r"(\w+)(?: +as +\w+)?", re.sub(r"#.*", "", names))
-        # An imported name may itself be a module of the package.
+        # A name in ``from package import name`` may itself be a module of the package.
         for place in [parts[:n] for n in range(len(parts) + 1)] + [[*parts, name] for name in names]:
             stem = os.path.join(root, *place)
             found |= {Path(file) for file in (os.path.join(stem, "__init__.py"), f"{stem}.py") if os.path.isfile(file)}

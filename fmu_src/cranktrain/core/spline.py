@@ -9,7 +9,7 @@ import numpy as np
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 
-# Slots in the output of bicubic: two functions with their derivatives.
+# Slots in the output of :func:`bicubic`: two functions and their derivatives.
 VALUE, BY_ALONG, BY_AROUND, SECOND, SECOND_BY_ALONG, SECOND_BY_AROUND = range(6)
 
 
@@ -30,7 +30,7 @@ def circulant(n: int) -> Array:
 
 
 def wrapped(n: int) -> Any:
-    """Index that extends n periodic coefficients by one before and two after."""
+    """Index (n + 3,) that extends n periodic coefficients by one at the begin and two at the end."""
     return np.arange(-1, n + 2) % n
 
 

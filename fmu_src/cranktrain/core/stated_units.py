@@ -44,7 +44,7 @@ def stated(text: str, example: str) -> Stated:
 
 
 def in_unit(value: Stated, unit: str, dimension: str | None = None, difference: bool = False) -> float:
-    """Number of a value in another unit; a ``difference`` is converted without offset. ``InputError``: other dimension.
+    """Number of a value in another unit; a ``difference`` is converted without offset. ``InputError`` if units misfit.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def in_unit(value: Stated, unit: str, dimension: str | None = None, difference: 
 
 
 def _like(text: str, own: UnitFactor, unit: str, wanted: UnitFactor) -> UnitFactor:
-    """Factor of a unit whose SI unit is spelled differently; ``InputError`` if its dimension differs."""
+    """Factor of a unit whose SI unit is spelled differently; ``InputError`` if the dimension of the unit differs."""
     if base_powers(own.si) != base_powers(wanted.si):
         raise InputError(f"unit {shown(text)} has another dimension than {shown(unit)}; give one of the same dimension")
     return own
@@ -81,7 +81,7 @@ def text_paths(value: Any, path: tuple[Step, ...] = ()) -> Iterator[tuple[Step, 
 def in_own_unit(
     table: Mapping[str, Any], measured: tuple[str, ...], differences: tuple[str, ...], dimension: str | None
 ) -> dict[str, Any]:
-    """Copy of a table with its own-unit numbers converted and this unit named; ``InputError`` begins with the key.
+    """Copy of a TOML table with its numbers converted to one unit, which is named in it; ``InputError`` names the key.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def in_own_unit(
     """
     unit = table.get("unit") or None
     if unit is not None and not isinstance(unit, str):
-        return dict(table)  # a wrong type, which the reader of the table reports
+        return dict(table)  # the value has a wrong type, which the reader of the table reports
     found, bare = dict(table), list[str]()
     example = next(iter(UNITS[dimension])) if dimension else "rev/min"
 

@@ -31,7 +31,7 @@ class SteppedModel(ABC):
 
     @property
     def inputs(self) -> Array:
-        """Values of the inputs (SI), changed in place, because kernels use this very array."""
+        """Values of the inputs (SI), to be changed in place, because kernels use this very array."""
         return self._inputs
 
     @inputs.setter
@@ -76,4 +76,4 @@ class SteppedModel(ABC):
 
     @abstractmethod
     def _observe(self) -> None:
-        """Fill the outputs from the present state."""
+        """Fill the output values from the present state."""

@@ -26,11 +26,11 @@ class Begun(NamedTuple):
     comments: tuple[str, ...]
     line: int
     text: str
-    """Text that was already read, from the first line of values on; this line has number ``line``."""
+    """Text that was already read, from the first line of values (number ``line``) on."""
 
 
 def begin(file: TextIO, name: str, what: str, remedy: str, single: bool = False) -> Begun:
-    """Dialect and header of a file, read as far as they need; ``single`` allows a table of one column."""
+    """Dialect and header of a file, which is read no further; ``single`` allows a table of one column."""
     raw, kept, comments = _sample(file, name, what, remedy)
     dialect = sniff(kept, name, what, remedy, single=single)
     first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
@@ -86,7 +86,7 @@ def begin_named(file: TextIO, name: str, what: str, remedy: str, known: Callable
 def _sample(
     file: TextIO, name: str, what: str, remedy: str
 ) -> tuple[list[str], list[tuple[int, str]], list[tuple[int, str]]]:
-    """First lines of a file: as they are, those with text and their line numbers, and comments with line numbers."""
+    """First lines of a file: all lines, lines with text and their numbers, and comments with line numbers."""
     raw, kept, comments = list[str](), list[tuple[int, str]](), list[tuple[int, str]]()
     for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), start=1):
         if len(line) == LONGEST:
@@ -105,7 +105,7 @@ def _sample(
 
 
 def _after_numbering(kept: list[tuple[int, str]], first: int, dialect: Dialect) -> int:
-    """Index of the first row of values; a row that numbers the columns above a row of names belongs to the header."""
+    """Index of the first row of values; a row of column numbers above a row of names belongs to the header."""
     cells = split(kept[first][1], dialect.separator)
     if [cell for cell in cells if cell] not in ([str(k + start) for k in range(dialect.width)] for start in (0, 1)):
         return first
@@ -157,7 +157,7 @@ def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialec
     rows = []
     for _, text in above:
         if not text.strip("-=_:+*| \t\r\n"):
-            continue  # a ruler
+            continue  # the line is a ruler between header and values
         cells = header_cells(text, separator, width)
         if cells is None and separator != " ":
             own = split(text, separator)
@@ -169,7 +169,7 @@ def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialec
 
 
 def plain(text: str) -> str:
-    """A line with typographic minus signs and blanks replaced by those of ASCII."""
+    """A line with typographic minus signs and blanks replaced by ASCII characters."""
     if text.isascii():
         return text
     return text.replace("−", "-").replace("\u00a0", " ").replace("\u202f", " ").replace("\u2009", " ").replace("’", "'")

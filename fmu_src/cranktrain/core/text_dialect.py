@@ -20,19 +20,19 @@ from cranktrain.core.text_clock import is_clock
 
 SEPARATORS = ("\t", ";", "|", ",", " ")
 NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (",", "'"), (".", " "), (",", " "))
-"""Decimal sign and thousands separator, the usual ones first."""
+"""Pairs of decimal sign and thousands separator, the most usual pairs first."""
 LINES = 1000
 """Number of lines of values from which a dialect is found."""
 MISSING = frozenset(("", "-", "--", "---", "nan", "n.a.", "na", "n/a", "#n/a", "#nv", "null", "none"))
 """Spellings of a missing value, in small letters."""
-# A % alone is a unit. A # before a digit is part of a name: cylinder #1.
+# A % sign alone is a unit. A # sign before a digit is part of a name, as in cylinder #1.
 _COMMENT = re.compile(r"(?:^|(?<=[\s;,|]))(?:#(?!\d)|//|%(?=\s*[^\s;,|%]))")
 _LEADING = ("#", "%", "//")
 _WIDE = re.compile(r"\d[,;|\t]\d")
 
 
 class Dialect(NamedTuple):
-    """How a table is written.
+    """Dialect in which a text table is written.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Dialect(NamedTuple):
         return float(re.sub("[dD]", "e", text.replace(self.decimal, ".").replace("−", "-")))
 
     def is_row(self, cells: Sequence[str]) -> bool:
-        """True if cells are a row of values: those of numeric columns are numbers or missing, at least one a number."""
+        """True if cells are a row of values: numeric columns have numbers or missing values, at least one a number."""
         pattern, found = _number(self.decimal, self.thousands, self.lists), 0
         if len(cells) < min(2, self.width):
             return False
@@ -117,7 +117,7 @@ def sniff(
     given: Dialect | None = None,
     single: bool = False,
 ) -> Dialect:
-    """Dialect of lines (number and text, without comments and empty ones).
+    """Dialect of lines (number and text), among which are no comments and no empty lines.
 
     With a ``given`` dialect, whose columns are named, only the way of writing numbers is determined. ``single`` allows
     a table of one column.
@@ -164,7 +164,7 @@ def _single(lines: Sequence[tuple[int, str]], other: Dialect | None, score: floa
 
 
 def with_later_mark(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> Dialect:
-    """Dialect changed to a decimal comma if one appears after whole numbers; unchanged if points appear there too."""
+    """Dialect changed to a decimal comma if commas appear after whole numbers; unchanged if points appear there too."""
     if dialect.decimal == "," or dialect.thousands or dialect.separator == ",":
         return dialect
     commas = [(number, text) for number, text in lines if re.search(r"\d,\d", text)]

@@ -42,7 +42,7 @@ _ABSENT = ["", "-", "--", "---", "n.a.", "nan", "NaN", "NA", "n/a", "N/A", "NAN"
 
 
 class TextHead(NamedTuple):
-    """Header of a table, with the members of :class:`TextTable` and the dialect of its numbers."""
+    """Header of a text table, with the members of :class:`TextTable` and the dialect of its numbers."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -52,7 +52,7 @@ class TextHead(NamedTuple):
 
 
 class TextTable(NamedTuple):
-    """A table of numbers, or a block of one.
+    """A text table of numbers, or a block of such a table.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ def table_chunks(
 
 
 def table_head(path: str | Path, what: str, remedy: str) -> TextHead:
-    """Names, units and dialect of a table of any size; arguments and errors as of :func:`read_table`."""
+    """Names, units and dialect of a text table of any size; arguments and errors as for :func:`read_table`."""
     with open_text(path, what, remedy) as file:
         begun = begin(file, Path(path).name, what, remedy)
     return TextHead(begun.names, begun.units, begun.header, begun.line, begun.dialect)
@@ -198,7 +198,7 @@ def parsed_block(
 
 
 def _by_pandas(text: str, dialect: Dialect, clocks: Clocks | None) -> Array | None:
-    """Values of lines; None if pandas does not read them as the dialect says."""
+    """Values of lines of text; None if pandas does not read the lines as the dialect says."""
     import pandas
 
     separator = dialect.separator
@@ -213,7 +213,7 @@ def _by_pandas(text: str, dialect: Dialect, clocks: Clocks | None) -> Array | No
         return None
     names = list(range(dialect.width + 1))
     kinds = {k: np.float64 if numeric else object for k, numeric in enumerate((*dialect.numeric, True))}
-    # Later versions read every number exactly and deprecate the option.
+    # Later versions of pandas read every number exactly and deprecate the option.
     exact: Any = {"float_precision": "round_trip"} if _version(pandas.__version__) < (3, 1) else {}
     try:
         with warnings.catch_warnings():
@@ -244,7 +244,7 @@ def _version(text: str) -> tuple[int, ...]:
 
 
 def _row(number: int, line: str, dialect: Dialect, name: str, clocks: Clocks | None) -> list[float]:
-    """Values of one line; ``InputError`` if it does not fit the table."""
+    """Values of one line of text; ``InputError`` if the line does not fit the table."""
     cells = trimmed(split(line, dialect.separator))
     said, several = f"{name}: line {number}: {shown(line.strip())}", _COUNTS.get(dialect.width, str(dialect.width))
     if len(cells) > dialect.width:

@@ -34,7 +34,7 @@ _MANY = {inspect.FloatType: "numbers", inspect.IntType: "whole numbers", inspect
 
 
 class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
-    """A table of a file. An optional key has a default, None if the file does not state it.
+    """TOML table of a user's file. An optional key has a default, None if the file does not state the key.
 
     ``remedy`` says what to do about a missing key. Numbers under the keys ``measured`` are in the unit of the key
     ``unit``; those under ``differences`` are differences of the measured quantity. ``needed`` takes a table and returns
@@ -48,13 +48,13 @@ class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Entry(Table):
-    """A table that stands for its key ``value``; messages name the table instead of that key."""
+    """TOML table that stands for its key ``value``; messages name the table instead of that key."""
 
     measured: ClassVar[tuple[str, ...]] = ("value",)
 
 
 class Fault(NamedTuple):
-    """A fault in a table of a user's file.
+    """A fault in a TOML table of a user's file.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Fault(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Names that the value may have; empty if it is not one of several names."""
+        """Names that the value may be; empty if the value is not one of several names."""
         node = _plain(self.type)
         return [str(name) for name in node.values] if isinstance(node, inspect.LiteralType) else []
 
@@ -106,14 +106,14 @@ def measure(unit: str, dimension: str) -> Meta:
 
 
 def quantities() -> Meta:
-    """Mark of a number that may also be a text with its unit, in a table with a key ``unit``."""
+    """Mark of a number that may also be a text with its unit, in a TOML table with a key ``unit``."""
     return Meta(extra_json_schema=_OR_TEXT)
 
 
 def record(
     kind: type[Kind], table: Mapping[str, Any], where: str = "", said: Callable[[Fault, str], str] | None = None
 ) -> Kind:
-    """Record of type ``kind`` from a table of a file.
+    """Record of type ``kind`` from a TOML table of a user's file.
 
     Raises ``InputError``, one line that starts with ``where``, for the first key that is unknown or missing, or the
     first value of a wrong type or outside its range.
@@ -133,10 +133,10 @@ def record(
 
 
 def _with_numbers(kind: type[Table], table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
-    """Table whose texts with units are replaced by numbers in the units of their keys; ``InputError``."""
+    """TOML table whose texts with units are replaced by numbers in the units of their keys; ``InputError``."""
     for path in text_paths(table):
         if not isinstance(_of(table, path), str):
-            continue  # the whole table was converted with an earlier text
+            continue  # the whole table was converted together with an earlier text
         found = _at(kind, table, list(path))
         if not isinstance(_plain(found.type), inspect.FloatType):
             continue
@@ -154,7 +154,7 @@ def _with_numbers(kind: type[Table], table: Mapping[str, Any], where: str) -> Ma
         except InputError as error:
             text = f"{found.place}: {error}"
             if path[last] in found.owner.measured and not issubclass(found.owner, Entry):
-                text = f"{_at(kind, table, list(own)).place}.{error}".lstrip(".")  # begins with the key
+                text = f"{_at(kind, table, list(own)).place}.{error}".lstrip(".")  # the text begins with the key
             elif path[last] in found.owner.measured:
                 text = f"{found.place}: {str(error).partition(': ')[2]}"
             raise InputError(f"{where}: {text}" if where else text) from None
@@ -177,7 +177,7 @@ def _replaced(table: Any, path: tuple[Step, ...], new: Any) -> Any:
 
 
 def usual(fault: Fault, where: str = "") -> str:
-    """Message of a fault in one line; without ``where`` keys are named with their place."""
+    """Message of a fault in one line; without ``where`` keys are named with their place in the file."""
     place = ": ".join(filter(None, (where, fault.place)))
     if fault.problem == "value":
         return _wrong_value(fault, place)
@@ -203,7 +203,7 @@ def usual(fault: Fault, where: str = "") -> str:
 
 
 def _missing(fault: Fault, required: list[str]) -> list[str]:
-    """All missing keys of a table, that of the fault included: first required keys, then those its values need."""
+    """All missing keys of a TOML table: first the required keys, then keys that its values make necessary."""
     given = fault.value if isinstance(fault.value, Mapping) else {}
     missing = [name for name in required if name not in given]
     if fault.owner.needed is not None:
@@ -244,7 +244,7 @@ def _of_tables(value: Any) -> bool:
 
 
 def _plain(node: inspect.Type, value: Any = None) -> inspect.Type:
-    """Type without metadata and without None; of several table types the one with the value's tag."""
+    """Type without metadata and without None; of several table types the type with the value's tag."""
     while isinstance(node, inspect.Metadata):
         node = node.type
     if isinstance(node, inspect.UnionType):
@@ -256,7 +256,7 @@ def _plain(node: inspect.Type, value: Any = None) -> inspect.Type:
 
 
 def _inside(node: inspect.Type, step: Step) -> inspect.Type:
-    """Type of the value behind a key or an index."""
+    """Type of the value under a key or at an index."""
     if isinstance(node, inspect.StructType):
         if node.tag_field == step:
             return inspect.LiteralType((node.tag,))
@@ -288,12 +288,12 @@ def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
 
 @cache
 def _declared(kind: type[Table]) -> inspect.Type:
-    """Declared types of a table and of everything inside, cached because an engine file has thousands of values."""
+    """Declared types of a TOML table and all its values, cached because an engine file has thousands of values."""
     return inspect.type_info(kind)
 
 
 def _label(value: Any, step: Step) -> str:
-    """Text that a step adds to a place: a key, or in a list the name of a table or its number."""
+    """Text that a step adds to a place in a file: a key, or in a list the name or number of a table."""
     if isinstance(step, str):
         return f".{step}"
     name = value[step].get("name") if isinstance(value[step], dict) else None

@@ -16,7 +16,7 @@ from cranktrain.core.foreign_function import call_foreign
 from cranktrain.core.kernel import inlined_kernel, kernel
 
 FMI_2, FMI_3 = 2, 3
-"""FMI versions of the functions. Those of 3.0 also take the number of values, and a step returns more information."""
+"""FMI versions of a unit's functions. Functions of 3.0 also take the number of values; a step returns more results."""
 (
     VERSION, SET, DO_STEP, GET, COMPONENT, NO_STATE_BEFORE, PLACE, IN_FIRST, IN_END, IN_REFERENCES, IN_COUNT, IN_VALUES,
     IN_SIZE, OUT_FIRST, OUT_END, OUT_REFERENCES, OUT_COUNT, OUT_VALUES, OUT_SIZE, COLUMNS,
@@ -43,7 +43,7 @@ over the step, of the newest value and of earlier points."""
 NOTE_UNIT, NOTE_CALL, NOTE_COUNT, NOTE_STOP, NOTE_SLOTS = range(5)
 """Slots of the notes: unit and call in progress, number of calls begun and ended, request to stop."""
 NOTHING, INITIALIZATION, INPUTS, OUTPUTS, STEPPING, STATE, CLOSING = range(7)
-"""Codes of the calls."""
+"""Codes of the calls of a unit's functions, as stored in the notes."""
 DONE, REFUSED, STOPPED, NOT_FINITE = range(4)
 _WARNING = 1
 """Highest FMI status that counts as success."""
@@ -95,7 +95,7 @@ def take_turns(control, numbers, units, wires, places, inputs, sources, exchange
 
 @inlined_kernel
 def call_with_values(unit, function, references):
-    """Call the function that sets or reads values; ``references`` is the first of four columns that follow."""
+    """Call a unit's function that sets or reads values; ``references`` is the first of four columns with data."""
     count, values, size = unit[references + 1], unit[references + 2], unit[references + 3]
     if unit[VERSION] == FMI_2:
         return call_foreign(unit[function], (unit[COMPONENT], unit[references], count, values))
@@ -104,7 +104,7 @@ def call_with_values(unit, function, references):
 
 @inlined_kernel
 def call_step(unit, control, numbers):
-    """Let a unit step; its results are in ``control`` and ``numbers``."""
+    """Let a unit step; the results of the step are in ``control`` and ``numbers``."""
     control[EVENT] = control[ENDED] = control[EARLY] = 0
     numbers[REACHED] = 0.0
     time, size, no_state_before = numbers[TIME], numbers[SIZE], unit[NO_STATE_BEFORE]
@@ -116,7 +116,7 @@ def call_step(unit, control, numbers):
 
 @inlined_kernel
 def arrive(newest, samples, extremes):
-    """Store the values of a communication point; returns DONE, or NOT_FINITE and stores nothing."""
+    """Store the values of a communication point. Return DONE, or NOT_FINITE if a value is not finite."""
     for k in range(newest.shape[0]):
         if not math.isfinite(newest[k]):
             return NOT_FINITE
@@ -151,7 +151,7 @@ def begin_call(notes, call):
 
 @inlined_kernel
 def end_call(control, notes, unit, call, status):
-    """Note the end of a call; False if it failed or a step ended early, and the failed call stays noted."""
+    """Note the end of a call. Return False if the call failed or a step ended early; a failed call stays noted."""
     whole = call != STEPPING or (control[ENDED] == 0 and control[EARLY] == 0)
     if not (whole and 0 <= status <= _WARNING):
         control[FAILED] = unit

@@ -23,7 +23,7 @@ from cranktrain.core.unit_words import ANGLES, BASES, DOUBTFUL, FORCES, KELVINS,
 
 ZERO_CELSIUS = 273.15
 RPM = math.pi / 30.0
-"""One revolution a minute, rad/s."""
+"""One revolution per minute in rad/s."""
 ATMOSPHERE = 101325.0
 """Zero of gauge pressures, Pa."""
 
@@ -112,7 +112,7 @@ def unit_factor(unit: str, dimension: str | None = None) -> UnitFactor:
 
 
 def known_factor(unit: str, dimension: str | None = None) -> UnitFactor | None:
-    """Same as :func:`unit_factor`, but None if the unit is unknown or has another dimension."""
+    """Scale, offset and SI unit of a unit's spelling; None if the unit is unknown or has another dimension."""
     found = _quick(unit, dimension) or _read(unit, dimension)
     return None if isinstance(found, str) else found
 
@@ -129,13 +129,13 @@ def base_powers(si: str) -> dict[str, int]:
 
 
 def other_units(dimension: str) -> list[str]:
-    """Units of the table ``UNITS`` that do not have a dimension."""
+    """Units of the table ``UNITS`` that do not have the given dimension."""
     own = UNITS[dimension]
     return list(dict.fromkeys(unit for units in UNITS.values() for unit in units if unit not in own))
 
 
 def _quick(unit: str, dimension: str | None) -> UnitFactor | None:
-    """Factor of a unit in the table ``UNITS``; None if it is not there."""
+    """Factor of a unit in the table ``UNITS``; None if the table lacks the unit."""
     for known in UNITS.values() if dimension is None else (UNITS.get(dimension, {}),):
         if unit in known:
             return UnitFactor(known[unit], OFFSETS.get(unit, 0.0), next(iter(known)))
@@ -214,7 +214,7 @@ def _gauge(text: str, dimension: str | None) -> UnitFactor | None:
 
 
 def _readings(text: str, dimension: str | None) -> Iterator[str]:
-    """Possible meanings of a spelling as pint expressions, the plain one first."""
+    """Possible meanings of a spelling as pint expressions, the plain meaning first."""
     terms = _terms(text)
     if terms is None:
         return
@@ -231,7 +231,7 @@ def _readings(text: str, dimension: str | None) -> Iterator[str]:
 
 def _terms(text: str) -> list[str] | None:
     """Words of pint and the signs between them; None if a word is unknown."""
-    # N-m and N.m are products; min-1 is a power.
+    # The spellings N-m and N.m are products; min-1 is a power.
     text = re.sub(r"(?<=[^\W\d_])[.\-](?=[^\W\d_])", "*", text)
     text = re.sub(r"(?<=\d)[.\-](?=[^\W\d_])", "*", text)
     terms, at = list[str](), 0
@@ -259,7 +259,7 @@ def _terms(text: str) -> list[str] | None:
 
 
 def _word(word: str) -> list[str] | None:
-    """Pint's words for one word of a unit; several if it is a product without a sign, as kNm. None if unknown."""
+    """Pint's words for one word of a unit, several for a product without a sign, such as kNm; None if unknown."""
     if word in WORDS:
         return [WORDS[word]]
     if word in DOUBTFUL:
@@ -303,7 +303,7 @@ def _registry() -> Any:
 
 @cache
 def _quantity(expression: str) -> Any:
-    """One of a unit in base units; None if pint cannot read it, or its size is not finite and positive."""
+    """One unit in base units; None if pint cannot read the unit, or its size is not finite and positive."""
     try:
         found = _registry().parse_expression(expression or "1").to_base_units()
         return found if 0.0 < float(found.magnitude) < math.inf else None
@@ -315,7 +315,7 @@ def _quantity(expression: str) -> Any:
 
 @cache
 def _dimensions(dimension: str | None) -> dict[str, Any]:
-    """Dimensionality (of pint) of one dimension, or of all."""
+    """Pint's dimensionality of one dimension, or of all dimensions."""
     names = {name: next(iter(known)) for name, known in UNITS.items()} | FURTHER
     if dimension is not None:
         names = {dimension: names[dimension]}
@@ -331,7 +331,7 @@ def _base(quantity: Any) -> str:
 
 
 def _factor(quantity: Any, dimension: str) -> UnitFactor:
-    """Factor to SI; that of the table ``UNITS`` if it has the same unit."""
+    """Factor of a quantity to SI; the factor in the table ``UNITS`` if the table has the same unit."""
     factor = float(quantity.magnitude)
     known = UNITS.get(dimension, {FURTHER.get(dimension, ""): 1.0})
     for own in known.values():

@@ -26,7 +26,7 @@ def _address(context: Any, builder: Any, kind: Any, array: Any, indices: list[An
 
 
 def _vector(builder: Any, address: Any, lanes: int = LANES) -> Any:
-    """Four doubles, or one, loaded from an address aligned to a double; and the pointer to store them at."""
+    """Four doubles, or one double, loaded from an address aligned to a double; and the pointer to store them."""
     from llvmlite import ir
 
     if lanes == 1:
@@ -84,12 +84,12 @@ subtract_4x4: Any = Intrinsic(_subtracting(4, 4))
 
 Called with ``(out, left, right, i, k, j)``."""
 subtract_1x4: Any = Intrinsic(_subtracting(1, 4))
-"""Same as :data:`subtract_4x4` for one row."""
+"""``out[i, j:j+4] -= left[i, k + p] right[k + p, j:j+4]`` for p = 0..3 in turn, for one row."""
 subtract_column: Any = Intrinsic(_subtracting(4, 4, 1))
-"""Same as :data:`subtract_4x4` for one column: four rows and four pivots."""
+"""``out[i + r, j] -= left[i + r, k + p] right[k + p, j]`` for p = 0..3 in turn, for rows r = 0..3."""
 
 
-# Vectors as values: kernels add, subtract and multiply them by + - *, see :mod:`cranktrain.core.vector_types`.
+# Vectors as values, which kernels add, subtract and multiply by + - *, see :mod:`cranktrain.core.vector_types`.
 
 
 def _types() -> Any:

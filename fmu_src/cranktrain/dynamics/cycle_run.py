@@ -117,7 +117,7 @@ def communication_step(speed: float, step: float) -> float:
 
 
 def row_step(simulation: Run) -> float:
-    """Time between two rows of a simulation over cycles, s: a step, or the largest part of it that ``ROW`` allows.
+    """Time (s) between recorded rows of a run over cycles: a step, or the largest part of a step that ``ROW`` allows.
 
     A step is divided only if it is the default of the levels and the simulation passes over communication points.
     """
@@ -139,7 +139,7 @@ def run_cycles(
     sink: Sink | None = None,
     expected: Expected = NOTHING,
 ) -> Result:
-    """Run cycles at constant speed from the simulation's state, whose time is 0."""
+    """Run cycles at constant speed from the present state of a simulation at time 0."""
     speed = float(simulation.inputs[0])
     h = row_step(simulation)
     recorder = Recorder(simulation, h, round(4.0 * math.pi / speed / h))
@@ -244,13 +244,13 @@ def balanced(
 
 
 def output_judge(counts: Counts, columns: Mapping[str, int]) -> Judge:
-    """Judge of the settling of outputs in the given columns."""
+    """Judge of whether outputs have settled, for recorded rows with the given columns."""
     judged, of_block = _judged(counts)
     return Judge({name: [columns[n] for n in names if n in columns] for name, names in judged.items()}, of_block)
 
 
 @cache
 def _judged(counts: Counts) -> tuple[dict[str, list[str]], frozenset[str]]:
-    """Outputs by which settling is judged, by family, and the families whose motion is the block's."""
+    """Outputs by which settling is judged, by output family, and the families that show motion of the block."""
     judged, needs = judged_families(counts), output_needs(counts)
     return judged, frozenset(name for name, names in judged.items() if "block" in needs[names[0]])

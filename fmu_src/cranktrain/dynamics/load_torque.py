@@ -37,7 +37,7 @@ from cranktrain.dynamics.model.state import (
 
 LoadValues: TypeAlias = ArrayLike | Callable[..., float]
 NAME = "load_torque_nm"
-"""Keyword of the load torque, with which messages begin."""
+"""Keyword of the load torque in scripts; error messages begin with it."""
 CYCLE = 4.0 * math.pi
 LARGEST = 1e6
 FEWEST = 2

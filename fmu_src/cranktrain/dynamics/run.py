@@ -11,7 +11,7 @@ from cranktrain.dynamics.time.step_control import frame_at, ports_at_state, pres
 
 @kernel
 def observe(model, work, state, outputs):
-    """Fill the wanted ``outputs`` from the state alone, so that a restored state shows what the original did."""
+    """Fill the wanted ``outputs`` from the state alone, so that a restored state gives the same outputs."""
     reconstruct(model, work, state)
     frame_at(model, work, state, state[LAST_INTERVAL], 0.0, work.frames[0], work.pressures[0])
     ports_at_state(model, work, state)

@@ -1,4 +1,4 @@
-"""A run as one record, with the kernels of a driver: prepare, start, advance, observe.
+"""A run as one record, with the kernels that a driver calls: prepare, start, advance, observe.
 
 Drivers in other languages use only this record and these four kernels. Simulations in Python call the same kernels.
 """
@@ -39,10 +39,10 @@ class Run(NamedTuple):
     model: ModelArrays
     work: Work
     state: Array  # see dynamics.model.state
-    inputs: Array  # speed (rad/s), pressures (Pa), then the others of dynamics.model.slots
+    inputs: Array  # speed (rad/s), pressures (Pa), then the other inputs, see dynamics.model.slots
     outputs: Outputs
     numbers: Array  # (NUMBERS,) see dynamics.model.numbers
-    temperatures: Array  # (mains,) of the films, K; 0: the oil's
+    temperatures: Array  # (mains,) film temperatures, K; 0 stands for the oil temperature
 
 
 def make_run(
@@ -70,7 +70,7 @@ def make_run(
 
 @kernel
 def inputs_status(inputs):
-    """Status of the inputs: OK if all are finite and speed and pressures are not negative."""
+    """Status of the inputs: OK if all inputs are finite and speed and pressures are not negative."""
     for k in range(inputs.shape[0]):
         if not math.isfinite(inputs[k]):
             return INPUT_NOT_FINITE + k
@@ -81,7 +81,7 @@ def inputs_status(inputs):
 
 @kernel
 def prepare(run):
-    """Write the numbers into the model, with temperatures for the speed among the inputs; returns a status."""
+    """Write the run's numbers into the model, with temperatures for the input speed. Return a status (0: success)."""
     status = prepare_model(run.model, run.numbers, run.temperatures, run.inputs[0])
     tell_stages(run.model, run.work.staged)
     if status == OK and run.work.family[int(run.model.stages[HEAD, FAMILY]), at.STEP_KERNEL] == 0:
@@ -91,7 +91,7 @@ def prepare(run):
 
 @kernel
 def start(run, time):
-    """Fill the state from the inputs, at a time (s); returns a status. On failure the state is unchanged."""
+    """Fill the state from the inputs at a time (s). Return a status (0: success); on failure the state is unchanged."""
     status = inputs_status(run.inputs)
     if status != OK:
         return status
@@ -100,7 +100,7 @@ def start(run, time):
 
 @kernel
 def advance_run(run, t_end):
-    """Advance the state to ``t_end`` (s) and observe it; returns a status. On failure the state is unchanged."""
+    """Advance the state to ``t_end`` (s), fill the outputs. Return a status (0: OK); a failure changes no state."""
     status = inputs_status(run.inputs)
     if status != OK:
         return status
@@ -115,6 +115,6 @@ def advance_run(run, t_end):
 
 @kernel
 def observe_run(run):
-    """Fill the wanted outputs from the state; 0."""
+    """Fill the wanted outputs from the state. Return 0."""
     observe(run.model, run.work, run.state, run.outputs)
     return OK

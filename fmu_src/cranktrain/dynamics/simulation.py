@@ -77,7 +77,7 @@ BEHIND_PRESSURES = {
     "flywheel.axial_force": "N",
     "pressure.angle": "rad",
 }
-"""Inputs after the pressures that belong to no cylinder, with their units."""
+"""Inputs that follow the cylinder pressures and belong to no cylinder, with their units."""
 
 
 def check_far_end(engine: Engine) -> None:
@@ -176,7 +176,7 @@ class Simulation(SteppedModel):
             )
 
     def _fitting(self, body: ReducedBody) -> ReducedBody:
-        """The body at the settings' crank level; ``InputError`` for one that bends at a level without bending."""
+        """The body at the settings' crank level; ``InputError`` for a body that bends at a level without bending."""
         level = crank_level(self.settings.crank)
         if not level.elastic:
             return rigid(body)
@@ -237,7 +237,7 @@ class Simulation(SteppedModel):
 
     @property
     def shown_outputs(self) -> tuple[str, ...]:
-        """Names of the outputs that the levels model; without bearings those of bearings are left out."""
+        """Names of the outputs that the fidelity levels model; without bearings, outputs of bearings are left out."""
         if bearing_law(self.settings.bearings).carries:
             return self.output_names
         return tuple(name for name, need in self._needs.items() if "bearings" not in need or "block" in need)
@@ -256,7 +256,7 @@ class Simulation(SteppedModel):
 
     @property
     def film_temperatures(self) -> Array:
-        """Temperatures of the main bearings' films, (b,) K; new ones may be assigned and the present state is kept.
+        """Temperatures (b,), K, of the films of b main bearings; assigning new temperatures keeps the present state.
 
         Known after ``initialize``.
         """
@@ -280,7 +280,7 @@ class Simulation(SteppedModel):
 
     @property
     def damper_temperature(self) -> float:
-        """Temperature of the damper, K; a new one may be assigned and the present state is kept."""
+        """Temperature of the damper, K; assigning a new temperature keeps the present state."""
         self._current()
         return float(self.model.scalars[at.DAMPER_TEMPERATURE])
 
@@ -298,7 +298,7 @@ class Simulation(SteppedModel):
         self._observe()
 
     def go_on_at(self, speed: float) -> None:
-        """Make the present state the start of a run at another speed (rad/s), with oil and damper temperatures there.
+        """Make the present state the start of a run at another ``speed`` (rad/s), with its oil and damper temperatures.
 
         Motion and films stay as they are. Raises ``InputError`` for an invalid speed.
         """
@@ -308,7 +308,7 @@ class Simulation(SteppedModel):
         self._check_inputs()
         self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
         model = self._model()
-        model.links.hooks[:] = self.model.links.hooks  # kernels of the workspace, which stays
+        model.links.hooks[:] = self.model.links.hooks  # hooks belong to the workspace, which is kept
         self.model = model
         # Factors belong to the old speed, and input samples to the old run.
         self.work.key[:] = -1.0
@@ -319,7 +319,7 @@ class Simulation(SteppedModel):
         state[CONTRACTION] = FIRST_CONTRACTION
 
     def _balanced_temperatures(self) -> Array:
-        """Film temperatures (b,), K, from a run until its outputs repeat, at the present speed with the gas trace."""
+        """Temperatures (b,), K, of the main bearings' films, from a run at the present speed until outputs repeat."""
         if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
             raise InputError(
                 f"the heat balance of films needs a start at {SLOWEST_RPM:g} rev/min or more, got "
@@ -380,7 +380,7 @@ class Simulation(SteppedModel):
             self.power_samples.begin(self.work.powers)
 
     def _entered(self) -> RunEntries:
-        """Entries of the present model and workspace, made again if one of them was replaced."""
+        """Entries of the present model and workspace, made again if model or workspace was replaced."""
         run = self._entries.run
         if run.model is not self.model or run.work is not self.work:
             self._entries = self._entries_of(self.model, self.work, self._current(), self._observed)
@@ -413,7 +413,7 @@ class Simulation(SteppedModel):
         self.inputs[self._load], self.input_rates[self._load] = torque, rate
 
     def read(self, places: Sequence[int]) -> list[float]:
-        """Read outputs by position; with ``on_demand`` their families are observed from now on."""
+        """Read outputs by position; with ``on_demand`` the families of these outputs are observed from now on."""
         if self.on_demand and not self._watched.issuperset(places):
             self._watched.update(places)
             for place in places:
@@ -439,7 +439,7 @@ class Simulation(SteppedModel):
         return len(rows)
 
     def _error(self, status: int, t_end: float, state: Array) -> CranktrainError:
-        """Error to raise for a status of a step to ``t_end`` (s) that no input explains."""
+        """Error to raise for the failure status of a step to ``t_end`` (s) that no input explains."""
         interval = t_end - state[TIME]
         if not interval > 0.0:
             return InputError(f"communication step must be positive, got {interval:g} s at t = {state[TIME]:g} s")
@@ -528,7 +528,7 @@ def simulate(
         raise InputError(f"a load torque acts at boundary 'torque' only, not '{settings.boundary}'; change one of them")
     if damper_balance and settings.damper != "fitted":
         raise InputError(f"the heat balance of a damper needs damper 'fitted', not '{settings.damper}'")
-    # The heat balance is made here, after each run.
+    # The heat balance of the films is made here, after each run.
     simulation = Simulation(engine, body, replace(settings, film_temperature="engine"), gas, parts)
     simulation.inputs[0] = speed
     if simulation.settings.boundary == "torque":

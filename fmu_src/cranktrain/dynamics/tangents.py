@@ -1,4 +1,4 @@
-"""Tangents of all force laws at the state of a run, by displacement, velocity and acceleration of their ports.
+"""Tangents of all force laws at the state of a run, by displacement, velocity and acceleration of the ports.
 
 A stage combines them into one block for each connection,
 
@@ -25,7 +25,7 @@ from cranktrain.dynamics.motion.equations import port_forces
 NO_MASS = 1.0e30
 """Value of c_q, s², so large that its inverse is negligible."""
 PER_VELOCITY, PER_ACCELERATION = 1.0e3, 1.0e6
-"""Ratios c_v/c_q (1/s) and 1/c_q (1/s²) of the evaluations, like those of vibration at some hundred Hz."""
+"""Ratios c_v/c_q (1/s) and 1/c_q (1/s²) of the evaluations, of the size of vibration at a few hundred Hz."""
 
 
 class Tangents(NamedTuple):
@@ -47,7 +47,7 @@ class Tangents(NamedTuple):
 
 @kernel
 def evaluate_at_state(model, work, c_q, c_v):
-    """Forces and combined tangents at the state observed last, into ``work``; 0, or a failure.
+    """Write forces and combined tangents at the state observed last to ``work``. Return 0, or a failure status.
 
     Films with a memory are those of the last stage.
     """

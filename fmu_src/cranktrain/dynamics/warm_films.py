@@ -28,11 +28,11 @@ from cranktrain.film.steady.heat_balance import adiabatic_temperature, balanced_
 SETTLED = 0.5
 """Largest change of a film's temperature (K) at which the heat balance counts as settled."""
 PASSES = 6
-"""Most runs of a heat balance."""
+"""Most runs that a heat balance repeats."""
 
 
 def check_level(bearings: str) -> None:
-    """Refuse a bearing level without oil; ``InputError``."""
+    """Raise ``InputError`` for a bearing level without oil films."""
     if not bearing_law(bearings).film:
         oiled = [level for level in bearing_levels(PLAIN) if bearing_law(level).film]
         raise InputError(
@@ -61,7 +61,7 @@ def cycle_means(outputs: Mapping[str, Array], bearings: int, samples: int) -> tu
 def balanced_temperatures(
     engine: Engine, inlet: float, temperatures: Array, powers: Array, flows: Array, adiabatic: bool = False
 ) -> tuple[Array, tuple[str, ...]]:
-    """Balanced temperatures (b,), K, of films that ran at ``temperatures``, and the reason for a bound of each, or "".
+    """Balanced temperatures (b,), K, of films that ran at ``temperatures``; and for each the reason for a bound, or "".
 
     Rollers stay at the inlet's temperature.
     """

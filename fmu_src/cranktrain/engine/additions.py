@@ -174,17 +174,17 @@ TEXTS = {
     "body": ("name", "frame", "interfaces", "file", "discs", "along"),
     "connection": ("name", "law", "ends"),
 }
-"""Keys of each table that are plain texts, without unit and origin."""
+"""Keys of each TOML table whose values are plain texts, without unit and origin."""
 TABLES: dict[str, type] = {"frame": FrameTable, "body": BodyTable, "connection": ConnectionTable}
 
 
 OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "connection": ()}
-"""Names that are taken in every engine."""
+"""Names of frames and bodies that exist in every engine, so that a file cannot define them."""
 
 
 def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
                     connections: tuple[ConnectionTable, ...], cylinders: int) -> None:  # fmt: skip
-    """Refuse tables that contradict themselves, each other or an engine of ``cylinders`` cylinders; ``InputError``."""
+    """Raise ``InputError`` for TOML tables that contradict themselves, each other or the number of ``cylinders``."""
     for noun, tables in (("frame", frames), ("body", bodies), ("connection", connections)):
         taken = [*OWN_NAMES[noun]]
         for table in tables:
@@ -227,7 +227,7 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
 
 def _check_replaced(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
                     connections: tuple[ConnectionTable, ...]) -> None:  # fmt: skip
-    """Refuse a cylinder whose own rod, piston and gas are left out if one of them has no replacement."""
+    """Raise ``InputError`` for a cylinder of which rod, piston or gas is left out without a replacement."""
     used = {body.frame for body in bodies}
     gas = {table.gas.cylinder for table in connections if table.gas is not None}
     for frame in frames:

@@ -63,7 +63,7 @@ class Articulation(NamedTuple):
 
 
 class RodEnd(NamedTuple):
-    """Path of the pin that a rod turns on, crank pin or knuckle pin, over crank angle, in axes of its cylinder (…,).
+    """Path (…,) of the crank or knuckle pin on which a rod turns, over crank angle, in axes of the rod's cylinder.
 
     x, y : m; then their first (m/rad) and second derivatives (m/rad²) by the crank angle
     """
@@ -119,7 +119,7 @@ def rods_of(engine: Engine) -> tuple[Rod, ...]:
 
 
 def articulated_text(engine: Engine) -> list[str]:
-    """One line per master rod: which rods it carries, and that their big ends are knuckle pins."""
+    """Text with one line per master rod: the rods that it carries, which turn on knuckle pins."""
     found: dict[int, list[str]] = {}
     for c, joint in enumerate(articulations(engine)):
         if joint is not None:
@@ -145,7 +145,7 @@ def circle(radius: float | Array, angle: Array) -> RodEnd:
 
 
 def rod_end(engine: Engine, cylinder: int, angle: Array) -> RodEnd:
-    """Path of the pin of a cylinder's rod in axes of that cylinder (from 0), at crank angles (n,)."""
+    """Path of the pin on which the rod of ``cylinder`` (from 0) turns, in its axes, at n crank ``angle`` values."""
     cylinders, crank, joint = engine.cylinders, engine.crankshaft, articulations(engine)[cylinder]
     pin = cylinders.pins[cylinder] - 1
     bank = cylinders.bank_angles[cylinder if joint is None else joint.master]
@@ -154,7 +154,7 @@ def rod_end(engine: Engine, cylinder: int, angle: Array) -> RodEnd:
 
 
 def piston_height(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]:
-    """Height of a piston's pin above the crank axis (n,), m, and its derivative by the crank angle, m/rad."""
+    """Height (n,), m, of a piston's pin above the crank axis, and its derivative (n,) by crank angle, m/rad."""
     end, length = rod_end(engine, cylinder, angle), rods_of(engine)[cylinder].length
     x = end.x - engine.offsets[cylinder]
     s = np.sqrt(length**2 - x**2)
@@ -180,5 +180,5 @@ def dead_centre_angles(engine: Engine, cylinder: int) -> tuple[float, float]:
 
 
 def dead_centre_heights(engine: Engine, cylinder: int) -> Array:
-    """Highest and lowest position of a piston's pin above the crank axis, m, (2,), on its exact path."""
+    """Highest and lowest position (2,), m, of a piston's pin above the crank axis, on the exact path of the pin."""
     return piston_height(engine, cylinder, np.array(dead_centre_angles(engine, cylinder)))[0]

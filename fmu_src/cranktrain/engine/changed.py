@@ -18,7 +18,7 @@ _ADDED = re.compile(r"(\w+)\[([0-9]{1,18})\]")
 
 
 def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:
-    """Engine with other values; see :meth:`cranktrain.engine.model.Engine.with_`."""
+    """Engine with other values, given as ``changes``; see :meth:`cranktrain.engine.model.Engine.with_`."""
     document = document_of(engine)
     for path, value in changes.items():
         if not isinstance(path, str):
@@ -55,7 +55,7 @@ def connected_engine(engine: Engine, name: str, law: Any, ends: Any, place: Any,
 
 
 def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
-    """Set a text or a whole table of the document; None removes it."""
+    """Set a text or a whole table of an engine file's document; None removes the table."""
     if value is None:
         document.pop(table, None)
     elif table in TABLES:
@@ -65,7 +65,7 @@ def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
 
 
 def _change_value(document: dict[str, Any], table: str, key: str, value: Any) -> None:
-    """Set one value of a table; None restores its default."""
+    """Set one value of a TOML table of the document; None restores the default of the value."""
     own = document.setdefault(table, {})
     if not isinstance(own, dict):
         raise InputError(f"with_: {table} is {shown(own)}, no table in which {key} could stand")

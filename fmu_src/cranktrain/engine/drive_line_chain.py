@@ -38,7 +38,7 @@ POINTS = ("torques", "frequencies", "stiffnesses", "dampings")
 
 
 def _further_columns(shafts: tuple[Shaft, ...]) -> dict[str, tuple[Any, ...]]:
-    """Optional columns of a drive line: all data of shafts beyond stiffness, damping, loss factor and ratio."""
+    """Optional columns of a drive line: all data of shafts except stiffness, damping, loss factor and ratio."""
     found: dict[str, tuple[Any, ...]] = {}
     counts = [len(shaft.stiffnesses) for shaft in shafts]
     if any(counts):
@@ -116,14 +116,14 @@ class DriveLineChain:
         )
 
     def _further(self, shaft: int) -> dict[str, Any]:
-        """Fields of a shaft (from 0) beyond those of a linear shaft."""
+        """Fields of shaft number ``shaft`` (from 0) that a linear shaft does not have."""
         points = [k for k, number in enumerate(self.point_shafts) if number == shaft + 1]
         columns = {
             "torques": self.point_torques, "frequencies": self.point_frequencies,
             "stiffnesses": self.point_stiffnesses, "dampings": self.point_dampings,
         }  # fmt: skip
         found = {key: tuple(column[k] for k in points) for key, column in columns.items() if column and points}
-        # A column that other shafts need is zero for this one.
+        # A column that only other shafts need is zero for this shaft.
         idle = ("torques",) if any(found.get("frequencies", ())) else ("frequencies", "dampings")
         found = {key: values for key, values in found.items() if key not in idle}
         own = {key: column[shaft] for key, name in FURTHER.items() if (column := getattr(self, name))}
@@ -131,7 +131,7 @@ class DriveLineChain:
 
 
 def line_connections(line: DriveLineChain) -> tuple[ConnectionTable, ...]:
-    """Couplings for the nonlinear part of shafts in time: torque beyond the linear stiffness, and friction.
+    """Couplings for the nonlinear part of shafts in the time domain: torque beyond the linear stiffness, and friction.
 
     ``InputError`` if such a shaft is not between the flywheel and discs at crank speed.
     """
@@ -159,7 +159,7 @@ def line_connections(line: DriveLineChain) -> tuple[ConnectionTable, ...]:
 
 
 def read_drive_line(path: str | Path) -> DriveLineChain:
-    """Drive line from a table's file; ``InputError`` if it cannot be read or does not begin at a flywheel."""
+    """Drive line from a table file; ``InputError`` if the file cannot be read or does not begin at a flywheel."""
     chain = read_chain(path, LINE_ENDS)
     gear_speeds(chain, str(path))
     return DriveLineChain.of(chain)

@@ -27,16 +27,16 @@ from cranktrain.engine.quantities import OFFSETS, ROUNDING, UNITS, OneOf, Quanti
 
 ORIGINS = ("chosen", "derived", "calibrated", "published", "identified")
 WITH_NOTE = ("calibrated", "published", "identified")
-"""Origins that need a note, which names the source number or data."""
+"""Origins of values that need a note, which names the number of the source or the data."""
 Origin = Literal["chosen", "derived", "calibrated", "published", "identified"]
 Text = Annotated[str, Meta(min_length=1)]
 
 _made: dict[str, tuple[Any, bool, float | None]] = {}
-"""For each entry struct by name: the quantity, whether the value is a list, and a default outside the range."""
+"""For each entry struct, by name: quantity, whether the value is a list, and a default outside the range."""
 
 
 def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = ()) -> list[Any]:
-    """Keys of a table for a dataclass: an entry for each field, plain texts for those in ``plain``."""
+    """Keys of a TOML table for a dataclass: an entry for each field, a plain text for each field in ``plain``."""
     read: list[Any] = []
     for entry in fields(part):
         own, many, rule = kinds(part)[entry.name]
@@ -51,7 +51,7 @@ def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = 
 
 
 def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **options: Any) -> Any:
-    """Struct of a file's table with these keys; ``like`` is an example file, ``options`` go to the struct.
+    """Struct of a TOML table with these keys; ``like`` is an example file, ``options`` are passed to the struct.
 
     The option ``needed`` is described in :class:`cranktrain.core.typed_file.Table`.
     """
@@ -62,7 +62,7 @@ def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **opt
 
 @cache
 def stated(part: Any, like: str) -> Any:
-    """Struct of a file's table for a dataclass, with an entry for every field."""
+    """Struct of a TOML table for a dataclass, with an entry for every field; ``like`` is an example file."""
     return table_of(part.__name__, keys_of(part), part.__doc__, like, needed=needed_keys(part))
 
 
@@ -72,7 +72,7 @@ def needed_keys(part: Any) -> Any:
 
 
 def _needed(part: type, given: Callable[[str], Any]) -> Needed:
-    """Optional keys that a part with these values needs, see :class:`cranktrain.engine.parts.Needed`."""
+    """Optional keys that a part needs because of its ``given`` values, see :class:`cranktrain.engine.parts.Needed`."""
     own: Callable[[Callable[[str], Any]], Needed] | None = getattr(part, "needed", None)
     return Needed() if own is None else own(given)
 
@@ -83,7 +83,7 @@ def _stated(entry: Any) -> Any:
 
 
 def part_of(part: type, read: Any, where: str, plain: Collection[str] = (), **further: Any) -> Any:
-    """Dataclass in SI from a table that was read; ``InputError`` for an origin without note, or missing keys."""
+    """Dataclass in SI from a TOML table that was read; ``InputError`` for an origin without note, or missing keys."""
     wanted = _needed(part, lambda key: _stated(getattr(read, key)))
     if missing := [key for key in wanted.keys if getattr(read, key) is None]:
         are, them = ("is", "it") if len(missing) == 1 else ("are", "them")
@@ -145,7 +145,7 @@ def rules() -> dict[str, dict[str, Any]]:
             held += [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
         found[name] = {"description": described(rule, many), "allOf": held}
         if isinstance(rule, Quantity) and rule.dimension != "1":
-            # If the value is a text, it contains its unit.
+            # A value that is a text contains its unit.
             texts = {"items": {"type": "string"}} if many else {"type": "string"}
             held.append({"if": {"not": {"properties": {"value": texts}}}, "then": {"required": ["unit"]}})
             found[name]["required"] = ["value", "origin"]
@@ -165,7 +165,7 @@ def _dimension(rule: Any) -> str:
 
 
 def _entry(part: type, plain: type, many: bool, rule: Any, default: Any) -> Any:
-    """Struct of a field's entry; files may state its default even outside the range, where it means "not given"."""
+    """Struct of a field's entry; files may state the default outside the range too, where it means "not given"."""
     stands = isinstance(rule, Quantity) and isinstance(default, float | int) and math.isfinite(default)
     beyond = default if stands and rule.wrong(default) else None
     return _form(_title(part, rule, plain), plain, many, rule, beyond)
@@ -179,10 +179,10 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
         own = Annotated[plain, Meta(extra_json_schema={"enum": list(rule.names)})]
     elif plain is float:
         own = Annotated[plain, quantities()]
-    # Other spellings are read too; editors suggest these, and reject units of other dimensions.
+    # Editors suggest these spellings and reject units of other dimensions; the reader accepts other spellings too.
     known = {"anyOf": [{"enum": list(UNITS[dimension])}, {"not": {"enum": other_units(dimension)}}]}
     unit: Any = Annotated[str, Meta(extra_json_schema=known)]
-    # No table of a file has such a name, so rules are found by name.
+    # No TOML table of a file has such a name, so rules can be found by name.
     name = f"{title}{'_entries' if many else '_entry'}{'' if beyond is None else '_or_none'}"
     while name in _made:
         name += "_"
@@ -195,7 +195,7 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
 
 
 def _in_unit(rule: Quantity, unit: str, many: bool, beyond: float | None) -> dict[str, Any]:
-    """JSON schema of the range in one unit, extended by the rounding error of a converted value."""
+    """JSON schema of a quantity's range in one unit, extended by the rounding error of a converted value."""
     scales, shift = UNITS[rule.dimension], OFFSETS.get(unit, 0.0)
     own, margin = _unit(rule), 2.0 * ROUNDING
     low, high = (end * scales[own] + OFFSETS.get(own, 0.0) for end in (rule.low, rule.high))
@@ -230,6 +230,6 @@ def _title(part: type, rule: Any, plain: type) -> str:
 
 @cache
 def _names_in(module: str) -> dict[Any, str]:
-    """Names of the annotations of a module, by quantity."""
+    """Names of a module's annotations, by the quantity that each annotation holds."""
     found = {getattr(kind, "__metadata__", (None,))[0]: name for name, kind in vars(sys.modules[module]).items()}
     return {rule: name for rule, name in found.items() if isinstance(rule, Quantity | OneOf)}

@@ -56,7 +56,7 @@ def engine_folder() -> Path:
 
 
 def engine_names() -> list[str]:
-    """Names of the engines that ship with the package; their targets files ``*.targets.toml`` are next to them."""
+    """Names of the engines that ship with the package, without their targets files ``*.targets.toml``."""
     return sorted(path.stem for path in engine_folder().glob("*.toml") if "." not in path.stem)
 
 
@@ -151,7 +151,7 @@ def engine_table() -> Any:
 
 
 def _added(name: str, found: Sequence[Any], place: str, folder: Path | None) -> Iterator[Any]:
-    """Dataclasses of an array of tables, see :mod:`cranktrain.engine.additions`."""
+    """Dataclasses of a TOML array of tables, see :mod:`cranktrain.engine.additions`."""
     for table in found:
         where, more = f"{place}: {name} {shown(table.name)}", {}
         if name == "connection":

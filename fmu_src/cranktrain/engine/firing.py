@@ -20,13 +20,13 @@ from cranktrain.engine.parts import Compressor, Crankshaft, Cylinders, Rod
 
 REVOLUTION = 2.0 * math.pi
 SAME = 1.0e-6
-"""Difference of dead centres (rad) below which they are equal."""
+"""Difference (rad) below which two dead centres are equal."""
 LATER = 1.0e-9
-"""Angle (rad) after a dead centre from which the next one is searched."""
+"""Angle (rad) after a dead centre from which the next dead centre is searched."""
 STATED = math.radians(0.5)
-"""Largest difference (rad) between a stated angle and the throw's dead centre."""
+"""Largest difference (rad) between a stated firing angle and the dead centre of the throw."""
 EVEN = math.radians(1.0)
-"""Difference of intervals (rad) below which they are even."""
+"""Difference of firing intervals (rad) below which firing is even."""
 
 
 class Engine(Protocol):
@@ -52,7 +52,7 @@ def dead_centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[floa
 
 
 def _centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
-    """Dead centres as :func:`dead_centres`, with cylinder 1 at any revolution."""
+    """Crank angle (rad) at which each cylinder's throw points along its bank; cylinder 1 may be in any revolution."""
     throws = [crank.throw_angles[pin - 1] for pin in cylinders.pins]
     found = [bank - throw for throw, bank in zip(throws, cylinders.bank_angles, strict=True)]
     if cylinders.axis_offsets:
@@ -89,7 +89,7 @@ def firing_angles(engine: Engine) -> tuple[float, ...]:
     angles, angle = [0.0] * len(order), dead[order[0] - 1]
     angles[order[0] - 1] = angle
     for gap, cylinder in zip(gaps, order[1:], strict=False):
-        # The angle is taken from the throw itself, because a sum of intervals has rounding errors.
+        # The firing angle is taken from the throw itself, because a sum of intervals has rounding errors.
         before = angle + LATER
         after = (dead[cylinder - 1] - before) % REVOLUTION + before
         angle = after + REVOLUTION * round((angle + gap - after) / REVOLUTION)
@@ -98,7 +98,7 @@ def firing_angles(engine: Engine) -> tuple[float, ...]:
 
 
 def intervals_of(dead: Sequence[float], order: Sequence[int], cycle: float) -> list[float] | None:
-    """Intervals (n,) from each cylinder of the order to the next, the last to the first; None if beyond a cycle."""
+    """Intervals (n,) from each cylinder of a firing order to the next; None if their sum exceeds a cycle."""
     following = [*order[1:], order[0]]
     gaps = [(dead[b - 1] - dead[a - 1] + SAME) % REVOLUTION - SAME for a, b in zip(order, following, strict=True)]
     gaps = [max(gap, 0.0) for gap in gaps]
@@ -117,13 +117,13 @@ def intervals(angles: Sequence[float], cycle: float) -> tuple[float, ...]:
 
 
 def is_even(gaps: Sequence[float]) -> bool:
-    """True if all intervals are equal, those of cylinders that fire together excepted."""
+    """True if all firing intervals are equal, apart from zero intervals of cylinders that fire together."""
     apart = [gap for gap in gaps if gap > EVEN]
     return max(apart) - min(apart) < EVEN and len(gaps) % len(apart) == 0
 
 
 def even_order(dead: Sequence[float], cycle: float) -> tuple[int, ...]:
-    """Firing order from cylinder 1 on that fires evenly; empty if there is none."""
+    """Firing order from cylinder 1 on that fires evenly; empty if no order does."""
     count, step = len(dead), cycle / len(dead)
     left, found = list(range(2, count + 1)), [1]
     for k in range(1, count):
@@ -137,7 +137,7 @@ def even_order(dead: Sequence[float], cycle: float) -> tuple[int, ...]:
 
 
 def uneven(engine: Engine) -> Iterator[str]:
-    """Warning for an order that gives uneven intervals which nobody stated, with a remedy."""
+    """Warning, with a remedy, for a firing order with uneven intervals that the engine file does not state."""
     cylinders, cycle = engine.cylinders, engine.cylinders.cycle
     if cylinders.firing_angles or cylinders.firing_intervals or engine.compressor is not None:
         return
@@ -196,7 +196,7 @@ def from_first_cylinder(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> tu
 
 
 def _refused(reason: str, dead: Sequence[float], cylinders: Cylinders) -> InputError:
-    """Error with an even order as a hint: the stated order with two cylinders exchanged if that is even, or any."""
+    """Error with an even firing order as a hint: the stated order with two cylinders exchanged, or any even order."""
     order = cylinders.firing_order
     near = [
         (*order[:i], order[j], *order[i + 1 : j], order[i], *order[j + 1 :])

@@ -16,7 +16,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.model import Engine
 
 RIGID_SHARE = 0.25
-"""Highest valid frequency of a rigid crank over the first torsional one; its error there is 1/(1 − 1/16) − 1 = 7 %."""
+"""Ratio of a rigid crank's highest valid frequency to the first torsional one; its error is 1/(1 − 1/16) − 1 = 7 %."""
 RIGID_CUT_SHARE = 0.02
 """Highest valid frequency of a rigid crank over the running model's cut-off, if no torsional frequency is published."""
 TORSIONAL_SHARE = 0.25
@@ -120,7 +120,7 @@ DAMPERS = _table(
     Level("fitted", "with the engine's torsional damper on the pulley", "the run is without damper"),
 )
 ENCODERS = ("pin", "pulley", "flywheel")
-"""Locations whose angle a pressure trace may belong to: each cylinder's own pin, or one end of the crank for all."""
+"""Locations of the encoder of a pressure trace: each cylinder's own pin, or one end of the crank for all cylinders."""
 
 
 @dataclass(frozen=True)
@@ -137,12 +137,12 @@ class Levels:
 
 
 def crank_level(name: str) -> CrankLevel:
-    """Row of a crank level; ``InputError`` with the nearest name if it does not exist."""
+    """Register row of a crank level; ``InputError`` with the nearest name if the level does not exist."""
     if name not in CRANKS:
         raise InputError(f"crank level '{name}' does not exist; {nearest(name, CRANKS)}")
     return CRANKS[name]
 
 
 def described(rows: Iterable[Any]) -> str:
-    """Names and titles of a register's rows in one text: ``name (title); …``."""
+    """Text of the names and titles of a register's rows: ``name (title); …``."""
     return "; ".join(f"{row.name} ({row.title})" for row in rows)

@@ -82,7 +82,7 @@ def needed_of_shaft(given: Mapping[str, Any]) -> Needed:
 
 
 def element_values(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a shaft from the keys of a file, in which ``stiffness`` and ``damping`` may be lists.
+    """Fields of a shaft from the keys of a table row, where ``stiffness`` and ``damping`` may be lists.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def element_values(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def tangent_stiffness(shaft: Shaft, torque: Array | float) -> Array:
-    """Stiffness (N m/rad) for small oscillations about a mean ``torque`` (N m, of any shape)."""
+    """Tangent stiffness (N m/rad) for small oscillations about a mean ``torque`` (N m, an array of any shape)."""
     if not shaft.torques:
         return np.full(np.shape(torque), shaft.stiffness)
     at = np.abs(torque) if shaft.torques[0] >= 0.0 else np.asarray(torque)
@@ -168,7 +168,7 @@ def _over_torque(where: str, torques: tuple[float, ...], stiffness: Any) -> dict
 
 
 def _from_curve(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a shaft with a curve of torque over twist, as stages of constant stiffness."""
+    """Fields of a shaft given by a curve of torque over twist, converted to stages of constant stiffness."""
     twists, torques = given["twists"], given.get("torques", ())
     if "stiffness" in given:
         raise InputError(f"{where}: stiffness follows from twists and torques; leave it out")

@@ -36,7 +36,7 @@ from cranktrain.engine.parts import Oil
 CONSTANT, BARUS, ROELANDS = 0, 1, 2
 PRESSURE_LAWS = {"none": CONSTANT, "barus": BARUS, "roelands": ROELANDS}
 VOGEL, WALTHER = 0, 1
-# Slots of :func:`oil_constants`: the law, and its three constants.
+# Slots of :func:`oil_constants`: the viscosity law, and its three constants.
 OIL_LAW, OIL_FIRST, OIL_SECOND, OIL_THIRD, OIL_CONSTANTS = range(5)
 ROELANDS_PRESSURE = 1.962e8
 ROELANDS_LOG = 9.67
@@ -99,7 +99,7 @@ def oil_constants(oil: Oil) -> Array:
 
 
 def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
-    """Law (an integer) and its two constants for :func:`pressure_factor`; ``viscosity`` at ambient pressure, Pa s.
+    """Viscosity-pressure law (integer) and its two constants; ``viscosity`` (Pa s) is at ambient pressure.
 
     Raises ``InputError`` for an unknown law, a negative slope, or a viscosity below 6.3e-5 Pa s (9.67 = −ln of it),
     where Roelands' law has no value.
@@ -128,7 +128,7 @@ def oil_temperature(oil: Oil, speed: float) -> float:
 
 @kernel
 def oil_viscosity(temperature: float, constants: Array) -> float:
-    """Viscosity at ambient pressure, Pa s, at a temperature, K, by :func:`oil_constants`; 0 if the law has no value."""
+    """Viscosity (Pa s) at a temperature (K) and ambient pressure, by :func:`oil_constants`; 0 outside the law."""
     if constants[OIL_LAW] == WALTHER:
         if not 0.0 < temperature < math.inf:
             return 0.0
@@ -160,7 +160,7 @@ def barus_factor(pressure: float, alpha: float) -> tuple[float, float]:
 
 @kernel
 def roelands_factor(pressure: float, above: float, z: float) -> tuple[float, float]:
-    """Roelands factor η/η₀ and its derivative by ``pressure`` (Pa, 1/Pa); ``above``: ln η₀ + 9.67, ``z``: his exponent.
+    """Roelands factor η/η₀ and its derivative (1/Pa) by ``pressure`` (Pa); ``above``: ln η₀ + 9.67, ``z``: exponent.
 
     Below minus half of Roelands' pressure the factor is constant.
     """

@@ -27,7 +27,7 @@ from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.engine.limits import Limits
 
 IDLE_SHARE = 0.25
-"""Ratio of lowest to highest speed for an engine whose oil has one temperature at one speed."""
+"""Ratio of lowest to highest speed for an engine whose oil temperature is given at one speed only."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Engine:
     def best_speed(self) -> float:
         """Speed of the full-load trace, which is that of the largest torque, rad/s."""
         gas = self.combustion or self.compressor
-        assert gas is not None  # an engine is checked to have one
+        assert gas is not None  # an engine is checked to have combustion or a compressor
         return gas.best_speed
 
     @property
@@ -122,7 +122,7 @@ class Engine:
 
     @property
     def offsets(self) -> tuple[float, ...]:
-        """Distance of each cylinder's piston path from the crank axis, across its bank, m."""
+        """Distance (m) of each cylinder's piston path from the crank axis, measured across the bank."""
         own, pin = self.cylinders.axis_offsets or self.n_cylinders * (0.0,), self.cylinders.pin_offset
         return tuple(pin + offset for offset in own)
 
@@ -173,12 +173,12 @@ class Engine:
 
     @property
     def connections(self) -> tuple[ConnectionTable, ...]:
-        """Added connections, and those for the nonlinear shafts of the drive line."""
+        """Added connections, and connections that represent nonlinear shafts of the drive line."""
         line = self.drive_line_chain
         return self.connection if line is None else (*self.connection, *line_connections(line))
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Engine:
-        """Engine with other values, checked in the same way as an engine file.
+        """Engine with some values changed, checked in the same way as an engine file.
 
             engine.with_({"flywheel.mass": "30 kg", "damper": None}, flywheel__polar_inertia=0.5)
 
@@ -247,12 +247,12 @@ class Engine:
 
     @property
     def rod_offsets(self) -> tuple[float, ...]:
-        """Position of each rod's middle along z relative to its pin's middle, m, by cylinder."""
+        """Position (m) along z of each rod's middle relative to the middle of its crank pin, by cylinder."""
         return self.cylinders.rod_offsets or self.n_cylinders * (0.0,)
 
     @property
     def rods_float(self) -> bool:
-        """True if each rod may have its own film on its pin: no rod runs on another or hangs on a master rod."""
+        """True if each rod may have its own film on its pin: no rod runs on another rod or hangs on a master rod."""
         return self.cylinders.rods_on_pin == "side-by-side"
 
     @property
@@ -306,7 +306,7 @@ def optional_fields(kind: type) -> set[str]:
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:
-    """Value converted to the type of its field."""
+    """Value from a JSON document, converted to the type ``kind`` of its field."""
     if is_dataclass(kind) and isinstance(kind, type):
         if not isinstance(value, Mapping):
             raise InputError(f"{where}: not a table")

@@ -26,10 +26,10 @@ from cranktrain.engine.parts import Oil
 from cranktrain.engine.quantities import ZERO_CELSIUS
 
 EXPANSION = 6.5e-4
-"""Decrease of density per kelvin, over the density at 15 °C."""
+"""Relative decrease of an oil's density per kelvin; the density at 15 °C is the reference."""
 WARM, HOT, HOTTEST, COOL = (ZERO_CELSIUS + one for one in (40.0, 100.0, 150.0, 15.0))
 SAME = 1.0e-9
-"""Relative difference up to which a value given together with a grade counts as the grade's own."""
+"""Relative difference up to which a value stated in addition to a grade counts as the grade's own value."""
 
 
 class Grade(NamedTuple):
@@ -58,7 +58,7 @@ def graded(oil: Oil) -> Oil:
 
     A given density is kept. ``InputError`` if constants of a law are given as well.
     """
-    if oil.grade not in GRADES:  # none, or one that the check of the table refuses
+    if oil.grade not in GRADES:  # no grade, or a grade that the check of the oil refuses
         return oil
     a, b, c = vogel_constants(GRADES[oil.grade])
     given = [

@@ -32,11 +32,11 @@ ANY_FREQUENCY = 100.0
 
 
 Given = Callable[[str], Any]
-"""Function that returns a table's value under a key; None if the table does not state it."""
+"""Function that returns the value of a TOML table under a key; None if the table does not state the key."""
 
 
 class Needed(NamedTuple):
-    """Optional keys that other values of a table make necessary, and the reason for a message."""
+    """Optional keys that other values of a TOML table make necessary, and the reason for a message."""
 
     keys: tuple[str, ...] = ()
     why: str = ""
@@ -102,7 +102,7 @@ class Crankshaft:
 
     @property
     def pin_pitch(self) -> float:
-        """Distance of neighbouring pins between two mains along z, m."""
+        """Distance along z of neighbouring pins between two main journals, m."""
         return self.pin_width + self.flying_web_thickness
 
     @property
@@ -284,7 +284,7 @@ class JournalBearing(PlainBearing):
 
     @property
     def in_rigid_bores(self) -> JournalBearing:
-        """The same bearing without the block's stiffness."""
+        """Copy of the bearing without the block's stiffness."""
         return replace(self, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
 
     @property
@@ -737,4 +737,4 @@ class Published:
 
 
 USUAL_DAMPING, USUAL_REDUCTION, NOTHING_PUBLISHED = StructuralDamping(), Reduction(), Published()
-"""Values for an engine file without the table."""
+"""Values of damping, reduction and published results for an engine file without these tables."""

@@ -21,7 +21,7 @@ SLOWEST_RPM, FASTEST_RPM = 20.0, 20000.0
 """Range of speeds for runs over cycles, rev/min: slow marine to small racing engines. The FMU takes any from 0."""
 
 ROUNDING = 1e-9
-"""Relative tolerance at the ends of a range, for values converted to SI."""
+"""Relative tolerance at the ends of a quantity's range, for values converted to SI."""
 
 
 class Quantity(NamedTuple):
@@ -211,7 +211,7 @@ TorsionalSource = Annotated[str, OneOf("source", TORSIONAL_SOURCES)]
 
 @cache
 def kinds(part: type) -> dict[str, tuple[type, bool, Any]]:
-    """Fields of a dataclass: type of a value, True for a list, and its quantity (None if it has none)."""
+    """Fields of a dataclass: type of the value, True for a list, and quantity (None for a value without quantity)."""
     found = {}
     for name, hint in get_type_hints(part, include_extras=True).items():
         many = get_origin(hint) is tuple
@@ -237,13 +237,13 @@ def check_values(part: Any, table: str) -> None:
 
 
 def need(table: str, key: str, holds: bool, text: str) -> None:
-    """Raise ``InputError`` unless ``holds``: one line that starts with ``table.key``, or with ``key`` for no table."""
+    """Raise ``InputError`` unless ``holds``; its message starts with ``table.key``, or ``key`` without a table."""
     if not holds:
         raise InputError(f"{table}.{key}: {text}".lstrip("."))
 
 
 def need_equal_lengths(part: Any, table: str, *keys: str) -> None:
-    """Raise ``InputError`` for lists of a part (all if no ``keys`` are named) that differ in length from the first."""
+    """Raise ``InputError`` if lists of a part (all, or those under ``keys``) differ in length from the first list."""
     lists = {key: len(value) for key, value in vars(part).items() if key in keys or (not keys and type(value) is tuple)}
     first, count = next(iter(lists.items()))
     for key, length in lists.items():
@@ -251,7 +251,7 @@ def need_equal_lengths(part: Any, table: str, *keys: str) -> None:
 
 
 def need_table(table: str, part: Any) -> None:
-    """Refuse a part without exactly one of ``temperatures`` for each of its increasing ``temperature_speeds``."""
+    """Raise ``InputError`` unless a part has one temperature for each of its increasing ``temperature_speeds``."""
     speeds, count = part.temperature_speeds, len(part.temperatures)
     text = f"{count} temperatures for {len(speeds)} speeds; give one for each"
     need(table, "temperatures", count == len(speeds) > 0, text)

@@ -19,11 +19,11 @@ CONTACT_LAWS = dict(zip(q.ROLLER_CONTACTS, (7.68e-5 ** (-10.0 / 9.0), 35948.0), 
 SHORT_PROFILE, LONG_PROFILE = 0.00035, 0.0005
 """Profile parameters of ISO/TS 16281."""
 LONG_ROLLER = 2.5
-"""Length over diameter above which the middle of a profiled roller is straight."""
+"""Length over diameter of a roller above which the middle of a profiled roller is straight."""
 RATED_PRESSURE = 4.0e9
 """Pressure in the middle of the most loaded contact at the static load rating of ISO 76, Pa."""
 REDUCED_MODULUS = 0.5 * 207.0e9 / (1.0 - 0.3**2)
-"""Reduced modulus E* of steel on steel, with the constants behind Palmgren's contact, Pa."""
+"""Reduced modulus E* of steel on steel, Pa, with the material constants of Palmgren's contact law."""
 FILE_KEYS = {"length": "roller_length", "diameter": "roller_diameter", "pitch": "pitch_diameter"}
 """Keys of an engine file for fields that have another name there."""
 
@@ -58,7 +58,7 @@ class RollerBearing:
 
     @property
     def pressure_factor(self) -> float:
-        """Factor of Hertz's line contact with the inner ring: pressure over the root of load per length, SI."""
+        """Factor of Hertz's line contact with the inner ring: pressure over the square root of load per length, SI."""
         curvature = 2.0 / self.diameter + 2.0 / (self.pitch - self.diameter)
         return math.sqrt(REDUCED_MODULUS * curvature / math.pi)
 
@@ -70,7 +70,7 @@ class RollerBearing:
 
     @property
     def cage_ratio(self) -> float:
-        """Rotation of the cage over that of the journal, for a resting outer ring and rollers without slip."""
+        """Rotation of the cage over rotation of the journal, for a resting outer ring and rollers without slip."""
         return 0.5 * (1.0 - self.diameter / self.pitch)
 
 
@@ -135,7 +135,7 @@ def check_rollers(rollers: RollerBearings, crankshaft: Crankshaft) -> None:
         width = crankshaft.main_widths[number - 1]
         text = f"{mm(length)} is longer than main journal {number} is wide, {mm(width)}"
         of(f"roller_length[{i + 1}]", length <= width, text)
-        # Seats may differ somewhat from the journals' common diameter; a wrong unit or diameter differs by more.
+        # Bearing seats may differ somewhat from the journals' diameter; a wrong unit or diameter differs by more.
         track, journal = r.pitch_diameter[i] - r.roller_diameter[i], crankshaft.main_diameter
         text = (
             f"the rollers' track, {mm(track)}, does not belong to a main journal of {mm(journal)}; give about "

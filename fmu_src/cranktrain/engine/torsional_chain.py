@@ -88,7 +88,7 @@ SHAFT_COLUMNS = {
 DISC_COLUMNS = {"disc": "name", "inertia": "inertia", "damping": "damping"}
 COLUMNS = (*DISC_COLUMNS, *SHAFT_COLUMNS)
 TEXTS = ("disc", "to", "section")
-"""Columns that contain words."""
+"""Columns of a table of discs and shafts that contain words."""
 TWIST = get_args(q.Twist)[1]
 LISTS = ("stiffness", "damping", "torques", "twists", "frequencies")
 """Keys of a shaft that may be lists."""
@@ -196,7 +196,7 @@ def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _column(name: str) -> str:
-    """Column of a table that a word names; empty if it names none."""
+    """Column of a table that a word names; empty if the word names no column."""
     return name if name in COLUMNS else kind_of(name, COLUMNS)
 
 
@@ -229,7 +229,7 @@ def _number(where: str, key: str, text: str, dialect: Dialect) -> float:
 
 
 def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict[str, Any]:
-    """Values of one row, each checked."""
+    """Values of one row of discs or shafts, each checked."""
     where, valid = f"{path}: {part} {number}", row_keys(kind)
     values: dict[str, Any] = {}
     if not isinstance(row, Mapping):
@@ -269,12 +269,12 @@ def row_keys(kind: type) -> tuple[str, ...]:
 
 
 def key_rule(kind: type, key: str) -> Any:
-    """Quantity or valid names of a key."""
+    """Quantity or valid names of the values under a key of a disc or shaft."""
     return TWIST if key == "twists" else kinds(kind)[key][2]
 
 
 def _value(where: str, rule: Any, value: Any) -> Any:
-    """One number or name after its check."""
+    """Return one number or name after its check against ``rule``."""
     if not isinstance(rule, q.OneOf) and not is_number(value):
         raise InputError(f"{where} = {shown(value)} is not a number")
     if isinstance(rule, q.OneOf) and not isinstance(value, str):
@@ -320,7 +320,7 @@ def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> 
 
 
 def gear_speeds(chain: Chain, where: str = "chain") -> dict[str, float]:
-    """Speeds of all parts of a drive line over the flywheel's; ``InputError`` if gears require two speeds at once."""
+    """Speed ratios of all parts of a drive line to the flywheel; ``InputError`` if gears require two speeds at once."""
     speeds, before = {FLYWHEEL: 1.0}, 0
     while len(speeds) > before:
         before = len(speeds)
@@ -340,7 +340,7 @@ def gear_speeds(chain: Chain, where: str = "chain") -> dict[str, float]:
 
 def coordinates(chain: Chain, where: str = "chain") -> Array:
     """Matrix (discs, n) of the discs' rotations in independent coordinates; rigid meshes eliminate the others."""
-    # The rotation of every disc is a factor times that of the leader of its group.
+    # The rotation of every disc is a factor times the rotation of the leading disc of its group.
     leader, factor = list(range(len(chain.discs))), np.ones(len(chain.discs))
     for k, shaft in enumerate(chain.shafts, 1):
         if shaft.stiffness > 0.0:

@@ -38,14 +38,14 @@ def quantity(engine: Engine, key: str) -> Quantity:
 
 
 def value(engine: Engine, key: str) -> float:
-    """Number under a key; for a list without index its first entry."""
+    """Number of an engine under a key; for a list without index the first entry."""
     table, name, index = _parts(engine, key)
     found = getattr(getattr(engine, table), name)
     return float(found[index or 0] if isinstance(found, tuple) else found)
 
 
 def holds(engine: Engine, key: str, number: float) -> bool:
-    """True if the value under a key equals a number up to rounding."""
+    """True if the engine's value under a key equals ``number`` up to rounding."""
     table, name, index = _parts(engine, key)
     found = getattr(getattr(engine, table), name)
     entries = found if isinstance(found, tuple) and index is None else (value(engine, key),)
@@ -53,7 +53,7 @@ def holds(engine: Engine, key: str, number: float) -> bool:
 
 
 def with_value(engine: Engine, key: str, number: float) -> Engine:
-    """Engine with a new number under a key."""
+    """Copy of an engine with a new number under a key."""
     table, name, index = _parts(engine, key)
     part = getattr(engine, table)
     found: Any = getattr(part, name)

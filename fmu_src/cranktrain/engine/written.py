@@ -52,7 +52,7 @@ def text_of(document: dict[str, Any]) -> str:
 
 
 def table_of_part(part: Any, where: str, texts: Sequence[str] = (), without: Sequence[str] = ()) -> Any:
-    """Table for a dataclass of the engine, with an entry for each field; other values are returned as plain values."""
+    """TOML table for a dataclass of the engine, with an entry for each field; a plain value for anything else."""
     if not is_dataclass(part) or isinstance(part, type):
         return plain(part, where)
     found: dict[str, Any] = {}
@@ -90,7 +90,7 @@ def plain(value: Any, where: str) -> Any:
 
 
 def _added(name: str, table: Any, where: str) -> Any:
-    """Table of an added body, frame or connection; that of a connection also has the data of its law."""
+    """TOML table of an added body, frame or connection; a connection's table also has the data of its force law."""
     if name != "connection" or getattr(table, "law", None) not in DATA:
         return table_of_part(table, where, TEXTS_OF[name])
     own = table_of_part(table, where, TEXTS_OF[name], tuple(DATA))
@@ -103,7 +103,7 @@ def _usual(value: Any, default: Any) -> bool:
 
 
 def _in_best_unit(values: list[float], dimension: str, unit: str) -> tuple[str, list[float]]:
-    """Unit and values in it; SI if rounding would change a value."""
+    """Unit for an engine file, and the values in this unit; the unit is SI if rounding would change a value."""
     units = UNITS[dimension]
     si = next(iter(units))
     for name in dict.fromkeys((unit or si, si)):
@@ -115,7 +115,7 @@ def _in_best_unit(values: list[float], dimension: str, unit: str) -> tuple[str, 
 
 
 def _as_written(value: float, scale: float, zero: float) -> float | None:
-    """Shortest number that the reader converts to exactly this value; None if there is none."""
+    """Shortest number that the reader converts to exactly this ``value``; None if no number does."""
     value = as_float(value)
     if not math.isfinite(value):
         return value

@@ -23,8 +23,10 @@ from cranktrain.core.types import Array
 from cranktrain.engine.articulated_rod import Articulation, knuckle_motion
 from cranktrain.loads.slider_crank import BY_ACCELERATION, BY_VX, BY_X
 
-# Indices of a joint: length of the master rod and offset of its cylinder (m), position of the knuckle pin in the axes
-# of the master rod (m), cosine and sine of the angle from the master's bank to the own bank.
+# Indices of the constants of an articulated rod's joint:
+# MASTER_LENGTH, MASTER_OFFSET: length of the master rod and offset of its cylinder (m).
+# KNUCKLE_X, KNUCKLE_Y: position of the knuckle pin in the axes of the master rod (m).
+# COS_TURN, SIN_TURN: cosine and sine of the angle from the master's bank to the articulated rod's bank.
 MASTER_LENGTH, MASTER_OFFSET, KNUCKLE_X, KNUCKLE_Y, COS_TURN, SIN_TURN, JOINT = range(7)
 
 # Indices of a master rod's motion: position, velocity and acceleration of the crank pin, then h, s, φ̇ and φ̈.
@@ -39,7 +41,7 @@ def joint_values(joint: Articulation) -> Array:
 
 @kernel
 def hang(joint, own, pin):
-    """Replace the crank pin's motion ``own`` (6,), in axes of the master's cylinder, by that of the knuckle pin.
+    """Replace the crank pin's motion ``own`` (6,), in axes of the master's cylinder, by the knuckle pin's motion.
 
     The motion of the knuckle pin is in axes of its rod's cylinder. ``pin`` (MASTERS_PIN,) stores the motion of the
     crank pin, h, s, φ̇ and φ̈.
@@ -64,7 +66,7 @@ def hang(joint, own, pin):
 
 @kernel
 def force_on_pin(joint, pin, out):
-    """Return the force on the crank pin in axes of the master's cylinder, N, from F in ``out`` and ``pin`` of hang.
+    """Return the force on the crank pin in axes of the master's cylinder, N, from the rod force ``out`` and ``pin``.
 
     ``out`` is the result of rod_force. Returns both components, and (h·F)/s, the part of the first component that acts
     on the master's piston.

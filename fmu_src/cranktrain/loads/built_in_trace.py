@@ -13,12 +13,12 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 
 CYCLE = 4.0 * math.pi
 SAMPLES = 720
-# Indices of an engine's constants: bore, compression ratio, throw, length of the rod, offset of the pin; values of
-# engine.parts.Combustion; 1 if a model uses the built-in trace; angle of a cycle.
+# Indices of an engine's constants: dimensions of a cylinder and values of engine.parts.Combustion, in SI units.
+# BUILT_IN: 1 if a model uses the built-in trace. TRACE_CYCLE: angle of a cycle (rad).
 TRACE_BORE, TRACE_COMPRESSION, TRACE_THROW, TRACE_ROD, TRACE_OFFSET, HEAT, INTAKE_PRESSURE = range(7)
 INTAKE_TEMPERATURE, EXHAUST_PRESSURE, INTAKE_CLOSES, EXHAUST_OPENS, BURN_START, BURN_DURATION = range(7, 13)
 WIEBE_A, WIEBE_M, WALL_TEMPERATURE, TRACE_SPEED, BUILT_IN, TRACE_CYCLE, TRACE_CONSTANTS = range(13, 20)
-# Number of columns of a spline's table, and of rows of the scratch of :func:`renew_trace`.
+# Columns of a spline's table: powers 0 to 3 of the position in a cell; then rows of the scratch of :func:`renew_trace`.
 VALUE, LINEAR, SQUARE, CUBE = range(4)
 MOTORED, FIRED, SECOND, TRACE_ROWS = range(4)
 
@@ -33,7 +33,7 @@ STEPS = 4
 BLEND = math.radians(40.0)
 """Width (rad) of a transition between phases, short compared with the cycle and long compared with a degree."""
 ROOT = math.sqrt(3.0) - 2.0
-"""Factor λ of the spline's recursion."""
+"""Factor λ of the recursion for a periodic spline's second derivatives."""
 
 
 @kernel
@@ -65,8 +65,8 @@ def fill_trace(constants, heat, intake, samples):
     cycle = constants[TRACE_CYCLE]
     count = SAMPLES
     blow_down = 1.5 * BLEND
-    # Transition from exhaust to intake pressure about the dead centre of gas exchange; it ends long before the
-    # blow-down, where the pressure must be back at exhaust.
+    # Exhaust pressure passes into intake pressure about the dead centre of gas exchange. The transition ends long
+    # before the blow-down, where the pressure must be exhaust pressure again.
     exchange_at = 2.0 * math.pi
     early = 0.5 * BLEND
     exchange_width = BLEND

@@ -48,16 +48,18 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.engine.quantities import COMPLEX_MODULUS, DAMPER_LAWS, SHEAR_THINNING
 
-# Indices of the parameters; LAYERS weights (N m s) start at WEIGHTS, their shear ratios at SHEARS.
+# Indices of the parameters of a damper's torque; LAYERS weights (N m s) start at WEIGHTS, their shear ratios at SHEARS.
 STIFFNESS, DAMPING, EXPONENT, TIME = range(4)
 LAYERS = 6
 WEIGHTS, SHEARS = 4, 4 + LAYERS
 PARAMETERS = 4 + 2 * LAYERS
 REFERENCE_TEMPERATURE = 298.15
 _CELSIUS = 273.15
-# Indices of :func:`damper_constants`: kind of damper, temperature range (K), frequency of linearisation (rad/s); for
-# rubber stiffness and loss factor; for a fluid viscosity and its temperature slope, critical stress, flow exponent, sum
-# of the layers' moments; moments and shear ratios of the layers.
+# Indices of the result of :func:`damper_constants`:
+# KIND, LOWEST, HIGHEST, OMEGA: kind of damper, temperature range (K), frequency of linearisation (rad/s).
+# SPRING, LOSS_FACTOR: stiffness (N m/rad) and loss factor of rubber.
+# FLUID, SLOPE, STRESS, FLOW: viscosity of a fluid (Pa s), temperature slope (K), critical stress (Pa), flow exponent.
+# MOMENT, MOMENTS, RATIOS: sum of the fluid layers' moments, moment of each layer (m³), shear ratio of each layer.
 KIND, LOWEST, HIGHEST, OMEGA, SPRING, LOSS_FACTOR, FLUID, SLOPE, STRESS, FLOW, MOMENT = range(11)
 MOMENTS, RATIOS, DAMPER_CONSTANTS = 11, 11 + LAYERS, 11 + 2 * LAYERS
 NO_DAMPER, RUBBER, NEWTONIAN, THINNING, COMPLEX = range(5)
@@ -156,13 +158,13 @@ def equivalent_damping(parameters: Array, rate: float) -> float:
 
 
 def damper_temperature(damper: Damper, speed: float) -> float:
-    """Return the temperature of the damper, K, at engine speed ``speed``, rad/s, from its table."""
+    """Return the temperature of the damper, K, at engine speed ``speed``, rad/s, by interpolation of its data."""
     table = (np.array(column, dtype=float) for column in (damper.temperature_speeds, damper.temperatures))
     return float(temperature_at(speed, *table))
 
 
 def balanced_temperature(damper: Damper, power: float) -> float:
-    """Return the temperature, K, that dissipates the mean ``power``, W; ``InputError`` beyond the range of the law."""
+    """Return the damper temperature (K) at which cooling balances the mean ``power`` (W); ``InputError`` if too hot."""
     if not damper.heat_transfer * damper.cooling_area:
         raise InputError(
             "damper: a heat balance needs damper.heat_transfer and damper.cooling_area; give them, or take the "

@@ -26,7 +26,7 @@ SLOWEST_FOLLOWED = 60.0
 
 @kernel
 def shaft_motion(angle, speed, acceleration, target, rate, omega, t):
-    """Return shaft angle, speed and acceleration after t for the input target + rate·t; no filter if ``omega`` ≤ 0."""
+    """Return shaft angle, speed, acceleration after time t for input target + rate·t; no filter if ``omega`` ≤ 0."""
     if omega <= 0.0:
         return angle + target * t + 0.5 * rate * t * t, target + rate * t, rate
     # The particular solution is the ramp with a lag of 2/ω.
@@ -51,7 +51,7 @@ def following_motion(angle, speed, kept, rotation, rotation_rate, rotation_accel
     inverse = max(speed, SLOWEST_FOLLOWED) / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
     gain = FOLLOWING * inverse * inverse
     grow = KEEPING * inverse * inverse * inverse
-    # φ and its single, double and triple integral over t.
+    # Mean rotation φ after t, and its single, double and triple integral over t.
     phi = rotation + t * (rotation_rate + 0.5 * t * rotation_acceleration)
     once = t * (rotation + t / 2.0 * (rotation_rate + t / 3.0 * rotation_acceleration))
     twice = t * t / 2.0 * (rotation + t / 3.0 * (rotation_rate + t / 4.0 * rotation_acceleration))
@@ -67,7 +67,7 @@ def following_motion(angle, speed, kept, rotation, rotation_rate, rotation_accel
 
 @kernel
 def frame_lead(lead, lead_rate, rotation, rotation_rate, rotation_acceleration, speed, t):
-    """Return the lead δ, its rate w and ẇ after t, from δ, w and the crank's mean rotation φ, φ̇, φ̈ at the start.
+    """Return a frame's lead δ, its rate w and ẇ after time t, from δ, w and the crank's rotation φ, φ̇, φ̈ at the start.
 
     It is a Taylor series to the fourth power of t, whose error for κt ≪ 1 is far below that of any integrator.
     """

@@ -60,7 +60,7 @@ class Gas(Protocol):
 
     @property
     def values(self) -> list[Any]:
-        """Values of the pressures that determine a run, for digests."""
+        """Return the values of the cylinder pressures that determine a run, for its digest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class GasTrace:
 
     @property
     def built_in(self) -> bool:
-        """True if the trace follows from the engine's combustion table."""
+        """True if the trace is computed from the engine file's [combustion]."""
         return self.source == BUILT_IN_SOURCE
 
     def at(self, speed: float, load: float) -> GasTrace:
@@ -117,7 +117,7 @@ class GasTrace:
 
     @property
     def values(self) -> list[Any]:
-        """Values of the trace that determine a run, for digests."""
+        """Return the values of the trace that determine a run, for its digest."""
         own = [trace.values for trace in self.own]
         return [self.motored.tolist(), self.fired.tolist(), self.best_speed, self.falloff, *([own] if own else [])]
 
@@ -141,7 +141,7 @@ class GasTrace:
 
     @classmethod
     def from_engine(cls, engine: Engine) -> GasTrace:
-        """Make the built-in trace from the engine's combustion table, or the cycle of a compressor."""
+        """Make the built-in trace from the engine file's [combustion], or the cycle of a compressor."""
         if engine.compressor is not None:
             return cls._of_compressor(engine, engine.compressor)
         fired = _trace(engine, engine.burn.heat)
@@ -237,7 +237,7 @@ def _motored(engine: Engine, fired: Array) -> Array:
 
 
 def gas_tables(gas: GasTrace) -> Array:
-    """Fit splines (2, n, 4) of the motored pressure and its rise by combustion; (2c, n, 4) if cylinders differ.
+    """Fit splines (2, n, 4) of the motored pressure and its rise by combustion; (2c, n, 4) if c cylinders differ.
 
     The result is the input of :func:`gas_pressures`.
     """

@@ -34,10 +34,10 @@ Function = Callable[..., float]
 Pressures: TypeAlias = ArrayLike | Mapping[int, ArrayLike | Function] | Sequence[Function] | Function
 
 NAME = "pressure"
-"""Name of the argument, with which messages begin."""
+"""Name of the pressure argument, with which error messages begin."""
 REMEDY = "give an array over one cycle, (angle, pressure), a dict by cylinder, or a function of the angle"
 JUMP, SMALL = 3.0, 0.02
-"""A cycle is not closed if its ends differ by more than JUMP of its largest steps and by SMALL of its peak."""
+"""A cycle is not closed if its ends differ by more than JUMP times its largest step and SMALL times its peak."""
 CLOSED = 1e-3
 """Tolerance of the difference of a function's values at both ends of the cycle, over its peak."""
 TOLD_SPEEDS = 33
@@ -221,7 +221,7 @@ class GasFunction:
 
     @property
     def values(self) -> list[Any]:
-        """Values for digests: one trace, or traces at fixed speeds independent of the run."""
+        """Return the values for a run's digest: one trace, or traces at fixed speeds independent of the run."""
         if not any(self._fast):
             return self.at(0.0, 1.0).values
         speeds = np.linspace(0.0, 2.0 * self.engine.best_speed, TOLD_SPEEDS + 1)[1:]

@@ -27,7 +27,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import PistonGuidance, Skirt
 
-# Indices of the parameters.
+# Indices of the parameters of a piston's guidance, in the order of :func:`guidance_parameters`.
 STIFFNESS, HEIGHT, DAMPING, CLEARANCE, FRICTION, SLIDING, UNBALANCE = 0, 2, 4, 6, 7, 8, 9
 SMOOTH = 0.1
 """Width of the parabolic transition from free clearance to contact, in clearances."""
@@ -73,7 +73,7 @@ def piston_modes(mass: Array) -> Array:
 
 @kernel
 def layer_force(p, layer, gap, rate, out):
-    """Compute the force F_j on the piston, ``out[0]``, with ∂F/∂gap and ∂F/∂rate in ``out[1:3]``."""
+    """Compute the force of one spring layer on the piston, ``out[0]``, with ∂F/∂gap and ∂F/∂rate in ``out[1:3]``."""
     k = p[STIFFNESS + layer]
     c = p[DAMPING + layer]
     free = p[CLEARANCE]

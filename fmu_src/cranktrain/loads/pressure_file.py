@@ -43,13 +43,13 @@ LOWEST_PEAK, HIGHEST_PEAK = 3e5, 6e7
 """Range of plausible peak pressures, Pa; a stated unit that gives a peak outside is wrong."""
 # Limits for warnings about a trace.
 LEAST_RATIO = 3.0
-"""Least plausible ratio of peak to lowest pressure, that of a weak compression."""
+"""Least plausible ratio of peak to lowest pressure, as in a weak compression."""
 LARGEST_NOISE = 0.03
 """Standard deviation of the points, over the peak, above which a warning is given."""
 SECOND_PEAK, APART = 0.95, 90.0
-"""Height of a second peak over the first that gives a warning, and least distance (deg), beyond any pilot burn."""
+"""Height of a second peak over the first that gives a warning, and least distance (deg) of both, beyond pilot burns."""
 CONFLICT = 0.2
-"""Range of points at one angle, over the peak, above the difference between cycles of an engine."""
+"""Range of pressures at one angle, over the peak, that gives a warning; an engine's cycles differ less."""
 GAP_AT_PEAK, NEAR_PEAK = 10.0, 15.0
 """Gap between points (deg) and its largest distance from the peak (deg) for which the true peak may be missed."""
 PERIOD = 720.0
@@ -65,7 +65,7 @@ def read_pressure(
     n: int,
     engine: Engine,
 ) -> tuple[list[NDArray[np.float64]], str]:
-    """Read absolute pressures (Pa) at ``n`` uniform crank angles after firing dead centre, with a line on their origin.
+    """Read absolute pressures (Pa) at ``n`` uniform crank angles after firing dead centre and a text on their origin.
 
     The pressures are one array for all cylinders, or one for each.
 
@@ -243,7 +243,7 @@ def _cycles(points: Points, centres: Array, name: str, period: float) -> list[tu
 
 
 class _Cells:
-    """Sums of points in each cell of a quarter degree of a cycle."""
+    """Sums of angles and pressures of the points in each quarter degree of a cycle."""
 
     def __init__(self, period: float) -> None:
         self.period, self.count = period, np.zeros(_FINE)
@@ -286,7 +286,7 @@ class _Cells:
 def _doubts(
     x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[float, float], period: float
 ) -> Iterator[str]:
-    """Yield warnings of an implausible cylinder pressure; angles in messages are those after firing dead centre."""
+    """Yield warnings of an implausible cylinder pressure; angles in messages are after firing dead centre."""
     peak, at = float(smooth.max()), float(smooth.argmax()) * PERIOD / _FINE
     if peak < LEAST_RATIO * smooth.min():
         yield f"pressures of {1e-5 * smooth.min():.3g} to {1e-5 * peak:.3g} bar are nearly constant: no compression"
@@ -349,7 +349,7 @@ def _smooth(x: Array, y: Array, noise: float) -> Array:
         return float(np.sqrt(np.mean((np.interp(x, grid, values, period=PERIOD) - y) ** 2)))
 
     low, high = -14.0, 0.0
-    floor = missed(joined)  # deviation by the grid itself
+    floor = missed(joined)  # deviation that the grid itself causes
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if missed(spline(middle)) < max(noise, 1.01 * floor) else (low, middle)

@@ -86,7 +86,7 @@ def _unthrottled(engine: Engine) -> bool:
 
 
 def refuse_any_unit(name: str, peak: float) -> None:
-    """Raise ``InputError`` for a peak, as written, that is implausible for an engine in every unit."""
+    """Raise ``InputError`` for a peak, as written in the file, that is implausible for an engine in every unit."""
     if not any(LOWEST_PEAK <= peak * UNITS[unit] <= HIGHEST_PEAK for unit in CANDIDATES):
         raise InputError(
             f"{name}: no unit is stated and none fits a peak of {peak:.4g}: {meant(CANDIDATES, peak)}; state it, "
@@ -100,7 +100,7 @@ def meant(units: list[str] | tuple[str, ...], peak: float) -> str:
 
 
 def compression_level(engine: Engine, angle: Array, pressure: Array) -> float | None:
-    """Return the compression line's pressure, as written, at bottom dead centre; None without such a line."""
+    """Return the compression line's pressure at bottom dead centre, in the file's unit; None without such a line."""
     after = (angle + 360.0) % 720.0 - 360.0
     chosen = (after >= LINE[0]) & (after <= LINE[1]) & (pressure > 0.0)
     if np.count_nonzero(chosen) < 5:

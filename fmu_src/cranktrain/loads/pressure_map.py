@@ -68,7 +68,7 @@ class PressureMap:
 
     @property
     def values(self) -> list[Any]:
-        """Values of the map that determine a run, for digests."""
+        """Return the values of the map that determine a run, for its digest."""
         return [[point.speed, point.load, point.trace.values] for point in self.points]
 
     def at(self, speed: float, load: float) -> GasTrace:
@@ -111,7 +111,7 @@ class PressureMap:
 
 
 def read_gas(path: Any, engine: Engine, unit: str | None = None, dead_centre_deg: float | None = None) -> Gas:
-    """Read pressures from a trace file, an index file or a folder of traces, or make those of a script.
+    """Read pressures from a trace file, an index file or a folder of traces, or take pressures given by a script.
 
     A ``path`` that is no path is an array or a function, see :mod:`cranktrain.loads.given_pressure`.
 

@@ -115,7 +115,7 @@ class PressurePoints:
 
 
 def read_points(path: Path, columns: Sequence[str] | None, cylinders: int) -> PressurePoints:
-    """Read the points of a file; ``columns`` are names or numbers of the columns, optionally without that of angle.
+    """Read the points of a file; ``columns`` are names or numbers of the columns, optionally without the angle column.
 
     Raises ``InputError`` with one line that names file, line and text, or the existing columns.
     """

@@ -47,7 +47,7 @@ def named_unit(text: str) -> PressureUnit:
 
 
 def header_unit(cells: list[str], name: str) -> PressureUnit | None:
-    """Return the unit stated by the cells of a header, whose last cell is that of pressure; None without a unit.
+    """Return the unit stated by the cells of a header, whose last cell is the pressure's; None without a unit.
 
     A unit is stated in brackets, as last word, or as a whole cell. Raises ``InputError`` for an unknown unit.
     """

@@ -18,7 +18,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import put_four
 from cranktrain.engine.parts import Rod
 
-# Indices of the result of rod_force after the force.
+# Indices of the result of rod_force: force (2), derivatives by x, v_x and acceleration, motion of the piston pin.
 BY_X, BY_VX, BY_ACCELERATION, PISTON, PISTON_VELOCITY, PISTON_ACCELERATION = 2, 4, 6, 10, 11, 12
 
 

@@ -26,7 +26,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import DYNAMOMETER, FLYWHEEL, Chain, Shaft, coordinates, gear_speeds
 
 STIFFNESS, DAMPING, LEADING, AT_FLYWHEEL, LAW = range(5)
-"""Columns of a shaft's law: stiffness (N m/rad), damping (N m s/rad), twist per frame lead, per flywheel rotation."""
+"""Columns of a shaft's row: stiffness (N m/rad), damping (N m s/rad), twist by frame lead and by flywheel rotation."""
 
 
 class TorsionalLine(NamedTuple):
@@ -96,7 +96,7 @@ def _line(chain: Chain) -> TorsionalLine:
     turns, speeds = coordinates(chain), gear_speeds(chain)
     free = DYNAMOMETER not in speeds
     speeds.setdefault(DYNAMOMETER, 1.0)
-    # Matrix from rotations of flywheel, rotors and dynamometer to those of flywheel, discs and dynamometer.
+    # Matrix from rotations of flywheel, rotors and dynamometer to rotations of flywheel, discs, dynamometer.
     whole = np.zeros((len(chain.discs) + 2, turns.shape[1] + 2))
     whole[0, 0] = whole[-1, -1] = 1.0
     whole[1:-1, 1:-1] = turns

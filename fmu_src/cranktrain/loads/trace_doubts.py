@@ -31,9 +31,9 @@ MOTORED, FIRED = 1.0e5, 2.0
 INTAKE = (0.2, 2.5)
 """Usual range of pressure at the start of compression over combustion.intake_pressure, throttled to charged."""
 COMPRESSION = (-65.0, -35.0)
-"""Range between closing of valves or ports and the earliest burn, deg after firing dead centre."""
+"""Angles between closing of valves or ports and the earliest burn, deg after firing dead centre."""
 EXPONENTS = (1.05, 1.6)
-"""Usual range of the exponent n within ``COMPRESSION``."""
+"""Usual range of the polytropic exponent n within the angles ``COMPRESSION``."""
 FLANKS = ((-95.0, -50.0), (60.0, 95.0))
 """Parts of compression and expansion with closed valves, deg after dead centre, ``MARGIN`` away from their events."""
 MARGIN = 10.0
@@ -46,7 +46,7 @@ AIR = 1.4
 compression steeper than this distinguishes an early trace."""
 SHIFTS = np.arange(-20.0, 20.1, 0.5)
 AVERAGED, DIP = np.arange(25.0, 60.1, 0.5), 0.12
-"""Candidate widths of moving averages, deg, and largest amplitude at a spectral zero over that next to it."""
+"""Candidate widths of moving averages, deg, and largest amplitude at a spectral zero over the amplitude next to it."""
 LOBES, NOISE = ((0.5, 0.8), (1.3, 1.7), (2.3, 2.7)), 1e-7
 """Bands of harmonics next to the first two zeros, over the first zero, and least amplitude over the largest."""
 
@@ -65,7 +65,7 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     exponent = _exponent(engine, pressure, COMPRESSION)
     flanks = _flanks(engine)
     squeezed, expanded = (_exponent(engine, pressure, own) for own in flanks)
-    # One cause may trigger several of these tests; only the first, most informative one is reported.
+    # One cause may trigger several warnings; only the first, most informative warning is reported.
     if burns and not PEAK[0] <= peak <= PEAK[1]:
         yield (
             f"the peak lies at {peak:.4g} deg after firing dead centre, usual {PEAK[0]:g} to {PEAK[1]:g} deg; check "

@@ -77,7 +77,7 @@ def turned(state, inputs, interval, source, ends):
 
 @kernel
 def keep_received(state, inputs, interval):
-    """Store the received values for the next step, and advance the time."""
+    """Store the received speed and angle for the next step, and advance the time."""
     state[LAST_ANGLE] = inputs[ANGLE]
     state[LAST_SPEED] = inputs[SPEED]
     state[TIME] += interval

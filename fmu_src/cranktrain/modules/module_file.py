@@ -52,7 +52,7 @@ class ModuleFile(Generic[Settings]):
 
     @cached_property
     def tables(self) -> dict[str, type]:
-        """Dataclasses of the tables, by name."""
+        """Dataclasses of the TOML tables of a module file, by name."""
         known = {"q": quantities, "own": self.own}
         hints = get_type_hints(self.settings, localns=known, include_extras=True) | dict(self.further)
         usual = {entry.name: entry.metadata["default"] for entry in fields(self.settings) if "file" in entry.metadata}
@@ -68,7 +68,7 @@ class ModuleFile(Generic[Settings]):
 
     @cached_property
     def document(self) -> Any:
-        """Struct of a file's document, see :mod:`cranktrain.engine.entries`."""
+        """Struct type of the document of a module file, see :mod:`cranktrain.engine.entries`."""
         keys: list[Any] = [("module", str), *TEXT_KINDS.items(), ("engine", str)]
         keys += [(name, stated(kind, self.like)) for name, kind in self.tables.items()]
         return table_of(self.settings.__name__, keys, self.settings.__doc__, self.like)

@@ -1,4 +1,4 @@
-"""Functions for the slave of a module's FMU."""
+"""Functions that a module's FMU calls."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ModuleRunning(NamedTuple):
         return from_bytes(self.settings, data, Path(path).name)
 
     def simulation(self, model: Any, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Any:
-        """Simulation with ``chosen`` values of settings; errors use the FMU's ``names``. ``InputError``: misfits."""
+        """Simulation with ``chosen`` values of settings; errors use the FMU's ``names``."""
         try:
             return self.model(with_chosen(model, chosen))  # type: ignore[call-arg]
         except InputError as error:

@@ -82,7 +82,7 @@ def module_files() -> dict[str, Path]:
 
 
 def shipped_for_engines(module: str) -> dict[str, str]:
-    """Names of the shipped files of a module, by engine."""
+    """Names of a module's files that ship with the package, by engine."""
     return {
         str(read_toml(path, "module file", "").get("engine")): name
         for name, path in module_files().items()

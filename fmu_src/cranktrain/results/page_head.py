@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 from importlib.resources import files
 from typing import Any
 
@@ -30,4 +31,15 @@ def filled_page(package: str, template: str, kind: str, title: str, heading: str
 
 def script_data(data: dict[str, Any]) -> str:
     """JSON text for use inside a script element, with ``<`` escaped so that no closing tag can end the script."""
-    return json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    return json.dumps(jsonable(data), allow_nan=False).replace("<", "\\u003c")
+
+
+def jsonable(value: Any) -> Any:
+    """Return a value for JSON: numbers that are not finite become null, arrays lists, NumPy scalars plain numbers."""
+    if isinstance(value, dict):
+        return {str(key): jsonable(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [jsonable(entry) for entry in value]
+    if hasattr(value, "tolist"):
+        return jsonable(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

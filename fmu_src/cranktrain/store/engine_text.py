@@ -13,6 +13,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.units import unit_factor
 from cranktrain.core.user_file import ending
 from cranktrain.engine import values
+from cranktrain.engine.file import engine_path
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS
 from cranktrain.store.whole_file import Kind, check_place
@@ -33,6 +34,22 @@ class Written(NamedTuple):
 def rounded(number: float, scale: float = 1.0) -> float:
     """Number (SI) rounded to the digits that are written to a file, in a unit of ``scale``."""
     return float(f"{number / scale:.{DIGITS}g}") * scale
+
+
+class EngineText(NamedTuple):
+    """An engine file: its text, its name in messages, and the folder at which its paths start."""
+
+    text: str
+    name: str
+    folder: Path
+
+
+def engine_text(engine: str | Path | Engine) -> EngineText:
+    """The file of an engine by name or path; of one in memory the file that it would be."""
+    if isinstance(engine, Engine):
+        return EngineText(engine.to_toml(), f"{engine.name}.toml", Path())
+    path = engine_path(engine)
+    return EngineText(path.read_text("utf-8"), path.name, path.parent)
 
 
 def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:

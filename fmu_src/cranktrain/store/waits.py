@@ -7,12 +7,15 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 from cranktrain.core.announcement import heard_compiling
 from cranktrain.core.cache import cache_folder
 from cranktrain.store.side_by_side import BEFORE_PROCESSES
 
+LINES: ContextVar[bool] = ContextVar("LINES", default=True)
+"""True if each stage is a line on stderr where that is no terminal; in calls of the library only long stages are."""
 LATE, AGAIN = 1.0, 10.0
 """Seconds after which a step is printed, and between two progress lines of one step."""
 

@@ -1,6 +1,6 @@
 """One run at constant speed, requested by names and in engineering units.
 
-The verb ``simulate`` and the library's :func:`simulate` share it. A :class:`Request` is checked before any work:
+A :class:`Request` is checked before any work:
 everything that can be refused is refused before the minute that a crankshaft may take.
 """
 
@@ -9,56 +9,32 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.dynamics import simulation
 from cranktrain.dynamics.load_torque import LoadTorque
-from cranktrain.dynamics.model.settings import FILM_TEMPERATURES, TEMPERATURES, Settings, axial_force
+from cranktrain.dynamics.model.settings import Settings, axial_force
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.settled.samples import Sink
-from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.warm_films import check_level
-from cranktrain.engine.file import load_engine
-from cranktrain.engine.levels import BLOCKS, CRANKS, ENCODERS, PISTONS
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
-from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_map import read_gas
 from cranktrain.loads.run_doubts import run_doubts
 from cranktrain.loads.torsional_line import torsional_line
 from cranktrain.results.run import Run
-from cranktrain.structure.assembly import Assembly, assemble, checked
+from cranktrain.structure.assembly import Assembly, checked
 from cranktrain.structure.fem.own_mesh import MeshFile
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import fields_of
 
-_BOUNDS = {
-    "speed_rpm": (SLOWEST_RPM, FASTEST_RPM, "rev/min; for less use the FMU, which takes any speed from 0"),
-    "cycles": (1, 10000, "cycles"),
-    "settle": (1e-8, 0.5, "of the outputs' alternating part"),
-    "load": (0.0, 2.0, "of the full-load burn"),
-    "load_torque_nm": (-1e6, 1e6, "N m"),
-    "axial_force_n": (-1e6, 1e6, "N"),
-    "step_deg": (0.001, 30.0, "deg of crank angle"),
-    "pressure_tdc_deg": (-7200.0, 7200.0, "deg of the file"),
-}
-_LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
-    "crank": lambda: tuple(CRANKS),
-    "bearings": lambda: ("auto", *bearing_levels(*MAINS)),
-    "big_ends": lambda: bearing_levels(BIG_END),
-    "block": lambda: ("auto", *BLOCKS),
-    "pistons": lambda: ("auto", *PISTONS),
-    "encoder": lambda: ENCODERS,
-    "film_temperature": lambda: FILM_TEMPERATURES,
-    "damper_temperature": lambda: TEMPERATURES,
-}
 SETTLED_IN_SINGLES = 1.0e-5
 """Settling error from which on elastic films are solved in doubles: rounding keeps those in singles from repeating."""
-_OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh", "mesh_unit")
-"""Choices that an assembly has already made."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,29 +65,29 @@ class Request:
     mesh_unit : of their coordinates: m, mm or in
     """
 
-    speed_rpm: float
-    cycles: int | None = None
-    settle: float = TOLERANCE
-    crank: str = "solid"
-    bearings: str = "auto"
-    big_ends: str = "rigid"
-    block: str = "auto"
-    pistons: str = "auto"
+    speed_rpm: words.Speed
+    cycles: words.Cycles | None = None
+    settle: words.Settle = TOLERANCE
+    crank: words.Crank = "solid"
+    bearings: words.Mains = "auto"
+    big_ends: words.BigEnds = "rigid"
+    block: words.RunBlock = "auto"
+    pistons: words.Guidance = "auto"
     damper: bool = False
-    film_temperature: str = "engine"
-    damper_temperature: str = "engine"
-    load_torque_nm: Any = None
-    axial_force_n: float | None = None
-    integrator: str | None = None
-    step_deg: float | None = None
+    film_temperature: words.FilmTemperature = "engine"
+    damper_temperature: words.DamperTemperature = "engine"
+    load_torque_nm: words.Torque | LoadTorque | None = None
+    axial_force_n: words.AxialForce | None = None
+    integrator: words.Method | None = None
+    step_deg: words.Step | None = None
     tolerance: float | None = None
-    load: float = 1.0
-    pressure: Any = None
+    load: words.Share = 1.0
+    pressure: words.Pressure | None = None
     pressure_unit: str | None = None
-    pressure_tdc_deg: float | None = None
-    encoder: str = "pin"
-    mesh: str | Path | None = None
-    block_mesh: str | Path | None = None
+    pressure_tdc_deg: words.DeadCentre | None = None
+    encoder: words.EncoderPlace = "pin"
+    mesh: str | Path | MeshFile | None = None
+    block_mesh: str | Path | MeshFile | None = None
     mesh_unit: str = "m"
 
     def __post_init__(self) -> None:
@@ -150,20 +126,12 @@ class Request:
 
     def check(self, label: Callable[[str], str] = str) -> None:
         """Refuse what no engine can run; ``InputError``."""
-        for name, (low, high, what) in _BOUNDS.items():
-            value = getattr(self, name)
-            if value is not None and not isinstance(value, LoadTorque):
-                within(label(name), value, low, high, what)
-        for name, valid in _LEVELS.items():
-            level = getattr(self, name)
-            if level not in valid():
-                raise InputError(f"{label(name)} '{level}' does not exist; {nearest(level, valid())}")
+        for one in fields_of(Request):
+            one.refuse(getattr(self, one.name), label(one.name))
         if self.encoder != "pin" and self.pressure is None:
             raise InputError(f"{label('encoder')} {self.encoder} needs {label('pressure')}, a trace that was measured")
         if self.block_mesh is not None and self.block != "flexible":
             raise InputError(f"{label('block_mesh')} needs {label('block')} flexible; on ground there is no block")
-        if self.integrator is not None:
-            integrator_table(self.integrator)
 
     def check_heat(self, settings: Settings, label: Callable[[str], str] = str) -> None:
         """Refuse a heat balance of parts without heat; ``InputError``."""
@@ -272,48 +240,3 @@ class Request:
             "control": settings.control,
             "tolerance": settings.tolerance if settings.control == "adaptive" else 0.0,
         }
-
-
-def simulate(
-    engine: str | Path | Engine | Assembly,
-    *,
-    say: Callable[[str], None] = lambda stage: None,
-    progress: Callable[[float], None] | None = None,
-    **choices: Any,
-) -> Run:
-    """Run an engine at constant speed until its outputs repeat, or for ``cycles`` cycles.
-
-    Parameters
-    ----------
-    engine : name of a shipped engine, path of an engine file, an engine, or an assembly, which has settled the levels
-    say : told each stage of long work
-    progress : told the share of the run done
-    choices : ``speed_rpm`` and what else of :class:`Request` differs from its defaults
-
-    Raises
-    ------
-    InputError
-        an unknown keyword or level with the nearest one, and what cannot be run
-    SolverError
-        a step that fails
-    """
-    names = [field.name for field in fields(Request)]
-    for name in choices:
-        if name not in names:
-            raise InputError(f"simulate: unknown keyword '{name}'; {nearest(name, names)}")
-    if "speed_rpm" not in choices:
-        raise InputError("simulate: speed_rpm is missing; give it in rev/min, e.g. speed_rpm=2000")
-    request = Request(**choices)
-    if isinstance(engine, Assembly):
-        settled = [name for name in choices if name in _OF_THE_ASSEMBLY]
-        if settled:
-            raise InputError(f"simulate: '{settled[0]}' is fixed by the assembly; leave it out, or pass the engine")
-        request.check()
-        settings = checked(engine.engine, request.of_a_run(engine.settings))
-        request.check_heat(settings)
-        made = replace(engine, settings=settings)
-    else:
-        found = engine if isinstance(engine, Engine) else load_engine(engine)
-        settings = request.settings(found)
-        made = assemble(found, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
-    return request.run(made, request.gas(made.engine), progress, say)

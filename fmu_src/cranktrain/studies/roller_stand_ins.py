@@ -28,7 +28,7 @@ from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
 from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import RollerBearings
 from cranktrain.engine.roller_bearing import CONTACT_LAWS, main_roller
@@ -36,7 +36,7 @@ from cranktrain.film.laws.films import ANGLE, COS, SIN
 from cranktrain.film.laws.roller import FIRST_ANGLE, IN_LOOP
 from cranktrain.film.laws.roller_contacts import BY_PLACE, WORK, force_at
 from cranktrain.results.whole_run import whole
-from cranktrain.store.engine_text import NEW, Written, new_path, rewritten, rounded
+from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten, rounded
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.assembly import Progress, assemble
 
@@ -199,12 +199,12 @@ def _mean(values: Array) -> float | None:
     return float(values.mean()) if values.size else None
 
 
-def with_stand_ins(engine: str | Path, out: str | Path, report: dict[str, Any]) -> Path:
+def with_stand_ins(engine: str | Path | Engine, out: str | Path, report: dict[str, Any]) -> Path:
     """Write an engine file anew with the stand-ins of a report of :func:`running_rollers`; the path.
 
     Raises ``InputError``: an ``out`` that exists, or an engine file whose entries do not stand on lines of their own.
     """
-    path, base = engine_path(engine), load_engine(engine)
+    base = load_engine(engine)
     load = "full load" if report["load"] == 1.0 else f"{report['load']:g} of full load"
     note = (
         f"level linear; as compliant, in series with the crankshaft, as the rollers are on average over a cycle at "
@@ -217,6 +217,6 @@ def with_stand_ins(engine: str | Path, out: str | Path, report: dict[str, Any]) 
         changes[f"main_roller.tilt_stiffness[{row}]"] = Written(rounded(tilt), "derived", note)
     new = new_path(Path(out))
     with whole_file(new, NEW) as temporary:
-        temporary.write_text(rewritten(path.read_text("utf-8"), base, changes), encoding="utf-8")
+        temporary.write_text(rewritten(engine_text(engine).text, base, changes), encoding="utf-8")
         load_engine(temporary)
     return new

@@ -22,9 +22,9 @@ from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.engine import values
 from cranktrain.engine.checks.engine import check_engine
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import NEW, Written, new_path, rewritten, rounded
+from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten, rounded
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.reduction import reduced_block
@@ -47,7 +47,7 @@ Follow = Callable[[float, float], None]
 
 
 def calibrate(
-    engine: str | Path,
+    engine: str | Path | Engine,
     targets: str | Path,
     out: str | Path | None = None,
     *,
@@ -72,13 +72,13 @@ def calibrate(
     ``extra_modes_hz``, ``met``, ``confirmed`` (nothing searched), ``interrupted``, ``evaluations``, ``seed``, ``file``,
     ``refused`` (why the new file was not written, else None)
     """
-    base, path = load_engine(engine), engine_path(engine)
+    base, old = load_engine(engine), engine_text(engine).text
     task = load_targets(targets, base)
     if CLOSED in {p.key for p in task.parameters}:  # this value is optional in engine files
         base = replace(base, thrust=replace(base.thrust, closed_stiffness=base.thrust.closed))
     new = new_path(Path(out)) if out is not None else None
     if new is not None:
-        check_written(path, base, task)
+        check_written(old, base, task)
     with one_thread():
         problem, found = _fitted(base, task, seed, evaluations, say, follow)
         free = np.array([rounded(x, p.scale) for x, p in zip(found.free, task.parameters, strict=True)])
@@ -90,7 +90,7 @@ def calibrate(
         try:
             with whole_file(new, NEW) as temporary:
                 written = written_values(problem, free, report)
-                temporary.write_text(rewritten(path.read_text("utf-8"), base, written), encoding="utf-8")
+                temporary.write_text(rewritten(old, base, written), encoding="utf-8")
                 load_engine(temporary)
             report["file"] = str(new)
         except (InputError, StoreError) as error:
@@ -233,11 +233,11 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def check_written(path: Path, engine: Engine, task: Task) -> None:
+def check_written(text: str, engine: Engine, task: Task) -> None:
     """Raise ``InputError``, before the search, for an engine file into which a value cannot be inserted."""
     keys = [*(p.key for p in task.parameters if p.is_key), *(d.key for d in task.derived)]
     own = {key: Written(values.value(engine, key), "calibrated", "") for key in keys}
-    rewritten(path.read_text("utf-8"), engine, own)
+    rewritten(text, engine, own)
 
 
 def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> dict[str, Written]:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Annotated
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show_rows
+from cranktrain.cli.console import Interrupted, labelled_bar, say, show_rows
+from cranktrain.cli.functions import verb
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import between
+from cranktrain.engine.model import Engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 DESCRIPTION = """\
 Fit values of an engine file, within bounds, so that its frequencies match targets.
@@ -21,22 +28,41 @@ sensitivity  change of the frequency, in per cent, for one per cent of the value
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
-    add("targets", metavar="TARGETS", help="path of a targets .toml file, or name of a shipped engine that has one")
-    add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
-    add("--seed", type=number(0, 2**32 - 1, "", int), default=1, metavar="N", help="seed of the search (default 1)")
-    add(
-        "--evaluations", type=number(1, 10_000_000, "", int), default=20000, metavar="N",
-        help="limit of the search (default 20000; a search with new bodies takes half of it more)",
-    )  # fmt: skip
+@dataclass(frozen=True)
+class Calibrate(Question):
+    """Question of :func:`calibrate`."""
+
+    targets: Annotated[
+        words.File,
+        Option("TARGETS", "path of a targets .toml file, or name of a shipped engine that has one", place=True),
+    ]
+    _: KW_ONLY
+    out: Annotated[words.File | None, Option("FILE", "engine file to write; an existing file is not overwritten")] = (
+        None
+    )
+    seed: Annotated[int, between(0, 2**32 - 1, ""), Option("N", "seed of the search (default 1)")] = 1
+    evaluations: Annotated[
+        int,
+        between(1, 10_000_000, ""),
+        Option("N", "limit of the search (default 20000; a search with new bodies takes half of it more)"),
+    ] = 20000
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Search, write the engine file, and print the report unless JSON is wanted."""
-    from cranktrain_lab.calibration.calibrate import calibrate
+@verb(Calibrate, DESCRIPTION)
+def calibrate(named: str | Path | Engine, ask: Calibrate) -> VerbResult:
+    """Search, and write the engine file."""
+    report = searched(named, ask)
+    if report["refused"]:
+        raise InputError(f"{ask.out}: not written; the values found are not a valid engine: {report['refused']}")
+    if report["interrupted"]:
+        kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
+        raise Interrupted(f"interrupted; {kept}")
+    return report
+
+
+def searched(named: str | Path | Engine, ask: Calibrate) -> VerbResult:
+    """Search and write, however it ends."""
+    from cranktrain_lab.calibration import calibrate as study
 
     with labelled_bar("calibrate") as (tell, follow):
         last = 0.0
@@ -48,21 +74,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
                 last = share
                 tell(f"sum of squared deviations over tolerances {cost:.3g}")
 
-        report = calibrate(
-            options.engine, options.targets, options.out,
-            seed=options.seed, evaluations=options.evaluations, say=tell, follow=progress,
-        )  # fmt: skip
-    if not options.json:
-        _show(report)
-    if report["refused"]:
-        raise InputError(f"{options.out}: not written; the values found are not a valid engine: {report['refused']}")
-    if report["interrupted"]:
-        kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
-        raise Interrupted(f"interrupted; {kept}")
-    return report
+        report = study.calibrate(
+            named, ask.targets, ask.out, seed=ask.seed, evaluations=ask.evaluations, say=tell, follow=progress
+        )
+    return VerbResult.of(report, "calibrate")
 
 
-def _show(report: dict[str, Any]) -> None:
+def show(report: VerbResult) -> None:
+    """Print targets, values found and sensitivities."""
     keys = [p["key"] for p in report["parameters"]]
     rows = [
         (

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
+from cranktrain.cli.console import Interrupted, bar, say, show_rows
+from cranktrain.cli.functions import verb, verb_of
 from cranktrain.cli.result_names import result_name
-from cranktrain.cli.run_options import add_source_options, engine_of, option_of, pressures_text
+from cranktrain.cli.run_options import engine_of, option_of, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.typed_file import between
 from cranktrain.core.units import RPM
-from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, STAGES, VALVETRAIN
 from cranktrain_lab.coupling.schemes import INSIDE, SCHEMES
 
 if TYPE_CHECKING:
-    from cranktrain.engine.model import Engine
     from cranktrain_lab.coupling.run import Coupled, Steps
     from cranktrain_lab.coupling.supervised import System
     from cranktrain_lab.coupling.trace_unit import MeasuredPressures
@@ -43,75 +48,93 @@ the place of the combustion. --json prints {"pulley", "imep_pa",
 UNITS = CRANKTRAIN, COMBUSTION, VALVETRAIN
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-    add(
-        "--speed",
-        dest="speed_rpm",
-        type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"),
-        required=True,
-        metavar="RPM",
-        help="rev/min",
-    )
-    add("--cycles", type=number(1, 10000, "cycles", int), default=10, metavar="N", help="of 720 degrees (10)")
-    add("--scheme", type=word(SCHEMES), default="gauss-seidel", metavar="NAME", help=", ".join(SCHEMES))
-    add("--reconstruction", type=word(RECONSTRUCTIONS), default="own", metavar="NAME", help=", ".join(RECONSTRUCTIONS))
-    add("--step-deg", type=number(1e-3, 90.0, "degrees"), default=1.0, metavar="ANGLE", help="communication step (1)")
-    add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="adapt the step to this error")
-    add_source_options(parser)
-    add("--cranktrain", metavar="FILE.fmu", help="use this FMU instead of building one")
-    add("--combustion", metavar="FILE.fmu", help="use this FMU instead of building one")
-    valves = parser.add_mutually_exclusive_group()
-    valves.add_argument("--valvetrain", metavar="FILE.fmu", help="use this FMU instead of building one")
-    valves.add_argument(
-        "--no-valvetrain", action="store_true", help="no valve train: built-in valve lifts, no torque of cams"
-    )
-    add(
-        "--set", dest="values", action="append", default=[], metavar="UNIT.NAME=VALUE",
-        help="start value of a unit, e.g. cranktrain.crank.level=torsional; may be given several times",
-    )  # fmt: skip
-    add("--export-ssp", metavar="FILE.ssp", help="write the coupled system for other masters, and do not run it")
-    add(
-        "--output",
-        metavar="FILE.h5",
-        help="result file (default: ENGINE_SPEEDrpm_coupled.h5, with options other than the default in its name)",
-    )
+BUILT = Annotated[words.File, Option("FILE.fmu", "use this FMU instead of building one")]
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class Couple(words.Pressures):
+    """Question of :func:`couple`."""
+
+    apart = (("valvetrain", "no_valvetrain"),)
+    speed_rpm: Annotated[words.Rpm, Option("RPM", "rev/min", "--speed")]
+    cycles: Annotated[int, between(1, 10000, "cycles"), Option("N", "of 720 degrees (10)")] = 10
+    scheme: Annotated[
+        Literal["jacobi", "gauss-seidel", "iterative", "intermediate", "stages"],
+        Option("NAME", ", ".join(SCHEMES), words=tuple(SCHEMES)),
+    ] = "gauss-seidel"
+    reconstruction: Annotated[
+        Literal["own", "hold", "linear", "quadratic"],
+        Option("NAME", ", ".join(RECONSTRUCTIONS), words=tuple(RECONSTRUCTIONS)),
+    ] = "own"
+    step_deg: Annotated[float, between(1e-3, 90.0, "degrees"), Option("ANGLE", "communication step (1)")] = 1.0
+    error: Annotated[
+        float | None, between(1e-9, 0.5, "of an output's range"), Option("SHARE", "adapt the step to this error")
+    ] = None
+    cranktrain: BUILT | None = None
+    combustion: BUILT | None = None
+    valvetrain: BUILT | None = None
+    no_valvetrain: Annotated[bool, Option(help="no valve train: built-in valve lifts, no torque of cams")] = False
+    values: Annotated[
+        Sequence[str],
+        Option(
+            "UNIT.NAME=VALUE",
+            "start value of a unit, e.g. cranktrain.crank.level=torsional; may be given several times",
+            "--set",
+            repeated=True,
+        ),
+    ] = ()
+    export_ssp: Annotated[
+        words.File | None, Option("FILE.ssp", "write the coupled system for other masters, and do not run it")
+    ] = None
+    output: Annotated[
+        words.File | None,
+        Option(
+            "FILE.h5",
+            "result file (default: ENGINE_SPEEDrpm_coupled.h5, with options other than the default in its name)",
+        ),
+    ] = None
+
+
+@verb(Couple, DESCRIPTION)
+def couple(named: str | Path | Engine, ask: Couple) -> VerbResult:
     """Run the coupled units, write every output that was read, and summarise the last cycle; or export them."""
     from cranktrain.results.files import check_target
     from cranktrain_lab.coupling.ssp import check_target as check_ssp
     from cranktrain_lab.coupling.virtual_engine import Partners, summary, virtual_engine
 
-    output = Path(options.output or result_name(Path(options.engine).stem, options, add_options, "coupled"))
-    if options.export_ssp is None:
-        check_target(output)
-    elif options.scheme == STAGES:
+    if ask.export_ssp is None:
+        if ask.output is not None:
+            check_target(Path(ask.output))
+    elif ask.scheme == STAGES:
         raise InputError("--export-ssp: other masters give no inputs at stages; take another --scheme")
     else:
-        check_ssp(Path(options.export_ssp))
-    values, speed = start_values(options.values), options.speed_rpm * RPM
+        check_ssp(Path(ask.export_ssp))
+    name = load_engine(named).name if isinstance(named, Engine) else Path(named).stem
+    values, speed = start_values(ask.values), ask.speed_rpm * RPM
     with tempfile.TemporaryDirectory(prefix="cranktrain-couple-") as folder:
-        cranktrain, combustion, valvetrain = fmus(options, Path(folder))
+        cranktrain, combustion, valvetrain = fmus(named, ask, Path(folder))
         partners = Partners(cranktrain, combustion, values, valvetrain)
-        longest = steps_of(options, speed).longest
-        make = partial(virtual_engine, partners, speed, options.scheme, options.reconstruction, longest)
+        longest = steps_of(ask, speed).longest
+        make = partial(virtual_engine, partners, speed, ask.scheme, ask.reconstruction, longest)
         engine = make()
-        if options.export_ssp is not None:
-            return _export(Path(options.export_ssp), engine, speed, options)
-        found = _run_into(output, make, speed, options)
-    result = summary(found, speed) | {"result": str(output)}
+        if ask.export_ssp is not None:
+            return _export(Path(ask.export_ssp), engine, speed, ask)
+        found = _run_into(name, make, speed, ask)
+    result = summary(found, speed)
+    if ask.output is not None:
+        result["result"] = str(ask.output)
     if engine.one_angle is not None:
         say(_loss(engine.one_angle, result["coupling_residual_fraction"]))
-    if not options.json:
-        _show(result, options)
-    return result
+    return VerbResult.of(result, "couple", name=name, ask=ask)
 
 
-def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path | MeasuredPressures, Path | None]:
+def answer(engine: str, ask: Couple) -> VerbResult:
+    """The same, in a file whose name tells the options where none is given."""
+    usual = ask.output or result_name(Path(engine).stem, ask, "coupled")
+    return verb_of(couple).function(engine, replace(ask, output=usual))
+
+
+def fmus(named: str | Path | Engine, ask: Couple, folder: Path) -> tuple[Path, Path | MeasuredPressures, Path | None]:
     """Cranktrain, combustion and valve train: FMUs that are named, and those that are not, built into a folder.
 
     Measured pressures take the place of the combustion.
@@ -120,52 +143,55 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path | Measur
     from cranktrain.modules.register import module_of_engine
     from cranktrain_lab.coupling.fmu_unit import described
 
-    engine = engine_of(options)
-    if options.drive_line is not None and options.cranktrain:
+    engine = engine_of(named, ask)
+    if ask.drive_line is not None and ask.cranktrain:
         raise InputError("--drive-line goes into a cranktrain that is built; leave out --cranktrain, or --drive-line")
-    measured = _measured(options, engine)
+    measured = _measured(ask, engine)
     # What cannot be had is told before a crankshaft is meshed.
-    for given in filter(None, (options.cranktrain, options.combustion, options.valvetrain)):
-        described(Path(given))
-    named = {COMBUSTION: options.combustion, VALVETRAIN: options.valvetrain}
-    left_out = {COMBUSTION: measured is not None, VALVETRAIN: options.no_valvetrain}
-    wanted = [name for name in named if not left_out[name]]
+    for given in (ask.cranktrain, ask.combustion, ask.valvetrain):
+        if given:
+            described(Path(given))
+    own_fmus = {COMBUSTION: ask.combustion, VALVETRAIN: ask.valvetrain}
+    left_out = {COMBUSTION: measured is not None, VALVETRAIN: ask.no_valvetrain}
+    wanted = [name for name in own_fmus if not left_out[name]]
     try:
-        own = {name: module_of_engine(name, engine.name) for name in wanted if not named[name]}
+        own = {name: module_of_engine(name, engine.name) for name in wanted if not own_fmus[name]}
     except InputError as error:
-        if options.no_valvetrain:
+        if ask.no_valvetrain:
             raise InputError(f"{error}; or give measured pressures with --pressure") from None
         raise InputError(f"{error}; or leave the valve train out with --no-valvetrain") from None
-    modules = {name: build_fmu(own[name], folder, say=say) if name in own else Path(named[name]) for name in wanted}
-    if options.cranktrain:
-        cranktrain = Path(options.cranktrain)
+    modules = {
+        name: build_fmu(own[name], folder, say=say) if name in own else Path(str(own_fmus[name])) for name in wanted
+    }
+    if ask.cranktrain:
+        cranktrain = Path(ask.cranktrain)
     else:
-        inside = options.scheme in INSIDE and options.export_ssp is None
+        inside = ask.scheme in INSIDE and ask.export_ssp is None
         fmi = "3.0" if inside else "2.0"
         cranktrain = build_fmu(engine, folder, film_table=False, block=False, say=say, fmi=fmi)
     return cranktrain, measured or modules[COMBUSTION], modules.get(VALVETRAIN)
 
 
-def _measured(options: argparse.Namespace, engine: Engine) -> MeasuredPressures | None:
+def _measured(ask: Couple, engine: Engine) -> MeasuredPressures | None:
     """Measured pressures at the speed of the run, told of; None for a combustion. ``InputError``."""
     from cranktrain.studies.constant_speed import Request
     from cranktrain_lab.coupling.trace_unit import MeasuredPressures
 
-    choices = {key: getattr(options, key) for key in ("speed_rpm", "pressure", "pressure_unit", "pressure_tdc_deg")}
+    choices = {key: getattr(ask, key) for key in ("speed_rpm", "pressure", "pressure_unit", "pressure_tdc_deg")}
     request = Request(**choices)
     gas = request.gas(engine, option_of)
     if gas is None:
         return None
-    if options.combustion:
+    if ask.combustion:
         raise InputError("--pressure takes the place of the combustion; leave out --combustion")
-    if options.export_ssp is not None:
+    if ask.export_ssp is not None:
         raise InputError("--export-ssp writes FMUs, which measured pressures are not; leave out --pressure")
     trace = gas.at(request.speed, request.load)
     say(f"{trace.source}; {pressures_text(trace)}")
     return MeasuredPressures(engine, trace)
 
 
-def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
+def start_values(texts: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Start values by unit and name; ``InputError`` for what is none."""
     found: dict[str, dict[str, Any]] = {}
     for text in texts:
@@ -180,25 +206,25 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def steps_of(options: argparse.Namespace, speed: float) -> Steps:
+def steps_of(ask: Couple, speed: float) -> Steps:
     """Communication steps; ``InputError``."""
     from cranktrain_lab.coupling.run import Steps
 
-    size = math.radians(options.step_deg) / speed
-    return Steps(size, options.error, 1e-3 * size, 20.0 * size) if options.error else Steps(size)
+    size = math.radians(ask.step_deg) / speed
+    return Steps(size, ask.error, 1e-3 * size, 20.0 * size) if ask.error else Steps(size)
 
 
-def _run_into(output: Path, make: Callable[[], System], speed: float, options: argparse.Namespace) -> Coupled:
+def _run_into(name: str, make: Callable[[], System], speed: float, ask: Couple) -> Coupled:
     """Run in a process of its own; the result file keeps what there is however the run ends."""
     from cranktrain_lab.coupling.run import keep_run
     from cranktrain_lab.coupling.supervised import run_supervised
     from cranktrain_lab.coupling.unit import EndingError
 
-    stop = options.cycles * 4.0 * math.pi / speed
-    steps = steps_of(options, speed)
+    stop = ask.cycles * 4.0 * math.pi / speed
+    steps = steps_of(ask, speed)
     ended: BaseException | None = None
     try:
-        with bar(f"{options.engine}, {options.speed_rpm:g} rev/min") as advance:
+        with bar(f"{name}, {ask.speed_rpm:g} rev/min") as advance:
             found = run_supervised(make, stop, steps, progress=advance)
     except (CranktrainError, KeyboardInterrupt) as error:
         if not hasattr(error, "found"):
@@ -207,34 +233,34 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
         if isinstance(error, EndingError):  # the results are complete
             warnings.warn(str(error), stacklevel=2)
             ended = None
-    keep_run(output, found, {
-        "engine": Path(options.engine).stem, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
-        "reconstruction": _reconstruction(options), "step_deg": options.step_deg, "ended": found.ended,
-    })  # fmt: skip
+    if ask.output is not None:
+        keep_run(Path(ask.output), found, {
+            "engine": name, "speed_rpm": ask.speed_rpm, "scheme": ask.scheme,
+            "reconstruction": _reconstruction(ask), "step_deg": ask.step_deg, "ended": found.ended,
+        })  # fmt: skip
     if ended is None:
         return found
-    kept = f"{output} keeps {found.times[-1] * speed / (4.0 * math.pi):.2f} cycles"
+    cycles = f"{found.times[-1] * speed / (4.0 * math.pi):.2f} cycles"
+    kept = f"{ask.output} keeps {cycles}" if ask.output is not None else f"after {cycles}; nothing was kept"
     if isinstance(ended, KeyboardInterrupt):
         raise Interrupted(f"interrupted; {kept}")
     raise type(ended)(f"{ended}; {kept}")
 
 
-def _reconstruction(options: argparse.Namespace) -> str:
+def _reconstruction(ask: Couple) -> str:
     """Who reconstructs: nobody with scheme ``stages``."""
-    return "none" if options.scheme == STAGES else str(options.reconstruction)
+    return "none" if ask.scheme == STAGES else str(ask.reconstruction)
 
 
-def _export(path: Path, engine: VirtualEngine, speed: float, options: argparse.Namespace) -> dict[str, Any]:
+def _export(path: Path, engine: VirtualEngine, speed: float, ask: Couple) -> VerbResult:
     """Write the system as an SSP in place of running it."""
     from cranktrain_lab.coupling.ssp import write_ssp
     from cranktrain_lab.coupling.trace_unit import TraceUnit
 
     units = {name: (unit, unit.path) for name, unit in engine.units.items() if not isinstance(unit, TraceUnit)}
-    stop = options.cycles * 4.0 * math.pi / speed
+    stop = ask.cycles * 4.0 * math.pi / speed
     write_ssp(path, path.stem, units, engine.connections, engine.values, engine.outputs, stop)
-    if not options.json:
-        print(f"SSP: {path}")
-    return {"ssp": str(path)}
+    return VerbResult.of({"ssp": str(path)}, "couple")
 
 
 def _mean_residual(result: dict[str, Any]) -> str:
@@ -255,8 +281,12 @@ def _loss(combustion: str, fraction: float | None) -> str:
     )
 
 
-def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
+def show(result: VerbResult) -> None:
     """Print the summary for people."""
+    if "ssp" in result:
+        print(f"SSP: {result['ssp']}")
+        return
+    ask: Couple = result.beside["ask"]
     torsion, axial = result["pulley"]["torsion_deg"], result["pulley"]["axial_um"]
     rows = [
         ("pulley torsion, peak to peak", f"{torsion['peak_to_peak']:.4f} deg"),
@@ -276,9 +306,7 @@ def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
         ),
         ("real-time factor", f"{result['real_time_factor']:.2f}"),
     ]
-    title = (
-        f"{options.engine}, {options.speed_rpm:g} rev/min: {options.scheme}, reconstruction {_reconstruction(options)}"
-    )
+    title = f"{result.beside['name']}, {ask.speed_rpm:g} rev/min: {ask.scheme}, reconstruction {_reconstruction(ask)}"
     show_rows(title, ("of the last cycle", "value"), rows)
     print(f"{result['steps']} communication steps, {result['refused_steps']} repeated; {result['sweeps']} sweeps")
     print(f"Result: {result['result']}")

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import argparse
 import signal
-from typing import TYPE_CHECKING, Any
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cranktrain.cli.console import number, say, stages
+from cranktrain.cli.console import say, stages
+from cranktrain.cli.functions import verb
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import between
 from cranktrain.core.user_file import ending
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from cranktrain_lab.explore.page import Explored
 
 DESCRIPTION = """\
@@ -30,26 +34,41 @@ network. Ctrl-C ends it (exit code 0). Needs the extra explore: pip install cran
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-    rpm = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
-    add("--from", dest="from_rpm", type=rpm, metavar="RPM",
-        help="first speed, rev/min (default: the engine's lowest)")  # fmt: skip
-    add("--to", dest="to_rpm", type=rpm, metavar="RPM", help="last speed, rev/min (default: the engine's highest)")
-    add("--measured", metavar="FILE", help="measured orders, laid over the computed ones; table of 'cranktrain "
-        "measured' or UFF 58")  # fmt: skip
-    add("--compare", metavar="OTHER", help="engine or result file of runup (.h5) that is shown beside")
-    add("--inside", metavar="FILE", help="cycle to look into: saved by the page, or a result file of simulate (.h5)")
-    add("--no-balance", dest="balance", action="store_false", help="without harmonic balance when a knob rests")
-    add("--port", type=number(0, 65535, "", int), default=0, metavar="N", help="port (default: a free one)")
-    add("--browser", action="store_true", help="open the page in the browser")
+@dataclass(frozen=True, kw_only=True)
+class Explore(Question):
+    """What a page shows, in a notebook or a browser."""
+
+    from_rpm: Annotated[
+        words.Rpm | None, Option("RPM", "first speed, rev/min (default: the engine's lowest)", "--from")
+    ] = None
+    to_rpm: Annotated[
+        words.Rpm | None, Option("RPM", "last speed, rev/min (default: the engine's highest)", "--to")
+    ] = None
+    measured: Annotated[
+        words.File | None,
+        Option("FILE", "measured orders, laid over the computed ones; table of 'cranktrain measured' or UFF 58"),
+    ] = None
+    compare: Annotated[
+        words.File | None, Option("OTHER", "engine or result file of runup (.h5) that is shown beside")
+    ] = None
+    inside: Annotated[
+        words.File | None, Option("FILE", "cycle to look into: saved by the page, or a result file of simulate (.h5)")
+    ] = None
+    balance: Annotated[bool, Option(help="without harmonic balance when a knob rests")] = True
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class ExplorePage(Explore):
+    """Question of :func:`explore_page`."""
+
+    port: Annotated[int, between(0, 65535, ""), Option("N", "port (default: a free one)")] = 0
+    browser: Annotated[bool, Option(help="open the page in the browser")] = False
+
+
+@verb(ExplorePage, DESCRIPTION)
+def explore_page(engine: str | Path | Engine, ask: ExplorePage) -> VerbResult:
     """Serve the page until Ctrl-C ends it, which is how it is meant to end."""
-    explored = explored_of(options.engine, options)
+    explored = explored_of(engine, ask)
     from cranktrain_lab.explore.server import serve
 
     address = ""
@@ -57,25 +76,29 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     def started(found: str) -> None:
         nonlocal address
         address = found
-        if options.json:
+        if "--json" in sys.argv:  # standard output is for one object
             say(found)
         else:
             print(f"{found}\nCtrl-C ends it.", flush=True)
-        if options.browser:
+        if ask.browser:
             import webbrowser
 
             webbrowser.open(found)
 
     try:
-        serve(explored, options.port, started)
+        serve(explored, ask.port, started)
     except KeyboardInterrupt as stop:
         if signal.SIGTERM in stop.args:
             raise
     say("cranktrain: explore ended")  # Panel may take the signal, and end the server by itself
-    return {"address": address}
+    return VerbResult.of({"address": address}, "explore")
 
 
-def explored_of(source: str | Path | Engine, options: argparse.Namespace) -> Explored:
+def show(found: VerbResult) -> None:
+    """The address was told when the page began."""
+
+
+def explored_of(source: str | Path | Engine, ask: Explore) -> Explored:
     """All that a page shows, with input checked before work; ``InputError``."""
     engine = load_engine(source)
     if isinstance(source, Engine):
@@ -90,21 +113,21 @@ def explored_of(source: str | Path | Engine, options: argparse.Namespace) -> Exp
     from cranktrain_lab.explore.balance import Balance
     from cranktrain_lab.explore.live import LiveTorsion, checked_speeds
 
-    ends = checked_speeds(engine, options.from_rpm, options.to_rpm)
-    measured = None if options.measured is None else read_measured_orders(options.measured)
+    ends = checked_speeds(engine, ask.from_rpm, ask.to_rpm)
+    measured = None if ask.measured is None else read_measured_orders(ask.measured)
     if measured is not None:
         check_speeds_measured(measured, *ends)
-    other = _other(options.compare, ends)
+    other = _other(ask.compare, ends)
     from cranktrain_lab.explore.inside.cycle import InsideCycle
 
-    inside = None if options.inside is None else InsideCycle.load(options.inside, engine)
+    inside = None if ask.inside is None else InsideCycle.load(ask.inside, engine)
     with stages(engine.name) as tell:
         live = LiveTorsion(engine, *ends, say=tell)
         for note in live.notes:
             say(f"cranktrain: note: {note}")
         beside = other if other is None or not isinstance(other[1], Engine) else (
             other[0], LiveTorsion(other[1], *ends, say=tell).answer(_nothing()))  # fmt: skip
-    return Explored(source, live, measured, Balance(live) if options.balance else None, beside, inside)
+    return Explored(source, live, measured, Balance(live) if ask.balance else None, beside, inside)
 
 
 def _nothing() -> Any:
@@ -113,7 +136,7 @@ def _nothing() -> Any:
     return Chosen()
 
 
-def _other(given: str | None, ends: tuple[float, float]) -> Any:
+def _other(given: str | Path | None, ends: tuple[float, float]) -> Any:
     """Title, and engine or run-up, of what is compared."""
     if given is None:
         return None

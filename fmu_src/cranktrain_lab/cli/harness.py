@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cranktrain.cli.console import bar, say, show_rows
+from cranktrain.cli.functions import Subject, verb
+from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import check_place, whole_file
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question, paths
 
 if TYPE_CHECKING:
     from cranktrain_lab.harness.entries import Harness, Scenario
@@ -27,17 +31,23 @@ is invalid.
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("file", metavar="FILE", help="path of a harness.toml")
-    add("--only", nargs="+", default=[], metavar="NAME", help="run only these, and those they are compared with")
-    add("--output", metavar="FOLDER", help="folder for a result file of each scenario (default: FILE_results)")
-    add("--junit", metavar="OUT.xml", help="write results as JUnit XML")
-    add("--html", metavar="OUT.html", help="write a report with plots, one file")
+FILE = Subject("file", "FILE", "path of a harness.toml")
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class RunHarness(Question):
+    """Question of :func:`harness`."""
+
+    only: Annotated[str | Sequence[str], Option("NAME", "run only these, and those they are compared with")] = ()
+    output: Annotated[
+        words.File | None, Option("FOLDER", "folder for a result file of each scenario (default: FILE_results)")
+    ] = None
+    junit: Annotated[words.File | None, Option("OUT.xml", "write results as JUnit XML")] = None
+    html: Annotated[words.File | None, Option("OUT.html", "write a report with plots, one file")] = None
+
+
+@verb(RunHarness, DESCRIPTION, FILE)
+def harness(file: str | Path, ask: RunHarness) -> VerbResult:
     """Check, build, run and judge; an interrupt keeps what is complete."""
     from cranktrain.results.figures import check_folder
     from cranktrain.store.hdf5 import RESULT
@@ -46,27 +56,25 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain_lab.harness.page import PAGE
     from cranktrain_lab.harness.running import checked_ports, chosen, judged, result_path
 
-    harness = load_harness(options.file)
-    scenarios = chosen(harness, options.only)
-    for path, kind in ((options.junit, JUNIT), (options.html, PAGE)):
+    asked = load_harness(file)
+    scenarios = chosen(asked, paths(ask.only))
+    for path, kind in ((ask.junit, JUNIT), (ask.html, PAGE)):
         if path is not None:
             check_place(Path(path), kind)
-    folder = Path(options.output or f"{harness.path.stem}_results")
+    folder = Path(ask.output or f"{asked.path.stem}_results")
     with tempfile.TemporaryDirectory(prefix="cranktrain-harness-") as scratch:
-        ports = checked_ports(harness, _descriptions(harness, Path(scratch)))
+        ports = checked_ports(asked, _descriptions(asked, Path(scratch)))
         check_folder(folder, "--output")
         for scenario in scenarios:
             check_place(result_path(folder, scenario), RESULT)
-        runs, interrupted = _runs(harness, scenarios, _fmus(harness, Path(scratch)), folder)
-    found = judged(harness, runs, ports)
-    _write(options, harness, found)
+        runs, interrupted = _runs(asked, scenarios, _fmus(asked, Path(scratch)), folder)
+    found = judged(asked, runs, ports)
+    _write(ask, asked, found)
     passed = all(one.passed for one in found) and not interrupted
     result = {"passed": passed, "scenarios": [one.as_dict() for one in found], "interrupted": interrupted}
-    if not options.json:
-        _show(harness, found)
     if interrupted:
         say(f"interrupted; {folder} holds the results of {len(runs)} of {len(scenarios)} scenarios")
-    return result
+    return VerbResult.of(result, "harness", title=asked.title, judged=found)
 
 
 def _descriptions(harness: Harness, folder: Path) -> dict[str, Path]:
@@ -116,23 +124,24 @@ def _runs(
     return found, False
 
 
-def _write(options: argparse.Namespace, harness: Harness, found: Sequence[Judged]) -> None:
+def _write(ask: RunHarness, harness: Harness, found: Sequence[Judged]) -> None:
     """Write JUnit XML and report where they are wanted."""
     from cranktrain_lab.harness.junit import JUNIT, junit
     from cranktrain_lab.harness.page import PAGE, page
 
-    if options.junit is not None:
-        with whole_file(options.junit, JUNIT) as temporary:
+    if ask.junit is not None:
+        with whole_file(ask.junit, JUNIT) as temporary:
             temporary.write_bytes(junit(harness.title, found))
-    if options.html is not None:
-        with whole_file(options.html, PAGE) as temporary:
+    if ask.html is not None:
+        with whole_file(ask.html, PAGE) as temporary:
             temporary.write_text(page(harness, found), encoding="utf-8")
 
 
-def _show(harness: Harness, found: Sequence[Judged]) -> None:
+def show(said: VerbResult) -> None:
     """Print the results for people."""
     from cranktrain_lab.harness.junit import found_text
 
+    found: Sequence[Judged] = said.beside["judged"]
     for one in found:
         verdict = "passed" if one.passed else "FAILED"
         rows = [
@@ -140,4 +149,4 @@ def _show(harness: Harness, found: Sequence[Judged]) -> None:
             for outcome in one.outcomes
         ]
         show_rows(f"{one.scenario.name}: {verdict}", ("verdict", "quantity", "expected", "found"), rows)
-    print(f"{harness.title}: {sum(one.passed for one in found)} of {len(found)} scenarios passed")
+    print(f"{said.beside['title']}: {sum(one.passed for one in found)} of {len(found)} scenarios passed")

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, of_words, say, show_rows
+from cranktrain.cli.console import Interrupted, labelled_bar, say, show_rows
+from cranktrain.cli.functions import verb, verb_of
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import between
 from cranktrain.engine.levels import CRANKS
+from cranktrain.engine.model import Engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 from cranktrain_lab.identification.tables import LEVELS, NEXT, NONE
 
 DESCRIPTION = """\
@@ -32,89 +39,92 @@ over noise        residual of an order over the noise; systematic ones have runs
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
-    add("measured", metavar="MEASURED", help="path of a .toml file of measured data and sought parameters")
-    add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
-    level = add("--level", default=LEVELS[1], metavar="LEVEL", help=f"last level: {', '.join(LEVELS)} "
-                f"(default {LEVELS[1]})")  # fmt: skip
-    of_words(level, LEVELS)
-    crank = add("--crank", default="torsional", metavar="LEVEL", help="crank of runs in time (default torsional)")
-    of_words(crank, CRANKS)
-    above = add(
-        "--above", default=NEXT, metavar="LEVEL",
-        help="crank above the fitted one, whose run in time says once what it would move: beam, solid, next that bends "
-        "(default), or none",
-    )  # fmt: skip
-    of_words(above, (NEXT, NONE, *CRANKS))
-    add(
-        "--settle", type=number(1e-8, 0.5, ""), default=1e-3, metavar="SHARE",
-        help="largest settling error of runs in time (default 0.001)",
-    )  # fmt: skip
-    add("--bootstrap", type=number(0, 100_000, "", int), default=400, metavar="N", help="draws (default 400)")
-    add("--no-profile", dest="profile", action="store_false", help="intervals by the covariance alone, which is faster")
-    add(
-        "--seed",
-        type=number(0, 2**32 - 1, "", int),
-        default=1,
-        metavar="N",
-        help="seed of starts and draws (default 1)",
+@dataclass(frozen=True)
+class Identify(Question):
+    """Question of :func:`identify`."""
+
+    measured: Annotated[
+        words.File, Option("MEASURED", "path of a .toml file of measured data and sought parameters", place=True)
+    ]
+    _: KW_ONLY
+    out: Annotated[words.File | None, Option("FILE", "engine file to write; an existing file is not overwritten")] = (
+        None
     )
+    level: Annotated[
+        Literal["linear", "harmonic-balance", "time"],
+        Option("LEVEL", f"last level: {', '.join(LEVELS)} (default {LEVELS[1]})", words=LEVELS),
+    ] = "harmonic-balance"
+    crank: Annotated[
+        words.CrankWord, Option("LEVEL", "crank of runs in time (default torsional)", words=CRANKS.keys)
+    ] = "torsional"
+    above: Annotated[
+        Literal["next", "none", "rigid", "torsional", "beam", "solid"],
+        Option(
+            "LEVEL",
+            "crank above the fitted one, whose run in time says once what it would move: beam, solid, next that bends "
+            "(default), or none",
+            words=(NEXT, NONE, *CRANKS),
+        ),
+    ] = "next"
+    settle: Annotated[
+        float, between(1e-8, 0.5, ""), Option("SHARE", "largest settling error of runs in time (default 0.001)")
+    ] = 1e-3
+    bootstrap: Annotated[int, between(0, 100_000, ""), Option("N", "draws (default 400)")] = 400
+    profile: Annotated[bool, Option(help="intervals by the covariance alone, which is faster")] = True
+    seed: Annotated[int, between(0, 2**32 - 1, ""), Option("N", "seed of starts and draws (default 1)")] = 1
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Identify, write the engine file, and print the report unless JSON is wanted."""
-    from cranktrain.cli.console import one_of
-    from cranktrain_lab.identification.identify import Request, identify, read_measured_file
+@verb(Identify, DESCRIPTION)
+def identify(named: str | Path | Engine, ask: Identify) -> VerbResult:
+    """Identify, and write the engine file."""
+    from cranktrain_lab.identification import identify as study
     from cranktrain_lab.identification.ladder import Ask
 
-    one_of("--level", options.level, LEVELS)
-    one_of("--crank", options.crank, CRANKS)
-    one_of("--above", options.above, (NEXT, NONE, *CRANKS))
-    read, _ = read_measured_file(options.measured)
+    read, _ = study.read_measured_file(ask.measured)
     if read.targets and not read.has_sets:
-        return _calibrated(options)
+        return _calibrated(named, ask)
     with labelled_bar("identify") as (tell, follow):
-        report = identify(
-            options.engine, options.measured, options.out,
-            request=Request(
-                Ask(options.level, options.crank, options.settle, options.seed, options.above),
-                options.bootstrap, options.profile,
+        report = study.identify(
+            named, ask.measured, ask.out,
+            request=study.Request(
+                Ask(ask.level, ask.crank, ask.settle, ask.seed, ask.above), ask.bootstrap, ask.profile
             ),
             say=tell, follow=lambda share, cost: follow(share),
         )  # fmt: skip
-    if not options.json:
-        _show(report)
     if report["refused"]:
-        raise InputError(f"{options.out}: not written; the values found are not a valid engine: {report['refused']}")
+        raise InputError(f"{ask.out}: not written; the values found are not a valid engine: {report['refused']}")
     if report["interrupted"]:
         kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
         raise Interrupted(f"interrupted; {kept}")
-    return report
+    return VerbResult.of(report, "identify")
 
 
-def _calibrated(options: argparse.Namespace) -> dict[str, Any]:
+def _calibrated(named: str | Path | Engine, ask: Identify) -> VerbResult:
     """A file of targets alone: the calibration, by the same search and with its report."""
     from cranktrain_lab.cli import calibrate
     from cranktrain_lab.identification.targets_alone import with_confidence
 
-    given = argparse.Namespace(
-        engine=options.engine, targets=options.measured, out=options.out, seed=options.seed, evaluations=20000,
-        json=options.json,
-    )  # fmt: skip
-    report = with_confidence(calibrate.run(given))
-    if not options.json:
-        rows = [
-            (p["key"], f"{p['value']:.4g}", p["unit"],
-             "" if p["deviation_percent"] is None else f"{p['deviation_percent']:.2g} %")
-            for p in report["parameters"]
-        ]  # fmt: skip
-        show_rows("What the targets say, tolerances as deviations", ("parameter", "found", "unit", "deviation"), rows)
-        for line in report["told_apart"]:
-            print(f"Not told apart: {line}")
-    return report
+    question = calibrate.Calibrate(ask.measured, out=ask.out, seed=ask.seed)
+    report = verb_of(calibrate.calibrate).function(named, question)
+    return VerbResult.of(with_confidence(report), "identify", calibrated=report)
+
+
+def show(report: VerbResult) -> None:
+    """Print the parameters found with their intervals, or those of a calibration."""
+    if "calibrated" not in report.beside:
+        _show(report)
+        return
+    from cranktrain_lab.cli import calibrate
+
+    calibrate.show(report.beside["calibrated"])
+    rows = [
+        (p["key"], f"{p['value']:.4g}", p["unit"],
+         "" if p["deviation_percent"] is None else f"{p['deviation_percent']:.2g} %")
+        for p in report["parameters"]
+    ]  # fmt: skip
+    show_rows("What the targets say, tolerances as deviations", ("parameter", "found", "unit", "deviation"), rows)
+    for line in report["told_apart"]:
+        print(f"Not told apart: {line}")
 
 
 def _show(report: dict[str, Any]) -> None:

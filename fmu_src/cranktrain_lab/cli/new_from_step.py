@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import number, say, stages
+from cranktrain.cli.console import say, stages
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:
+    from cranktrain.cli.new import NewEngine
     from cranktrain.studies.design.options import Equipment
     from cranktrain_lab.cad.step_engine import StepEngine
 
@@ -22,27 +22,9 @@ STATING = ("main_diameter_mm", "pin_diameter_mm", "mains", "pulley_end", "thrust
 """Options that state what a STEP file leaves open."""
 
 
-def add_step_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--step`` and the options that state what a STEP file leaves open."""
-    add = parser.add_argument_group("crankshaft from CAD").add_argument
-    add("--step", metavar="FILE", help="STEP file (.step, .stp) of the crankshaft alone, in any place and unit; layout "
-        "and stroke follow from it")  # fmt: skip
-    add("--main-diameter-mm", type=number(1.0, 5000.0, "mm"), metavar="MM", help="diameter of the main journals, where "
-        "other cylinders are taken for them")  # fmt: skip
-    add("--pin-diameter-mm", type=number(1.0, 5000.0, "mm"), metavar="MM", help="diameter of the pins, likewise")
-    add("--mains", type=number(2, 40, "main journals", int), metavar="N", help="number of main journals, as a check")
-    add("--pulley-end", metavar="END", help="end of the pulley in the file's axes: -x, +x, -y, +y, -z or +z (write "
-        "--pulley-end=-z)")  # fmt: skip
-    add("--thrust-main", type=number(1, 40, "", int), metavar="N", help="main journal of the thrust bearing (default "
-        "the middle one)")  # fmt: skip
-    add("--mesh-size-mm", type=number(0.1, 1000.0, "mm"), metavar="MM", help="largest element edge (default 0.17 of "
-        "the bore)")  # fmt: skip
-    add("--step-unit", metavar="UNIT", help="unit of the coordinates, where the file states a wrong one: mm, m, in")
-
-
-def check_no_step_options(options: argparse.Namespace) -> None:
+def check_no_step_options(ask: NewEngine) -> None:
     """Refuse options of a STEP file without one; ``InputError``."""
-    given = [key for key in STATING if getattr(options, key) is not None]
+    given = [key for key in STATING if getattr(ask, key) is not None]
     if given:
         raise InputError(f"--{given[0].replace('_', '-')} needs --step FILE; leave it out")
 
@@ -52,7 +34,7 @@ def step_files(name: str) -> tuple[Path, Path]:
     return Path(f"{name}_crank.msh"), Path(f"{name}_crank.png")
 
 
-def engine_of_step(options: argparse.Namespace, name: str, equipment: Equipment) -> StepEngine:
+def engine_of_step(ask: NewEngine, name: str, equipment: Equipment) -> StepEngine:
     """Find the crank in the STEP file, write engine file, mesh and picture."""
     from cranktrain.studies.design.rules import document
     from cranktrain_lab.cad.found_crank import write_crank_mesh
@@ -63,16 +45,16 @@ def engine_of_step(options: argparse.Namespace, name: str, equipment: Equipment)
 
     mesh, picture = step_files(name)
     check_place(mesh, MESH)
-    given = Given(options.main_diameter_mm, options.pin_diameter_mm, options.mains, options.pulley_end)
+    given = Given(ask.main_diameter_mm, ask.pin_diameter_mm, ask.mains, ask.pulley_end)
     stated = Stated(
-        options.layout, options.bank_angle_deg, _mm(options.bore_mm), _mm(options.stroke_mm), options.fuel,
-        rod=_mm(options.rod_mm), power=None if options.power_kw is None else 1e3 * options.power_kw,
-        rated=None if options.rated_rpm is None else options.rated_rpm * RPM, thrust_main=options.thrust_main,
-        mesh_size=_mm(options.mesh_size_mm),
+        ask.layout, ask.bank_angle_deg, _mm(ask.bore_mm), _mm(ask.stroke_mm), ask.fuel,
+        rod=_mm(ask.rod_mm), power=None if ask.power_kw is None else 1e3 * ask.power_kw,
+        rated=None if ask.rated_rpm is None else ask.rated_rpm * RPM, thrust_main=ask.thrust_main,
+        mesh_size=_mm(ask.mesh_size_mm),
     )  # fmt: skip
-    with stages(f"{name}: {options.step}") as stage:
+    with stages(f"{name}: {ask.step}") as stage:
         stage("surface")
-        solid = read_step(options.step, options.step_unit)
+        solid = read_step(str(ask.step), ask.step_unit)
         made = step_engine(find_crank(solid, given), stated)
         text = document(name, made.sizes, equipment).text
         stage("mesh")

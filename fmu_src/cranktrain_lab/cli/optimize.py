@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cranktrain.cli.console import Interrupted, say, show_rows
+from cranktrain.cli.functions import verb
 from cranktrain.core.errors import InputError
-from cranktrain_lab.cli.vary import add_study_options, means_of, under_bar
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option
+from cranktrain_lab.cli.vary import FILE, StudyRun, under_bar
 
 if TYPE_CHECKING:
     from cranktrain_lab.variants.optimum import Optimum
@@ -27,26 +31,28 @@ at a bound an optimum at the end of a range: a wider range may have a better one
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add_study_options(parser, "folder of the evaluations (default: STUDY_optimum)")
-    parser.add_argument("--engine-file", metavar="FILE", help="write the engine with the values found; not overwritten")
+@dataclass(frozen=True, kw_only=True)
+class OptimizeFile(StudyRun):
+    """Question of :func:`optimize_file`."""
+
+    output: Annotated[words.File | None, Option("FOLDER", "folder of the evaluations (default: STUDY_optimum)")] = None
+    engine_file: Annotated[
+        words.File | None, Option("FILE", "write the engine with the values found; not overwritten")
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Search, write the engine file, and print what was found unless JSON is wanted."""
+@verb(OptimizeFile, DESCRIPTION, FILE)
+def optimize_file(path: str | Path, ask: OptimizeFile) -> VerbResult:
+    """Search, and write the engine file."""
     from cranktrain_lab.variants.study import load_study
 
-    study = load_study(options.study)
-    target = check_engine_file(study, options.engine_file)
-    folder = Path(options.output or f"{study.name}_optimum")
-    said = found_optimum(study, folder, means_of(options), target)
-    if not options.json:
-        _show(study, said)
-    return said
+    study = load_study(path)
+    target = check_engine_file(study, ask.engine_file)
+    folder = Path(ask.output or f"{study.name}_optimum")
+    return VerbResult.of(found_optimum(study, folder, ask.means, target), "optimize")
 
 
-def check_engine_file(study: Study, path: str | None) -> Path | None:
+def check_engine_file(study: Study, path: str | Path | None) -> Path | None:
     """Place of the engine file; ``InputError`` where it exists, or where the study is of no engine."""
     if path is None:
         return None
@@ -111,7 +117,8 @@ def _write_engine(study: Study, found: Optimum, target: Path) -> None:
     say(f"{target} written")
 
 
-def _show(study: Study, said: dict[str, Any]) -> None:
+def show(said: VerbResult) -> None:
+    """Print the values found, and outputs before and after."""
     rows = [
         (one["key"], "-" if one["own"] is None else f"{one['own']:.5g}", f"{one['value']:.5g}", f"{one['low']:.5g}",
          f"{one['high']:.5g}", one["unit"], "at a bound" * one["at_bound"])

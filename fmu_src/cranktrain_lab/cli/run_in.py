@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show_rows
+from cranktrain.cli.console import Interrupted, labelled_bar, say, show_rows
+from cranktrain.cli.functions import verb, verb_of
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.typed_file import between
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.film.contact.wear import COEFFICIENT, END_GAP, RUN_IN_DEPTH, RUN_IN_ROUGHNESS
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import ANY, POSITIVE, Option, Question
+from cranktrain_lab.wear import run_in as study
+from cranktrain_lab.wear.history import INCREMENT
+from cranktrain_lab.wear.run_in import CYCLES, PASSES
 
 DESCRIPTION = """\
 Axial profile that the shells of the main bearings wear to at the lowest speed of full load.
@@ -41,84 +51,104 @@ OVER_TIME = (
 """Options of wear over time alone."""
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    from cranktrain.film.contact.wear import COEFFICIENT, END_GAP, RUN_IN_DEPTH, RUN_IN_ROUGHNESS
-    from cranktrain_lab.wear.history import INCREMENT
-    from cranktrain_lab.wear.run_in import CYCLES, PASSES
+@dataclass(frozen=True, kw_only=True)
+class OverTime(Question):
+    """Wear over time."""
 
-    add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
-    add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
-    add("--speed", dest="speed_rpm", type=number(1.0, 20_000.0, "rev/min"), metavar="N",
-        help="rev/min (default: lowest at full load)")  # fmt: skip
-    add("--crank", default="solid", metavar="LEVEL", help="solid (default) or beam")
-    add("--passes", type=number(1, 100, "", int), metavar="N", help=f"wear passes (default {PASSES})")
-    add(
-        "--cycles", type=number(1, 100, "", int), metavar="N",
-        help=f"cycles a pass (default {CYCLES}) or an increment (default 2), of which the last is read",
-    )  # fmt: skip
-    add = parser.add_argument_group("wear over time").add_argument
-    add("--hours", type=positive, metavar="H", help="hours of running")
-    add("--schedule", metavar="FILE", help="table of hours, speed_rpm, load")
-    add("--output", metavar="FILE.h5", help="history, which is kept and continued (default ENGINE_wear.h5)")
-    add("--table", metavar="FILE.csv", help="table of the history to write")
-    add("--plots", metavar="DIR", help="folder for pictures of profiles and of the history")
-    add(
-        "--wear-coefficient",
-        type=positive,
-        metavar="K",
-        help=f"Archard's k (default {COEFFICIENT:g}, to be calibrated)",
-    )
-    add("--end-gap", type=float, metavar="X", help=f"gap over roughness at which wear ends; inf: never ({END_GAP:g})")
-    add(
-        "--run-in-roughness",
-        type=positive,
-        metavar="X",
-        help=f"run-in over new roughness (default {RUN_IN_ROUGHNESS:g})",
-    )
-    add("--run-in-depth", type=positive, metavar="X", help=f"wear that smooths, over the roughness ({RUN_IN_DEPTH:g})")
-    add(
-        "--increment",
-        type=positive,
-        metavar="X",
-        help=f"wear of an increment over the roughness (default {INCREMENT:g})",
-    )
-    add("--alike", action="store_true", default=None, help="all shells have the deepest profile, as one ordered set")
-    add(
-        "--start",
-        choices=("straight", "engine"),
-        help="new shells: straight (default) or with the engine file's relief",
-    )
+    heading = "wear over time"
+    hours: Annotated[float | None, POSITIVE, Option("H", "hours of running")] = None
+    schedule: Annotated[words.File | None, Option("FILE", "table of hours, speed_rpm, load")] = None
+    output: Annotated[
+        words.File | None, Option("FILE.h5", "history, which is kept and continued (default ENGINE_wear.h5)")
+    ] = None
+    table: Annotated[words.File | None, Option("FILE.csv", "table of the history to write")] = None
+    plots: Annotated[words.File | None, Option("DIR", "folder for pictures of profiles and of the history")] = None
+    wear_coefficient: Annotated[
+        float | None, POSITIVE, Option("K", f"Archard's k (default {COEFFICIENT:g}, to be calibrated)")
+    ] = None
+    end_gap: Annotated[
+        float | None,
+        ANY,
+        Option("X", f"gap over roughness at which wear ends; inf: never ({END_GAP:g})"),
+    ] = None
+    run_in_roughness: Annotated[
+        float | None, POSITIVE, Option("X", f"run-in over new roughness (default {RUN_IN_ROUGHNESS:g})")
+    ] = None
+    run_in_depth: Annotated[
+        float | None, POSITIVE, Option("X", f"wear that smooths, over the roughness ({RUN_IN_DEPTH:g})")
+    ] = None
+    increment: Annotated[
+        float | None, POSITIVE, Option("X", f"wear of an increment over the roughness (default {INCREMENT:g})")
+    ] = None
+    alike: Annotated[bool | None, Option(help="all shells have the deepest profile, as one ordered set")] = None
+    start: Annotated[
+        Literal["straight", "engine"] | None,
+        Option(help="new shells: straight (default) or with the engine file's relief"),
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Wear, write the engine file, and print the figures unless JSON is wanted."""
-    if options.hours is not None or options.schedule is not None:
-        return _over_time(options)
-    given = [name for name in OVER_TIME if getattr(options, name) is not None]
+@dataclass(frozen=True, kw_only=True)
+class RunIn(OverTime):
+    """Question of :func:`run_in`."""
+
+    heading = ""
+    out: Annotated[words.File | None, Option("FILE", "engine file to write; an existing file is not overwritten")] = (
+        None
+    )
+    speed_rpm: Annotated[
+        float | None,
+        between(1.0, 20_000.0, "rev/min"),
+        Option("N", "rev/min (default: lowest at full load)", "--speed"),
+    ] = None
+    crank: Annotated[str, Option("LEVEL", "solid (default) or beam")] = "solid"
+    passes: Annotated[int | None, between(1, 100, ""), Option("N", f"wear passes (default {PASSES})")] = None
+    cycles: Annotated[
+        int | None,
+        between(1, 100, ""),
+        Option("N", f"cycles a pass (default {CYCLES}) or an increment (default 2), of which the last is read"),
+    ] = None
+
+
+@verb(RunIn, DESCRIPTION)
+def run_in(named: str | Path | Engine, ask: RunIn) -> VerbResult:
+    """Wear the shells, and write the engine file."""
+    if ask.hours is not None or ask.schedule is not None:
+        return _over_time(named, ask)
+    given = [name for name in OVER_TIME if getattr(ask, name) is not None]
     if given:
         raise InputError(f"--{given[0].replace('_', '-')} is of wear over time; give --hours or --schedule as well")
-    from cranktrain_lab.wear.run_in import CYCLES, PASSES, run_in
-
     with labelled_bar("run-in") as (tell, follow):
-        found = run_in(
-            options.engine, options.out, speed_rpm=options.speed_rpm, crank=options.crank,
-            passes=options.passes or PASSES, cycles=options.cycles or CYCLES, say=tell, follow=follow,
+        found = study.run_in(
+            named, ask.out, speed_rpm=ask.speed_rpm, crank=ask.crank,
+            passes=ask.passes or PASSES, cycles=ask.cycles or CYCLES, say=tell, follow=follow,
         )  # fmt: skip
-    if not options.json:
+    return VerbResult.of(found, "run-in", written=[found["file"]] if found["file"] else [])
+
+
+def answer(engine: str, ask: RunIn) -> VerbResult:
+    """The same; a history is kept where no file is named."""
+    if (ask.hours is not None or ask.schedule is not None) and ask.output is None:
+        ask = replace(ask, output=f"{load_engine(engine).name}_wear.h5")
+    found: VerbResult = verb_of(run_in).function(engine, ask)
+    return found
+
+
+def show(found: VerbResult) -> None:
+    """Print the relief found, or the figures of a history, and the files written."""
+    if "hours" in found:
+        _show(found)
+    else:
         print(
             f"{found['engine']}, {found['speed_rpm']:g} rev/min: relief {found['relief_depth_um']:.2f} um over "
             f"{found['relief_share']:.2f} of each half width, exponent {found['relief_exponent']:.2f} "
             f"(fitted within {found['fit_error_um']:.2f} um)"
         )
         print("Least gap by pass: " + ", ".join(f"{gap:.2f}" for gap in found["least_gap_um"]) + " um")
-        if found["file"]:
-            say(f"{found['file']} written")
-    return found
+    for name in found.beside["written"]:
+        say(f"{name} written")
 
 
-def _over_time(options: argparse.Namespace) -> dict[str, Any]:
+def _over_time(named: str | Path | Engine, ask: RunIn) -> VerbResult:
     """Wear over time."""
     from cranktrain.film.contact.wear import WearLaw
     from cranktrain.results.figures import check_folder
@@ -128,43 +158,40 @@ def _over_time(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain_lab.wear.records import TABLE
     from cranktrain_lab.wear.result import run_in_over_time
 
-    if options.passes is not None:
+    if ask.passes is not None:
         raise InputError("--passes does not go with --hours or --schedule; leave it out")
-    law = {"coefficient": options.wear_coefficient, "end_gap": options.end_gap,
-           "run_in_roughness": options.run_in_roughness, "run_in_depth": options.run_in_depth}  # fmt: skip
-    chosen = {"increment": options.increment, "alike": options.alike, "cycles": options.cycles}
+    law = {"coefficient": ask.wear_coefficient, "end_gap": ask.end_gap,
+           "run_in_roughness": ask.run_in_roughness, "run_in_depth": ask.run_in_depth}  # fmt: skip
+    chosen: dict[str, Any] = {"increment": ask.increment, "alike": ask.alike, "cycles": ask.cycles}
     choices = Choices(
         law=WearLaw(**{name: value for name, value in law.items() if value is not None}),
-        crank=options.crank, straight=options.start != "engine",
+        crank=ask.crank, straight=ask.start != "engine",
         **{name: value for name, value in chosen.items() if value is not None},
     )  # fmt: skip
-    output = options.output or f"{load_engine(options.engine).name}_wear.h5"
-    if options.table:
-        check_place(options.table, TABLE)
-    if options.plots:
-        check_folder(Path(options.plots), "--plots", PICTURES)
-    kept = f"{output} keeps the increments that were finished; run the same command again to go on from there"
+    if ask.table:
+        check_place(ask.table, TABLE)
+    if ask.plots:
+        check_folder(Path(ask.plots), "--plots", PICTURES)
+    kept = f"{ask.output} keeps the increments that were finished; run the same command again to go on from there"
+    if ask.output is None:
+        kept = "nothing was kept"
     try:
         with labelled_bar("run-in") as (tell, follow):
             history, found = run_in_over_time(
-                options.engine, options.hours, options.schedule, speed_rpm=options.speed_rpm, choices=choices,
-                output=output, out=options.out, say=tell, follow=follow,
+                named, ask.hours, ask.schedule, speed_rpm=ask.speed_rpm, choices=choices,
+                output=ask.output, out=ask.out, say=tell, follow=follow,
             )  # fmt: skip
     except KeyboardInterrupt:
         raise Interrupted(f"interrupted; {kept}") from None
     except SolverError as error:
         raise SolverError(f"{error}; {kept}") from None
-    written = [output]
-    if options.table:
-        written.append(str(history.write_table(options.table)))
-    if options.plots:
+    written = [str(ask.output)] if ask.output is not None else []
+    if ask.table:
+        written.append(str(history.write_table(ask.table)))
+    if ask.plots:
         title = f"{found['engine']}, {found['hours']:.4g} h"
-        written += map(str, save_wear_pictures(Path(options.plots), history, title))
-    if not options.json:
-        _show(found)
-        for name in [*written, *([found["file"]] if found["file"] else [])]:
-            say(f"{name} written")
-    return found
+        written += map(str, save_wear_pictures(Path(ask.plots), history, title))
+    return VerbResult.of(found, "run-in", written=[*written, *([found["file"]] if found["file"] else [])])
 
 
 def _show(found: dict[str, Any]) -> None:

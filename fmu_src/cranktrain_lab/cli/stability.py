@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 import os
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from cranktrain.cli.console import Interrupted, bars, number, one_of, show
+from cranktrain.cli import console
+from cranktrain.cli.console import Interrupted, bars, one_of
+from cranktrain.cli.functions import verb_alone
 from cranktrain.core.errors import InputError
+from cranktrain.core.typed_file import between
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.tables import Table
+from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import check_place, marked, whole_file
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 PAGE = marked("page of cranktrain's stability maps", "cranktrain stability")
 DESCRIPTION = """\
@@ -27,61 +34,73 @@ points          points of a boundary: [column value, row value]
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("--map", metavar="NAME", action="append", help="this map only (may be given more than once)")
-    add("--quick", action="store_true", help="coarse maps: all of them within three minutes")
-    add("--output", metavar="FOLDER", default="out/stability", help="folder for pictures (default out/stability)")
-    add("--page", metavar="FILE.md", help="also write the maps with their explanations as one page")
-    add("--rebuild", action="store_true", help="compute even maps that are kept")
-    add("--jobs", type=number(1, 256, "processes", int), metavar="N", help="processes (default: as many as processors)")
+@dataclass(frozen=True, kw_only=True)
+class Stability(Question):
+    """Question of :func:`stability`."""
+
+    map: Annotated[
+        Sequence[str] | None, Option("NAME", "this map only (may be given more than once)", repeated=True)
+    ] = None
+    quick: Annotated[bool, Option(help="coarse maps: all of them within three minutes")] = False
+    output: Annotated[words.File, Option("FOLDER", "folder for pictures (default out/stability)")] = "out/stability"
+    page: Annotated[words.File | None, Option("FILE.md", "also write the maps with their explanations as one page")] = (
+        None
+    )
+    rebuild: Annotated[bool, Option(help="compute even maps that are kept")] = False
+    jobs: Annotated[
+        int | None, between(1, 256, "processes"), Option("N", "processes (default: as many as processors)")
+    ] = None
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Compute or read the maps, draw them, and print a table unless JSON is wanted."""
+@verb_alone(Stability, DESCRIPTION)
+def stability(ask: Stability) -> VerbResult:
+    """Compute or read the maps, and draw them."""
     from cranktrain.results.figures import check_folder
     from cranktrain_lab.stability import MAPS
 
-    names = list(dict.fromkeys(options.map or MAPS))
+    names = list(dict.fromkeys(ask.map or MAPS))
     for name in names:
         one_of("--map", name, MAPS)
-    if options.page is not None and not Path(options.page).parent.is_dir():
-        raise InputError(f"--page {options.page}: there is no folder {Path(options.page).parent}; make it first")
-    if options.page is not None:
-        check_place(options.page, PAGE)
-    folder = Path(options.output)
+    if ask.page is not None and not Path(ask.page).parent.is_dir():
+        raise InputError(f"--page {ask.page}: there is no folder {Path(ask.page).parent}; make it first")
+    if ask.page is not None:
+        check_place(ask.page, PAGE)
+    folder = Path(ask.output)
     check_folder(folder, "--output", [f"{name}{ending}" for name in names for ending in (".png", ".svg")])
     from cranktrain_lab.stability.draw import save_map
     from cranktrain_lab.stability.kept_maps import maps
-    from cranktrain_lab.stability.page import shown_deviation
     from cranktrain_lab.stability.stability_map import as_record
 
     found, pictures, records = {}, {}, {}
     try:
         with bars("stability", names) as tell:
-            computed = maps(names, options.quick, rebuild=options.rebuild, workers=options.jobs, progress=tell)
+            computed = maps(names, ask.quick, rebuild=ask.rebuild, workers=ask.jobs, progress=tell)
             for one, seconds in computed:
                 tell(one.name, f"{seconds:.0f} s" if seconds else "kept", 1.0)
                 found[one.name] = one
                 pictures[one.name] = save_map(folder, one)
     except KeyboardInterrupt:
         raise Interrupted("interrupted; finished maps are kept, repeat the command to continue") from None
-    if options.page is not None:
-        _write_page(Path(options.page), [found[name] for name in names], [pictures[name][0] for name in names])
+    if ask.page is not None:
+        _write_page(Path(ask.page), [found[name] for name in names], [pictures[name][0] for name in names])
     for name in names:
         records[name] = {**as_record(found[name]), "picture": str(pictures[name][0])}
-    if not options.json:
-        rows = []
-        for name in names:
-            one = found[name]
-            bounds = "; ".join(b.label for b in one.theory) or NOTHING
-            rows.append((name, f"{one.columns.label} x {one.rows.label}", bounds, shown_deviation(one)))
-        show(Table("Where methods fail", ("map", "of", "theory", "found against theory"), tuple(rows)))
-        for name in names:
-            print(f"\n{found[name].title} ({pictures[name][0]})")
-            print(found[name].explanation.strip())
-    return {"maps": records}
+    return VerbResult.of({"maps": records}, "stability", shown=[found[name] for name in names])
+
+
+def show(said: VerbResult) -> None:
+    """Print a table of all maps, and what each explains."""
+    from cranktrain_lab.stability.page import shown_deviation
+
+    found = said.beside["shown"]
+    rows = []
+    for one in found:
+        bounds = "; ".join(b.label for b in one.theory) or NOTHING
+        rows.append((one.name, f"{one.columns.label} x {one.rows.label}", bounds, shown_deviation(one)))
+    console.show(Table("Where methods fail", ("map", "of", "theory", "found against theory"), tuple(rows)))
+    for one in found:
+        print(f"\n{one.title} ({said['maps'][one.name]['picture']})")
+        print(one.explanation.strip())
 
 
 def _write_page(path: Path, maps: list[Any], pictures: list[Path]) -> None:

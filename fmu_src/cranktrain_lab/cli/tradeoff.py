@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, show_rows
+from cranktrain.cli.functions import verb_alone
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
+from cranktrain.studies.scene import Scene
 
 DESCRIPTION = """\
 Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.
@@ -36,46 +41,56 @@ Finished runs are kept in the cache; repeat the command to continue after an int
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("scene", nargs="?", metavar="SCENE", help="scene file (.toml) in place of the usual scenes")
-    add("--family", action="append", metavar="NAME", help="measure this family only; may be given several times")
-    add("--total", action="store_true", help="total error of levels and steps against the best model, and its parts")
-    add("--quick", action="store_true", help="fewer points, one scene, one run each: under three minutes")
-    add("--output", default="out/tradeoff", metavar="FOLDER", help="charts and tables (out/tradeoff)")
+@dataclass(frozen=True)
+class TradeOff(Question):
+    """Question of :func:`tradeoff`."""
+
+    scene: Annotated[
+        words.File | Scene | None, Option("SCENE", "scene file (.toml) in place of the usual scenes", place=True)
+    ] = None
+    _: KW_ONLY
+    family: Annotated[
+        Sequence[str] | None, Option("NAME", "measure this family only; may be given several times", repeated=True)
+    ] = None
+    total: Annotated[bool, Option(help="total error of levels and steps against the best model, and its parts")] = False
+    quick: Annotated[bool, Option(help="fewer points, one scene, one run each: under three minutes")] = False
+    output: Annotated[words.File, Option("FOLDER", "charts and tables (out/tradeoff)")] = "out/tradeoff"
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Measure, write the files, and print a table unless JSON is wanted."""
-    if options.total:
-        return _total(options)
+@verb_alone(TradeOff, DESCRIPTION)
+def tradeoff(ask: TradeOff) -> VerbResult:
+    """Measure, and write the files."""
+    if ask.total:
+        return _total(ask)
     from cranktrain.results.figures import check_folder
     from cranktrain.structure.fem.factor import one_thread
     from cranktrain_lab.tradeoff.choice import choice_text
     from cranktrain_lab.tradeoff.files import write_files
     from cranktrain_lab.tradeoff.study import chosen_families, default_scenes, scenes_of, study
 
-    families = chosen_families(options.family, options.quick)
-    scenes = default_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
-    folder = Path(options.output)
+    families = chosen_families(ask.family, ask.quick)
+    scenes = default_scenes(ask.quick) if ask.scene is None else scenes_of(ask.scene, ask.quick)
+    folder = Path(ask.output)
     check_folder(folder, "--output")
     with _counted() as (say, advance), one_thread():
-        found = study(scenes, families, options.quick, say=say, progress=advance)
+        found = study(scenes, families, ask.quick, say=say, progress=advance)
     written = write_files(found, folder)
-    if not options.json:
-        for scene in scenes:
-            rows = [_row(point) for point in found.points if point.pareto and point.parameters["scene"] == scene.name]
-            show_rows(
-                f"{scene.name}: Pareto fronts", ("choice", "error against", "s/s", "torsion", "axial", "film"), rows
-            )
-        print(choice_text(found), end="")
-        print("Written: " + ", ".join(str(path) for path in written))
-    return {**found.as_dict(), "files": [str(path) for path in written]}
+    said = {**found.as_dict(), "files": [str(path) for path in written]}
+    return VerbResult.of(said, "tradeoff", text=choice_text(found), points=found.points, scenes=scenes)
 
 
-def _total(options: argparse.Namespace) -> dict[str, Any]:
-    """Measure total errors, write the files, and print the tables unless JSON is wanted."""
+def show(said: VerbResult) -> None:
+    """Print the Pareto fronts, which choice to take, and the files."""
+    for scene in said.beside.get("scenes", ()):
+        points = [one for one in said.beside["points"] if one.pareto and one.parameters["scene"] == scene.name]
+        header = ("choice", "error against", "s/s", "torsion", "axial", "film")
+        show_rows(f"{scene.name}: Pareto fronts", header, [_row(point) for point in points])
+    print(said.beside["text"], end="")
+    print("Written: " + ", ".join(said["files"]))
+
+
+def _total(ask: TradeOff) -> VerbResult:
+    """Measure total errors, and write the files."""
     from cranktrain.core.errors import InputError
     from cranktrain.results.figures import check_folder
     from cranktrain.structure.fem.factor import one_thread
@@ -84,18 +99,17 @@ def _total(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain_lab.tradeoff.total.files import document, write_files
     from cranktrain_lab.tradeoff.total.study import total_scenes, total_study
 
-    if options.family:
+    if ask.family:
         raise InputError("--family does not go with --total; leave one out")
-    scenes = total_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
-    folder = Path(options.output)
+    scenes = total_scenes(ask.quick) if ask.scene is None else scenes_of(ask.scene, ask.quick)
+    folder = Path(ask.output)
     check_folder(folder, "--output")
     with _counted() as (say, advance), one_thread():
-        found = total_study(scenes, options.quick, say=say, progress=advance)
+        found = total_study(scenes, ask.quick, say=say, progress=advance)
     written = write_files(found, folder)
-    if not options.json:
-        print(choice_text(found), end="")
-        print("Written: " + ", ".join(str(path) for path in written))
-    return {**document(found), "files": [str(path) for path in written]}
+    return VerbResult.of(
+        {**document(found), "files": [str(path) for path in written]}, "tradeoff", text=choice_text(found)
+    )
 
 
 @contextmanager

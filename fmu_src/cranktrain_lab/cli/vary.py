@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show_rows
+from cranktrain.cli.console import Interrupted, labelled_bar, say, show_rows
+from cranktrain.cli.functions import Subject, verb
 from cranktrain.core.errors import SolverError
+from cranktrain.core.typed_file import between
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question
 
 if TYPE_CHECKING:
     from cranktrain_lab.variants.results.variants import Variants
@@ -30,41 +35,49 @@ depends on        values by their total Sobol index (design sensitivity), else b
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add_study_options(parser, "folder of the variants (default: STUDY_variants); its picture is FOLDER.png")
+FILE = Subject("study", "STUDY.toml", "path of a study .toml file")
 
 
-def add_study_options(parser: argparse.ArgumentParser, output: str) -> None:
-    """Add the study and what says how it is run; ``output`` is the help of that option."""
-    add = parser.add_argument
-    add("study", metavar="STUDY.toml", help="path of a study .toml file")
-    add("--output", metavar="FOLDER", help=output)
-    add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
-    add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
-    add("--anew", action="store_true", help="replace the folder of another study, and run all variants again")
-
-
-def means_of(options: argparse.Namespace) -> Means:
+@dataclass(frozen=True, kw_only=True)
+class StudyRun(Question):
     """How a study is run."""
-    from cranktrain_lab.variants.running import Means
 
-    return Means(options.workers, options.scheduler, options.anew)
+    workers: Annotated[int | None, between(1, 1024, ""), Option("N", "processes (default: one a processor)")] = None
+    scheduler: Annotated[
+        str | None, Option("ADDRESS", "run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
+    ] = None
+    anew: Annotated[bool, Option(help="replace the folder of another study, and run all variants again")] = False
+
+    @property
+    def means(self) -> Means:
+        """How a study is run, for what runs it."""
+        from cranktrain_lab.variants.running import Means
+
+        return Means(self.workers, self.scheduler, self.anew)
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Run the variants that the folder does not hold, and show what all of them say."""
+@dataclass(frozen=True, kw_only=True)
+class VaryFile(StudyRun):
+    """Question of :func:`vary_file`."""
+
+    output: Annotated[
+        words.File | None,
+        Option("FOLDER", "folder of the variants (default: STUDY_variants); its picture is FOLDER.png"),
+    ] = None
+
+
+@verb(VaryFile, DESCRIPTION, FILE)
+def vary_file(path: str | Path, ask: VaryFile) -> VerbResult:
+    """Run the variants that the folder does not hold, and say what all of them show."""
     from cranktrain_lab.variants.study import load_study
 
-    study = load_study(options.study)
-    folder = Path(options.output or f"{study.name}_variants")
-    variants, outcome = found_variants(study, folder, means_of(options))
+    study = load_study(path)
+    folder = Path(ask.output or f"{study.name}_variants")
+    variants, outcome = found_variants(study, folder, ask.means)
     picture = folder.with_name(f"{folder.name}.png")
     variants.plot(path=picture)
     said = report(variants, outcome) | {"result": str(folder), "picture": str(picture)}
-    if not options.json:
-        _show(variants, said)
-    return said
+    return VerbResult.of(said, "vary", variants=variants)
 
 
 def found_variants(study: Study, folder: Path, means: Means) -> tuple[Variants, Outcome]:
@@ -140,7 +153,9 @@ def _counted(reasons: Any) -> dict[str, int]:
     return counts
 
 
-def _show(variants: Variants, said: dict[str, Any]) -> None:
+def show(said: VerbResult) -> None:
+    """Print percentiles, failures and the front."""
+    variants: Variants = said.beside["variants"]
     header = ("output", "unit", "5 %", "50 %", "95 %", "depends on")
     show_rows(f"{said['engine']}: {said['variants']} variants, {variants.about['method']}", header, variants.rows)
     if said["reasons"]:

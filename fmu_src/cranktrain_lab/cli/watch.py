@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Annotated, Literal
 
-from cranktrain.cli.console import number, of_words, show_rows
+from cranktrain.cli.console import labelled_bar, show_rows
+from cranktrain.cli.functions import verb
+from cranktrain.core.typed_file import between
+from cranktrain.engine.model import Engine
+from cranktrain.results.views.found import VerbResult
+from cranktrain.studies.requests import words
+from cranktrain.studies.requests.fields import Option, Question, paths
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, LINEAR
 from cranktrain_lab.cli.measured import order_range
 from cranktrain_lab.watch.model import OUTPUTS
@@ -26,50 +34,54 @@ taken for   causes that this one is mistaken for at least once in 20
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's options."""
-    add = parser.add_argument
-    add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
-    add("measured", nargs="+", metavar="MEASURED", help="files of orders, one a recording; several are averaged")
-    add("--healthy", nargs="+", required=True, metavar="FILE", help="recordings of the healthy engine, three or more")
-    output = add("--output", default=OUTPUTS[0], metavar="NAME", help=f"watched output: {', '.join(OUTPUTS)} "
-                 f"(default {OUTPUTS[0]})")  # fmt: skip
-    of_words(output, OUTPUTS)
-    add("--orders", type=order_range, default=[], metavar="LIST", help="orders that count (default: all)")
-    add(
-        "--false-alarms", type=number(1e-3, 0.5, ""), default=0.01, metavar="RATE",
-        help="fraction of healthy recordings that may raise an alarm (default 0.01)",
+@dataclass(frozen=True)
+class Watch(Question):
+    """Question of :func:`watch`."""
+
+    measured: Annotated[
+        words.File | Sequence[words.File],
+        Option("MEASURED", "files of orders, one a recording; several are averaged", place=True),
+    ]
+    _: KW_ONLY
+    healthy: Annotated[
+        words.File | Sequence[words.File], Option("FILE", "recordings of the healthy engine, three or more")
+    ]
+    output: Annotated[
+        Literal["pulley.torsion", "flywheel.torsion", "twist"],
+        Option("NAME", f"watched output: {', '.join(OUTPUTS)} (default {OUTPUTS[0]})", words=OUTPUTS),
+    ] = "pulley.torsion"
+    orders: Annotated[words.OrdersOf, Option("LIST", "orders that count (default: all)", convert=order_range)] = ()
+    false_alarms: Annotated[
+        float,
+        between(1e-3, 0.5, ""),
+        Option("RATE", "fraction of healthy recordings that may raise an alarm (default 0.01)"),
+    ] = 0.01
+    load: Annotated[float, between(0.0, 2.0, ""), Option("SHARE", "of the full-load burn (default 1)")] = 1.0
+    level: Annotated[
+        Literal["linear", "harmonic-balance"],
+        Option("LEVEL", f"of the model: {', '.join(RULES)} (default {HARMONIC_BALANCE})", words=RULES),
+    ] = "harmonic-balance"
+    damper: Annotated[bool, Option(help="the engine runs without its damper")] = True
+    inherit: Annotated[bool, Option(help="crank with its structural damping alone")] = True
+    seed: Annotated[int, between(0, 2**32 - 1, ""), Option("N", "seed of the draws (default 1)")] = 1
+
+
+@verb(Watch, DESCRIPTION)
+def watch(named: str | Path | Engine, ask: Watch) -> VerbResult:
+    """Watch."""
+    from cranktrain_lab.watch import watch as study
+
+    chosen = study.Request(
+        ask.output, words.orders_of(ask.orders), ask.false_alarms, ask.load, ask.damper, ask.level, ask.inherit,
+        ask.seed,
     )  # fmt: skip
-    add("--load", type=number(0.0, 2.0, ""), default=1.0, metavar="SHARE", help="of the full-load burn (default 1)")
-    level = add("--level", default=HARMONIC_BALANCE, metavar="LEVEL", help=f"of the model: {', '.join(RULES)} "
-                f"(default {HARMONIC_BALANCE})")  # fmt: skip
-    of_words(level, RULES)
-    add("--no-damper", dest="damper", action="store_false", help="the engine runs without its damper")
-    add("--no-inherit", dest="inherit", action="store_false", help="crank with its structural damping alone")
-    add("--seed", type=number(0, 2**32 - 1, "", int), default=1, metavar="N", help="seed of the draws (default 1)")
-
-
-def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Watch, and print the report unless JSON is wanted."""
-    from cranktrain.cli.console import labelled_bar, one_of
-    from cranktrain_lab.watch.watch import Request, watch
-
-    one_of("--output", options.output, OUTPUTS)
-    one_of("--level", options.level, RULES)
     with labelled_bar("watch") as (tell, follow):
-        report = watch(
-            options.engine, options.measured, options.healthy,
-            Request(
-                options.output, options.orders, options.false_alarms, options.load, options.damper, options.level,
-                options.inherit, options.seed,
-            ), tell, follow,
-        )  # fmt: skip
-    if not options.json:
-        _show(report)
-    return report
+        report = study.watch(named, paths(ask.measured), paths(ask.healthy), chosen, tell, follow)
+    return VerbResult.of(report, "watch")
 
 
-def _show(report: dict[str, Any]) -> None:
+def show(report: VerbResult) -> None:
+    """Print the causes, the likeliest first."""
     rows = [
         (
             row["defect"], f"{row['statistic']:.3g}", f"{row['severity']:.2f}", f"{100.0 * row['probability']:.0f} %",

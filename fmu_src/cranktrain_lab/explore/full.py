@@ -39,10 +39,9 @@ class FullRun:
         """Return the request of the first speed."""
         from cranktrain.studies.constant_speed import Request
 
-        return Request(
-            speed_rpm=self.speeds[0] / RPM, settle=SETTLE, crank=self.crank, bearings=self.bearings,
-            big_ends=self.big_ends, damper=self.engine.damper is not None, load=self.load,
-        )  # fmt: skip
+        levels: dict[str, Any] = {"crank": self.crank, "bearings": self.bearings, "big_ends": self.big_ends}
+        fitted = self.engine.damper is not None
+        return Request(speed_rpm=self.speeds[0] / RPM, settle=SETTLE, damper=fitted, load=self.load, **levels)
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
         """Run all speeds into a run-up file. Return a remark on the first speed without a result, if any."""

@@ -20,9 +20,9 @@ from cranktrain.core.types import Array, Progress
 from cranktrain.core.units import RPM
 from cranktrain.core.user_file import read_toml, user_path
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import new_path
+from cranktrain.store.engine_text import EngineText, engine_text, new_path
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification import checks
@@ -72,7 +72,7 @@ def read_measured_file(path: str | Path) -> tuple[MeasuredTable, Path]:
 
 
 def identify(
-    engine: str | Path, measured: str | Path, out: str | Path | None = None, *, request: Request | None = None,
+    engine: str | Path | Engine, measured: str | Path, out: str | Path | None = None, *, request: Request | None = None,
     say: Progress = lambda stage: None, follow: Follow = lambda share, cost: None,
 ) -> dict[str, Any]:  # fmt: skip
     """Identify engine parameters from a measured file, return a report for JSON, and write engine file ``out``, if any.
@@ -90,7 +90,7 @@ def identify(
     request = request or Request(Ask())
     _ = request.ask.crank_above  # raises InputError before the long work begins
     read, place = read_measured_file(measured)
-    base, path = load_engine(engine), engine_path(engine)
+    base, old = load_engine(engine), engine_text(engine)
     new = new_path(Path(out)) if out is not None else None
     try:
         with one_thread():
@@ -99,7 +99,7 @@ def identify(
             if request.ask.level == TIME:
                 checks.check_crank(base, read.parameters, request.ask.crank)
             model, comparison = prepared(base, read, place, say)
-            text = partial(_text, path, base, model, place.name)
+            text = partial(_text, old, base, model, place.name)
             if new is not None:
                 text([parameter_of_start(one) for one in model.sought])  # raises InputError before the long search
             check = partial(checks.check_estimate, comparison, remedy=partial(remedy_for, model, comparison))
@@ -116,7 +116,7 @@ def identify(
     # If the file cannot be written, the report of the long search is returned all the same.
     try:
         found_text = text(report["parameters"], interrupted=report["interrupted"])
-        write_identified(new, found_text, path.parent, model.sought, report["parameters"])
+        write_identified(new, found_text, old.folder, model.sought, report["parameters"])
         report["file"] = str(new)
     except (InputError, StoreError) as error:
         report["refused"] = str(error)
@@ -124,13 +124,12 @@ def identify(
 
 
 def _text(
-    path: Path, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
+    old: EngineText, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
     *, interrupted: bool = False,
 ) -> str:  # fmt: skip
     """Return the engine file's text with the values of ``rows``; ``InputError`` if a value cannot be inserted."""
     engine = replace(base, damping=model.engine.damping)
-    old = path.read_text("utf-8")
-    return identified_text(old, engine, model.sought, rows, data, path.name, interrupted=interrupted)
+    return identified_text(old.text, engine, model.sought, rows, data, old.name, interrupted=interrupted)
 
 
 def parameter_of_start(one: Sought) -> dict[str, Any]:

@@ -12,8 +12,7 @@ from tempfile import TemporaryDirectory, mkdtemp
 from typing import TYPE_CHECKING, Any, Literal
 from weakref import finalize
 
-from cranktrain.cli.console import LINES
-from cranktrain.cli.library.calling import of_verb
+from cranktrain.cli.functions import one_line_calls, quiet
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.engine.model import Engine
 from cranktrain.results.views.found import VerbResult
@@ -28,7 +27,7 @@ Of = str | Path | Engine | Callable[[Mapping[str, float]], Mapping[str, float]]
 Method = Literal["latin-hypercube", "sobol", "random", "grid", "sensitivity"]
 
 
-@of_verb
+@one_line_calls
 def vary(
     study: Of, vary: Mapping[str, Any] | None = None, *, outputs: Sequence[str] = (), n: int = 100,
     method: Method = "latin-hypercube", levels: int = 5, seed: int = 1,
@@ -80,7 +79,7 @@ def vary(
     )
 
 
-@of_verb
+@one_line_calls
 def optimize(
     study: Of, vary: Mapping[str, Any] | None = None, *, minimize: str | None = None,
     limits: Mapping[str, Any] | None = None, outputs: Sequence[str] = (), evaluations: int = 2000, seed: int = 1,
@@ -193,10 +192,8 @@ def _kept(output: str | Path | None, work: Callable[[Path], Variants]) -> Varian
 
 def _quietly(work: Callable[[], Any]) -> Any:
     """Work without lines of progress, its errors in keywords."""
-    said = LINES.set(False)
-    try:
-        return work()
-    except CranktrainError as error:
-        raise type(error)(str(error).replace("--", "")) from None
-    finally:
-        LINES.reset(said)
+    with quiet():
+        try:
+            return work()
+        except CranktrainError as error:
+            raise type(error)(str(error).replace("--", "")) from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import importlib
 import logging
 import math
 import sys
@@ -16,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.named import resolve
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import check_file, file_exists, user_path
 from cranktrain_lab.measured.channels import TIME, Channel, Measurement, Reader
@@ -29,7 +29,11 @@ EXTRA = "pip install cranktrain[measured]"
 
 
 class Format(NamedTuple):
-    """File format: name, module of the reader, file extensions, first bytes, and required package."""
+    """File format: name, module of the reader, file extensions, first bytes, and required package.
+
+    The reader lists the channels of a file, and remarks: ``channels(path)`` of a module of :mod:`.formats`, or any
+    function by ``module:function``.
+    """
 
     name: str
     module: str
@@ -38,7 +42,7 @@ class Format(NamedTuple):
     package: str = ""
 
 
-FORMATS = (
+FORMATS = [
     Format("UFF 58", "uff", (".uff", ".unv", ".bunv", ".ufb"), (b"    -1\n    58", b"    -1\r\n    58"), "pyuff"),
     Format("MDF", "mdf", (".mf4", ".mdf", ".dat"), (b"MDF     ", b"UnFinMF "), "asammdf"),
     Format("TDMS", "tdms", (".tdms",), (b"TDSm",), "nptdms"),
@@ -48,8 +52,13 @@ FORMATS = (
     Format("Parquet", "parquet", (".parquet", ".pq"), (b"PAR1",), "pyarrow"),
     Format("LVM", "lvm", (".lvm",), (b"LabVIEW Measurement",)),
     Format("text table", "text", (".csv", ".txt", ".asc", ".tsv", ".tab", ".prn", ".dat"), ()),
-)
+]
 Listing = tuple[list[Channel], list[str]]
+
+
+def register_format(row: Format) -> None:
+    """Add a file format; text tables stay the last one, which takes what no other format does."""
+    FORMATS.insert(-1, row)
 
 
 def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> Measurement:
@@ -106,8 +115,7 @@ def _read_file(path: Path) -> Listing:
     listing, wrong = None, ""
     with _quiet():
         try:
-            reader: Callable[[Path], Listing] = importlib.import_module(f"{SOURCE}.{kind.module}").channels
-            listing = reader(path)
+            listing = _reader(kind)(path)
         except CranktrainError:
             raise
         except ImportError as error:
@@ -133,6 +141,13 @@ def _read_file(path: Path) -> Listing:
         told = f" ({remarks[0]})" if remarks else ""
         raise InputError(f"{path.name}: holds no channel of numbers{told}; export it again with its signals")
     return channels, remarks
+
+
+def _reader(kind: Format) -> Callable[[Path], Listing]:
+    """Load the reader of a format."""
+    own = kind.module if ":" in kind.module else f"{SOURCE}.{kind.module}:channels"
+    reader: Callable[[Path], Listing] = resolve(own)
+    return reader
 
 
 def _odd_values(channels: Sequence[Channel]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
@@ -12,6 +13,7 @@ from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.store.kept import Kept
+from cranktrain.studies.scene import Scene, load_scene
 from cranktrain_lab.tradeoff.families import FAMILIES, StudyScene
 from cranktrain_lab.tradeoff.measure import Entry, measured
 from cranktrain_lab.tradeoff.pareto import marked
@@ -53,10 +55,8 @@ def default_scenes(quick: bool) -> list[StudyScene]:
     return [StudyScene(f"{name} {rpm:g}", load_engine(name), rpm * RPM, Settings()) for name, rpm in wanted]
 
 
-def scenes_of(path: str, quick: bool) -> list[StudyScene]:
+def scenes_of(path: str | Path | Scene, quick: bool) -> list[StudyScene]:
     """Return scenes of a scene file, one per speed (quick: the first speed only), at the levels that the file fixes."""
-    from cranktrain.studies.scene import load_scene
-
     scene = load_scene(path)
     if scene.pressure is not None:
         warnings.warn(

@@ -14,6 +14,7 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.types import Array, Progress
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE
 from cranktrain_lab.watch import detector as detectors
@@ -132,7 +133,8 @@ class Watch:
 
 
 def watch(
-    engine: str | Path, measured: Sequence[str | Path], healthy: Sequence[str | Path], request: Request | None = None,
+    engine: str | Path | Engine, measured: Sequence[str | Path], healthy: Sequence[str | Path],
+    request: Request | None = None,
     say: Progress = lambda stage: None, follow: Follow = lambda share: None,
 ) -> dict[str, Any]:  # fmt: skip
     """Compare recordings of an engine with healthy ones, one per file, and return a report for JSON.

@@ -12,11 +12,11 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.core.user_file import user_path
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.contact.gap import relief
-from cranktrain.store.engine_text import NEW, Written, new_path, rewritten
+from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten
 from cranktrain.store.wear_file import WEAR
 from cranktrain.store.whole_file import check_place, whole_file
 from cranktrain_lab.wear.history import Choices, Running, wear_history
@@ -26,7 +26,7 @@ from cranktrain_lab.wear.schedule import HOUR, Block, read_schedule
 
 
 def run_in_over_time(
-    engine: str | Path,
+    engine: str | Path | Engine,
     hours: float | None = None,
     schedule: str | Path | Sequence[Block] | None = None,
     *,
@@ -62,7 +62,7 @@ def run_in_over_time(
     history = wear_history(running, blocks, hours, path, say, follow)
     found = figures(history, base)
     if new is not None:
-        _write_engine(new, engine_path(engine), base, history, found)
+        _write_engine(new, engine_text(engine).text, base, history, found)
     return history, found | {"output": None if path is None else str(path), "file": None if new is None else str(new)}
 
 
@@ -116,7 +116,7 @@ def figures(history: WearHistory, engine: Engine) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _write_engine(new: Path, path: Path, base: Engine, history: WearHistory, found: dict[str, Any]) -> None:
+def _write_engine(new: Path, old: str, base: Engine, history: WearHistory, found: dict[str, Any]) -> None:
     """Write the engine file of the run-in engine."""
     bearing = base.plain_mains
     sigma = float(history.sigma[-1].mean())
@@ -128,5 +128,5 @@ def _write_engine(new: Path, path: Path, base: Engine, history: WearHistory, fou
     note = f"run-in: {found['hours']:.4g} h of wear; see cranktrain run-in"
     changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in values.items()}
     with whole_file(new, NEW) as temporary:
-        temporary.write_text(rewritten(path.read_text("utf-8"), base, changes), encoding="utf-8")
+        temporary.write_text(rewritten(old, base, changes), encoding="utf-8")
     load_engine(new)

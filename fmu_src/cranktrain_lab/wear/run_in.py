@@ -25,14 +25,15 @@ from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.model import Engine
 from cranktrain.film.contact.asperity import HIGHEST
 from cranktrain.film.contact.gap import relief
 from cranktrain.film.contact.journal import REACH2, RELIEF
 from cranktrain.film.contact.journal import ZETA as LINE_ZETA
 from cranktrain.film.journal.grid import FACE_PROFILE, FACE_ZETA, PROFILE, ZETA
 from cranktrain.film.laws.rigid_bore import rigid_bore
-from cranktrain.store.engine_text import NEW, Written, new_path, rewritten
+from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure import assembly
 
@@ -45,7 +46,7 @@ SMOOTHING = np.array([0.25, 0.5, 0.25])
 
 
 def run_in(
-    engine: str | Path,
+    engine: str | Path | Engine,
     out: str | Path | None = None,
     *,
     speed_rpm: float | None = None,
@@ -72,7 +73,7 @@ def run_in(
     ``speed_rpm``, ``relief_depth_um``, ``relief_share``, ``relief_exponent``, ``fit_error_um`` (RMS), ``zeta`` and
     ``worn_um`` (the shape itself), ``least_gap_um`` of each pass, ``file``
     """
-    base, path = load_engine(engine), engine_path(engine)
+    base, old = load_engine(engine), engine_text(engine).text
     bearing = base.plain_mains
     speed = speed_rpm or base.oil.temperature_speeds[0] / RPM
     if not speed > 0.0:
@@ -101,7 +102,7 @@ def run_in(
         found = {"relief_depth": depth, "relief_share": share, "relief_exponent": exponent}
         changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in found.items()}
         with whole_file(new, NEW) as temporary:
-            temporary.write_text(rewritten(path.read_text("utf-8"), base, changes), encoding="utf-8")
+            temporary.write_text(rewritten(old, base, changes), encoding="utf-8")
         load_engine(new)
     return {
         "engine": base.name, "speed_rpm": speed, "relief_depth_um": 1e6 * depth, "relief_share": share,

@@ -83,23 +83,23 @@ class ModelArrays(NamedTuple):
     main bearings, c cylinders.
     """
 
-    omega2: Array  # (n,)
+    omega2: Array  # (n,) squared frequencies of the modes, (rad/s)²
     damping: Array  # (n,) modal damping, 1/s
     gyroscopic: Array  # (n_t, n_t) G transposed
     spin: Array  # (n_t, n_t) (K_σ − C) transposed
-    centrifugal_load: Array  # (n_t,)
-    euler_load: Array  # (n_t,)
+    centrifugal_load: Array  # (n_t,) modal centrifugal load at unit speed
+    euler_load: Array  # (n_t,) modal load at unit angular acceleration
     gravity: Array  # (3, n) modal projection of a unit acceleration field
-    ports: Array  # (m_t, n_t) shapes
+    ports: Array  # (m_t, n_t) shapes of the rotating ports
     ports_transposed: Array  # (n_t, m_t)
-    block_ports: Array  # (m_b, n_b) shapes
+    block_ports: Array  # (m_b, n_b) shapes of the block's ports
     block_ports_transposed: Array  # (n_b, m_b)
-    pairs: Array  # (r, 2) see dynamics.ports
-    axial: Array  # (0 or 1, 2)
-    axis_weights: Array  # (b,) with which displacements of main journals add up to that of the crank's centre of mass
-    shafts: Array  # (s, n_t) twist of each shaft of the drive line (a dynamometer of given speed adds none), and of the
-    # crank's own shafts that damp, see dynamics.model.hysteresis
-    shaft_laws: Array  # (s, LAW) see loads.torsional_line
+    pairs: Array  # (r, 2) rotating and stationary ports, see dynamics.model.ports
+    axial: Array  # (0 or 1, 2) rotating and stationary port along the axis
+    axis_weights: Array  # (b,) weights of main journals in the displacement of the crank's centre of mass
+    shafts: Array  # (s, n_t) twist of each shaft of the drive line (a dynamometer of given speed adds none), then
+    # twist of the crank's own shafts that have damping, see dynamics.model.hysteresis
+    shaft_laws: Array  # (s, LAW) stiffness and damping of each shaft, see loads.torsional_line
     lag: Array  # (n_t,) amplitudes by which the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
     rotor: Array  # (n_t,) rotation of a free dynamometer in each mode; 0 if its speed is given
     block: BlockArrays
@@ -111,7 +111,7 @@ class ModelArrays(NamedTuple):
     laws: Films  # force law of each connection with its memory of a step; empty for a rod with a rigid big end
     pins: Array  # (c, 2) undeformed x, y of each rod's pin
     big_ends: Array  # (c, COLUMNS) like ``bearings``, for the film between pin and rod if the big end is not rigid
-    connections: Array  # (k, CONNECTION) Newton ports that each law couples, and its other ports, see slots
+    connections: Array  # (k, CONNECTION) ports that the force law of each connection couples, see slots
     scales: Array  # (n_newton,) scale of each Newton port: displacement that counts like one clearance
     limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
     judged: Array  # (j,) ports whose error counts in the error of a step
@@ -119,7 +119,7 @@ class ModelArrays(NamedTuple):
     damper: Array  # (PARAMETERS,) see loads.damper
     cylinders: Array  # (c, CYLINDER) see dynamics.model.slots
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion; (2c, k, 4) by cylinder
-    scalars: Array  # (SCALARS,)
+    scalars: Array  # (SCALARS,) see dynamics.model.slots
     kinks: Array  # (KINKS,) angles after firing dead centre at which the gas trace is least smooth, padded with NO_KINK
     choices: Array  # (CHOICES,) see dynamics.model.slots
     stages: Array  # the integrator's table, see dynamics.time.table, padded with zeros
@@ -129,23 +129,23 @@ class ModelArrays(NamedTuple):
 
     @property
     def films(self) -> Films:
-        """Laws of the main bearings: the first rows of ``laws``, with which they share their memory."""
+        """Force laws of the main bearings: the first rows of ``laws``; both use the same memory."""
         b, laws = self.bearings.shape[0], self.laws
         rows = {name: getattr(laws, name)[:b] for name in ("entry", "traits", "place", "velocity")}
         return laws._replace(remembered=laws.remembered[: b + 1], **rows)
 
 
 class Dimensions(NamedTuple):
-    """Sizes of the arrays, and rows of the laws that an engine has only once."""
+    """Sizes of the arrays, and rows of the force laws that an engine has only once."""
 
     modes: int
     turning_modes: int
     bearings: int
     cylinders: int
-    newton: int  # components of all connections
+    newton: int  # number of components of motion of all connections
     ports: int
     turning_ports: int
-    films: int  # values of the state that hold the memory of laws and added connections
+    films: int  # number of values in the state for the memory of force laws and added connections
     crank_modes: int
     thrust: int  # rows of ``connections`` of thrust bearing, axial joint and damper; −1: none
     joint: int
@@ -157,7 +157,7 @@ class Dimensions(NamedTuple):
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
-    """Sizes of a model."""
+    """Sizes of the arrays of a model."""
     rows = model.layout[[at.CRANK_MODES, at.THRUST_ROW, at.JOINT_ROW, at.DAMPER_ROW]].astype(int).tolist()
     crank, thrust, joint, damper = rows
     collar, twist = (int(model.connections[row, at.FIRST]) if row >= 0 else -1 for row in (thrust, damper))
@@ -171,7 +171,7 @@ def dimensions(model: ModelArrays) -> Dimensions:
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
-    """Damping of each mode, (n,) 1/s: the body's own if it has any, else the engine file's on the elastic modes.
+    """Damping of each mode, (n,) 1/s: the body's own damping, or else the engine file's for elastic modes.
 
     Damping in the engine file is meant for the crank with its rods. The mean mass of the rods on the pins raises the
     mass of a mode with stiffness ω² from 1 to m. Its damping is c = 2ζ √(ω² m), where ζ is the damping ratio at the
@@ -230,7 +230,7 @@ def build_model(
 
 
 def _check_temperatures(engine: Engine, settings: Settings, speed: float, films: Sequence[float]) -> None:
-    """Refuse temperatures (K) outside the range of the laws of oil or damper; ``InputError``."""
+    """Raise ``InputError`` for temperatures (K) at which the laws of oil or damper are not valid."""
     supplied = viscosity(engine.oil, supply_temperature(engine, settings, speed))
     if bearing_law(settings.bearings).carries and not engine.rollers_only:
         etas = [viscosity(engine.oil, own) for own in films] or [supplied]
@@ -359,7 +359,7 @@ def structure(
 
 
 def axis_weights(places: Array, centre: float) -> Array:
-    """Weights (b,) with which displacements at ``places`` (b,), m, of a rigid body's axis add up to that at ``centre``.
+    """Weights (b,) of displacements at b ``places`` (m) of a rigid axis whose sum is the displacement at ``centre``.
 
     Of all such weights these have the least sum of squares. They are equal if all places coincide.
     """
@@ -376,7 +376,7 @@ def whirls(turning: ReducedBody) -> bool:
 
 
 def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
-    """Tables and bores for films of added bearings, including those of the mains."""
+    """Film tables and elastic bores for added bearings, including those of the main bearings."""
     tables = (*parts.film_tables, *(() if parts.table is None else (parts.table,)))
     return FilmParts(tables, engine.main_bearing, parts.bore, engine.oil)
 
@@ -447,7 +447,7 @@ def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
 
 
 def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, rotation: float) -> Array:
-    """Scalars of the model that no run changes; ``rotation`` of the crank per unit amplitude of its rigid mode."""
+    """Constant scalars of the model; ``rotation`` is that of the crank per unit amplitude of its rigid mode."""
     filtered = engine.drive_line.speed_filter_time
     scalars = np.zeros(at.SCALARS)
     scalars[at.BEST_SPEED] = gas.best_speed
@@ -464,7 +464,7 @@ def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalL
 
 
 def supply_temperature(engine: Engine, settings: Settings, speed: float) -> float:
-    """Temperature of the engine's oil at ``speed`` (rad/s), K: of all films, or of the supply if films heat up."""
+    """Temperature (K) of the engine's oil at ``speed`` (rad/s): of all films, or of the oil supply if films heat up."""
     return settings.oil_temperature or oil_temperature(engine.oil, speed)
 
 

@@ -27,16 +27,16 @@ from cranktrain.loads.gas_pressure import GasTrace, trace_constants
 
 
 class Basis(NamedTuple):
-    """Constants of one engine at its levels (SI)."""
+    """Constants of one engine at its fidelity levels (SI)."""
 
     oil: Array  # (OIL_CONSTANTS,) see engine.lubricant
-    oil_speeds: Array  # (k,) rad/s
-    oil_temperatures: Array  # (k,) K at these speeds
-    films: Array  # (FILM_KINDS,)
+    oil_speeds: Array  # (k,) engine speeds, rad/s
+    oil_temperatures: Array  # (k,) oil temperatures at the speeds ``oil_speeds``, K
+    films: Array  # (FILM_KINDS,) marks of bearings with oil films, see dynamics.model.slots
     damper: Array  # (DAMPER_CONSTANTS,) see loads.damper
-    damper_speeds: Array  # (k,)
-    damper_temperatures: Array  # (k,)
-    cylinders: Array  # (CYLINDER_CONSTANTS,)
+    damper_speeds: Array  # (k,) engine speeds, rad/s
+    damper_temperatures: Array  # (k,) damper temperatures at these speeds, K
+    cylinders: Array  # (CYLINDER_CONSTANTS,) bore and compression ratio, see dynamics.model.slots
     trace: Array  # (TRACE_CONSTANTS,) of the built-in gas trace, see loads.built_in_trace
     trace_rows: Array  # (TRACE_ROWS, SAMPLES) scratch
     methods: Array  # (methods, METHOD_COLUMNS) all integrators of the register

@@ -21,16 +21,16 @@ DIRECTIONS = 6
 
 
 class BlockArrays(NamedTuple):
-    """Arrays of block and guided pistons, with n_s stationary modes, of which n_b are the block's, and j mounts."""
+    """Arrays of block and guided pistons: j mounts and n_s stationary modes, of which the first n_b are the block's."""
 
-    stiffness: Array  # (n_b, n_b) of the mounts
-    damping: Array  # (n_b, n_b) of the mounts
+    stiffness: Array  # (n_b, n_b) stiffness of the mounts in the block's modes
+    damping: Array  # (n_b, n_b) damping of the mounts in the block's modes
     preload: Array  # (n_s,) modal force of the mounts that carries the engine's weight
-    weight: Array  # (n_s,) preload per m/s² of gravity
+    weight: Array  # (n_s,) preload of the mounts per m/s² of gravity
     heads: Array  # (c, n_s) displacement of each head along its cylinder
     liners: Array  # (c, 2) height of each liner's upper and lower ring along its cylinder from the crank axis, m
     mounts: Array  # (6 j, n_s) displacement and rotation of each mount
-    mount_laws: Array  # (6 j, MOUNT_LAW) law of each component of ``mounts``
+    mount_laws: Array  # (6 j, MOUNT_LAW) stiffness, damping and preload of each component of ``mounts``
     cover: Array  # (n_s,) upward displacement of the bottom cover's middle
     motion: Array  # (6, n_s) displacement and rotation of the whole block, at its centre of mass
     guidance: Array  # (10,) see loads.piston_guidance
@@ -41,7 +41,7 @@ class BlockArrays(NamedTuple):
 def block_arrays(
     engine: Engine, stationary: ReducedBody, block: ReducedBody | None, crank_mass: float, crank_centre: Array
 ) -> BlockArrays:
-    """Arrays of the block with zero preload; ``stationary`` has the block's modes, then those of guided pistons.
+    """Arrays of the block with zero preload; ``stationary`` has the block's modes, then the modes of guided pistons.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def _weight(
     mass = block.mass + crank[0] + rods
     moment = block.mass * block.centre + (crank[0] + rods) * crank[1]
     weight = np.array([0.0, -mass, 0.0, moment[2], 0.0, -moment[0]])
-    # Motion of each mount per motion of the block's origin as a rigid body.
+    # Motion of each mount for unit motions of the block as a rigid body about its origin.
     rigid = mounts[:, :DIRECTIONS] @ np.linalg.inv(origin[:, :DIRECTIONS])
     supports = rigid.T @ (stiffness[:, None] * rigid)
     # Rows in metres and radians are scaled by their own stiffness before the rank is checked.

@@ -20,7 +20,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.piston_guidance import piston_mass_matrix, piston_modes
 
 BENDING = 1.0e-9
-"""A crank bends if elastic modes move a main journal across by more than this per rotation of the crank, m/rad."""
+"""Lateral motion of a main journal per rotation of the crank, m/rad, above which elastic modes count as bending."""
 
 
 def with_big_ends(body: ReducedBody, engine: Engine) -> ReducedBody:
@@ -59,7 +59,7 @@ def bends(body: ReducedBody) -> bool:
 
 
 def locked_on_axis(body: ReducedBody) -> ReducedBody:
-    """Crankshaft with its journals locked on their axis; the only rigid motion left is rotation about the axis.
+    """Crankshaft with its journals locked on their axis, whose only rigid motion is rotation about the axis.
 
     ``InputError`` for a body that bends, because no bearing would carry its bending.
     """
@@ -143,7 +143,7 @@ def _nothing() -> ReducedBody:
 def _appended(
     body: ReducedBody, names: tuple[str, ...], places: Array, shapes: Array, **invariants: Array
 ) -> ReducedBody:
-    """Body with free modes of unit mass appended to its own; invariants that are not given are zero for them."""
+    """Body with free modes of unit mass appended; mass integrals of the new modes that are not given are zero."""
     n, added = body.n_modes, shapes.shape[2]
     m = len(body.interfaces)
     both = np.zeros((m + len(names), 6, n + added))

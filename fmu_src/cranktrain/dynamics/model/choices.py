@@ -60,13 +60,13 @@ NUMBER_SLOTS = {
     "film_change": SET_FILM_CHANGE,
     "work_limit": SET_WORK_LIMIT,
 }
-"""Slots of the settings that are numbers."""
+"""Slots of those settings of a run that are numbers."""
 GEOMETRY_SLOTS = {"bore": SET_BORE, "compression_ratio": SET_COMPRESSION}
 """Slots of the engine's dimensions that a run may change."""
 
 
 def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
-    """Slot of each setting that is a word, and the number that stands for each word."""
+    """Slot of each setting that is a word, and the numbers that stand for its words."""
     methods = {"auto": -1.0} | {name: float(row) for row, name in enumerate(INTEGRATORS)}
     return {
         "control": (SET_ADAPTIVE, {"fixed": 0.0, "adaptive": 1.0}),
@@ -91,7 +91,7 @@ def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
 
 
 def run_numbers(settings: Settings, engine: Engine, data: Mapping[str, float] | None = None) -> Array:
-    """All numbers of a run. ``settings`` may be resolved or not, but each word in them must exist.
+    """Numbers of a run from its ``settings``, resolved or not; each word in the settings must exist.
 
     ``data`` are lumped values that replace the engine's, see :mod:`cranktrain.dynamics.model.lumped_data`.
     """

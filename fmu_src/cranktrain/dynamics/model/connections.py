@@ -38,7 +38,7 @@ def laws_of(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: Ax
 def big_end_films(
     engine: Engine, law: Law, table: FilmTable | None, bore: BoreCompliance | None
 ) -> tuple[Array, Films]:
-    """Parameters (c, COLUMNS) of the big ends' films, zero if the engine has no such bearing, and the films' law."""
+    """Parameters (c, COLUMNS) of the c big ends' films (0 without big-end bearings), and the force law of the films."""
     parameters = np.zeros((engine.n_cylinders, COLUMNS))
     if engine.big_end_bearing is not None:
         parameters[:] = bearing_parameters(engine.big_end_bearing, REFERENCE_VISCOSITY)

@@ -1,4 +1,4 @@
-"""Loss factors of shafts in the running model.
+"""Viscous damping that replaces loss factors of shafts in the running model.
 
 A shaft of stiffness k and loss factor η that twists by ψ carries the torque k (1 + iη) ψ at every frequency, so its
 loss per cycle, π η k |ψ|², does not depend on frequency. In time the shafts s with twists ψ_s = r_sᵀ q are replaced by
@@ -28,13 +28,13 @@ from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.loads.torsional_line import DAMPING, LAW, STIFFNESS, TorsionalLine
 
 OF_SHAFT, OF_DAMPING, OF_LOSS = range(3)
-"""Columns of a body's ``shaft_laws``."""
+"""Columns of a body's ``shaft_laws``: stiffness, viscous damping and loss factor of each shaft."""
 FREE = 1.0e-6
-"""A mode counts as rigid if its ω is below this fraction of the highest."""
+"""Fraction of the highest natural frequency below which a mode counts as rigid."""
 
 
 def viscous_rows(body: ReducedBody) -> tuple[Array, Array]:
-    """Twists (s, n) and laws (s, LAW) of the viscous shafts and discs in the table that a crank was made from."""
+    """Twists (s, n) and damping rows (s, LAW) of the viscous shafts and discs in a crank's table of elements."""
     found = np.flatnonzero(body.shaft_laws[:, OF_DAMPING])
     laws = np.zeros((found.size, LAW))
     laws[:, DAMPING] = body.shaft_laws[found, OF_DAMPING]
@@ -42,7 +42,7 @@ def viscous_rows(body: ReducedBody) -> tuple[Array, Array]:
 
 
 def lossy_twists(body: ReducedBody, line: TorsionalLine, line_twists: Array) -> tuple[Array, Array]:
-    """Twists (s, n) and η k (s,), N m/rad, of the shafts with a loss factor in a crank and its drive line.
+    """Twists (s, n) and η k (s,), N m/rad, of the s shafts with a loss factor η in a crank and its drive line.
 
     ``line_twists`` (rows, n) are the twists of the drive line's rows.
     """
@@ -53,7 +53,7 @@ def lossy_twists(body: ReducedBody, line: TorsionalLine, line_twists: Array) -> 
 
 
 def hysteresis_rows(engine: Engine, body: ReducedBody, line: TorsionalLine, line_twists: Array) -> tuple[Array, Array]:
-    """Rows p_s (s, n) and laws (s, LAW) of the viscous damping that replaces loss factors in the time domain.
+    """Twists p_s (s, n) and damping rows (s, LAW) of the viscous damping that replaces loss factors in the time domain.
 
     Parameters
     ----------

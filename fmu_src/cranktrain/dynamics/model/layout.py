@@ -1,4 +1,4 @@
-"""Sizes of a model and rows of the laws that an engine has only once, for kernels; Python code uses ``dimensions``."""
+"""Sizes of a model, and rows of force laws that an engine has only once, for kernels; Python uses ``dimensions``."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ def crank_modes(model):
 
 @inlined_kernel
 def port_count(model):
-    """Number of all ports."""
+    """Number of all ports of a model."""
     return int(model.layout[at.PORTS])
 
 
 @inlined_kernel
 def first_piston(model):
-    """First port of the guided pistons, whose ports come last."""
+    """Index of the first port of the guided pistons, whose ports are the last of a model."""
     return model.ports.shape[0] + model.block_ports.shape[0] + model.bodies.shapes.shape[0]
 
 
 @inlined_kernel
 def thrust_row(model):
-    """Row of the thrust bearing."""
+    """Row of the thrust bearing among the connections."""
     return int(model.layout[at.THRUST_ROW])
 
 
@@ -38,13 +38,13 @@ def collar_port(model):
 
 @inlined_kernel
 def joint_row(model):
-    """Row of the drive line's axial joint, or −1."""
+    """Row of the drive line's axial joint among the connections; −1 without a joint."""
     return int(model.layout[at.JOINT_ROW])
 
 
 @inlined_kernel
 def damper_row(model):
-    """Row of the damper, or −1."""
+    """Row of the damper among the connections; −1 without a damper."""
     return int(model.layout[at.DAMPER_ROW])
 
 

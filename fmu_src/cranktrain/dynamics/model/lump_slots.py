@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-# Slots of ``Lumps.traits``. Of the crank: mass (kg) and centre (3, m); 1 if it only twists, if its journals are locked
-# on their axis, if the damper is fitted; kind and two constants of the crank's damping.
+# Slots of ``Lumps.traits`` for the crank:
+# CRANK_MASS, CRANK_CENTRE: mass, kg, and first of three coordinates of the centre of mass, m.
+# TWISTS, LOCKED: 1 if the crank only twists; 1 if its journals are locked on their axis.
+# FITTED: 1 if the damper is fitted to the pulley.
+# DAMPING_KIND, DAMPING_A, DAMPING_B: kind of the crank's damping and its two constants.
 CRANK_MASS, CRANK_CENTRE, TWISTS, LOCKED, FITTED, DAMPING_KIND, DAMPING_A, DAMPING_B = 0, 1, 4, 5, 6, 7, 8, 9
-# 1 if big ends are free, if all rods are the engine file's one rod, if pistons have a guidance; the first mode of
-# guided pistons and their number; inertia and arm of a piston's mass in tilting.
+# Slots of ``Lumps.traits`` for rods and pistons:
+# FREE_ENDS, ROD_ALIKE: 1 if big ends are free; 1 if all rods are the engine file's one rod.
+# GUIDED, FIRST_PISTON, PISTONS: 1 if pistons have a guidance; first mode and number of the guided pistons.
+# TILT_INERTIA, PISTON_ARM: inertia of a tilting piston, and arm of its mass in tilting.
 FREE_ENDS, ROD_ALIKE, GUIDED, FIRST_PISTON, PISTONS, TILT_INERTIA, PISTON_ARM = 10, 11, 12, 13, 14, 15, 16
-# 1 if the drive line is one shaft; the row of the axial path in ``shaft_laws`` or −1; speed ratio of dynamometer and
-# crank; 1 if the law of the mains, and of the big ends, allows another clearance; 1 with a flexible block, the block's
-# mass (kg) and centre (3, m).
+# Slots of ``Lumps.traits`` for drive line, bearings and block:
+# ONE_SHAFT, PATH_ROW: 1 if the drive line is one shaft; row of the axial path in ``shaft_laws`` (−1: none).
+# END_SPEED: speed of the dynamometer over that of the crank.
+# MAINS_FREE, ENDS_FREE: 1 if the force law of the mains, or of the big ends, allows another clearance.
+# FLEXIBLE, BLOCK_MASS, BLOCK_CENTRE: 1 with a flexible block, its mass (kg) and the first of its centre (3, m).
 ONE_SHAFT, PATH_ROW, END_SPEED, MAINS_FREE, ENDS_FREE, FLEXIBLE, BLOCK_MASS, BLOCK_CENTRE = range(17, 25)
-# Inertia of the drive line reduced to the crank; 1 if the damper's stiffness and damping are stated.
+# LINE_INERTIA: inertia of the drive line reduced to the crank.
+# STATED_DAMPER: 1 if stiffness and damping of the damper are stated.
 LINE_INERTIA, STATED_DAMPER, TRAITS = 27, 28, 29
 OWN_DAMPING, MODAL, RAYLEIGH = range(3)
 NOT_LUMPED = -1.0

@@ -53,7 +53,7 @@ def _damper(*kinds: str) -> Callable[[Engine], bool]:
 
 @dataclass(frozen=True)
 class Lumped:
-    """Row of the table: one lumped value, or one for each mount if ``each`` is set.
+    """One row of the table of lumped data: one value, or one value for each mount if ``each`` is set.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Lumped:
 
 
 def _part(table: str, slot: int, what: str) -> tuple[Lumped, ...]:
-    """Rows of a rigid part fixed to the crankshaft."""
+    """Rows of the table for a rigid part fixed to the crankshaft."""
     inertia = "about its centre of mass"
     return (
         Lumped(table, "mass", slot + at.PART_MASS, "kg", f"Mass of the {what}"),
@@ -97,7 +97,7 @@ def _on_mounts(engine: Engine) -> bool:
 
 
 def _mounts() -> tuple[Lumped, ...]:
-    """Rows of the mounts."""
+    """Rows of the table for stiffness and damping of the mounts."""
     units = {"stiffness": ("N/m", "N.m/rad"), "damping": ("N.s/m", "N.m.s/rad")}
     return tuple(
         Lumped(
@@ -201,7 +201,7 @@ def lumped_values(engine: Engine) -> Iterator[LumpedValue]:
         low, high = _bounds(row.table, row.key)
         if not row.each:
             value = float(getattr(part, row.key))
-            # A default of a value that the file leaves out may lie below the least that a file may state.
+            # The default of a value that an engine file leaves out may lie below the lower bound for stated values.
             yield LumpedValue(f"{row.table}.{row.key}", row.slot, value, min(low, value), high, row)
             continue
         for k, value in enumerate(getattr(part, row.key)):
@@ -211,7 +211,7 @@ def lumped_values(engine: Engine) -> Iterator[LumpedValue]:
 
 @cache
 def _bounds(table: str, key: str) -> tuple[float, float]:
-    """Lower and upper bound (SI) of a value of an engine file's table."""
+    """Lower and upper bound (SI) of a value under ``key`` in a TOML table of an engine file."""
     kind = get_type_hints(Engine)[table]
     part = get_args(kind)[0] if isinstance(kind, UnionType) else kind
     hint = get_type_hints(part, include_extras=True)[key]
@@ -225,12 +225,12 @@ def _bounds(table: str, key: str) -> tuple[float, float]:
 
 
 def number_count(engine: Engine) -> int:
-    """Number of the numbers that a run of the engine has."""
+    """Length of the array of numbers that a run of the engine has."""
     return at.NUMBERS + at.MOUNT_NUMBERS * (len(engine.mounts.x) if engine.mounts is not None else 0)
 
 
 def lumped_numbers(engine: Engine, data: Mapping[str, float] | None = None) -> Array:
-    """Numbers (numbers,) of a run with the lumped values of ``engine``, replaced by ``data`` where given; others 0.
+    """Numbers (numbers,) of a run: lumped values of ``engine``, replaced by ``data`` where given; all others are 0.
 
     Raises
     ------
@@ -252,7 +252,7 @@ def lumped_numbers(engine: Engine, data: Mapping[str, float] | None = None) -> A
 
 
 def split_data(engine: Engine, chosen: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, Any]]:
-    """Split chosen values into the lumped ones of an engine, by their names, and the rest."""
+    """Split chosen values by name into lumped values of an engine and all other values."""
     names = {value.name for value in lumped_values(engine)}
     data = {name: float(value) for name, value in chosen.items() if name in names}
     return data, {name: value for name, value in chosen.items() if name not in names}

@@ -26,37 +26,37 @@ from cranktrain.loads.rod_masses import mean_rod_masses
 class Lumps(NamedTuple):
     """Constants of a model with t rotating modes (the first r are the crank's), n modes in all, and j mounts."""
 
-    values: Array  # (numbers,) lumped values that the arrays hold, by slot
-    traits: Array  # (TRAITS,)
+    values: Array  # (numbers,) lumped values that the bodies were made for, by slot
+    traits: Array  # (TRAITS,) see dynamics.model.lump_slots
     fixed: Array  # (2, 6, r) shapes of flywheel and pulley
     places: Array  # (2, 3) positions of flywheel and pulley
     rigid: Array  # (6, 6) rigid motions about the origin in the crank's rigid modes
     mains: Array  # (b,) positions of the main journals along the axis
     plain: Array  # (b,) 1 if the main bearing has a film
-    omega2: Array  # (t,)
-    damping: Array  # (t,)
+    omega2: Array  # (t,) squared frequencies of the rotating modes
+    damping: Array  # (t,) damping of the rotating modes, 1/s
     rod_masses: Array  # (c,) mean mass of each rod on its pin
     gyroscopic: Array  # (t, t) G transposed, as in the model
-    centrifugal: Array  # (r, r)
-    stress: Array  # (r, r)
-    spin: Array  # (t, t) as in the model
+    centrifugal: Array  # (r, r) centrifugal matrix C of the crank's modes
+    stress: Array  # (r, r) stress stiffness K_σ of the crank's modes
+    spin: Array  # (t, t) (K_σ − C) transposed, as in the model
     loads: Array  # (2, t) centrifugal and Euler load
-    gravity: Array  # (3, n)
-    ports: Array  # (m, t)
-    tilts: Array  # (2b, t)
-    ends: Array  # (4, t)
-    shafts: Array  # (s, t)
-    lag: Array  # (t,)
-    rotor: Array  # (t,)
-    axis_weights: Array  # (b,)
+    gravity: Array  # (3, n) modal projection of a unit acceleration field
+    ports: Array  # (m, t) shapes of the rotating ports
+    tilts: Array  # (2b, t) rotation about x and y of each main journal
+    ends: Array  # (4, t) motion of flywheel and pulley, see dynamics.model.slots
+    shafts: Array  # (s, t) twist of each shaft of the drive line
+    lag: Array  # (t,) lag of the drive line's rotors behind a crank that turns slowly by 1 rad
+    rotor: Array  # (t,) rotation of a free dynamometer in each mode
+    axis_weights: Array  # (b,) weights of main journals in the displacement of the crank's centre of mass
     grown: Array  # (t,) slot of the mass or inertia if a mode moves just one lumped part, else NOT_LUMPED
-    block_stiffness: Array  # (n_b, n_b)
-    block_damping: Array  # (n_b, n_b)
-    weight: Array  # (n_s,)
-    mount_weight: Array  # (6j,)
+    block_stiffness: Array  # (n_b, n_b) stiffness of the mounts in the block's modes
+    block_damping: Array  # (n_b, n_b) damping of the mounts in the block's modes
+    weight: Array  # (n_s,) preload of the mounts per m/s² of gravity
+    mount_weight: Array  # (6j,) preload of each mount component per m/s² of gravity
     mount_motion: Array  # (6j, 6) motion of each mount in the block's rigid motions about the origin
-    piston_shape: Array  # (2, 2)
-    piston_inverse: Array  # (2, 2)
+    piston_shape: Array  # (2, 2) shape P of a guided piston's ports in its modes
+    piston_inverse: Array  # (2, 2) inverse mass P Pᵀ of a guided piston at its ports
     room: Array  # (ROOMS, r, r) scratch
     vectors: Array  # (VECTOR_ROWS, t) scratch
     scratch: Array  # (64,)

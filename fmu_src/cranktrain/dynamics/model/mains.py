@@ -1,4 +1,4 @@
-"""Main bearings of a run: their force law, their data, and the width over which tilt counts."""
+"""Main bearings of a run: force law, data, and the width over which a journal's tilt has an effect."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
 
 REFERENCE_VISCOSITY = 0.01
-"""Viscosity (Pa s) of all oil in a model that is not prepared yet; any value that all laws accept would do."""
+"""Viscosity (Pa s) of all oil in a model that is not prepared yet; any value that all oil laws accept is suitable."""
 
 
 class Mains(NamedTuple):
@@ -31,12 +31,12 @@ class Mains(NamedTuple):
 
 
 def mains_kind(engine: Engine) -> str:
-    """Kind of main bearings whose force law the bearing level chooses: plain if the engine has any, else rollers."""
+    """Kind of main bearings whose force law the bearing level selects: plain if the engine has any, else rollers."""
     return ROLLER if engine.rollers_only else PLAIN
 
 
 def check_mains(engine: Engine, level: str) -> None:
-    """Refuse a level that has no law for the engine's main bearings; ``InputError``."""
+    """Raise ``InputError`` for a bearing level that has no force law for the engine's main bearings."""
     kind = mains_kind(engine)
     if kind in bearing_law(level).forms:
         return
@@ -53,7 +53,7 @@ def check_mains(engine: Engine, level: str) -> None:
 
 
 def roller_law(level: str) -> Law:
-    """Force law of roller bearings in an engine with plain mains of a ``level``: the level's, else the default one."""
+    """Force law of roller bearings next to plain mains of a ``level``: the law of the level, else the default law."""
     law = bearing_law(level)
     return law if ROLLER in law.forms else bearing_law(usual_level(ROLLER))
 

@@ -44,9 +44,9 @@ from cranktrain.engine.model import Engine
 
 BoolArray = NDArray[np.bool_]
 PIN_SCALE, PIN_SHARE = 1.0e-4, 1.0e-3
-"""Scale of a pin's displacement, which counts like one clearance: m, or a fraction of the throw if that is more."""
+"""Displacement of a pin that counts like one clearance: in m, or as a fraction of the throw if that is more."""
 TWIST_SCALE = 1.0e-2
-"""Scale of the twist between pulley and damper ring, which counts like one clearance, rad."""
+"""Twist (rad) between pulley and damper ring that counts like one clearance."""
 
 
 class Ports(NamedTuple):
@@ -59,10 +59,10 @@ class Ports(NamedTuple):
     block: Array
     connections: Array  # (k, CONNECTION) see slots.COUPLED
     cylinders: Array  # (c, CYLINDER - PIN_PORT) ports and rows of each cylinder, see slots.PIN_PORT
-    scales: Array  # (n_newton,)
+    scales: Array  # (n_newton,) displacement of each Newton port that counts like one clearance
     limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
     judged: Array  # (j,) ports whose error counts in the error of a step
-    pairs: Array  # (r, 2) rotating and stationary port of each x whose relative motion a law uses; y follows
+    pairs: Array  # (r, 2) rotating and stationary port of each displacement x that a law uses; y follows each
     axial: Array  # (0 or 1, 2) rotating and stationary port along the axis
     layout: Array
 
@@ -73,8 +73,8 @@ class MainJournals(NamedTuple):
     If journals are locked on their axis, there are no bearings and b is 0.
     """
 
-    half_widths: Array  # (b,)
-    clearances: Array  # (b,)
+    half_widths: Array  # (b,) half the width over which a journal's tilt counts, m
+    clearances: Array  # (b,) scale of motion of each journal, m
     tilted: BoolArray  # (b,) whether the bearing's law depends on the journal's tilt
     collar: bool  # whether the thrust bearing's law depends on the collar's tilt
 
@@ -88,7 +88,7 @@ class _Laid:
         self.end = first
 
     def lay(self, shapes: Array, scale: float | None = None) -> int:
-        """Append ports with ``shapes`` (·, n); returns the first. With a scale they are Newton ports and come first."""
+        """Append ports with ``shapes`` (·, n), with a scale as Newton ports. Return the index of the first new port."""
         first = self.end
         self.rows.append(shapes)
         self.end += len(shapes)
@@ -110,7 +110,7 @@ def lay_ports(
     block: ReducedBody | None,
     pistons: Sequence[int],
 ) -> Ports:
-    """Lay out the ports of an engine.
+    """Number and arrange all ports of an engine, and the connections that couple them.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def _lay_rods(
 
 
 def _row(ports: Iterable[int], pairs: int = -1, of_rod: bool = False) -> Array:
-    """Row of a connection between the given Newton ports, see ``ModelArrays.connections``."""
+    """Row of ``ModelArrays.connections`` for a connection between the given Newton ports."""
     row = np.full(at.CONNECTION, at.NO_PORT)
     row[[at.COUPLED, at.PAIRS, at.OF_ROD, at.ON_BLOCK]] = 0.0, pairs, of_rod, 0.0
     for port in ports:
@@ -266,7 +266,7 @@ def _block_ports(
     engine: Engine, body: ReducedBody | None, journals: MainJournals, rows: list[Array], thrust: int, first: int,
     liners: Array,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Shapes of the block's ports, from port ``first`` on, and the pairs they form with rotating ports.
+    """Shapes of the block's ports, from port ``first`` on, and the pairs that they form with rotating ports.
 
     Writes the ports of the bores' rotations into ``rows`` of the connections (``thrust`` is the thrust bearing's row),
     and the first port of each liner into ``liners``.

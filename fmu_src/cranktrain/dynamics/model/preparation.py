@@ -68,16 +68,16 @@ from cranktrain.loads.built_in_trace import BUILT_IN, TRACE_BORE, TRACE_COMPRESS
 from cranktrain.loads.damper import HIGHEST, KIND, LOWEST, NO_DAMPER, damper_at
 
 HELD = 0.0
-"""Number of the reconstruction that holds inputs."""
+"""Number of the input reconstruction that holds inputs constant."""
 STAGED = 4.0
-"""Number of the reconstruction whose inputs are given at the stages of the integrator."""
+"""Number of the input reconstruction for a driver that gives inputs at the stages of the integrator."""
 CLOSE = 1.0e-9
-"""Largest relative difference of two dimensions that is taken for rounding by conversion to text."""
+"""Largest relative difference of two dimensions that counts as rounding by conversion to text."""
 
 
 @kernel
 def prepare_model(model, numbers, temperatures, speed):
-    """Write the numbers of a run into a model; returns a status. A refusal leaves all that a run reads as it was.
+    """Write the numbers of a run into a model. Return a status (0: success). A refusal leaves the model unchanged.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def prepare_model(model, numbers, temperatures, speed):
 
 @kernel
 def refusal(model, numbers, temperatures, speed):
-    """Status that says why a model cannot be prepared, or OK. Only oil too thin for Roelands' law is found later."""
+    """Status for the reason why a model cannot be prepared, or OK. Oil too thin for Roelands' law is found later."""
     basis = model.basis
     if not LEAST_STEP <= step_of(numbers) < math.inf:
         return STEP_RANGE
@@ -153,13 +153,13 @@ def refusal(model, numbers, temperatures, speed):
 
 @inlined_kernel
 def step_of(numbers):
-    """Internal step, rad: the chosen one, or the default of the level."""
+    """Internal step, rad: the chosen step, or the default step of the level."""
     return numbers[SET_STEP] if numbers[SET_STEP] != 0.0 else numbers[LEVEL_STEP]
 
 
 @inlined_kernel
 def method_row(numbers):
-    """Row of the integrator in its register: the chosen one, or the default of the level."""
+    """Row of the integrator in its register: the chosen integrator, or the default of the level."""
     if numbers[SET_METHOD] >= 0.0:
         return numbers[SET_METHOD]
     return numbers[LEVEL_HELD_METHOD] if numbers[SET_RECONSTRUCTION] == HELD else numbers[LEVEL_METHOD]
@@ -175,7 +175,7 @@ def oil_warmth(basis, numbers, speed):
 
 @inlined_kernel
 def damper_warmth(basis, numbers, speed):
-    """Temperature of the damper, K; 0 where there is none."""
+    """Temperature of the damper, K; 0 for an engine without a damper."""
     if basis.damper[KIND] == NO_DAMPER:
         return 0.0
     if numbers[SET_DAMPER_TEMPERATURE] != 0.0:
@@ -185,7 +185,7 @@ def damper_warmth(basis, numbers, speed):
 
 @kernel
 def tell_stages(model, staged):
-    """Write number and times of the stages, and the step, for a driver that gives inputs at stages; 0 for others."""
+    """Write step, number and times of the stages for a driver that gives inputs at stages; write 0 for all others."""
     stages = int(model.stages[HEAD, STAGES]) if model.choices[at.RECONSTRUCTION] == STAGED else 0
     staged[0, at.STAGES_GIVEN] = 0.0
     staged[0, at.STAGES_THERE] = stages
@@ -249,7 +249,7 @@ def written(value, own):
 
 @kernel
 def warm_films(model, temperature, temperatures):
-    """Set the viscosity of mains, big ends and thrust bearing at ``temperature``, or at the mains' own; a status."""
+    """Set the oil viscosity of mains, big ends and thrust bearing. Return a status (0: success)."""
     basis = model.basis
     eta = oil_viscosity(temperature, basis.oil)
     if basis.films[at.MAINS_OIL] > 0.0:
@@ -268,7 +268,7 @@ def warm_films(model, temperature, temperatures):
 
 @kernel
 def warm_links(model, temperature, speed):
-    """Set oil viscosity at a ``temperature`` (K) and engine ``speed`` (rad/s) in added connections; a status."""
+    """Set oil viscosity at a ``temperature`` (K) and speed (rad/s) in added connections. Return a status (0: OK)."""
     eta = oil_viscosity(temperature, model.basis.oil)
     links = model.links
     numbers = links.numbers
@@ -288,7 +288,7 @@ def warm_links(model, temperature, speed):
 
 @inlined_kernel
 def tell_link(links, action, k):
-    """Call the law of added connection k with an action that reads ``links.numbers``; returns its status."""
+    """Call the law of added connection k with an action that reads ``links.numbers``. Return the status of the law."""
     row = links.entry[k]
     arguments = (row[1], action, row[2], links.place[k], links.velocity[k], links.numbers, links.out, links.out)
     return call_kernel(row[0], arguments)
@@ -296,7 +296,7 @@ def tell_link(links, action, k):
 
 @kernel
 def fill_bearing(bearing, viscosity):
-    """Set viscosity (Pa s) and its factor in a plain bearing's parameters, see film.laws.parabolic.film_geometry."""
+    """Set viscosity (Pa s) and its factor in parameters of a plain bearing, see film.laws.parabolic.film_geometry."""
     bearing[BEARING_VISCOSITY] = viscosity
     ratio = bearing[RADIUS] / bearing[CLEARANCE]
     bearing[FACTOR] = 10.0 * viscosity * bearing[RADIUS] * bearing[WIDTH] * ratio**2
@@ -304,7 +304,7 @@ def fill_bearing(bearing, viscosity):
 
 @kernel
 def tell_law(laws, k, viscosity):
-    """Pass the oil's viscosity (Pa s) to law k if the law needs it; returns the law's status."""
+    """Pass the oil's viscosity (Pa s) to force law k if the law needs it. Return the status of the law."""
     if laws.traits[k, VISCOUS] == 0.0:
         return 0
     laws.numbers[VISCOSITY] = viscosity

@@ -19,18 +19,18 @@ from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 
 MASS, FIRST, ACROSS, ALONG, MOMENTS = range(5)
-"""Moments of the parts at an interface: Σ m, Σ m o with axial offsets o, ∫ρ x² and ∫ρ z² about the interface."""
+"""Slots of the moments of parts at an interface: Σ m, Σ m o with axial offsets o, ∫ρ x² and ∫ρ z² about it."""
 FLYWHEEL, PULLEY = range(2)
 ROW_X, ROW_Y, ROW_Z, FIELD = range(0, 16, 4)
 OF_X, OF_Y, OF_Z = 1, 2, 3
-"""Rows of a flat field (3, 4), and its columns that multiply the position r in the part; column 0 is at r = 0."""
+"""Columns of a field (3, 4) that multiply the position r in a part; column 0 is the motion at r = 0."""
 F_FIELD, G_FIELD, H_FIELD = 0, FIELD, 2 * FIELD
 """Positions of three fields in scratch."""
 TURN_X, TURN_Y, TURN_Z = 3, 4, 5
 SPUN, PART = 3, 3
-"""Rotations of an interface; row for the load of a rotation about z; number of values (mass, inertias) of a part."""
+"""Row for the load of a rotation about z; number of values (mass, inertias) of a part."""
 NOW, BEFORE, EXTRA = 8, 12, 16
-"""Positions in scratch, after the changes of both interfaces, of new and old moments and of the damper's part."""
+"""Positions in scratch of new moments, old moments and the damper's part, after the changes of both interfaces."""
 
 
 @kernel
@@ -59,7 +59,7 @@ def fitted_extra(numbers, fitted, extra):
 
 @kernel
 def moment_changes(lumps, numbers, out):
-    """Write the changes (2, MOMENTS) of the moments at flywheel and pulley to ``out[0:8]``; 1 if there are any, else 0.
+    """Write changes (2, MOMENTS) of the moments at flywheel and pulley to ``out``. Return 1 if any differ, else 0.
 
     ``out[8:20]`` is scratch.
     """
@@ -96,7 +96,7 @@ def field_of(shapes, mode, f):
 
 @kernel
 def turned_of(f, g):
-    """Field ``g`` whose displacement is e_z × that of field ``f``."""
+    """Write to ``g`` the field whose displacement is e_z × u, with u the displacement of field ``f``."""
     for k in range(4):
         g[k] = -f[4 + k]
         g[4 + k] = f[k]
@@ -115,7 +115,7 @@ def paired(moments, f, g):
 
 @kernel
 def add_changes(lumps, changes, scratch):
-    """Fill MASS, GYROSCOPIC, CENTRIFUGAL and STRESS of ``room``, and the loads, with the crank's plus the changes.
+    """Fill MASS, GYROSCOPIC, CENTRIFUGAL, STRESS of ``room`` and the loads with the crank's values plus the changes.
 
     ``changes`` (2, MOMENTS) flat; ``scratch`` (64,).
     """
@@ -167,7 +167,7 @@ def paired_turned(moments, turned, g):
 
 @kernel
 def turn_in_place(g):
-    """Replace a field by the one whose displacement is e_z × its own."""
+    """Replace the displacement u of field ``g`` by e_z × u."""
     for k in range(4):
         first = g[k]
         g[k] = -g[4 + k]
@@ -197,7 +197,7 @@ def add_loads(lumps, side, moments, scratch):
 
 @kernel
 def outward_field(place, outward):
-    """Field of X_⊥, the position across the axis, for parts at ``place`` (3,)."""
+    """Write to ``outward`` the field of X_⊥, the position across the axis, for parts at ``place`` (3,)."""
     for k in range(12):
         outward[k] = 0.0
     outward[ROW_X], outward[ROW_X + OF_X] = place[0], 1.0
@@ -275,14 +275,14 @@ def add_stress(lumps, side, moments, scratch):
 
 @kernel
 def turn_of_outward(outward, load):
-    """Field of e_z×(e_z×X), which is −X_⊥."""
+    """Write to ``load`` the field of e_z×(e_z×X), which is −X_⊥."""
     for k in range(12):
         load[k] = -outward[k]
 
 
 @kernel
 def skewed(outward, k, load):
-    """Field of e_k × X_⊥."""
+    """Write to ``load`` the field of e_k × X_⊥."""
     a = (k + 1) % 3
     b = (k + 2) % 3
     for c in range(4):

@@ -17,12 +17,12 @@ from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 
 SWEEPS = 60
 SMALL = 1.0e-17
-"""Most sweeps of Jacobi rotations, and fraction of the diagonal above which an element is rotated away."""
+"""Most sweeps of Jacobi rotations, and fraction of the diagonal above which an element is eliminated."""
 
 
 @kernel
 def inverse_of_six(matrix, work, inverse, pivots, column):
-    """Inverse of a matrix (6, 6) into the leading block of ``inverse``; 0, or 1 where it is singular."""
+    """Write the inverse of a matrix (6, 6) to the leading block of ``inverse``. Return 0, or 1 if it is singular."""
     for i in range(6):
         for j in range(6):
             work[i, j] = matrix[i, j]
@@ -39,7 +39,7 @@ def inverse_of_six(matrix, work, inverse, pivots, column):
 
 @kernel
 def ordered(k):
-    """Mode at position k of the factorisation: the rotation about the axis first, then the others in their order."""
+    """Mode at position k of the factorisation: rotation about the axis first, then all other modes in order."""
     return 5 if k == 0 else k - 1 if k < 6 else k
 
 
@@ -63,7 +63,7 @@ def new_modes(lumps):
                 return 1
             else:
                 factor[i, i] = math.sqrt(total)
-    # Inverse of the factor, by columns and lower triangular. Its transpose has orthonormal vectors as columns.
+    # The inverse of the factor is lower triangular; its transpose has orthonormal vectors as columns.
     inverse = room[at.VECTORS]
     for j in range(r):
         for i in range(r):
@@ -123,7 +123,7 @@ def elastic_modes(lumps):
 
 @kernel
 def diagonalise(a, v, first, end):
-    """Diagonalise rows and columns ``first`` to ``end`` of symmetric ``a`` by Jacobi rotations; ``v`` follows."""
+    """Diagonalise rows and columns ``first`` to ``end`` of symmetric ``a`` by Jacobi rotations, applied to ``v``."""
     for _ in range(SWEEPS):
         turned = 0
         for p in range(first, end - 1):

@@ -18,7 +18,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, Law, bearing_law, bearing_levels, usual_level
 from cranktrain.loads.damper import required_damper
 
-# Gas source and input reconstruction.
+# Numbers of the gas source and of the input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2, "polytropic": 3, "stages": 4}
 CONTROLS = ("fixed", "adaptive")
@@ -86,7 +86,7 @@ class Settings:
 
 
 def axial_force(settings: Settings, engine: Engine) -> float:
-    """Axial force on the flywheel, N, as start value of the input: from the settings, else from the engine file."""
+    """Start value of the input for axial force on the flywheel, N: from the settings, else from the engine file."""
     if settings.axial_force is not None:
         return settings.axial_force
     return engine.axial_path.force if engine.axial_path is not None else 0.0
@@ -132,7 +132,7 @@ def step_each_row(settings: Settings) -> Settings:
 
 
 def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
-    """Ruling law: the one with the shortest step of mains, big ends and added bearings; sets integrator and tolerances.
+    """Force law with the shortest step of mains, big ends and added bearings, which sets integrator and tolerances.
 
     If several laws have that step, the mains' law is taken.
     """
@@ -152,15 +152,15 @@ def usual_step(law: Law, engine: Engine) -> float:
 
 
 def usual_film_change(law: Law, engine: Engine) -> float:
-    """Default fraction by which a film may close in a step: the least of the ruling law and all added films."""
+    """Default fraction by which a film may close in a step: the least value of the ruling law and all added films."""
     films = [bearing_law(table.film.level) for table in engine.connection if table.film is not None]
     return min(row.film_change for row in (law, *films))
 
 
 def _usual_block(settings: Settings, engine: Engine, law: Law) -> str:
-    """Default block level of a run; ``law`` is that of its mains."""
+    """Default block level of a run; ``law`` is the force law of its main bearings."""
     described = None not in (engine.block, engine.mounts, engine.piston_guidance)
-    hung = any(engine.articulations)  # on master rods, whose pistons are rigid
+    hung = any(engine.articulations)  # engines with articulated rods have rigid pistons
     deforms = settings.crank in CRANKS and CRANKS[settings.crank].elastic
     return law.block if described and deforms and settings.pistons != "rigid" and not hung else "ground"
 
@@ -184,7 +184,7 @@ def keeps_peaks(name: str, settings: Settings, engine: Engine) -> bool:
 
 
 def check_levels(settings: Settings, engine: Engine) -> None:
-    """Refuse a level that does not exist, that the engine lacks, or that contradicts another one; ``InputError``.
+    """Raise ``InputError`` for a level that does not exist, that the engine lacks, or that contradicts another level.
 
     ``settings`` are resolved.
     """

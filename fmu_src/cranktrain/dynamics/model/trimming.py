@@ -1,4 +1,4 @@
-"""Kernels that adapt a model to other lumped data than its bodies were made for, while it is prepared.
+"""Kernels that change a model to other lumped data than its bodies were made for, while the model is prepared.
 
 Each array is computed from the constants of :mod:`cranktrain.dynamics.model.lumps`, so that nothing of an earlier
 preparation is left. With the engine file's values the arrays are identical to the built ones.
@@ -43,7 +43,7 @@ LOAD, LOAD_END, FIELDS = 12, 18, 20
 
 @kernel
 def trim_refusal(model, numbers):
-    """Status that says why a model cannot have the lumped data in ``numbers``, or OK."""
+    """Status for the reason why a model cannot have the lumped data in ``numbers``, or OK."""
     lumps = model.lumps
     traits = lumps.traits
     for slot in (to.SET_FLYWHEEL, to.SET_PULLEY, to.SET_CLUTCH):
@@ -65,7 +65,7 @@ def other(lumps, numbers, slot):
 
 @kernel
 def trim_oil(model, numbers):
-    """Set the constants of Vogel's law of the oil."""
+    """Set the constants of Vogel's viscosity law of the oil from the numbers of a run."""
     if model.lumps.values[to.SET_VOGEL_A] > 0.0:
         for k in range(3):
             model.basis.oil[VOGEL + k] = numbers[to.SET_VOGEL_A + k]
@@ -73,7 +73,7 @@ def trim_oil(model, numbers):
 
 @kernel
 def trim_model(model, numbers):
-    """Write lumped data into a model; returns a status. ``numbers`` have passed :func:`trim_refusal`."""
+    """Write lumped data into a model, which passed :func:`trim_refusal`. Return a status (0: success)."""
     lumps = model.lumps
     changes = lumps.scratch
     changed = moment_changes(lumps, numbers, changes)
@@ -124,7 +124,7 @@ def trim_rods(model, numbers):
 
 @kernel
 def trim_line(model, numbers):
-    """Set connecting shaft and axial path."""
+    """Set stiffness, damping and inertia of connecting shaft and axial path from the numbers of a run."""
     traits = model.lumps.traits
     if traits[of.ONE_SHAFT] > 0.0:
         model.shaft_laws[0, 0] = numbers[to.SET_LINE_STIFFNESS]
@@ -258,7 +258,7 @@ def weigh_block(model, numbers):
 
 @kernel
 def trim_films(model, numbers):
-    """Set the clearances of mains and big ends."""
+    """Set the clearances of main bearings and big ends."""
     lumps = model.lumps
     clearance = numbers[to.SET_MAIN_CLEARANCE]
     for i in range(model.bearings.shape[0]):
@@ -285,7 +285,7 @@ def scale_ports(model, i, clearance):
 
 @kernel
 def trim_damper(model, numbers):
-    """Set fluid or spring of the damper."""
+    """Set the fluid's viscosity, or stiffness and damping of the spring, in the damper."""
     damper = model.basis.damper
     lumps = model.lumps
     if lumps.traits[of.FITTED] == 0.0:

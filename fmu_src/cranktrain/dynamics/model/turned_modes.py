@@ -17,7 +17,7 @@ from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS, TURN_X, T
 from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 
 TOTAL, ALONG_AXIS = 8, 3
-"""Position in scratch of the crank's mass and first moments, and index among them of the axial one."""
+"""Position in scratch of the crank's mass and first moments, and index of the axial first moment there."""
 
 
 @kernel
@@ -136,7 +136,7 @@ def stated_damping(model, numbers, mode):
 
 @kernel
 def own_damping(lumps, mode, square):
-    """Damping of a new mode of a body that has damping of its own, 1/s; see core.reduced_body.damping_in_modes."""
+    """Damping (1/s) of a new mode of a body with damping of its own; see core.reduced_body.damping_in_modes."""
     total = 0.0
     for i in range(lumps.fixed.shape[2]):
         lost = lumps.room[of.TURN, i, mode] ** 2 * lumps.damping[i]
@@ -149,7 +149,7 @@ def own_damping(lumps, mode, square):
 
 @kernel
 def turn_matrices(model, changed):
-    """Set G and K_σ − C of the crank."""
+    """Set the gyroscopic matrix G and K_σ − C (stress stiffness minus centrifugal matrix) of the crank."""
     lumps = model.lumps
     r = lumps.fixed.shape[2]
     for i in range(model.spin.shape[0]):
@@ -158,7 +158,7 @@ def turn_matrices(model, changed):
             model.gyroscopic[i, j] = lumps.gyroscopic[i, j]
     if changed == 0 or not couples_modes(model):
         return
-    # A crank that only twists has terms for its rigid motions only.
+    # A crank that only twists has gyroscopic and centrifugal terms for its rigid motions only.
     n = 6 if lumps.traits[of.TWISTS] > 0.0 else r
     room = lumps.room
     turn, product = room[of.TURN], room[of.PRODUCT]

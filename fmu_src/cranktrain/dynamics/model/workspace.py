@@ -20,13 +20,13 @@ from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.dynamics.topology.records import AddedWork, added_work
 
 HOOKS = "cranktrain.dynamics.motion.added_hooks:hooks"
-"""Function that lists the kernels of added bodies and connections; named here because it imports this module."""
+"""Function that lists the kernels of added bodies and connections; given as text because it imports this module."""
 
 
 class Factors(NamedTuple):
     """Linear part of a group of bodies with n modes and m ports, for several step sizes."""
 
-    scratch: Array  # (n, n)
+    scratch: Array  # (n, n) matrix S to be inverted
     inverse: Array  # (slots, n, n) S⁻¹ transposed
     response: Array  # (slots, m, n) S⁻¹Φᵀ, row per port
     compliance: Array  # (slots, m, m) Φ S⁻¹ Φᵀ, transposed
@@ -36,12 +36,12 @@ class Factors(NamedTuple):
 class StartRoom(NamedTuple):
     """Scratch of a run's start, see dynamics.start.mean_motion; n_b modes of the block."""
 
-    mean: Array  # (START_MEAN,)
+    mean: Array  # (START_MEAN,) estimate of the motion at the start, see dynamics.model.slots
     circle: Array  # (2, START_SAMPLES) cosines and sines
     torque: Array  # (START_SAMPLES,) torque on a rigid crank over a cycle, N m
     spectrum: Array  # (2, START_HARMONICS) spectrum of the torque, real and imaginary parts
     rod: Array  # (40,) scratch of one rod
-    block: Array  # (START_ROWS, n_b)
+    block: Array  # (START_ROWS, n_b) vectors of the block, see dynamics.model.slots
     matrix: Array  # (12, 12) of the block as a rigid body, complex numbers as pairs
     vectors: Array  # (2, 12)
     joined: Array  # (·, 6) equations of the crank's rigid motion with the block
@@ -61,34 +61,34 @@ class Work(NamedTuple):
     jacobian: Array  # (n_newton, n_newton), padded to a multiple of four for vectors of four
     blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
     factored: Array  # (k, 16) force tangents from which the Newton matrix was made
-    modal: Array  # (MODAL_VECTORS, n)
-    port: Array  # (PORT_VECTORS, m)
+    modal: Array  # (MODAL_VECTORS, n) vectors over all modes, see dynamics.model.slots
+    port: Array  # (PORT_VECTORS, m) vectors over all ports, see dynamics.model.slots
     stage: Array  # (stages, 3, n) q, v, a of each stage
     known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
     scratch: Array  # (64,)
-    counters: Array  # (COUNTERS,) steps, stages, Newton iterations, rejected steps, factorisations, worst residual,
-    # steps that missed the tolerance
+    counters: Array  # (COUNTERS,) counts of steps, stages, iterations and others, see dynamics.model.slots
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, last found in a stage
-    pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given ones as functions of time
+    pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given pressures as functions of time
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as applied in the present stage
     rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
     inputs: Array  # (INPUT_ROWS, i) the reconstructed inputs
-    input_rates: Array  # (i,) rates of the inputs (1/s) that a driver gives for the next communication step;
-    # NaN if not given
-    staged: Array  # (1 + MAX_STAGES, 1 + i) inputs at the stages of the next communication step. Row 0: number of given
-    # stages, number of stages, internal step (rad); then for each stage its time as fraction of a step, and its inputs
+    input_rates: Array  # (i,) rates (1/s) of inputs that a driver gives for the next communication step, else NaN
+    # Row 0 of ``staged``: number of given stages, number of stages, internal step (rad).
+    # Further rows of ``staged``, one for each stage: its time as a fraction of a step, and its inputs.
+    staged: Array  # (1 + MAX_STAGES, 1 + i) inputs at the stages of the next communication step
     powers: Array  # (POWERS,) powers of gas, losses and dynamometer as last observed, W, and the energy stored, J
-    backup: Array  # (3, state) state at the start of a communication step, at the start of a part of a sub-step, and
-    # before a step under way is ended at a communication point
-    family: NDArray[np.int64]  # (families, 2) addresses of the integrators' kernels by family: a step, the difference
-    # from its embedded solution; 0 if not used
+    # Rows of ``backup``: state at the start of a communication step, at the start of a part of a sub-step, and before a
+    # step under way is ended at a communication point.
+    backup: Array  # (3, state) copies of the state
+    # Columns of ``family``: kernel of a step, and kernel of its difference from the embedded solution; 0 if not used.
+    family: NDArray[np.int64]  # (families, 2) addresses of the integrators' kernels, by family
     start: StartRoom
     build: NDArray[np.void]  # (0,) see core.build_mark
 
 
 def make_work(model: ModelArrays, state_size: int, integrators: bool = False, input_rates: Array | None = None) -> Work:
-    """Allocate the workspace of one model; compiles the kernels of its integrator, or of all with ``integrators``.
+    """Allocate the workspace of one model. Compile the kernels of its integrator, or of all if ``integrators`` is True.
 
     ``input_rates`` is an array that the driver of the run writes in place.
     """

@@ -1,4 +1,4 @@
-"""Motion of added bodies in a stage; each has its own linear part, in a frame that moves with the crank angle.
+"""Motion of added bodies in a stage. Each body has a linear part in a frame that moves with the crank angle.
 
 Bodies joined by rigid gears (relations) move in common modes, so their matrices add up.
 
@@ -23,7 +23,7 @@ SOFT_HOLD = 1.0e4
 
 @kernel
 def factor_added(model, work, level, c_q, c_v, omega, holding):
-    """Make S⁻¹, responses and compliances of added bodies in cache slot ``level``; 0, or 1 if one is singular.
+    """Make S⁻¹, responses and compliances of added bodies in cache slot ``level``. Return 0, or 1 if S is singular.
 
     With ``holding`` a soft spring restrains the rotation of each body, so that gears can still turn it into mesh.
     """
@@ -70,7 +70,7 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
 
 @kernel
 def load_added(model, work, frame, displaced, out):
-    """Modal force of frame and gravity on added bodies; motion of their centres of mass into ``work.added.axes``."""
+    """Modal force of frame and gravity on added bodies; writes the motion of mass centres to ``work.added.axes``."""
     bodies = model.bodies
     turn_frames(model, work, frame[at.THETA])
     square = frame[at.OMEGA] * frame[at.OMEGA]

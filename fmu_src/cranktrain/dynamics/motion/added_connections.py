@@ -1,4 +1,4 @@
-"""Forces of added connections in a stage, and their components as unknowns of the Newton iteration.
+"""Forces of added connections in a stage, and their components of motion as unknowns of the Newton iteration.
 
 A component's motion is a sum over ports, with coefficients that depend on the crank angle
 (:mod:`cranktrain.dynamics.topology.terms`). The components are unknowns of the iteration after those of the engine's
@@ -76,7 +76,7 @@ def measure_links(model, work, u, ud):
 
 @kernel
 def link_forces(model, work, frame, pressures, ratio):
-    """Forces and tangents of added connections at the motion of the ports; 0, or the status of a law that failed."""
+    """Forces and tangents of added connections at the motion of the ports. Return 0, or the status of a failed law."""
     links = model.links
     u = work.port[at.U]
     ud = work.port[at.UD]
@@ -115,7 +115,7 @@ def rub(row, out, gaps, u, f):
     if row[added.TURN_A] >= 0.0:
         turn = int(row[added.TURN_A])
         if row[added.TILT_LEVER] > 0.0:
-            # Moments (−l Q_y, l Q_x) on a journal by forces at its end, or moments on a collar.
+            # Moments on a journal by forces Q at its end, (−l Q_y, l Q_x), or moments on a collar.
             pair = int(row[added.SIZE]) - 2
             x, y = u[turn - 2], u[turn - 1]
             if row[added.PAIRS] == 0.0:
@@ -130,7 +130,7 @@ def rub(row, out, gaps, u, f):
 
 @inlined_kernel
 def second_lever(row, out, gaps):
-    """Moment (N m) of a bearing's force at the first end about the second end's centre."""
+    """Moment (N m) about the second end's centre of a bearing's force at the first end."""
     if row[added.PAIRS] != 0.0:
         return 0.0
     first = int(row[added.FIRST])
@@ -139,7 +139,7 @@ def second_lever(row, out, gaps):
 
 @kernel
 def lean(model, work, frame, k, u, f):
-    """Rotate the force on a sliding end with the lean of its wall; returns the power of the change, W.
+    """Rotate the force on a sliding end with the lean of its wall. Return the power of this change, W.
 
     Gas acts along the liner, and the wall presses normal to it, also if the liner leans. With forces along axes at
     rest, an end that slides far would gain energy from a leaning wall.
@@ -201,7 +201,7 @@ def frame_turn(work, row):
 
 @inlined_kernel
 def place_link(model, work, whirl, omega, ud, k):
-    """Set displacement and velocity of connection k from the motion of its components, and ``numbers`` of its law.
+    """Set displacement and velocity of connection k from its components' motion, and the ``numbers`` of its force law.
 
     ``whirl`` and ``omega`` (rad/s) are the speeds of the frame and of the shaft, ud (m,) the ports' velocity.
     """
@@ -240,7 +240,7 @@ def place_link(model, work, whirl, omega, ud, k):
 
 @inlined_kernel
 def call_link(links, k, action, memory, out):
-    """Call the law of connection k at its displacement and velocity; 0, or a failure."""
+    """Call the force law of connection k at its displacement and velocity. Return 0, or a failure status."""
     row = links.entry[k]
     arguments = (row[1], action, row[2], links.place[k], links.velocity[k], links.numbers, memory, out)
     return call_kernel(row[0], arguments)
@@ -248,7 +248,7 @@ def call_link(links, k, action, memory, out):
 
 @inlined_kernel
 def link_law(model, work, frame, pressures, k, action, memory):
-    """Evaluate the law of connection k at the motion of its components, into ``links.out``; 0, or a failure."""
+    """Evaluate the law of connection k at its motion, into ``links.out``. Return 0, or a failure status."""
     links = model.links
     place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
     if links.rows[k, added.CYLINDER] >= 0.0:
@@ -282,7 +282,7 @@ def load_ports(model, work, forces, f):
 
 @inlined_kernel
 def displaced_moments(model, work, frame, u, f):
-    """Add moments of forces at displaced interfaces about their body's centre of mass, at the interfaces' rotations."""
+    """Add moments of forces at displaced interfaces, about the body's centre of mass, to the interfaces' rotations."""
     links = model.links
     for k in range(links.interfaces.shape[0]):
         row = links.interfaces[k]
@@ -303,7 +303,7 @@ def displaced_moments(model, work, frame, u, f):
 
 @kernel
 def link_steps(model, work, step, out):
-    """Change of all added components from a change of all ports (m,), into the first values of ``out``."""
+    """Write the change of all added components to ``out``, from a ``step`` (m,) of all ports."""
     for j in range(model.links.scales.shape[0]):
         out[j] = component(model, work, j, step)
 
@@ -326,7 +326,7 @@ def follow_links(model, work, step, f):
 
 @kernel
 def link_compliance(model, work, cos, sin, slot, out):
-    """Compliance of added components: rows and columns of ``out`` after those of the engine's own (transposed)."""
+    """Compliance of added components (transposed), in rows and columns of ``out`` after the engine's own components."""
     n = model.scales.shape[0]
     count = model.links.scales.shape[0]
     answered = work.added.answered
@@ -341,7 +341,7 @@ def link_compliance(model, work, cos, sin, slot, out):
                 out[n + i, j] = 0.0
                 out[j, n + i] = 0.0
             continue
-        # The engine's components are motions of rotating minus stationary bodies, as in every step of the iteration.
+        # Components of the engine are motions of rotating bodies minus stationary bodies.
         for j in range(n):
             out[n + i, j] = answered[j]
         for p in range(model.pairs.shape[0]):
@@ -390,7 +390,7 @@ def owner_of(bodies, port):
 
 @inlined_kernel
 def engine_column(model, work, cos, sin, slot, i, out):
-    """Column of added component i in the rows of the engine's own: its motion by their unit forces."""
+    """Column of compliance: motion of added component i by unit forces of the engine's own components."""
     links = model.links
     n = model.scales.shape[0]
     turning = model.ports.shape[0]
@@ -419,7 +419,7 @@ def engine_column(model, work, cos, sin, slot, i, out):
 
 @kernel
 def link_size(model, work):
-    """Size of a Newton step of added components over their scales, and of limited ones, in ``work.added.sizes``."""
+    """Write to ``work.added.sizes`` the scaled Newton step of all added components, and of the limited components."""
     links = model.links
     step = work.added.gaps[added.STEP]
     size = 0.0

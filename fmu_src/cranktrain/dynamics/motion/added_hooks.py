@@ -41,20 +41,20 @@ from cranktrain.dynamics.topology import slots as added
 
 @law_kernel
 def factor_hook(model, work, level, c_q, c_v, omega, holding):
-    """S⁻¹, responses and compliances of added bodies. Returns 0, or 1 if one is singular."""
+    """Make S⁻¹, responses and compliances of added bodies. Return 0, or 1 if a matrix S is singular."""
     return factor_added(model, work, level, c_q, c_v, omega, holding)
 
 
 @law_kernel
 def load_hook(model, work, frame, displaced, out):
-    """Modal force of frame and gravity on added bodies. Returns 0."""
+    """Compute the modal force of frame and gravity on added bodies. Return 0."""
     load_added(model, work, frame, displaced, out)
     return 0
 
 
 @law_kernel
 def compliance_hook(model, work, frame, slot):
-    """Compliance of added components, after the engine's in ``work.relative``. Returns 0."""
+    """Write the compliance of added components to ``work.relative``, after the engine's components. Return 0."""
     turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
     link_compliance(model, work, frame[at.COS], frame[at.SIN], slot, work.relative)
     return 0
@@ -62,21 +62,21 @@ def compliance_hook(model, work, frame, slot):
 
 @law_kernel
 def move_hook(model, work, frame, number, slot, c_q, c_v, omega):
-    """Motion of added bodies without forces at their ports. Returns 0."""
+    """Compute the motion of added bodies without forces at their ports. Return 0."""
     move_added_freely(model, work, frame, number, slot, c_q, c_v, omega)
     return 0
 
 
 @law_kernel
 def steps_hook(model, work, step):
-    """Change of the added components from a change of all ports (m,). Returns 0."""
+    """Compute the change of the added components from a ``step`` (m,) of all ports. Return 0."""
     link_steps(model, work, step, work.added.gaps[added.STEP])
     return 0
 
 
 @law_kernel
 def newton_hook(model, work):
-    """Newton matrix with the added connections, from the tangents found last, and its factors.
+    """Make and factorise the Newton matrix with added connections, from the tangents found last.
 
     Components of one added body alone are eliminated first, because they do not couple with those of another body. Only
     components of crank and block fill the matrix. Returns 0, or 1 if the matrix is singular.
@@ -123,7 +123,7 @@ def solve_hook(model, work):
 
 @law_kernel
 def size_hook(model, work):
-    """Sizes of the added components' Newton step. Returns 0."""
+    """Compute the sizes of the added components' Newton step. Return 0."""
     link_size(model, work)
     return 0
 
@@ -144,7 +144,7 @@ def recover_hook(model, work, slot, f, q):
 
 @law_kernel
 def ports_hook(model, q, u):
-    """Motion of the ports of added bodies. Returns 0."""
+    """Compute the motion of the ports of added bodies from modal motion. Return 0."""
     added_to_ports(model, q, u)
     return 0
 
@@ -158,13 +158,13 @@ def answer_hook(model, work, slot, f, u):
 
 @law_kernel
 def forces_hook(model, work, frame, pressures, ratio):
-    """Forces and tangents of added connections. Returns 0, or the status of a law that failed."""
+    """Evaluate forces and tangents of added connections. Return 0, or the status of a law that failed."""
     return link_forces(model, work, frame, pressures, ratio)
 
 
 @law_kernel
 def open_step_hook(model, work, state):
-    """Pass their memory at the step's start to added connections. Returns 0."""
+    """Pass to added connections their memory at the start of a step. Return 0."""
     open_links(model, work, state)
     return 0
 
@@ -191,13 +191,13 @@ def close_step_hook(model, work, state):
 
 @law_kernel
 def rate_hook(model, work, state):
-    """Largest rate at which the gap of an added bearing closes, into ``work.added.sizes``. Returns 0."""
+    """Write to ``work.added.sizes`` the largest rate at which the gap of an added bearing closes. Return 0."""
     work.added.sizes[added.CLOSING] = fastest_link(model, work, state)
     return 0
 
 
 def hooks(model: Any, work: Any) -> list[tuple[Any, tuple[Any, ...]]]:
-    """Kernel of each hook in the order of the slots, with sample arguments of its types."""
+    """Kernel of each hook in the order of the slots, with sample arguments of the right types."""
     x = np.zeros(1)
     return [
         (factor_hook, (model, work, 0, 0.0, 0.0, 0.0, 0.0)),

@@ -36,7 +36,7 @@ def link_offset(model, k):
 
 @inlined_kernel
 def measure_at_state(model, work, state):
-    """Motion of all components at a state whose ports are in ``work.port``; returns the frame's speed, rad/s."""
+    """Compute the motion of all components from the ports in ``work.port``. Return the frame's speed, rad/s."""
     whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
     turn_terms(model, work, state[SHAFT_ANGLE] + state[LEAD_ANGLE], whirl)
     measure_links(model, work, work.port[at.STATE_U], work.port[at.STATE_UD])
@@ -45,7 +45,7 @@ def measure_at_state(model, work, state):
 
 @kernel
 def open_links(model, work, state):
-    """Pass memory and motion of connections at the step's start to their laws."""
+    """Pass memory and motion of added connections at the start of a step to their force laws."""
     whirl = measure_at_state(model, work, state)
     for k in range(model.links.rows.shape[0]):
         if model.links.traits[k, added.KEEPS] > 0.0:
@@ -56,7 +56,7 @@ def open_links(model, work, state):
 
 @kernel
 def open_link_stage(model, work, stage, elapsed, h, gain):
-    """Pass the times of a stage to connections: ``elapsed`` since the step's start, step, g of the stage's rule, s."""
+    """Pass times (s) of a stage to connections: ``elapsed`` since the step's start, step h, g of the stage's rule."""
     numbers = model.links.numbers
     numbers[ELAPSED] = elapsed
     numbers[STEP] = h
@@ -69,7 +69,7 @@ def open_link_stage(model, work, stage, elapsed, h, gain):
 
 @kernel
 def close_link_stage(model, work, frame):
-    """Solve connections with a memory at the stage's ports; 0, or a failure."""
+    """Solve connections with a memory at the ports of a stage. Return 0, or a failure status."""
     turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
     measure_links(model, work, work.port[at.U], work.port[at.UD])
     for k in range(model.links.rows.shape[0]):
@@ -83,7 +83,7 @@ def close_link_stage(model, work, frame):
 
 @kernel
 def close_links(model, work, state):
-    """Write the memory of connections after the last stage to the state."""
+    """Write the memory of added connections after the last stage of a step to the state."""
     for k in range(model.links.rows.shape[0]):
         if model.links.traits[k, added.KEEPS] > 0.0:
             memory = state[link_offset(model, k) : link_offset(model, k + 1)]

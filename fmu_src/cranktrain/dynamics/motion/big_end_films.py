@@ -1,4 +1,4 @@
-"""Films of floating big ends: motion and axes for their laws, and the actions of a step for laws with a memory.
+"""Films of floating big ends: motion and axes for their force laws, and the actions of a step for laws with a memory.
 
 Pin and rod both rotate. Laws with a memory solve their film in axes of the rod (x across it, y from the big end to the
 small end, and the angle of a supply counts from x), in which the bore is at rest. Other laws use axes of the frame. The
@@ -39,7 +39,7 @@ from cranktrain.film.laws.films import (
 
 @kernel
 def big_end_film(model, work, frame, c, cos, sin, ratio):
-    """Film between pin and free big end of cylinder c, from the motions in scratch, the pin's from PIN on.
+    """Evaluate the film between pin and free big end of cylinder c, from their motions in scratch.
 
     Adds its forces to pin, rod and pin rotation, and fills its tangent. Returns the side force on the piston that
     balances its friction torque on the rod, and 0 or the status of a law that failed.
@@ -79,7 +79,7 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
 
 @inlined_kernel
 def place_pin(model, film, pin, rod):
-    """Displacement and velocity of a pin in its floating big end, from the motions of both, into row ``film``."""
+    """Write displacement and velocity of a pin in its floating big end to row ``film``, from the motions of both."""
     for k in range(2):
         model.laws.place[film, k] = pin[k] - rod[k]
         model.laws.velocity[film, k] = pin[VX + k] - rod[VX + k]
@@ -87,7 +87,7 @@ def place_pin(model, film, pin, rod):
 
 @inlined_kernel
 def tell_big_end(model, row, rod, cos, sin, pin_speed):
-    """Pass speeds and the rod's axes to the law of a floating big end; returns the small end's height (m), rod's speed.
+    """Pass speeds and rod axes to the law of a floating big end. Return the small end's height (m) and the rod's speed.
 
     ``cos`` and ``sin`` are those of the frame's angle relative to the cylinder, ``rod`` is the big end's motion; speeds
     in rad/s. :func:`frame_again` restores the axes.
@@ -103,7 +103,7 @@ def tell_big_end(model, row, rod, cos, sin, pin_speed):
 
 @inlined_kernel
 def turn_to_rod(row, rod, cos, sin, height, numbers):
-    """Cosine and sine of the frame's angle relative to the rod, from those to the cylinder, into ``numbers``."""
+    """Write to ``numbers`` cosine and sine of the frame's angle relative to the rod, from the angle to the cylinder."""
     lean_sin = (cos * rod[X] - sin * rod[Y] - row[at.OFFSET]) / row[at.ROD]
     lean_cos = height / row[at.ROD]
     numbers[COS] = cos * lean_cos + sin * lean_sin
@@ -112,21 +112,21 @@ def turn_to_rod(row, rod, cos, sin, height, numbers):
 
 @inlined_kernel
 def frame_again(model, frame):
-    """Restore the frame's own axes in the ``numbers`` of the laws."""
+    """Restore the axes of the crank's frame in the ``numbers`` of the force laws."""
     frame_numbers(frame, model.laws.numbers)
     model.laws.numbers[TURN] = 0.0
 
 
 @inlined_kernel
 def big_end_row(model, c, trait):
-    """Row of the film of cylinder c's big end if it floats and its law has the trait, else −1."""
+    """Row of the big-end film of cylinder c; −1 if the big end does not float or its law lacks the trait."""
     film = int(model.cylinders[c, at.PIN_ROW])
     return film if model.cylinders[c, at.END_PORT] >= 0.0 and model.laws.traits[film, trait] > 0.0 else -1
 
 
 @kernel
 def open_big_end(model, work, cos, sin, whirl, film, c):
-    """Pass the motion of a pin at a step's start to the law of cylinder c; ``cos``, ``sin`` of the frame's angle then.
+    """Pass the motion of a pin at the start of a step to the law of cylinder c; ``cos`` and ``sin`` are the frame's.
 
     ``whirl`` is the frame's speed then, rad/s. The state's motion is in ``work.port`` from row STATE_U on. The caller
     calls the law.
@@ -136,7 +136,7 @@ def open_big_end(model, work, cos, sin, whirl, film, c):
     rod = work.scratch
     pin = work.scratch[PIN:]
     frame = work.frames[0]
-    # Displacements and velocities need only the speed, and the frame's row has that of the first stage.
+    # Displacements and velocities need only the frame's speed; the frame's row holds that of the first stage.
     first_stage = frame[at.OMEGA]
     frame[at.OMEGA] = whirl
     pin_motion(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], pin)
@@ -150,7 +150,7 @@ def open_big_end(model, work, cos, sin, whirl, film, c):
 
 @kernel
 def act_on_big_ends(model, work, frame, action, trait):
-    """Call the laws of floating big ends that have a trait at the motion of a stage; 0, or a failure."""
+    """Call the laws of floating big ends with a trait at the motion of a stage. Return 0, or a failure status."""
     status = 0
     for c in range(model.cylinders.shape[0]):
         film = big_end_row(model, c, trait)
@@ -179,5 +179,5 @@ def line_up_big_ends(model, work, frame):
 
 @inlined_kernel
 def close_big_ends(model, work, frame):
-    """Solve films of big ends with a memory at the stage's ports; 0, or a failure."""
+    """Solve films of big ends with a memory at the ports of a stage. Return 0, or a failure status."""
     return act_on_big_ends(model, work, frame, CLOSE_STAGE, MEMORY)

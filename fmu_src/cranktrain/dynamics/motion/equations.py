@@ -1,4 +1,4 @@
-"""Equations of crank and block: the frozen linear part and the force laws at the ports.
+"""Equations of crank and block: linear part at a fixed speed Ω₀, and force laws at the ports.
 
 The linear part of a stage with q = Q + c_q a, v = V + c_v a is, for rotating and for stationary bodies,
 
@@ -48,7 +48,7 @@ from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 @kernel
 def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
-    """Make S⁻¹, the ports' responses and their compliance for (c_q, c_v, Ω₀), in cache slot ``level``.
+    """Make S⁻¹, and responses and compliance of the ports for (c_q, c_v, Ω₀), in cache slot ``level``.
 
     Returns 0, or 1 if S is singular. ``holding`` (N m/rad) restrains the rotation of the flywheel, ``block_holding``
     ((rad/s)²) the rigid motion of the block.
@@ -58,7 +58,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
     part = work.turning
     for i in range(t):
         for j in range(t):
-            # Arrays are kept transposed: element (j, i) of the matrix stands at [i, j].
+            # Arrays are stored transposed: element (j, i) of the matrix is at [i, j].
             b = 2.0 * omega * model.gyroscopic[i, j]
             s = omega * omega * model.spin[i, j]
             for k in range(model.shafts.shape[0]):
@@ -92,7 +92,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
 
 @kernel
 def factor_part(part, level, shapes, transposed):
-    """Invert the matrix in ``part.scratch`` and make response and compliance of its ports; 0, or 1 if it is singular.
+    """Invert the matrix in ``part.scratch``, make response and compliance of ports. Return 0, or 1 if it is singular.
 
     No pivoting is needed, because for steps much shorter than a turn 1/c_q outweighs centrifugal softening and
     gyroscopic terms.
@@ -109,7 +109,7 @@ def factor_part(part, level, shapes, transposed):
 
 @inlined_kernel
 def external_force(model, frame, displaced, out):
-    """Modal force (n,) of frame motion, shaft, valve train, gravity on displaced mass, and preload of the mounts."""
+    """Write to ``out`` the modal force (n,) of frame motion, shaft, valve train, gravity and preload of the mounts."""
     t = model.ports.shape[1]
     omega = frame[at.OMEGA]
     g_x = -model.scalars[at.GRAVITY] * frame[at.SIN]
@@ -145,7 +145,7 @@ def external_force(model, frame, displaced, out):
     if frame[at.AXIAL_FORCE] != 0.0:
         for i in range(t):
             out[i] += frame[at.AXIAL_FORCE] * model.ends[at.FLYWHEEL_AXIAL, i]
-    # Each rigid mode has its own rotation: lateral ones of an unbalanced crank rotate it a little as well.
+    # Every rigid mode rotates the crank: lateral modes of an unbalanced crank rotate it a little as well.
     for i in range(6):
         out[i] += model.ends[1, i] * (x * g_y - y * g_x)
     n = t + model.block.preload.shape[0]
@@ -191,7 +191,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     status |= rod_forces(model, work, frame, pressures, c_q, c_v)
     if model.block_ports.shape[0] > 0:
         reactions(model, frame[at.COS], frame[at.SIN], f)
-        # The opposite moment acts on the block, about its own axis.
+        # The opposite moment acts on the block, about the block's own axis.
         x = frame[at.CRANK_X] - frame[at.COS] * frame[at.BLOCK_X] - frame[at.SIN] * frame[at.BLOCK_Y]
         y = frame[at.CRANK_Y] - frame[at.COS] * frame[at.BLOCK_Y] + frame[at.SIN] * frame[at.BLOCK_X]
         for k in range(model.connections.shape[0]):
@@ -206,7 +206,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
 
 @kernel
 def law_force(model, work, frame, k, ratio):
-    """Forces and tangents of connection k at the relative motion of its ports; 0, or a failure."""
+    """Forces and tangents of connection k at the relative motion of its ports. Return 0, or a failure status."""
     row = model.connections[k]
     laws = model.laws
     place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
@@ -219,7 +219,7 @@ def law_force(model, work, frame, k, ratio):
 
 @inlined_kernel
 def journal_force(model, work, frame, k, ratio):
-    """Forces and tangents of connection k with one or two pairs of components only; faster path for journals.
+    """Forces and tangents of connection k with only one or two pairs of components; a faster path for journals.
 
     By :func:`law_force` a cycle of the six-cylinder engine at ``impedance`` takes 2 % longer.
     """

@@ -1,4 +1,4 @@
-"""Calls of laws with a memory in a step; see :mod:`cranktrain.film.laws.films`.
+"""Calls of force laws with a memory in a step; see :mod:`cranktrain.film.laws.films`.
 
 The order of calls in a step is ``open_step``, then for each stage ``open_stage``, the stage's iteration and
 ``close_stage``, and ``close_step`` at the end. If no law has a memory, they do nothing.
@@ -46,14 +46,14 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
 @inlined_kernel
 def memory_offset(model, k):
-    """First index in the state of the memory of law k, which ends where that of the next law begins."""
+    """First index in the state of the memory of law k, which ends where the memory of the next law begins."""
     first = film_offset(model.omega2.shape[0], port_count(model))
     return first + model.laws.remembered[k]
 
 
 @inlined_kernel
 def motion_size(model):
-    """Length of the state without the ends of a step under way."""
+    """Length of the state without the stored begin and end of a step under way."""
     first = film_offset(model.omega2.shape[0], port_count(model))
     first += model.laws.remembered[model.laws.remembered.shape[0] - 1]
     return first + model.links.remembered[model.links.remembered.shape[0] - 1]
@@ -67,13 +67,13 @@ def remembers(laws):
 
 @inlined_kernel
 def recalling_call(model, state, action, k, out):
-    """Call law k with its memory, a part of the state; 0, or a failure."""
+    """Call force law k with its memory, a part of the state. Return 0, or a failure status."""
     return film_call(model.laws, action, k, state[memory_offset(model, k) : memory_offset(model, k + 1)], out)
 
 
 @kernel
 def open_step(model, work, state):
-    """Pass memory and motion at the step's start to laws with a memory."""
+    """Pass memory and motion at the start of a step to force laws with a memory."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_OPEN_STEP], (model, work, state))
     if not remembers(model.laws):
@@ -101,7 +101,7 @@ def open_step(model, work, state):
 
 @inlined_kernel
 def open_stage(model, work, stage, elapsed, h, gain):
-    """Pass the times of a stage to laws: ``elapsed`` since the step's start, step h, g of the stage's rule, s."""
+    """Pass times (s) of a stage to force laws: ``elapsed`` since the step's start, step h, g of the stage's rule."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_OPEN_STAGE], (model, work, stage, elapsed, h, gain))
     if not remembers(model.laws):
@@ -118,7 +118,7 @@ def open_stage(model, work, stage, elapsed, h, gain):
 
 @inlined_kernel
 def close_stage(model, work, frame):
-    """Solve laws with a memory at the final ports of a stage, after the linearised Newton step; 0, or a failure."""
+    """Solve laws with a memory at the final ports of a stage, after its Newton step. Return 0, or a failure status."""
     if remembers(model.links):
         status = call_kernel(model.links.hooks[added.AT_CLOSE_STAGE], (model, work, frame))
         if status != 0:
@@ -148,7 +148,7 @@ def close_stage(model, work, frame):
 
 @kernel
 def close_step(model, work, state):
-    """Write the memory of laws after the last stage to the state."""
+    """Write the memory of force laws after the last stage of a step to the state."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_CLOSE_STEP], (model, work, state))
     for k in range(model.connections.shape[0]):

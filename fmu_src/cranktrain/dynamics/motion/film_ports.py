@@ -1,4 +1,4 @@
-"""Force laws at the ports of a stage: input motion of a law, its forces, and its tangents by the ports' motion.
+"""Force laws at the ports of a stage: input motion of a law, its forces, and its tangents by motion of the ports.
 
 A law acts at the Newton ports of its connection. Components that form pairs rotate with the frame's axes: for a journal
 x and y of its middle, and with tilt those of its end as well; for a collar its rotations. In a stage u̇ changes by
@@ -38,7 +38,7 @@ def frame_numbers(frame, numbers):
 
 @inlined_kernel
 def place_law(model, k, u, ud, whirl):
-    """Displacement and velocity in space, along the frame's axes, of connection k, into ``model.laws``."""
+    """Write displacement and velocity in space of connection k, along the frame's axes, to ``model.laws``."""
     row = model.connections[k]
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
@@ -55,7 +55,7 @@ def place_law(model, k, u, ud, whirl):
 
 @inlined_kernel
 def place_pair(port, u, ud, whirl, place, velocity):
-    """Displacement of a pair of components from ``port`` on, and its velocity in space."""
+    """Write displacement and velocity in space of a pair of components, from ``port`` on."""
     x = u[port]
     y = u[port + 1]
     place[0] = x
@@ -66,7 +66,7 @@ def place_pair(port, u, ud, whirl, place, velocity):
 
 @inlined_kernel
 def tell_law(model, frame, k, u, ud):
-    """Pass the speed to the law of connection k, and the torque of the drive line's springs if the law needs it."""
+    """Pass the speed to the law of connection k, and the torque of the drive line's springs if that law needs it."""
     row = model.connections[k]
     speed = frame[at.OMEGA]
     if row[at.SPIN] >= 0.0:
@@ -94,7 +94,7 @@ def line_up_laws(model, work, frame):
 
 @inlined_kernel
 def hand_forces(row, frame, out, u, f):
-    """Write a law's forces ``out`` to the ports f (m,) of its connection, and add their moments.
+    """Write forces ``out`` of a law to the ports f (m,) of its connection, and add the moments of these forces.
 
     u (m,) are the displacements of the ports. Moments are about the crank's axis.
     """
@@ -118,7 +118,7 @@ def hand_forces(row, frame, out, u, f):
 
 @inlined_kernel
 def hand_pair(port, x, y, out, u, f, torque):
-    """Write a pair of forces to the ports from ``port`` on; returns ``torque`` plus their moment about (x, y)."""
+    """Write a pair of forces to the ports from ``port`` on. Return ``torque`` plus the pair's moment about (x, y)."""
     f[port] = out[0]
     f[port + 1] = out[1]
     return torque + (u[port] - x) * out[1] - (u[port + 1] - y) * out[0]

@@ -33,13 +33,13 @@ SMALL_TANGENT = 0.05
 
 @inlined_kernel
 def trace_angle(model, cylinder, theta):
-    """Crank angle after the firing dead centre of a cylinder, rad."""
+    """Crank angle after the firing dead centre of a ``cylinder`` at the angle ``theta``, rad."""
     return theta - model.cylinders[cylinder, at.PHASE]
 
 
 @inlined_kernel
 def gas_force(rod, scalars, pressure):
-    """Force (N) of the gas on a piston and on its head at a cylinder pressure (Pa, absolute); ``rod`` is its row."""
+    """Force (N) of the gas on piston and head at a pressure (Pa, absolute); ``rod`` is the cylinder's row."""
     return (pressure - scalars[at.CRANKCASE]) * rod[at.AREA] * rod[at.OWN_ROD]
 
 
@@ -67,7 +67,7 @@ def own_angle(model, frame, u, x, y, cylinder):
 
 @inlined_kernel
 def polar_angle(x, y):
-    """Angle (rad) of a point from the x-axis, by a few terms of the series if it is small."""
+    """Angle (rad) of a point from the x-axis, by a few terms of the series if the angle is small."""
     if abs(y) > SMALL_TANGENT * x:
         return math.atan2(y, x)
     tangent = y / x
@@ -77,7 +77,7 @@ def polar_angle(x, y):
 
 @inlined_kernel
 def given_pressure(model, work, cylinder, angle, elapsed):
-    """Pressure (Pa, absolute) of the inputs at a cylinder's own crank angle, ``elapsed`` (s) into the step."""
+    """Pressure (Pa, absolute) that the inputs give at a cylinder's own crank angle, ``elapsed`` (s) into the step."""
     k = 1 + cylinder
     value = work.inputs[at.VALUE, k]
     exponent = work.inputs[at.EXPONENT, k]
@@ -98,7 +98,7 @@ def knows_volumes(work):
 
 @inlined_kernel
 def pressure_in(work, cylinder, angle, volume):
-    """Pressure (Pa, absolute) of the inputs at the crank's angle in the actual volume (m³) above the piston."""
+    """Pressure (Pa, absolute) that the inputs give at the crank's angle in the actual volume (m³) above the piston."""
     k = 1 + cylinder
     bend = (angle - work.inputs[at.ANGLES, 1]) * work.inputs[at.BEND, k]
     value = work.inputs[at.VALUE, k] + (angle - work.inputs[at.ANGLES, 0]) * (work.inputs[at.RATE, k] + bend)
@@ -107,7 +107,7 @@ def pressure_in(work, cylinder, angle, volume):
 
 @inlined_kernel
 def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
-    """Pressure (Pa, absolute) of a cylinder at its own crank angle, and for a trace the derivative by it, Pa/rad.
+    """Pressure (Pa, absolute) of a cylinder at its own crank angle; for a trace also the derivative by angle, Pa/rad.
 
     ``volume`` (m³) is the actual volume above the piston, for pressures that depend on it; ``at_time`` is the pressure
     of an input given over time.
@@ -130,7 +130,7 @@ def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
 
 @inlined_kernel
 def encoder_end(model):
-    """Row of ``ModelArrays.ends`` with the rotation of an encoder on the pulley or the flywheel."""
+    """Row of ``ModelArrays.ends`` with the rotation of the encoder, on the pulley or on the flywheel."""
     return at.PULLEY_ROTATION if model.choices[at.ENCODER] == at.PULLEY else at.FLYWHEEL_ROTATION
 
 
@@ -188,7 +188,7 @@ def volume_over(row, height):
 
 @kernel
 def articulated_height(model, row, theta, cylinder):
-    """Height (m) of the piston of an articulated rod at a crank angle, and its derivative (m/rad)."""
+    """Height (m) of the piston of an articulated rod at a crank angle, and the derivative of this height (m/rad)."""
     master = model.cylinders[int(row[at.MASTER])]
     joint = row[at.JOINT :]
     cos = math.cos(theta - master[at.BANK])
@@ -214,7 +214,7 @@ def built_in(model, state):
 
 @inlined_kernel
 def crank_rotation(model, state):
-    """Rotation of the crank as a rigid body relative to its frame at the state (rad), its rate and acceleration."""
+    """Rotation (rad), rate and acceleration of the crank as a rigid body relative to its frame, at the state."""
     n = model.omega2.shape[0]
     unit = model.scalars[at.RIGID_ROTATION]
     return (

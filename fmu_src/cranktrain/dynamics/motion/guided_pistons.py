@@ -22,13 +22,16 @@ from cranktrain.loads.slider_crank import (
     rod_force,
 )
 
-# Results of :func:`piston_forces`: force across and moment on the piston, their derivatives by gap and rate of the
-# upper and the lower layer, the layers' forces, friction along the cylinder, and the resultant of liner and gas on the
-# piston: force across and along the cylinder's axis at rest, and moment about the crank's axis.
+# Positions of the results of :func:`piston_forces`:
+# ACROSS, MOMENT: force across the cylinder and moment on the piston.
+# UPPER_BY_GAP to LOWER_BY_RATE: derivatives of the forces of the upper and the lower layer by gap and rate.
+# UPPER, LOWER, FRICTION_ALONG: forces of both layers, and friction along the cylinder.
+# LINER_ACROSS, LINER_ALONG: resultant of liner and gas on the piston across and along the cylinder's axis at rest.
+# LINER_MOMENT: moment of this resultant about the crank's axis.
 ACROSS, MOMENT, UPPER_BY_GAP, UPPER_BY_RATE, LOWER_BY_GAP, LOWER_BY_RATE = 0, 1, 2, 3, 5, 6
 UPPER, LOWER, FRICTION_ALONG, LINER_ACROSS, LINER_ALONG, LINER_MOMENT = range(7, 13)
 LAYER = 3
-"""Number of values that a layer's law writes: force, and its derivatives by gap and rate."""
+"""Number of values that the force law of a skirt layer writes: force, and its derivatives by gap and rate."""
 PISTON_STEPS = 12
 PISTON_TOLERANCE = 1.0e-15
 """Most Newton steps of a guided piston, and the change (m) at which the iteration ends."""
@@ -39,7 +42,7 @@ class RodLoad(NamedTuple):
 
     cylinder: int
     gas: float  # gauge pressure times piston area, N
-    torque: float  # side force on the piston that balances the big end's friction torque on the rod, N
+    torque: float  # side force (N) on the piston that balances the big end's friction torque on the rod
     g_x: float  # gravity's reaction, m/s²
     g_y: float
 
@@ -63,7 +66,7 @@ def upper_share(model, c, height):
 
 @kernel
 def guided_rod(model, work, frame, load, c_q, c_v):
-    """Solve for a piston between its guiding springs; results as of rod_force in ``work.scratch``, CROSS is input.
+    """Solve for a piston between its guiding springs, from CROSS in ``work.scratch``; results are as from rod_force.
 
     Solves M (x, τ)'' = F of the piston at the motion of pin and liner. The forces are written to the ports of piston
     and liner, the motion found to those of the piston.
@@ -77,7 +80,7 @@ def guided_rod(model, work, frame, load, c_q, c_v):
     u_q = work.port[at.U_Q]
     u_v = work.port[at.U_V]
     port = int(rod[at.PISTON_PORT])
-    # Side forces and friction start from the stage's last evaluation.
+    # Iteration of side forces and friction starts from the last evaluation of the stage.
     for j in range(LAYER):
         side[UPPER + j] = work.guides[c, j]
     for _ in range(PISTON_STEPS):
@@ -98,7 +101,7 @@ def guided_rod(model, work, frame, load, c_q, c_v):
     f[port] = side[ACROSS]
     f[port + 1] = side[MOMENT]
     if rod[at.LINER_PORT] >= 0.0:
-        # Reaction of the forces of liner and gas on the piston, with the opposite moment about the block's axis.
+        # Reaction on the block of the forces of liner and gas on the piston, with its moment about the block's axis.
         k = int(rod[at.LINER_PORT])
         upper = model.block.liners[c, 0]
         lower = model.block.liners[c, 1]
@@ -118,7 +121,7 @@ def guided_rod(model, work, frame, load, c_q, c_v):
 
 @kernel
 def piston_step(model, work, port, piston, c_q, c_v, side):
-    """Newton step of a guided piston's x and τ, from its forces in ``side`` and the rod's in ``work.scratch``."""
+    """Newton step of a guided piston in x and τ, from piston forces in ``side`` and rod forces in ``work.scratch``."""
     out = work.scratch
     law = model.block.guidance
     inverse = model.block.piston_inverse
@@ -145,7 +148,7 @@ def piston_step(model, work, port, piston, c_q, c_v, side):
 
 @kernel
 def piston_forces(model, load, piston, u, ud, cross, out, side):
-    """Forces on a guided piston at its motion, into ``side``; ``out`` as of rod_force without big end.
+    """Write the forces on a guided piston in motion to ``side``; ``out`` is as from rod_force, without big end.
 
     ``side[UPPER:]`` holds the layers' forces and the friction of the last evaluation. Gas and friction act along the
     liner and its springs normal to it, also if it leans: an engine on soft mounts leans by a degree, and 100 kN of gas
@@ -162,7 +165,7 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         rise = u[liner + 2]
         rise_rate = ud[liner + 2]
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
-    # Friction and lean use the side forces found last, which agree after one more step of the iteration.
+    # Friction and the liner's lean use the side forces found last, which agree after one more iteration.
     push = load.gas - side[FRICTION_ALONG]
     down = push + slope * (side[UPPER] + side[LOWER])
     rod_force(
@@ -180,11 +183,11 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         gap = piston.x - piston.t * height
         rate = piston.x_v - piston.t_v * height
         if liner >= 0:
-            # Position along the liner, which has moved itself.
+            # Position of the piston along the liner, which has moved itself.
             share = upper_share(model, c, out[PISTON] + height - rise)
             gap -= share * u[liner] + (1.0 - share) * u[liner + 1]
             rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (out[PISTON_VELOCITY] - rise_rate)
-        # The layer's force is kept temporarily where the moment, or a gap between the tangents, lies.
+        # The layer's force is stored temporarily in the slot of the moment, or in a free slot between the tangents.
         layer_force(law, layer, gap, rate, side[MOMENT + LAYER * layer :])
         pressing = side[MOMENT + LAYER * layer]
         side[UPPER + layer] = pressing

@@ -8,7 +8,7 @@ from cranktrain.core.vectors import LANES, load, store, subtract_1x4, subtract_4
 
 @kernel
 def factor_lu(a, n, pivots):
-    """LU-factorise the leading n × n block of ``a`` in place with partial pivoting; 0, or 1 if singular."""
+    """LU-factorise the leading n × n block of ``a`` in place, with partial pivoting. Return 0, or 1 if singular."""
     for k in range(n):
         best = k
         largest = abs(a[k, k])
@@ -33,7 +33,7 @@ def factor_lu(a, n, pivots):
 
 @kernel
 def solve_lu(a, n, pivots, b):
-    """Solve with the factors of :func:`factor_lu`, in place on ``b``."""
+    """Solve A x = b with the factors of A from :func:`factor_lu`, in place on ``b``."""
     for k in range(n):
         p = int(pivots[k])
         if p != k:
@@ -52,7 +52,7 @@ def solve_lu(a, n, pivots, b):
 
 @kernel
 def factor_rows(a, n):
-    """LU-factorise the leading n × n block in place without pivoting; 0, or 1 if a pivot vanishes.
+    """LU-factorise the leading n × n block in place without pivoting. Return 0, or 1 if a pivot vanishes.
 
     Made for the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four
     pivots are made, then subtracted from all rows below, four rows at once, which are independent. Each product is
@@ -63,13 +63,13 @@ def factor_rows(a, n):
 
 @kernel
 def factor_sparse_rows(a, n):
-    """LU-factorise as :func:`factor_rows` a matrix with many zeros; rows that four pivots do not change are skipped."""
+    """LU-factorise a matrix with many zeros without pivoting; rows that four pivots do not change are skipped."""
     return factor_by_fours(a, n, True)
 
 
 @inlined_kernel
 def factor_by_fours(a, n, sparse):
-    """Factorise by four pivots at a time; with ``sparse`` rows that would not change are skipped."""
+    """LU-factorise by four pivots at a time; if ``sparse``, rows that would not change are skipped."""
     k = 0
     while k + 3 < n:
         if factor_block(a, n, k, k + 4) != 0:
@@ -113,7 +113,7 @@ def eliminate(a, n, i, height, k):
 
 @inlined_kernel
 def factor_block(a, n, start, end):
-    """Make pivots from ``start`` on and subtract them from rows before ``end``; 0, or 1 if one vanishes."""
+    """Make pivots ``start`` to ``end`` and subtract their rows from later rows. Return 0, or 1 if a pivot vanishes."""
     for r in range(start, end):
         for p in range(start, r):
             f0 = a[r, p] * a[p, p]
@@ -123,7 +123,7 @@ def factor_block(a, n, start, end):
         if not abs(a[r, r]) > 1.0e-9:
             return 1
         a[r, r] = 1.0 / a[r, r]
-    # Only the last block is smaller, and no columns follow it.
+    # Only the last block has fewer than four rows, and no columns follow it.
     j = end
     while j + 3 < n:
         first = load(a, (start, j))
@@ -212,7 +212,7 @@ def add_product(transposed, x, rows, columns, y):
 
 @kernel
 def add_columns(transposed, x, rows, start, columns, y):
-    """y += Bᵀ x for the columns from ``start`` on; others are neither read nor written."""
+    """y += Bᵀ x for the columns from ``start`` on; other columns are neither read nor written."""
     last = columns - 2 * LANES
     if last < start:
         for i in range(rows):
@@ -258,7 +258,7 @@ def eight_columns(transposed, x, rows, j, y):
 
 @inlined_kernel
 def add_narrow(transposed, x, rows, columns, y):
-    """y += Bᵀ x for fewer than eight columns."""
+    """y += Bᵀ x for a matrix B with fewer than eight columns."""
     if columns < LANES:
         for i in range(rows):
             for j in range(columns):
@@ -346,7 +346,7 @@ def subtract_row(row, factor, other, columns):
 
 @kernel
 def invert(a, n, inverse):
-    """Invert the n × n matrix ``a`` (destroyed), without pivoting as :func:`factor_rows`; 0, or 1 if singular.
+    """Invert the n × n matrix ``a`` (destroyed), without pivoting. Return 0, or 1 if a pivot vanishes.
 
     All columns are solved for together, four rows at once, so that the first step after a start, or of another length,
     takes no longer than one with many iterations.
@@ -357,7 +357,7 @@ def invert(a, n, inverse):
         for j in range(n):
             inverse[i, j] = 0.0
         inverse[i, i] = 1.0
-    # Forward: row k ends at its diagonal.
+    # Forward substitution: row k of the lower factor ends at its diagonal.
     fours = n - n % LANES
     for i in range(n):
         first = 0

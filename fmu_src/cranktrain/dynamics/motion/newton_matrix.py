@@ -8,7 +8,7 @@ from cranktrain.core.vectors import LANES, load, store
 
 @inlined_kernel
 def start_jacobian(jacobian):
-    """Set the matrix to the identity, which rows beyond the components keep."""
+    """Set the Newton matrix to the identity, which padding rows beyond the components keep."""
     size = jacobian.shape[0]
     for i in range(size):
         row = jacobian[i]
@@ -19,7 +19,7 @@ def start_jacobian(jacobian):
 
 @kernel
 def fill_jacobian(compliance, connections, blocks, n, jacobian):
-    """Subtract (H J)ᵀ from ``jacobian`` on the n components; J is the sum of the connections' blocks.
+    """Subtract (H J)ᵀ from ``jacobian`` on n components; H is the compliance, J the sum of the connections' blocks.
 
     ``compliance`` is kept transposed, [k, i] = H_ik, because it is symmetric only without gyroscopic terms.
     """
@@ -38,7 +38,7 @@ def fill_jacobian(compliance, connections, blocks, n, jacobian):
 
 @inlined_kernel
 def subtract_shares(row, shares, first, second, n):
-    """Subtract two columns, times the factors ``shares``, from ``row``; n numbers."""
+    """Subtract two columns of n numbers, times the factors ``shares``, from ``row``."""
     of_first, of_second = shares
     i = 0
     while i + 3 < n:

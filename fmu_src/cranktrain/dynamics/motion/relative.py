@@ -51,7 +51,7 @@ def relative_step(model, cos, sin, step):
 
 @inlined_kernel
 def move_axis(model, frame, u):
-    """Displacement of the axes of crank and block with the block on its mounts, from the ports u (m,), into ``frame``.
+    """Write to ``frame`` the displacement of the axes of crank and block with the block on its mounts, from u (m,).
 
     They are means of the displacements of main journals and bores, weighted for the crank's centre of mass.
     """
@@ -96,7 +96,7 @@ def relative_compliance(model, cos, sin, turning, standing, out):
         for j in range(model.pairs.shape[0]):
             r = int(model.pairs[j, 0])
             o = int(model.pairs[j, 1]) - first
-            # Rᵀ B R of each 2 × 2 block B.
+            # Add Rᵀ B R for each 2 × 2 block B of the stationary compliance.
             xx = standing[s, o] * cos + standing[s, o + 1] * sin
             xy = standing[s, o + 1] * cos - standing[s, o] * sin
             yx = standing[s + 1, o] * cos + standing[s + 1, o + 1] * sin

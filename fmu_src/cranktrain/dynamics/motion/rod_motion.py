@@ -8,22 +8,23 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.loads.articulated_rod import hang
 
-# Motion of a point in a plane, six values from X on. For a pin its displacement follows, and the part (R(φ) − I) X of
-# it by rotation alone.
+# Motion of a point in a plane: position X, Y, velocity VX, VY, acceleration AX, AY.
+# MOVED, ARM: for a pin, its displacement, and the part (R(φ) − I) X of the displacement by rotation alone.
 X, Y, VX, VY, AX, AY, MOVED, ARM = 0, 1, 2, 3, 4, 5, 6, 8
-# Positions in scratch, beyond rod_force's results, of a pin's motion, a rod's motion in axes of its cylinder, and
-# values of its piston.
+# Positions in scratch, after the results of rod_force:
+# PIN, CROSS: motion of a pin, and motion of a rod's end in axes of its cylinder.
+# SIDE: values of the rod's piston.
 PIN, CROSS, SIDE = 16, 24, 48
 MASTERS_PIN, PUSH = 32, 44
-"""Positions in scratch of the motion of the crank pin under an articulated rod, in axes of its master's cylinder (CROSS
-has the knuckle pin's), and of the force on a rod's end by unit force on its piston."""
+"""Positions in scratch of the motion of the crank pin under an articulated rod, in axes of the master's cylinder (the
+motion of the knuckle pin is at CROSS), and of the force on a rod's end by unit force on its piston."""
 SMALL = 0.1
 """Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
 
 
 @inlined_kernel
 def rod_end(model, frame, c, u, ud, udd, out):
-    """Motion of the point about which the rod of cylinder c turns: its big end if that floats, else the pin."""
+    """Motion of the point about which the rod of cylinder c turns: a floating big end, else the pin."""
     if model.cylinders[c, at.END_PORT] >= 0.0:
         big_end_motion(model, frame, c, u, ud, udd, out)
     else:
@@ -93,7 +94,7 @@ def pin_motion(model, frame, c, u, ud, udd, out):
 
 @inlined_kernel
 def turn(phi):
-    """Cosine and sine of a pin's own rotation, by a few terms of their series if it is small."""
+    """Cosine and sine of a pin's own rotation ``phi``, by a few terms of their series if the angle is small."""
     if abs(phi) > SMALL:
         return math.cos(phi), math.sin(phi)
     x = phi * phi
@@ -119,7 +120,7 @@ def across_cylinder(motion, cos, sin, cross):
 
 @inlined_kernel
 def axes_of_pin(model, c):
-    """Cylinder in whose axes the pin's motion is needed for the rod of cylinder c: the master rod's, or its own."""
+    """Cylinder in whose axes the motion of the pin of cylinder c is needed: that of the master rod, or c itself."""
     master = int(model.cylinders[c, at.MASTER])
     return c if master < 0 else master
 
@@ -140,7 +141,7 @@ def rod_end_across(model, frame, c, u, ud, udd, out):
 
 @kernel
 def rod_swing(rod, motion, cos, sin):
-    """Height of a rod's small end above its big end (m), and the rod's angular speed by that end's motion (rad/s)."""
+    """Height (m) of a rod's small end above its big end, and angular speed (rad/s) of the rod."""
     side = cos * motion[X] - sin * motion[Y] - rod[at.OFFSET]
     height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
     return height, (cos * motion[VX] - sin * motion[VY]) / height

@@ -113,7 +113,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             knuckle_to_pin(rod[at.JOINT :], frame, cos, sin, c_q, c_v, out, block)
         else:
             pin_block(out, frame, cos, sin, c_q, c_v, block)
-        # No tangent of the gas with a block on mounts: head and liner have none, and their force must match the pin's.
+        # With a block on mounts the gas has no tangent: head and liner have none, and the pin's force must match.
         if slope != 0.0 and rod[at.LINER_PORT] < 0.0:
             gas_block(rod, work, slope, end_x, end_y, cos, sin, block)
         fx = cos * out[0] + sin * out[1]
@@ -138,7 +138,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
 
 @kernel
 def piston_rise(model, c, u, ud, cross):
-    """Height of the pin of piston c above the crank's axis and its rate, m and m/s; then both along its leaning liner.
+    """Height (m) and rate (m/s) of the pin of piston c above the crank's axis, then both along its leaning liner.
 
     ``cross`` is the motion of its rod's end. The liner's own rise is not subtracted.
     """
@@ -174,7 +174,7 @@ def rod_load(rod, scalars, c, pressure, torque):
 
 @inlined_kernel
 def rod_on_axis(rod, load, cross, out):
-    """Force of a rod whose piston runs on the axis of its cylinder; ``out`` as of rod_force."""
+    """Force of a rod whose piston runs on the axis of its cylinder; results in ``out`` as from rod_force."""
     rod_force(
         cross[X], cross[Y], cross[VX], cross[VY], cross[AX], cross[AY], load.gas, rod[at.ROD], rod[at.M_BIG],
         rod[at.M_OSC], rod[at.DELTA_J], rod[at.OFFSET], load.g_x, load.g_y, out,
@@ -183,7 +183,7 @@ def rod_on_axis(rod, load, cross, out):
 
 @kernel
 def knuckle_to_pin(joint, frame, cos, sin, c_q, c_v, out, block):
-    """Replace an articulated rod's force on its knuckle pin, ``out`` as of rod_force, by the one on the crank pin.
+    """Replace an articulated rod's force on its knuckle pin, in ``out``, by the force on the crank pin.
 
     The force is in axes of the master's cylinder. ``block`` (2 × 2) gets its tangent by the crank pin's displacement in
     a stage, in the frame's axes (by ``cos`` and ``sin``). ``out[MASTERS_PIN:]`` holds that pin's motion.
@@ -206,7 +206,7 @@ def knuckle_to_pin(joint, frame, cos, sin, c_q, c_v, out, block):
 
 @inlined_kernel
 def pin_block(out, frame, cos, sin, c_q, c_v, block):
-    """Tangent (2 × 2) of a rod's force by its pin's displacement in a stage, in the frame's axes, from rod_force."""
+    """Tangent (2 × 2) of a rod's force by displacement of its pin in a stage, in axes of the frame."""
     ratio = c_v / c_q
     omega = frame[at.OMEGA]
     alpha = 1.0 / c_q - omega * omega
@@ -223,11 +223,11 @@ def pin_block(out, frame, cos, sin, c_q, c_v, block):
 
 @kernel
 def gas_block(rod, work, slope, x, y, cos, sin, block):
-    """Add the change of the gas force to a rod's tangent: ``slope`` (Pa/rad) along the circle of its end at x and y."""
+    """Add to a rod's tangent the change of gas force; ``slope`` (Pa/rad) is over the angle of its end at x and y."""
     side = work.scratch[CROSS + X] - rod[at.OFFSET]
     if rod[at.PISTON_PORT] >= 0.0:
         side -= work.port[at.U, int(rod[at.PISTON_PORT])]
-    # Force on the rod's end by unit force on the piston.
+    # Direction: force on the rod's end by unit force on the piston.
     push = work.scratch[PUSH:]
     push[0] = side / math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
     push[1] = -1.0

@@ -26,7 +26,7 @@ LEAST_TURN = 2.0e-3
 
 @inlined_kernel
 def turned(work):
-    """True if the Newton matrix is corrected for turned pins."""
+    """True if the Newton matrix is corrected for pins on a crank that has rotated relative to its frame."""
     return work.turned.shape[0] > 0 and (work.turned[0, 0] != 0.0 or work.turned[0, 1] != 0.0)
 
 
@@ -52,7 +52,7 @@ def turn_pins(model, work):
 
 @kernel
 def turned_step(model, work, step):
-    """Convert a change of all ports (m,) to the motion of rods and films, in place at the pins."""
+    """Convert a ``step`` (m,) of all ports to the motion of rods and films, in place at the pins."""
     for c in range(work.turned.shape[0]):
         pin, rotation = int(model.cylinders[c, at.PIN_PORT]), int(model.cylinders[c, at.PIN_TURN])
         step[pin] += work.turned[c, 0] * step[rotation]
@@ -69,7 +69,7 @@ def turned_torque(model, work, change):
 
 @kernel
 def turned_compliance(model, work, turning, compliance, n, out):
-    """Compliance (n, n) of rods and films, from that of the n Newton ports and of all rotating ports, transposed."""
+    """Compliance (n, n) of rods and films, transposed, from the compliances of Newton ports and of rotating ports."""
     for k in range(n):
         for i in range(n):
             out[k, i] = compliance[k, i]

@@ -25,7 +25,7 @@ from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
 
 @law_kernel
 def observe_added(model, work, state, members, out):
-    """Speeds and displacements of added bodies, forces and motion of added connections; adds their energy and losses.
+    """Fill the outputs of added bodies and connections, and add their energy and losses to the energy balance.
 
     Leaves the forces of added connections on all ports in ``work.added.answered``.
     """
@@ -71,7 +71,7 @@ def observe_added(model, work, state, members, out):
 
 @inlined_kernel
 def link_value(model, k, shown):
-    """Value of one output of connection k, after a call of its law."""
+    """Value of one output of connection k, after a call of its force law."""
     place = int(shown[added.SHOWN_AT])
     kind = int(shown[added.SHOWN_KIND])
     if kind == added.PLACE_KIND:
@@ -92,7 +92,7 @@ def link_loss(model, work, frame, k):
     for r in range(int(row[added.SIZE])):
         lost -= links.out[r] * (links.velocity[k, r] - wandering(model, work, frame, int(row[added.FIRST]) + r))
     if row[added.RUBS] > 0.0:
-        # The law's numbers are sum and difference of the speeds of both ends about z.
+        # The numbers of the force law are sum and difference of the speeds of both ends about z.
         speed = links.numbers[RUBBING]
         across = second_lever(row, links.out, work.added.gaps[added.D])
         other = 0.5 * (links.numbers[SPEED] - speed)
@@ -105,7 +105,7 @@ def link_loss(model, work, frame, k):
 
 @kernel
 def carried_rate(model, work, frame, j):
-    """Rate of component j by rotation of frames, on which a load does work in addition to its body's own motion.
+    """Rate of component j by rotation of frames, with which a load does work in addition to motion of its body.
 
     For two bodies in mesh these rates cancel. The other side of a load is at rest.
     """
@@ -173,7 +173,7 @@ def observe_bodies(model, work, state):
         swept_x = work.frames[0, at.OMEGA] * moved[added.OWN_X1]
         swept_y = work.frames[0, at.OMEGA] * moved[added.OWN_Y1]
         if model.links.frames[int(row[added.FRAME_OF]), added.FRAME_KIND] != added.TURNING:
-            # Energy of a frame's own motion is constant, and left out, for frames that rotate uniformly.
+            # Energy of the motion of uniformly rotating frames is constant, so it is left out.
             own = row[added.MASS] * (swept_x * swept_x + swept_y * swept_y) + row[added.INERTIA] * omega * omega
             across = swept_y * row[added.UNBALANCE_X] - swept_x * row[added.UNBALANCE_Y]
             work.powers[at.STORED] += 0.5 * own + omega * across

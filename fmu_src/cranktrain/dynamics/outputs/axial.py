@@ -21,7 +21,7 @@ FORCE, SLIP = range(2)
 
 @law_kernel
 def observe_axial(model, work, state, members, out):
-    """Displacements along the axis: thrust faces in space, collar relative to them, pulley relative to the collar."""
+    """Displacements along the axis: thrust faces in space, collar relative to faces, pulley relative to collar."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]

@@ -47,7 +47,7 @@ def observe_big_ends(model, work, state, members, out):
             rod = model.cylinders[c]
             to_space(work.scratch, rod[at.COS_BANK], rod[at.SIN_BANK], row[FORCE_X:])
             master = int(rod[at.MASTER])
-            if master >= 0:  # of a lower number
+            if master >= 0:  # a master rod has a lower number than its articulated rods
                 share, bank = work.scratch[PIN:], model.cylinders[master]
                 share[X], share[Y], _ = force_on_pin(rod[at.JOINT :], work.scratch[MASTERS_PIN:], work.scratch)
                 to_space(share, bank[at.COS_BANK], bank[at.SIN_BANK], share)

@@ -30,7 +30,7 @@ INDICATED, FRICTION, BRAKE = range(3)
 SLOWEST = 1.0
 """Speed (rad/s) below which torques are 0 instead of power over speed."""
 ONLINE, LAST = 3, 4
-"""Positions of the number of films outside their table, and of the mark for a step whose work was cut short."""
+"""Positions among the solver's outputs of the number of films outside their table and of the mark for a cut step."""
 
 
 @law_kernel
@@ -41,7 +41,7 @@ def observe_crank(model, work, state, members, out):
     frame = work.frames[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
-    # The angle is that of the crank itself, not of the frame that follows it.
+    # The angle is that of the crank itself, not of the frame that follows the crank.
     rotation, rate, _ = crank_rotation(model, state)
     angle = frame[at.THETA] + rotation
     out[CRANK_ANGLE] = angle
@@ -61,7 +61,7 @@ def observe_crank(model, work, state, members, out):
     powers[at.SHAFTS_LOSS] = 0.0
     powers[at.DYNAMOMETER_POWER] = 0.0
     powers[at.STORED] = 0.0
-    # The dynamometer turns at the given speed, from which the frame differs by its lead.
+    # The dynamometer turns at the given speed; the frame's speed differs from it by the rate of the frame's lead.
     given = frame[at.OMEGA] - frame[at.LEAD_RATE]
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
@@ -78,7 +78,7 @@ def observe_crank(model, work, state, members, out):
 
 @kernel
 def observe_structure(model, work, state):
-    """Powers of structural damping and of the valve train; adds the energy of crank, rotors and block."""
+    """Write the powers of structural damping and of the valve train, and add the energy of crank, rotors and block."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
@@ -134,14 +134,14 @@ def observe_torques(model, work, state, members, out):
 
 @law_kernel
 def observe_gas(model, work, state, members, out):
-    """Work of given pressures since the start, J."""
+    """Work (J) since the start of the pressures that the inputs give."""
     out[0] = state[GAS_DONE]
     return 0
 
 
 @law_kernel
 def observe_solver(model, work, state, members, out):
-    """Worst residual, sub-steps, iterations, films outside their table, and mark if cut short, of the last step."""
+    """For the last step: worst residual, sub-steps, iterations, films outside their table, and mark if cut short."""
     out[0] = state[RESIDUAL]
     out[1] = state[SUBSTEPS]
     out[2] = state[ITERATIONS]

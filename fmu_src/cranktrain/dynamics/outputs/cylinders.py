@@ -24,7 +24,7 @@ LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)
 
 @law_kernel
 def observe_cylinders(model, work, state, members, out):
-    """Gas volume, its deviation from rigid parts, and their rates; position of each piston; its own crank angle."""
+    """Gas volume, its deviation from rigid parts, rates of both, piston position, and own crank angle of a cylinder."""
     frame = work.frames[0]
     u = work.port[at.STATE_U]
     ud = work.port[at.STATE_UD]
@@ -95,7 +95,7 @@ def observe_pistons(model, work, state, members, out):
         row[SIDE_FORCE] = -r[SIDE + UPPER] - r[SIDE + LOWER]
         row[FRICTION] = -r[SIDE + FRICTION_ALONG]
         master = int(model.cylinders[c, at.MASTER])
-        if master >= 0:  # of a lower number
+        if master >= 0:  # a master rod has a lower number than its articulated rods
             _, _, held = force_on_pin(model.cylinders[c, at.JOINT :], r[MASTERS_PIN:], r)
             out[PISTON_OUTPUTS * master + SIDE_FORCE] -= held
         work.powers[at.LINERS_FRICTION] += row[FRICTION] * r[PISTON_VELOCITY]
@@ -111,7 +111,7 @@ def observe_pistons(model, work, state, members, out):
 
 @kernel
 def rod_energy(model, work, c):
-    """Kinetic energy (J) of a rod and of its piston along the cylinder, from the motion left by observe_rod."""
+    """Kinetic energy (J) of a rod and of its piston along the cylinder, from the motion that observe_rod has stored."""
     rod = model.cylinders[c]
     cross = work.scratch[CROSS:]
     side = cross[X] - rod[at.OFFSET]

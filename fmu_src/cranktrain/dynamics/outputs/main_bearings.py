@@ -54,7 +54,7 @@ EFFECTIVE_SPEED, ANGLE_OF_GAP, SIDE_OF_GAP, RATE_OF_GAP, BEARING_OUTPUTS = range
 
 @law_kernel
 def observe_bearings(model, work, state, members, out):
-    """Load, film and motion of each main journal in its bore; 0 if journals are locked on their axis."""
+    """Write load, film and motion of each main journal in its bore; all are 0 if journals are locked on their axis."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     b = model.bearings.shape[0]
@@ -140,7 +140,7 @@ def observe_gap(place, velocity, frame, law, speed, motion, row):
 
 @law_kernel
 def observe_thrust(model, work, state, members, out):
-    """Axial force on the collar, by the same call as in the equations of motion, and its displacement.
+    """Axial force on the collar, by the same call as in the equations of motion, and displacement of the collar.
 
     The displacement is relative to the thrust faces.
     """

@@ -29,11 +29,11 @@ from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.model import Engine
 
 Need = Mapping[str, Any]
-"""Lowest level of each kind that models an output, if not the lowest of all; ``film`` excludes rollers."""
+"""Lowest fidelity level of each kind that models an output; ``film`` excludes roller bearings."""
 
 
 class Counts(NamedTuple):
-    """Number of members of output families, by kind."""
+    """Number of members of output families, by kind of member."""
 
     bearings: int
     cylinders: int
@@ -71,11 +71,11 @@ class Family:
         return found if isinstance(found, int) else 1
 
     def size(self, counts: Counts) -> int:
-        """Number of outputs of all members."""
+        """Number of outputs of all members of this family."""
         return sum(1 for _ in self.names(counts))
 
     def names(self, counts: Counts) -> Iterator[tuple[str, Need]]:
-        """Names of its outputs, in order, and the levels that each needs."""
+        """Names of the outputs of this family, in order, and the fidelity levels that each output needs."""
         found = getattr(counts, self.count) if self.count else 1
         if not isinstance(found, int):
             yield from ((name, {}) for name in found)
@@ -101,7 +101,7 @@ def output_counts(engine: Engine, more: Topology | None = None) -> Counts:
 
 
 def output_needs(counts: Counts) -> dict[str, Need]:
-    """Names of all outputs, in order, and the levels that each needs; ``InputError`` for a name that occurs twice."""
+    """Names of all outputs, in order, and levels that each output needs; ``InputError`` if a name occurs twice."""
     found: dict[str, Need] = {}
     for family in FAMILIES.values():
         for name, need in family.names(counts):
@@ -132,7 +132,7 @@ def output_family(name: str) -> str:
 
 
 def nearest_output(name: str, valid: Iterable[str]) -> str:
-    """Hint for an unknown output: the closest valid name, of the same family if any, or that the run has none of it."""
+    """Hint for an unknown output name: the closest valid name, or that the run has no output of this family."""
     names = list(valid)
     own = [one for one in names if output_family(one) == output_family(name)]
     family = FAMILIES.get(name.partition("[")[0])
@@ -150,7 +150,7 @@ class Outputs(NamedTuple):
     """Outputs of a run and the kernels that fill them."""
 
     families: NDArray[np.int64]  # (f, COLUMNS) see dynamics.outputs.slots
-    values: Array  # (outputs,)
+    values: Array  # (outputs,) value of each output
     build: NDArray[np.void]  # (0,) see core.build_mark
 
 
@@ -168,7 +168,7 @@ def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array
 
 
 def families_of(counts: Counts) -> list[tuple[int, ...]]:
-    """Rows of the families that must be observed for each output, in order of the outputs."""
+    """For each output, in order: rows of the families that must be observed."""
     rows = {key: row for row, key in enumerate(FAMILIES)}
     found: list[tuple[int, ...]] = []
     for key, family in FAMILIES.items():
@@ -210,7 +210,7 @@ for _family in (
         units={"crank.angle_cycle": "rad", "crank.angle_next": "rad", "crank.irregularity": "1"},
         unjudged=frozenset(
             {"crank.angle", "crank.angle_cycle", "crank.angle_next", "crank.irregularity", "frame.speed"}
-            | {"pulley.speed", "flywheel.speed"}  # rates of judged outputs
+            | {"pulley.speed", "flywheel.speed"}  # these are rates of outputs that are judged
         ),
     ),
     Family(
@@ -248,7 +248,7 @@ for _family in (
         f"{_HERE}.axial:observe_axial",
         {"engine": _SHAKES, "bearing": _BENDS, "crank": _BENDS},
         units={"axial.engine": "m", "axial.bearing": "m", "axial.crank": "m"},
-        unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of a judged output
+        unjudged=frozenset({"engine", "bearing", "crank"}),  # these are parts of an output that is judged
     ),
     Family(
         "axial_path",
@@ -312,14 +312,14 @@ for _family in (
         {"torque": _DAMPED, "heat": _DAMPED, "twist": _DAMPED, "temperature": _DAMPED},
         unjudged=frozenset({"twist"}),  # a ring in its fluid may slip from cycle to cycle
     ),
-    # Before the families that read powers and energies, because it adds to them.
+    # This family precedes those that read powers and energies, because it adds to them.
     Family("added", f"{_HERE}.added:observe_added", {}, "added"),
     Family(
         "torque",
         f"{_HERE}.crank:observe_torques",
         {"indicated": {}, "friction": _FILM, "brake": {}},
         units={f"torque.{name}": "N m" for name in ("indicated", "friction", "brake")},
-        unjudged=frozenset({"indicated", "friction", "brake"}),  # made of judged outputs
+        unjudged=frozenset({"indicated", "friction", "brake"}),  # these are made of outputs that are judged
         after={
             "indicated": ("cylinder",),
             "friction": ("bearing", "big_end", "piston"),

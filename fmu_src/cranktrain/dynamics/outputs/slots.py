@@ -5,5 +5,7 @@ They are in a file of their own, so that kernels which call the families do not 
 
 from __future__ import annotations
 
-# Address of the kernel, first value and the one after the last, number of members, 1 if the values are wanted.
+# ADDRESS: address of the kernel that fills the family's values.
+# FIRST, END: index of the family's first value, and index after its last value.
+# MEMBERS, WANTED: number of members of the family; 1 if its values are wanted.
 ADDRESS, FIRST, END, MEMBERS, WANTED, COLUMNS = range(6)

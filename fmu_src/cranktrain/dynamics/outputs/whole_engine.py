@@ -12,15 +12,15 @@ from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, of
 from cranktrain.loads.damper import damper_torque
 
 AXES = 6
-"""Number of components: displacements along x, y, z and rotations about them, or forces and moments."""
+"""Number of components: displacements along and rotations about x, y, z, or forces and moments."""
 TORQUE, HEAT, TWIST, TEMPERATURE, DAMPER_OUTPUTS = range(5)
 DAMPER_HEAT = 3
-"""Position at which the damper's law writes its dissipated power."""
+"""Position in the results of the damper's force law of the dissipated power."""
 
 
 @law_kernel
 def observe_mounts(model, work, state, members, out):
-    """Forces and moments of each mount on the engine, including its weight."""
+    """Forces and moments of each mount on the engine, including those that carry the engine's weight."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]

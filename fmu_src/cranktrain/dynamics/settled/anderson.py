@@ -24,11 +24,11 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 DISTINCT = 0.02
-"""Relative singular value of normalised differences below which they count as linearly dependent."""
+"""Relative singular value of normalised differences below which the differences count as linearly dependent."""
 
 
 def anderson_step(modes: SlowModes, known: Sequence[tuple[Motion, Motion]]) -> Motion:
-    """Motion −Σ γ_j (Δx_j + Δf_j) to add to x + f; ``known`` are x_j and f_j of each cycle, the newest last."""
+    """Motion −Σ γ_j (Δx_j + Δf_j) to add to x + f; ``known`` has start x_j and change f_j of each cycle."""
     missed = known[-1][1]
     total = missed.minus(missed)
     pairs = list(pairwise(known))

@@ -25,13 +25,13 @@ from cranktrain.dynamics.settled.motion import Motion
 RATE = 300.0
 """Scale ω, 1/s, that makes displacements and velocities comparable; of the order of a cycle's rate."""
 STABLE = 0.9
-"""Largest multiplier of S with which motions are corrected; the six at usual steps has 0.74 near 2360 rev/min."""
+"""Largest multiplier of S with which motions are corrected; ``diesel_i6`` has 0.74 near 2360 rev/min."""
 NOTHING_LEFT = np.zeros((2, 2))
-"""Initial S, of a collar without any data."""
+"""Initial value of the matrix S of a collar, before any data are known."""
 
 
 class Learned(NamedTuple):
-    """Learned data of settling apart from the slow modes: the freely decaying mode, and S of the collar."""
+    """Data learned while a run settles: the freely decaying mode, and the matrix S of the collar."""
 
     free: FreeMode
     collar: Array = NOTHING_LEFT
@@ -55,7 +55,7 @@ class Collar:
         self._along = rigid / size if size > 0.0 else rigid
 
     def split(self, motion: Motion) -> Array:
-        """Coordinates y of a motion, from its momentum along the axis."""
+        """Coordinates y = (ω z, ż) of a motion of the collar, from its momentum along the axis."""
         return np.array([RATE * (self._along @ motion.place), self._along @ motion.velocity])
 
     def lift(self, y: Array) -> Motion:
@@ -69,7 +69,7 @@ class Collar:
         return bool(np.abs(np.linalg.eigvals(self.over_cycle)).max() <= STABLE)
 
     def correction(self, change: Motion, cycles: int) -> Motion:
-        """Correction M (I − M)⁻¹ y after ``cycles`` cycles that changed the motion by ``change``; M is the power of S.
+        """Correction M (I − M)⁻¹ y after ``cycles`` cycles that changed the motion by ``change``; M is S to that power.
 
         It is zero if S is near the limit of stability, beyond which it would lead to an unstable periodic motion.
         """
@@ -79,10 +79,10 @@ class Collar:
         return self.lift(m @ np.linalg.solve(np.eye(2) - m, self.split(change)))
 
     def forget(self) -> None:
-        """Reset S, because a motion of a longer period, or without a period, has another one."""
+        """Reset S, because a motion of a longer period, or without a period, has another S."""
         self.over_cycle = NOTHING_LEFT
 
     def learn(self, before: Motion, after: Motion) -> None:
-        """Update S from a change of the start and the change after one cycle."""
+        """Update S from a change of a cycle's start and the resulting change after one cycle."""
         y = self.split(before)
         self.over_cycle = self.over_cycle + np.outer(self.split(after) - self.over_cycle @ y, y) / (y @ y)

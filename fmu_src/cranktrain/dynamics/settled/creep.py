@@ -17,12 +17,12 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import ALONG, SlowModes
 
 DEPTH = 5
-"""Number of differences in Anderson's method, that of slow motions without a formula."""
+"""Number of differences between cycles that Anderson's method uses."""
 NEAR, FARTHEST, LONGEST = 0.05, 1.0, 0.25
 """In clearances of the collar: drift per cycle below which Anderson's method takes over; longest step of the secant;
 longest step of Anderson's method along the axis."""
 FRESH_STARTS = 2
-"""Number of times that a run without further progress drops its old cycles and begins again."""
+"""Number of times that a run without further progress drops the data of its old cycles and begins again."""
 
 
 class Creep:
@@ -35,7 +35,7 @@ class Creep:
         along, faces = model.ports[sizes.collar], int(model.axial[0, 1]) - model.ports.shape[0]
         self._block, per_mode = t + ALONG, float(model.block_ports[faces, ALONG])
         self._per_metre = 1.0 / per_mode
-        # Crank and block go one metre along the axis, the shaft behind the spline does not.
+        # Crank and block move one metre along the axis, the shaft behind the spline does not move.
         rigid = np.where(model.omega2[:t] == 0.0, along, 0.0)
         place = np.zeros(model.omega2.size)
         place[:t] = rigid / float(along @ rigid)
@@ -59,7 +59,7 @@ class Creep:
         self._known: list[tuple[Motion, Motion]] = []
 
     def correction(self, start: Motion, change: Motion, known: Motion) -> Motion:
-        """Motion to add to the correction ``known`` after cycles that changed their ``start`` by ``change``."""
+        """Motion to add to the correction ``known`` after cycles from ``start`` that changed it by ``change``."""
         place, drift = (float(motion.place[self._block]) / self._per_metre for motion in (start, change))
         before = self._drifts[-1][1] if self._drifts else 0.0
         if abs(drift) < NEAR * self._clearance or before * drift < 0.0:

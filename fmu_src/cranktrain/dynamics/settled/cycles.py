@@ -1,4 +1,4 @@
-"""Run of successive cycles of a simulation: a given number, or until they repeat.
+"""Run of successive cycles of a simulation: a given number, or until cycles repeat.
 
 After each cycle r = G(x) − x is the residual of the state x. The next cycle starts from G(x) + M (I − M)⁻¹ r, with the
 correction for the slow modes only (:mod:`slow_modes`); by plain running the fraction M of the error would remain. In a
@@ -42,13 +42,13 @@ from cranktrain.dynamics.settled.slow_modes import SlowModes
 CALL = 0.2
 """Approximate longest wall time between two checks for an interrupt, s."""
 RECENT = LONGEST_PERIOD + 2
-"""Cycles that a run keeps in memory if its samples go to a sink: those that are compared, and the present one."""
+"""Number of cycles kept in memory if samples go to a sink: the cycles that are compared, and the present one."""
 PATIENCE, PATIENCE_OF_BLOCKS, GAIN = 3, 2, 0.5
 """A run makes no more progress if its last PATIENCE cycles (or blocks of cycles) leave more than GAIN of the error."""
 PATIENCE_OF_CREEP = 4
-"""PATIENCE of an engine that creeps."""
+"""PATIENCE for an engine that creeps along the crank's axis."""
 TRIED = 24
-"""Most cycles of a run from a neighbour's motion; usual runs settle within 8, those of doubtful period within 15."""
+"""Most cycles of a run that starts from the motion at a neighbouring speed; usual runs settle within 8."""
 
 
 class Stepped(Protocol):
@@ -68,7 +68,7 @@ class Stepped(Protocol):
 
 
 class Expected(NamedTuple):
-    """Expectations from a run at a neighbouring speed: whether the period is doubtful, and learned data of settling.
+    """Data from a run at a neighbouring speed: whether its period is doubtful, and data learned while it settled.
 
     With ``tries`` the run ends if it makes no more progress, or after ``TRIED`` cycles, without a search for longer
     periods, because another start may succeed.
@@ -83,7 +83,7 @@ NOTHING = Expected()
 
 
 class Recorded(NamedTuple):
-    """Outputs (samples + 1, outputs) of the recorded cycles, how settled they are, and whether the run is complete.
+    """Outputs (samples + 1, outputs) of the recorded cycles, their settling, and whether the run is complete.
 
     Row 0 is the state ``first`` communication steps after time 0. ``learned`` are the learned data of settling, if such
     data were expected.
@@ -114,7 +114,7 @@ class Recorder:
         self.under_way: Array = np.empty((0, simulation.outputs.size))
 
     def take(self, rows: Array, first: int = 0) -> None:
-        """Take as many steps as there are rows, beginning ``first`` steps after time 0."""
+        """Take one communication step for each of the ``rows``, beginning ``first`` steps after time 0."""
         done = 0
         while done < len(rows):
             start = time.perf_counter()
@@ -133,7 +133,7 @@ class Recorder:
             self._at_once = max(1, min(4 * self._at_once, int((end - before) * CALL / max(spent, 1e-9))))
 
     def cycles(self, count: int) -> Array:
-        """Take ``count`` cycles from time 0; returns their outputs, beginning with those at the start."""
+        """Take ``count`` cycles from time 0. Return their outputs, beginning with the outputs at the start."""
         rows = np.empty((count * self.per_cycle + 1, self.simulation.outputs.size))
         rows[0] = self.simulation.outputs
         before = self.taken
@@ -183,7 +183,7 @@ def plain_cycles(
             if progress is not None:
                 progress((k + 1) / cycles)
     except KeyboardInterrupt:
-        if samples is not None:  # the interrupt may have come before all were passed on
+        if samples is not None:  # an interrupt may have come before all samples were passed on
             missing = recorder.taken - begin + 1 - samples.count
             samples.keep(part[recorder.taken - before - missing : recorder.taken - before])
         if recorder.taken - begin < count:
@@ -208,7 +208,7 @@ def settled_cycles(
     say: Callable[[str], None] | None = None,
     expected: Expected = NOTHING,
 ) -> Recorded:
-    """Take cycles until the residual of every output family is at most ``tolerance``; returns the last that repeat.
+    """Take cycles until the residual of every output family is at most ``tolerance``. Return the cycles that repeat.
 
     The simulation's time begins at 0 with each cycle. ``progress`` gets the fraction done, ``say`` cycles and residual.
     If the period is doubtful, it is searched for at once.
@@ -278,7 +278,7 @@ def settled_cycles(
 
 
 class Plain(NamedTuple):
-    """Cycles without correction: number, outputs of the last ``PLAINLY``, nearest period, growth of differences."""
+    """Cycles without correction: number, outputs of the last ``PLAINLY`` cycles, period, growth of differences."""
 
     cycles: int
     rows: Array
@@ -331,5 +331,5 @@ def _gained(worst: list[float], tolerance: float) -> float:
 
 
 def _gains_no_more(worst: list[float], patience: int) -> bool:
-    """True if the residuals of the last ``patience`` cycles are about as large as those before them."""
+    """True if the residuals of the last ``patience`` cycles are about as large as those of earlier cycles."""
     return len(worst) >= 2 * patience and min(worst[-patience:]) > GAIN * min(worst[:-patience])

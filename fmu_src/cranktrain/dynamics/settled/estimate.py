@@ -21,13 +21,13 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 DEPTH = 3
-"""Number of cycles before the last that are used; earlier ones are too far away for linear maps."""
+"""Number of cycles before the last that the estimate uses; earlier cycles are too far away for linear maps."""
 DISTINCT = 0.1
-"""Relative singular value of normalised changes below which they count as linearly dependent."""
+"""Relative singular value of normalised changes below which the changes count as linearly dependent."""
 MARGIN = 2.0
 """Safety factor of the estimate, for errors of linear maps from few cycles; chosen to stay above the true error."""
 MARGIN_OF_ONE = 20.0
-"""Safety factor with two cycles only: their difference has another direction than the error, up to ten times off."""
+"""Safety factor with two cycles only, whose difference has another direction than the error, up to ten times off."""
 
 
 class Past:
@@ -45,20 +45,20 @@ class Past:
         self._kept = [*self._kept[-DEPTH:], (start, change, rows)]
 
     def learn(self) -> None:
-        """Let the modes learn from the last two cycles how a change of the start changes over a cycle."""
+        """Update the modes from the last two cycles, which show how a change of the start develops over a cycle."""
         (first, changed, _), (second, changed_again, _) = self._kept[-2:]
         before = second.minus(first)
         self._modes.learn(before, before.plus(changed_again.minus(changed)), len(self._kept) == 2)
 
     def further(self) -> Motion:
-        """Motion that Anderson's method adds to the modes' correction after the last cycle, from all kept cycles."""
+        """Motion that Anderson's method adds to the correction by slow modes after the last cycle."""
         missed = [change.plus(self._modes.correction(change, self._cycles)) for _, change, _ in self._kept]
         starts = [start for start, _, _ in self._kept]
         return anderson_step(self._modes, list(zip(starts, missed, strict=True)))
 
     @property
     def left(self) -> Mapping[str, float]:
-        """Distance of the newest cycle from the periodic one by output family, see the class."""
+        """Estimated distance of the newest cycle from the periodic cycle, by output family."""
         if len(self._kept) < 2:
             return {}
         *before, (start, change, rows) = self._kept
@@ -67,7 +67,7 @@ class Past:
         changes = [self._modes.coordinates(d) for d in differences]
         outputs = np.array([o - rows for _, _, o in before])
         estimates = []
-        # One estimate from crank and pistons, one from the block.
+        # Two estimates: from the motion of crank and pistons, and from the motion of the block.
         for body, known in enumerate(self._modes.coordinates(change)):
             share = _combination(np.array([c[body] for c in changes]).T, known)
             rest = change
@@ -83,7 +83,7 @@ class Past:
 
 
 def _combination(columns: Array, known: Array) -> Array:
-    """Factors (m,) of columns (n, m) whose sum comes nearest to −``known`` (n,)."""
+    """Factors (m,) for columns (n, m) such that the weighted sum is nearest to −``known`` (n,)."""
     size = np.linalg.norm(columns, axis=0)
     size[size == 0.0] = 1.0
     return np.asarray(np.linalg.lstsq(columns / size, -known, rcond=DISTINCT)[0] / size)

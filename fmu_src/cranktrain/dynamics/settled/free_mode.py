@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from cranktrain.dynamics.settled.motion import Motion
 
 LEFT = 0.5
-"""Largest part of a motion outside the mode, as a fraction of its size, for which the mode is learned from it."""
+"""Largest fraction of a motion outside the mode for which the mode is learned from this motion."""
 NEW = 0.5
-"""Fraction by which the mode moves towards newly learned values."""
+"""Fraction by which exponent and shape of the mode move towards newly learned values."""
 
 
 class FreeMode(NamedTuple):
@@ -35,7 +35,7 @@ class FreeMode(NamedTuple):
     shape: NDArray[np.complex128]
 
     def correction(self, rest: Motion, time: float) -> Motion:
-        """Correction after a time (s) over which a motion changed by ``rest``: M (I − M)⁻¹ of it, M = exp(λ time)."""
+        """Correction M (I − M)⁻¹ ``rest`` after a time (s) over which a motion changed by ``rest``; M = exp(λ time)."""
         factor = cmath.exp(self.decay * time)
         z = factor / (1.0 - factor) * np.vdot(self.shape, complex_place(rest, self.decay)) * self.shape
         return Motion(z.real.copy(), (self.decay * z).real, (self.decay**2 * z).real, 0.0, 0.0)
@@ -45,7 +45,7 @@ class FreeMode(NamedTuple):
         return float(abs(self.decay) * abs(np.vdot(self.shape, complex_place(rest, self.decay))))
 
     def learned(self, before: Motion, after: Motion, time: float) -> FreeMode:
-        """Mode learned from a motion ``before`` and ``after`` a time (s); unchanged if these show another mode."""
+        """Mode learned from a motion ``before`` and ``after`` a time (s); unchanged if they show another mode."""
         first, then = (complex_place(motion, self.decay) for motion in (before, after))
         was, now = np.vdot(self.shape, first), np.vdot(self.shape, then)
         size = float(np.linalg.norm(then))

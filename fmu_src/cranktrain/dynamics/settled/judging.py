@@ -14,18 +14,18 @@ from cranktrain.core.reduced_body import Array
 TOLERANCE = 1.0e-3
 """Default tolerance of the settling error of each output family."""
 MOST_CYCLES = 48
-"""Most cycles of a run; a run that does not repeat ends here."""
+"""Most cycles of a run; a run whose cycles do not repeat ends here."""
 FREE_CYCLES = 6
 """Default number of cycles of a run whose speed is free under a load torque, which would settle only after seconds."""
 LEAST = 1.0e-9
-"""Ratio of alternating part to RMS below which an output counts as constant."""
+"""Ratio of the alternating part of an output to its RMS below which the output counts as constant."""
 NOTHING = 1.0e-13
 """Alternating part (RMS, SI) of any output that counts as rounding; moments of an untilted collar are 1e-15 N m."""
 
 
 @dataclass(frozen=True)
 class Settling:
-    """Settling of a run: how far it is from periodic motion.
+    """Settling of a run: the distance of its last cycle from periodic motion, by output family.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Settling:
 
 
 class Judge:
-    """Judge of settling, which knows the columns of each output family in recorded rows.
+    """Computes settling errors from recorded rows, in which each output family has known columns.
 
     ``families`` maps a name to its outputs' columns, ``of_block`` names those whose motion is the block's.
     """
@@ -111,7 +111,7 @@ class Judge:
         return weights
 
     def left(self, rows: Array, before: Array) -> dict[str, float]:
-        """Difference by family between the rows (samples, outputs) of two cycles, over the first's alternating part."""
+        """Difference by family between rows (samples, outputs) of two cycles, over the alternating part of ``rows``."""
         return self._over(self._norms(rows - before), self._alternating(rows))
 
     def estimated(self, rows: Array, differences: Array, estimates: Sequence[tuple[Array, Array]]) -> dict[str, float]:

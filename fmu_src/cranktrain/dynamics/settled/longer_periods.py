@@ -19,22 +19,22 @@ LONGEST_PERIOD = 6
 PLAINLY = 2 * LONGEST_PERIOD
 """Number of cycles without correction in which a period is searched for."""
 NEAR = 0.1
-"""Largest difference of cycles one period apart at which corrections begin again."""
+"""Largest relative difference of cycles one period apart at which corrections of the motion begin again."""
 SURELY = 0.01
-"""Value of ``NEAR`` if similar cycles diverge, because a motion without a period may come near itself by chance.
+"""Value of ``NEAR`` if similar cycles diverge, because aperiodic motion may nearly repeat by chance.
 
 It is also the largest difference at which the period counts as known.
 """
 GAIN = 0.5
-"""The shortest period is taken whose difference is at most the least difference divided by this."""
+"""The shortest period is chosen whose difference is at most the least difference of all periods divided by GAIN."""
 FADING = 0.9
-"""Cycles of a block become alike if they differ by less than this fraction of the last block's difference."""
+"""Cycles of a block become alike if their difference is below this fraction of the previous block's difference."""
 SETTLES = 0.9
 """A motion counts as settling if the difference of similar cycles changes by less than this factor per cycle."""
 
 
 def same(judge: Judge, rows: Array, before: Array, tolerance: float) -> bool:
-    """True if outputs (samples, outputs) agree with those ``before`` within the tolerance."""
+    """True if the outputs of a cycle, (samples, outputs), agree with the outputs ``before`` within the tolerance."""
     return max(judge.left(rows, before).values(), default=0.0) <= tolerance
 
 
@@ -45,7 +45,7 @@ def comes_again(judge: Judge, samples: Array, tolerance: float) -> int:
 
 
 def fading(judge: Judge, samples: Array, block: int, before: float, tolerance: float) -> tuple[bool, float]:
-    """True if the cycles of a block become alike, and the difference of the last two."""
+    """Return whether the cycles of a block become alike, and the difference of its last two cycles."""
     if block == 1:
         return False, before
     count = len(samples) // block
@@ -54,7 +54,7 @@ def fading(judge: Judge, samples: Array, block: int, before: float, tolerance: f
 
 
 def repeats_every(judge: Judge, samples: Array, block: int, tolerance: float) -> int:
-    """Period, in cycles, of the outputs within a block of cycles; ``samples`` are those of the whole block."""
+    """Period, in cycles, of the outputs within a block of cycles; ``samples`` are the outputs of the whole block."""
     for every in range(1, block):
         count = len(samples) * every // block
         if block % every == 0 and same(judge, samples[count:], samples[:-count], tolerance):
@@ -63,7 +63,7 @@ def repeats_every(judge: Judge, samples: Array, block: int, tolerance: float) ->
 
 
 def nearest_period(judge: Judge, cycles: Array, tolerance: float, shortest: int = 2) -> tuple[int, float]:
-    """Number of cycles to take at once: period at which plain cycles (cycles, samples, outputs) repeat most closely.
+    """Period (in cycles) at which uncorrected cycles, (cycles, samples, outputs), repeat most closely.
 
     It is at least ``shortest``. For 2 and 3 it is 6, a multiple of both, until the cycles are near enough to
     distinguish them. It is 0 if the motion has no period, and negative if more cycles are needed to decide. Also
@@ -83,7 +83,7 @@ def nearest_period(judge: Judge, cycles: Array, tolerance: float, shortest: int 
 
 
 def parting(judge: Judge, cycles: Array) -> float:
-    """Factor (geometric mean) by which the difference of each cycle to the most similar one grows in one cycle."""
+    """Factor (geometric mean) by which the difference between two similar cycles grows in one cycle."""
     weighted = (cycles * judge.weights(cycles[-1])).reshape(len(cycles), -1)
     weighted = weighted - weighted.mean(axis=0)
     products = weighted @ weighted.T

@@ -1,4 +1,4 @@
-"""Motions and changes of motion, as compared and corrected in settling."""
+"""Motions and changes of motion, which are compared and corrected while a run settles."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cranktrain.loads.damper import STIFFNESS
 
 
 class Motion(NamedTuple):
-    """Motion, or its change: displacement, velocity, acceleration of modes (n,), lead of the frame (rad), its rate."""
+    """Motion or change of motion: displacement, velocity, acceleration of n modes, lead of the frame (rad) and rate."""
 
     place: Array
     velocity: Array
@@ -32,7 +32,7 @@ class Motion(NamedTuple):
     lead_rate: float
 
     def plus(self, other: Motion, share: float = 1.0) -> Motion:
-        """Sum of this motion and ``share`` times another."""
+        """Sum of this motion and ``share`` times another motion."""
         return Motion(
             self.place + share * other.place, self.velocity + share * other.velocity,
             self.acceleration + share * other.acceleration, self.lead + share * other.lead,
@@ -40,7 +40,7 @@ class Motion(NamedTuple):
         )  # fmt: skip
 
     def minus(self, other: Motion) -> Motion:
-        """Difference of this motion and another."""
+        """Difference of this motion and another motion."""
         return self.plus(other, -1.0)
 
 
@@ -62,14 +62,14 @@ def settling_motion(model: ModelArrays, state: Array) -> Motion:
     sizes = dimensions(model)
     if sizes.damper >= 0 and model.damper[STIFFNESS] == 0.0:
         twist, crank = model.ports[sizes.twist], sizes.crank_modes
-        # Floating big ends come before the ring, and have no part in its twist.
+        # Modes of floating big ends come before the ring's, and have no part in the ring's twist.
         ring = crank + int(np.abs(twist[crank:]).argmax())
         motion.place[ring] -= float(twist @ motion.place[: twist.size]) / twist[ring]
     return motion
 
 
 def put_motion(state: Array, motion: Motion) -> None:
-    """Set the motion of a state."""
+    """Write a motion into a state vector."""
     add_motion(state, motion.minus(motion_of(state, motion.place.size)))
     n = motion.place.size
     state[offset(AUXILIARY, n) : offset(AUXILIARY + 1, n)] = motion.acceleration
@@ -115,7 +115,7 @@ def _off_tangents(model: ModelArrays, motion: Motion) -> Array:
     along = np.stack((-out[:, 1], out[:, 0]), axis=1)
     cos, sin = np.cos(phi)[:, None], np.sin(phi)[:, None]
     place = (cos - 1.0) * out + (sin - phi[:, None]) * along
-    slope = (cos - 1.0) * along - sin * out  # by φ
+    slope = (cos - 1.0) * along - sin * out  # derivative by φ
     bend = -cos * out - sin * along
     velocity = slope * rate[:, None]
     return np.stack((place, velocity, slope * swing[:, None] + bend * rate[:, None] ** 2))

@@ -9,7 +9,7 @@ from cranktrain.dynamics.model import slots as at
 
 
 class PowerSamples:
-    """Newest samples of ``Work.powers`` in uninterrupted steps, one cycle including both ends.
+    """Newest samples of ``Work.powers`` over one cycle of uninterrupted steps, including both ends of the cycle.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class PowerSamples:
 
     @property
     def cycle(self) -> Array | None:
-        """Samples in order, (per_cycle + 1, POWERS) W; None before a cycle is complete."""
+        """Samples of the powers over a cycle in order, (per_cycle + 1, POWERS) W; None before a cycle is complete."""
         if self._count < len(self._rows):
             return None
         return np.roll(self._rows, -(self._count % len(self._rows)), axis=0)

@@ -11,7 +11,7 @@ from cranktrain.core.reduced_body import Array
 
 
 class Sink(Protocol):
-    """Store for the samples of a run as they come, so that they need not stay in memory."""
+    """Store that takes the samples of a run as they are computed, so that they need not stay in memory."""
 
     def begin(self, names: tuple[str, ...], samples: int) -> None:
         """Prepare for ``samples`` samples of the outputs ``names``; samples of an earlier run are dropped."""
@@ -25,7 +25,7 @@ class Sink(Protocol):
 
 
 class Samples:
-    """Selection of the shown outputs from rows of all outputs, and the sink that gets them, if any.
+    """Selects the shown outputs from rows of all outputs, and passes them to a sink, if any.
 
     Parameters
     ----------
@@ -49,12 +49,12 @@ class Samples:
         return 0 if self.sink is None else self.sink.count
 
     def keep(self, rows: Array) -> None:
-        """Pass on the next rows (k, all outputs)."""
+        """Pass the next k rows of all outputs, (k, outputs), to the sink."""
         if self.sink is not None:
             self.sink.keep(*self.axes(rows, self.count), rows[:, list(self.columns.values())])
 
     def keep_all(self, rows: Array) -> None:
-        """Pass on the rows of a whole run."""
+        """Pass the rows of a whole run to the sink."""
         self.begin(len(rows))
         self.keep(rows)
 

@@ -33,26 +33,26 @@ from cranktrain.dynamics.topology.frames import frames_at
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 PLAIN = 0.3
-"""Ratio of the collar's motion to the free mode's motion from which the collar can be learned."""
+"""Least ratio of the collar's motion to the free mode's motion at which data of the collar can be learned."""
 SERIES, HALVINGS = 14, 8
 """Number of terms of the exponential's series, and number of halvings of its argument below a norm of 1."""
 ALONG = 2
-"""The block's rigid mode along the crank's axis."""
+"""Index of the block's rigid mode along the crank's axis."""
 
 
 class SlowPart(Protocol):
-    """Slow modes of one body: ẏ = ``matrix`` y."""
+    """Slow modes of one body, with coordinates y that follow ẏ = ``matrix`` y."""
 
     matrix: Array
 
     def split(self, motion: Motion) -> Array:
-        """Coordinates y of a motion in these modes."""
+        """Coordinates y of a motion in the slow modes."""
 
     def lift(self, y: Array) -> Motion:
         """Motion of all modes in which only these slow modes move, with coordinates y."""
 
     def coordinates(self, y: Array) -> Array:
-        """Coordinates y that have energy, scaled such that their square is twice the energy, J."""
+        """Coordinates y that have energy, scaled such that the sum of their squares is twice the energy, J."""
 
 
 def body_shares(model: ModelArrays, row: Array) -> Array:
@@ -115,12 +115,12 @@ class DriveLine:
         return Motion(place, velocity, acceleration, float(y[2]), float(y[3]))
 
     def coordinates(self, y: Array) -> Array:
-        """Rotation and rate scaled by their energy; the frame's lead is scaled like the crank's rotation."""
+        """Rotation and rotation rate, scaled by their energy; the frame's lead is scaled like the crank's rotation."""
         return np.concatenate((math.sqrt(self._stiffness) * y[::2], math.sqrt(self.inertia) * y[1::2]))
 
 
 class BlockOnMounts:
-    """The block and what it carries, y = (η, η̇) of its six rigid modes."""
+    """The block with all bodies that it carries, y = (η, η̇) of the block's six rigid modes."""
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
         n, t = model.omega2.size, model.ports.shape[1]
@@ -133,7 +133,7 @@ class BlockOnMounts:
         units = np.eye(model.block_ports.shape[1])[:6]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
         self._turned_back = self._moves_back(model)
-        # Rods and pistons are in no mode, except the lateral motion of guided pistons.
+        # Rods and pistons have no modes, except for the lateral motion of guided pistons.
         weight = self._carried.copy()
         for rod in model.cylinders:
             rows, pin, across = np.zeros((2, n)), int(rod[at.PIN_PORT]), rod[at.PISTON_PORT] < 0.0
@@ -155,12 +155,12 @@ class BlockOnMounts:
         self.matrix[6:, 6:] = -np.linalg.solve(self.mass, damping)
 
     def _moves_back(self, model: ModelArrays) -> Array:
-        """Velocity (n, 6) of added bodies in addition to _swept, as the crank does not rotate with the block."""
+        """Velocity (n, 6) of added bodies because the crank does not rotate with the block, in addition to _swept."""
         found, turn = np.zeros_like(self._carried), model.block.motion[at.ROTATION, :6]
         for row in self._bodies.rows:
             n, first = int(row[added.MODES]), int(row[added.MODE])
             shares, moved = body_shares(model, row), self._frames[int(row[added.FRAME_OF])]
-            # The origin of a moving frame rotates with the block about the crank's axis.
+            # The origin of a moving frame of an added body rotates with the block about the crank's axis.
             around = np.array([0.0, -moved[added.OWN_Y1], moved[added.OWN_X1]])
             found[first : first + n] += self._speed * np.outer((around - frame_change(moved)) @ shares, turn)
             back = np.zeros(found.shape[0])
@@ -174,7 +174,7 @@ class BlockOnMounts:
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
         for row in self._bodies.rows:
             own, n, first = int(row[added.OWN_MODE]), int(row[added.MODES]), int(row[added.MODE])
-            # A body rotated about its frame's origin keeps its position in the frame.
+            # A body rotated about the origin of its frame keeps its position in the frame.
             shifted, turn = place[first : first + n].copy(), self._bodies.turn[own : own + n]
             shifted[at.ROTATION] -= turn @ shifted / turn[at.ROTATION]
             turned = self._bodies.gyroscopic[own : own + n, :n].T @ shifted
@@ -195,7 +195,7 @@ class BlockOnMounts:
         return Motion(place, velocity, acceleration, 0.0, 0.0)
 
     def coordinates(self, y: Array) -> Array:
-        """Coordinates of the motion scaled by its kinetic and elastic energy."""
+        """Coordinates y of the block's motion, scaled by kinetic and elastic energy."""
         return np.concatenate((_root(self.stiffness) @ y[:6], _root(self.mass) @ y[6:]))
 
 
@@ -238,11 +238,11 @@ class SlowModes:
 
     @property
     def learned(self) -> Learned | None:
-        """Learned data of settling apart from the slow modes; None if the free mode is not known."""
+        """Data learned while a run settles, apart from the slow modes; None if the free mode is not known."""
         return None if self.free is None else Learned(self.free, self.collar.over_cycle)
 
     def learn(self, before: Motion, after: Motion, first: bool) -> None:
-        """Update the free mode or the collar from a change of the start and the change after one cycle.
+        """Update the free mode or the collar from a change of a cycle's start and the change one cycle later.
 
         The ``first`` change contains all modes, of which mainly the free one is left after the cycle. Later changes,
         without the free mode, show the collar.
@@ -266,11 +266,11 @@ class SlowModes:
         return motion
 
     def left(self, change: Motion, cycles: int = 1) -> Motion:
-        """Estimated error of the start of these cycles: (I − M)⁻¹ y for the slow modes, and the change for the rest."""
+        """Estimated error of the start of cycles: (I − M)⁻¹ y for slow modes, ``change`` for all other motion."""
         return change.plus(self.correction(change, cycles))
 
     def coordinates(self, motion: Motion) -> tuple[Array, Array]:
-        """Coordinates of a motion, of crank and pistons and of the block; squared lengths are twice their energies, J.
+        """Coordinates of a motion of crank with pistons, and of the block; squared lengths are twice the energies, J.
 
         The slow modes come first, then all modes of the rest. Springs count as if no mode were slower than ``RATE``,
         because the collar's position has no energy but matters for axial motion.

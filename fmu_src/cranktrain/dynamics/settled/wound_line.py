@@ -38,7 +38,7 @@ class Wound(NamedTuple):
             return own
         for matrix, column in ((stiffness, STIFFNESS), (damping, DAMPING)):
             matrix += model.shafts.T @ (model.shaft_laws[:, column, None] * model.shafts)
-        # The crank is rotated by one; each rotor is in equilibrium with its springs.
+        # For a unit rotation of the crank, each rotor of the drive line is in equilibrium with its springs.
         turn = np.where(rotors, 0.0, model.euler_load)
         turn[rotors] = -np.linalg.solve(stiffness[np.ix_(rotors, rotors)], stiffness[rotors] @ turn)
         return cls(turn, float(turn @ stiffness @ turn), float(turn @ damping @ turn))

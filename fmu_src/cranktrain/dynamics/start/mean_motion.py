@@ -26,11 +26,11 @@ from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_on_pin,
 from cranktrain.loads.slider_crank import rod_force
 
 ORDERS = 60
-"""Number of harmonics of half an order in the rocking of the block at the start."""
+"""Number of harmonics (multiples of half an order) in the block's rocking motion at the start."""
 RIGID = 6
 """Number of rigid modes of the block."""
 STRAIGHT = 5
-"""Number of rigid modes of the crank without rotation about its axis."""
+"""Number of rigid modes of the crank, not counting rotation about its axis."""
 START_ROD, START_PIN = 16, 24
 """Positions in ``StartRoom.rod`` of the motion of a rod's end, and of the pin under an articulated rod."""
 
@@ -64,7 +64,7 @@ def carried(model: ModelArrays, block: Array) -> Array:
 
 @kernel
 def forget_motion(room):
-    """Reset the estimate of the cycle to come."""
+    """Reset the estimate of the mean motion in the first cycle of a run."""
     for k in range(room.mean.shape[0]):
         room.mean[k] = 0.0
     for k in range(room.spectrum.shape[1]):
@@ -102,7 +102,7 @@ def rigid_motion(model, room, speed):
     alternating_torque(room, mean[slots.START_TORQUE])
     for k in range(1, slots.START_HARMONICS):
         omega = 0.5 * speed * k
-        # The motion is T̂/(a + ib).
+        # The motion under the torque harmonic T̂ is T̂/(a + ib).
         a = stiffness - inertia * omega * omega
         b = model.scalars[slots.SHAFT_C] * omega
         size = a * a + b * b
@@ -176,7 +176,7 @@ def lean(model, work, speed, place, rate):
 
 @kernel
 def rock(model, room, omega, harmonic):
-    """Add the block's motion as a rigid body under one harmonic of the torque; 0, or 1 if it is not held."""
+    """Add the block's rigid motion under one harmonic of the torque. Return 0, or 1 if no mount holds the block."""
     load = room.block[slots.START_LOAD]
     own = room.block[slots.START_PLACE]
     own_rate = room.block[slots.START_RATE]

@@ -30,7 +30,7 @@ from cranktrain.dynamics.time.step_control import frame_at, ports_at_state
 from cranktrain.dynamics.topology import slots as added
 
 SETTLED = 1.0e-4
-"""Tolerance of the start, in clearances."""
+"""Tolerance of the static equilibrium at the start of a run, in clearances."""
 SETTLING_STEPS = 400
 SETTLING_TIME = 0.5
 SHORTEST = 1.0e-12
@@ -38,7 +38,7 @@ SHORTEST = 1.0e-12
 STARTING_STEPS = 3
 STARTING_STEP = 1.0e-5
 STARTING_TOLERANCE = 1.0e-11
-"""Backward-Euler steps (s) at the first angle: velocities of films relax, and accelerations become consistent."""
+"""Number, size (s) and tolerance of backward-Euler steps at the first angle, in which velocities of films relax."""
 CRANK_RESTRAINT, RESTRAINT_RATE = 1.0e7, 2.0e6
 STATIONARY_RESTRAINT = 1.0e12
 """Restraint of the crank's rotation during the descent: N m/rad, or (rad/s)² times the inertia of crank and rods if
@@ -70,7 +70,7 @@ def settle(model, work, state, inputs, windup, rotation, rate):
 
 @kernel
 def pose(model, work, state, inputs):
-    """Set frame and pressures at the first angle; the frame's motion is known, but the frame does not rotate yet."""
+    """Set frame and pressures at the first angle; the frame's motion is known, but the axes do not rotate yet."""
     take_sample(model, state, inputs, 0.0)
     take_rates(state, work.input_rates, 0.0)
     reconstruct(model, work, state)
@@ -84,7 +84,7 @@ def pose(model, work, state, inputs):
 
 @kernel
 def balance(model, work, state):
-    """Descend to the static equilibrium from any position; returns a status.
+    """Descend to the static equilibrium from any position. Return a status (0: success).
 
     Backward-Euler steps of adapted length are taken in a frame that does not rotate, with films and rods at the
     engine's speed. The velocity of the descent is dropped at every step. The steps end after SETTLING_TIME at the
@@ -119,7 +119,7 @@ def balance(model, work, state):
                 port = int(model.limited[k, 0])
                 displaced = max(displaced, abs(work.port[at.RELATIVE, port]) / model.scales[port])
         close_step(model, work, state)
-        # Journals without load, or no journals at all, need no more steps.
+        # A crank whose journals have no load, or that has no journals, needs no more steps.
         if (displaced < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
             break
         iterations = work.counters[at.N_ITERATIONS] - iterations
@@ -132,7 +132,7 @@ def balance(model, work, state):
 
 @kernel
 def euler_step(model, work, state, h, omega, tolerance):
-    """Take one backward-Euler step h from the state with velocity V in ``work.modal[BIG_V]``; returns a status.
+    """Take one backward-Euler step h with velocity V in ``work.modal[BIG_V]``. Return a status (0: success).
 
     Fills ``work.stage[0]``. The factors of h and ``omega`` (rad/s) are in slot 0, the ports' relative motion at the
     state in ``work.port[RELATIVE]``.
@@ -213,7 +213,7 @@ def added_in_motion(model, work, state, rotation, rate):
         q[at.ROTATION] = turn
         moved = work.added.frames[int(row[added.FRAME_OF])]
         turns = row[added.SENSE] * moved[added.TURN]
-        # Velocity of the body's frame per crank angle, and its derivative, in axes of this frame.
+        # Velocity of the body's frame per crank angle, and derivative of this velocity, in axes of this frame.
         x = moved[added.OWN_X1]
         y = moved[added.OWN_Y1]
         x_change = moved[added.OWN_X2] + moved[added.TURN] * y
@@ -230,7 +230,7 @@ def added_in_motion(model, work, state, rotation, rate):
 
 @kernel
 def accelerate(model, work, state):
-    """Take short backward-Euler steps at the first angle, so that accelerations fit velocities; returns a status."""
+    """Take short backward-Euler steps at the first angle, so that accelerations fit velocities. Return a status."""
     n = model.omega2.shape[0]
     omega = work.frames[0, at.OMEGA]
     out = work.stage[0]

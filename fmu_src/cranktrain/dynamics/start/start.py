@@ -22,14 +22,14 @@ from cranktrain.dynamics.time.reconstruction import GIVEN
 from cranktrain.dynamics.time.status import NO_EQUILIBRIUM, OK, SINGULAR
 
 FIRST_AMPLITUDES = 1.0e-4, 1.0e-6
-"""Initial estimates of alternating torsion (rad) and axial motion (m) for error control; they fade over a cycle."""
+"""Initial estimates of alternating torsion (rad) and axial motion (m) for error control, which fade over a cycle."""
 FROM_OUTSIDE, AUTO = 2.0, 0.0
-"""Numbers of gas sources for which the cycle to come is not known: given pressures, and automatic choice."""
+"""Numbers of gas sources for which the pressures of the next cycle are not known: given pressures, automatic choice."""
 
 
 @kernel
 def start(model, work, state, inputs, time):
-    """Fill the ``state`` with the static equilibrium under the inputs, in rotation, at a time (s); returns a status.
+    """Fill the ``state`` with the rotating static equilibrium under the inputs, at a time (s). Return a status (0: OK).
 
     If there is no equilibrium, the state stays as before.
     """
@@ -52,7 +52,7 @@ def start(model, work, state, inputs, time):
 
 @kernel
 def find_start(model, work, state, inputs, time):
-    """Find the start as :func:`start` does, in a state of zeros; returns a status."""
+    """Find the start of a run from the inputs, in a ``state`` filled with zeros. Return a status (0: success)."""
     n = model.omega2.shape[0]
     state[TIME] = time
     state[METHOD] = model.choices[at.METHOD_MARK]
@@ -86,7 +86,7 @@ def find_start(model, work, state, inputs, time):
 
 @kernel
 def knows_the_cycle(model, inputs):
-    """True if the gas is the built-in trace; with given pressures the cycle to come is unknown."""
+    """True if the gas is the built-in trace; with given pressures the next cycle is not known."""
     source = model.choices[at.GAS_SOURCE]
     if source != AUTO:
         return source != FROM_OUTSIDE

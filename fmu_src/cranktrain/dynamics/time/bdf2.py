@@ -12,7 +12,7 @@ from cranktrain.dynamics.time.table import coefficients
 
 @law_kernel
 def bdf2_step(model, work, state, slot, h):
-    """Advance the modal motion in ``state`` by one step h; a status.
+    """Advance the modal motion in ``state`` by one step h. Return a status (0: success).
 
     Position and velocity at the start of the last step are in the blocks AUXILIARY and HISTORY.
     """

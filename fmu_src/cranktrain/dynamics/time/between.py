@@ -47,19 +47,19 @@ from cranktrain.dynamics.time.step_control import base_motion
 from cranktrain.loads.drive_line import frame_lead
 
 BEGIN, END = 0, 1
-"""Numbers of the two ends of a step."""
+"""Numbers that stand for the begin and the end of a step."""
 
 
 @inlined_kernel
 def end_offset(model, end):
-    """First index in the state of an end of the step under way."""
+    """First index in the state of the stored begin or end of the step under way."""
     size = motion_size(model)
     return size + end * end_size(size)
 
 
 @kernel
 def keep_end(model, state, end):
-    """Store the motion of the state as one end of the step under way."""
+    """Store the present motion as begin or end of the step under way."""
     o = end_offset(model, end)
     for i in range(METHOD):
         state[o + i] = state[i]
@@ -69,7 +69,7 @@ def keep_end(model, state, end):
 
 @kernel
 def recall_end(model, state, end):
-    """Restore the motion of one end to the state; time, inputs and communication data stay as they are."""
+    """Restore the motion at begin or end of a step to the state; time, inputs and communication data do not change."""
     o = end_offset(model, end)
     for i in range(SHAFT_ANGLE, LEAD_SPEED + 1):
         state[i] = state[o + i]
@@ -140,7 +140,7 @@ def interpolate_modes(model, state, t, h):
 
 @inlined_kernel
 def interpolate_memory(model, state, t, h):
-    """Interpolate the memory of laws, pairs of a quantity and its rate, at a fraction ``t`` of a step h (s)."""
+    """Interpolate the memory of force laws, pairs of a quantity and its rate, at a fraction ``t`` of a step h (s)."""
     first = film_offset(model.omega2.shape[0], port_count(model))
     far = end_offset(model, END) + METHOD - BODY
     for k in range(first, motion_size(model), 2):

@@ -68,11 +68,11 @@ from cranktrain.dynamics.time.step_control import (
 )
 
 WORTH = 0.9
-"""Longest communication step that is passed over, in internal steps; for longer ones little would be saved."""
+"""Longest communication step, in internal steps, that an internal step passes over; longer steps would save little."""
 SHORTEST, LONGEST = 0.85, 1.02
 """Range, in internal steps, in which a step keeps its length and its factors although the speed changes."""
 MOVED = 1.0e-9
-"""Relative change of a pressure since its last sample from which a partner counts as having changed it."""
+"""Relative change of a pressure since its last sample above which a co-simulation partner counts as its source."""
 ON_LINE = 1.0e-12
 """Largest relative difference of an input from its extrapolation that counts as rounding by its sender."""
 
@@ -95,7 +95,7 @@ def foresee_inputs(model, work, state):
 
 @kernel
 def go_on(model, work, state, reach, builtin):
-    """True if the newest sample and its rates lie on the extrapolated line, over the time ``reach`` (s) of a step.
+    """True if the newest sample and its rates lie on the extrapolated line over the time ``reach`` (s) of a step.
 
     With the gas trace (``builtin``) pressures do not count. The first sample of a run counts as on the line if it has
     no rate and no partner gives pressures, because these would change.
@@ -121,7 +121,7 @@ def go_on(model, work, state, reach, builtin):
 
 @inlined_kernel
 def pressures_move(model, work, state, inputs):
-    """True if a partner's pressures change at this point; extrapolation is then useless because no line fits them.
+    """True if the pressures of a co-simulation partner change here; extrapolation is then useless, as no line fits.
 
     A pressure changes if it differs from the last sample and has no rate, neither now nor before.
     """
@@ -137,7 +137,7 @@ def pressures_move(model, work, state, inputs):
 
 @kernel
 def take_inputs(model, work, state, inputs, interval):
-    """Take the inputs of this point, from which a step of ``interval`` (s) begins, and fill ``work.inputs``.
+    """Take the inputs at a communication point, where a step of ``interval`` (s) begins, and fill ``work.inputs``.
 
     Returns True if the inputs follow their extrapolation.
     """
@@ -175,7 +175,7 @@ def end_step_here(model, work, state):
         return
     reconstruct(model, work, state)
     begin = state[STEP_BEGIN] - (state[TIME] - state[LAST_INTERVAL])
-    # The last factor cache slot, so that the factors of full steps stay.
+    # The last slot of the factor cache is used, so that factors of full steps are kept.
     status, _ = take_sub_step(model, work, state, begin, h, at.FACTOR_SLOTS)
     if status != OK:
         for i in range(motion_size(model)):
@@ -198,7 +198,7 @@ def holds_now(state):
 
 @kernel
 def pass_over(model, work, state, inputs, t_end):
-    """Take steps of full length until one reaches ``t_end``, and interpolate; returns a stage status and steps taken.
+    """Take full steps until one reaches ``t_end``, and interpolate. Return a status (0: success) and the steps taken.
 
     After a failure the state is undefined.
     """
@@ -227,7 +227,7 @@ def pass_over(model, work, state, inputs, t_end):
 
 @kernel
 def step_beyond(model, work, state, inputs, now, sampled):
-    """Take the next part of a sub-step from ``now`` (s), which becomes the step under way; returns a stage status.
+    """Take the next part of a sub-step from ``now`` (s), which becomes the step under way. Return a status (0: OK).
 
     ``work.inputs`` are those of the communication step that began at ``sampled``, s.
     """
@@ -262,7 +262,7 @@ def step_beyond(model, work, state, inputs, now, sampled):
 
 @kernel
 def advance(model, work, state, inputs, t_end):
-    """Advance ``state`` to ``t_end`` with the inputs of this point; returns a stage status.
+    """Advance ``state`` to ``t_end`` with the inputs of this communication point. Return a status (0: success).
 
     A time step that is only rounding (SLIVER) leaves the state as it is.
     """
@@ -272,7 +272,7 @@ def advance(model, work, state, inputs, t_end):
     if not turning_speed(state, inputs) * interval < MOST_STEPS * model.scalars[at.STEP]:
         return TOO_LONG
     if state[UNDER_WAY] > 0.0 and not holds_now(state):
-        state[UNDER_WAY] = 0.0  # a state altered by its owner, whose step under way may lie far in the past
+        state[UNDER_WAY] = 0.0  # the owner altered the state, so a step under way may lie far in the past
     for i in range(BODY):
         work.backup[0, i] = state[i]
     iterations = work.counters[at.N_ITERATIONS]

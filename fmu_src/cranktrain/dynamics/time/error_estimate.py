@@ -44,7 +44,7 @@ def step_error(model, work, state, h):
 
 @kernel
 def remember_outputs(model, state, h):
-    """Update the running mean and variance of torsion and axial motion, which fade over a cycle, after a step h."""
+    """Update running mean and variance of torsion and axial motion after a step h; older values fade over a cycle."""
     q = offset(POSITION, model.omega2.shape[0])
     fading = 1.0 - math.exp(-h * max(abs(state[SHAFT_SPEED]), 1.0) / (4.0 * math.pi))
     for j in range(2):
@@ -58,7 +58,7 @@ def remember_outputs(model, state, h):
 
 @kernel
 def event_within(model, work, state, builtin, angle, turn, h):
-    """True if a kink of the gas trace, contact in a film or a change of side of the thrust collar occurs within h.
+    """True if a gas trace kink, contact in a film or a change of side of the thrust collar occurs within a step h.
 
     The crank turns from ``angle`` by ``turn`` in this time. Ports are in ``work.port[RELATIVE]`` and the row after it.
     """

@@ -79,7 +79,7 @@ class Integrator:
 
 
 LARGEST_FOR_FILMS = 1.25
-"""Largest coefficient of a method that is allowed for elastic films; the oil of a closing void follows the stages.
+"""Largest stage coefficient of a method that is allowed for elastic films, where oil in a closing void follows stages.
 
 Chosen from ``python -m benchmarks.film_methods``: up to 1.21 (sdirk3) methods agree; esdirk57 (1.49) fails, and largest
 pressures of esdirk5 (2.5) and sdirk4 (7.8) do not converge.
@@ -90,7 +90,7 @@ INTEGRATORS: dict[str, Integrator] = {}
 
 
 def register_family(row: Family) -> None:
-    """Add a family to the register."""
+    """Add a family of integration methods to the register."""
     FAMILIES[row.name] = row
 
 
@@ -117,7 +117,7 @@ def integrator_table(name: str) -> Array:
 
 
 def _value(row: Integrator, parameter: Parameter, given: str) -> float:
-    """Value of a parameter from the text ``given``, or its default if that is empty."""
+    """Value of a parameter from the text ``given``, or the parameter's default if the text is empty."""
     if not given:
         return parameter.default
     try:
@@ -135,7 +135,7 @@ def _value(row: Integrator, parameter: Parameter, given: str) -> float:
 
 
 def family(table: Array) -> Family:
-    """Family of a table's method."""
+    """Family of the integration method that a table of coefficients describes."""
     return list(FAMILIES.values())[int(table[HEAD, FAMILY])]
 
 
@@ -145,7 +145,7 @@ def method_mark(table: Array) -> float:
 
 
 def carried(table: Array) -> tuple[tuple[int, int], ...]:
-    """Blocks of the state that a method carries from step to step, each with its power of 1/s."""
+    """Blocks of the state that a method carries from step to step, each with the power of 1/s in its unit."""
     blocks = family(table).carried
     return (*blocks, (ACCELERATION, 2)) if table[HEAD, EXPLICIT_FIRST] else blocks
 

@@ -23,7 +23,7 @@ from cranktrain.dynamics.motion.gas import crank_rotation
 from cranktrain.loads.gas_pressure import CYCLE
 
 NEARLY = 1.0e-6
-"""Fraction by which a full cycle may be short, because the crank's motion does not repeat more exactly."""
+"""Fraction by which a cycle may be short and still count as full, because motion does not repeat more exactly."""
 
 
 @kernel

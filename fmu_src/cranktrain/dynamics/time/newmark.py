@@ -15,7 +15,7 @@ from cranktrain.dynamics.time.table import ALPHA_F, ALPHA_M, BETA, GAMMA, HEAD
 
 @law_kernel
 def newmark_step(model, work, state, slot, h):
-    """Advance the modal motion in ``state`` by one step h; returns a status. On failure the state is unchanged."""
+    """Advance the modal motion in ``state`` by one step h. Return a status (0: success); a failure changes no state."""
     n = model.omega2.shape[0]
     alpha_m = model.stages[HEAD, ALPHA_M]
     alpha_f = model.stages[HEAD, ALPHA_F]
@@ -44,7 +44,7 @@ def newmark_step(model, work, state, slot, h):
 
 @law_kernel
 def newmark_difference(model, work, h):
-    """Fill ``work.port[U_DIFFERENCE]`` from the modes' difference to a step of constant acceleration; returns 0."""
+    """Fill ``work.port[U_DIFFERENCE]`` with the difference to a step of constant acceleration. Return 0."""
     for j in range(model.judged.shape[0]):
         k = int(model.judged[j])
         move = 0.0

@@ -60,16 +60,16 @@ from cranktrain.loads.gas_pressure import CYCLE
 POLYTROPIC = 1.33
 """Exponent of compression and expansion with heat to the walls."""
 GIVEN = 1.0e-3
-"""Difference (Pa) from the start value from which a pressure counts as given; masters may round its last digit."""
+"""Difference (Pa) from the start value above which a pressure counts as given; co-simulation masters may round."""
 JUMP = 0.5
 """Largest relative change of p Vⁿ between two samples that counts as smooth; a larger one is a jump."""
 SHORT = 0.2
 """Least distance of two samples that are extrapolated, as a fraction of the next communication step."""
 LEAST_TURN = 1.0e-9
-"""Distance of two samples, rad, below which they count as one angle."""
+"""Angle between two samples, rad, below which both samples count as one angle."""
 SLIVER = 1.0e-9
 ROUNDING = 1.0e-15
-"""Communication steps up to SLIVER (s) plus ROUNDING times the time are ignored; masters that sum times make them."""
+"""Communication steps up to SLIVER (s) plus ROUNDING times the time are ignored: masters that sum times make them."""
 
 
 @inlined_kernel
@@ -93,7 +93,7 @@ def crank_angle(model, state):
 
 @inlined_kernel
 def nearest_turn(angle):
-    """Angle (rad) minus the whole number of cycles that brings it nearest to 0."""
+    """Angle (rad) minus the whole number of cycles that brings the angle nearest to 0."""
     return angle - CYCLE * math.floor(angle / CYCLE + 0.5)
 
 
@@ -172,7 +172,7 @@ def reconstruct(model, work, state):
         elif (rule == 1.0 or (rule == 3.0 and not 0 < k <= cylinders)) and samples > 1 and earlier >= SHORT * interval:
             work.inputs[at.RATE, k] = (now - before) / earlier
     for k in range(1, 1 + cylinders):
-        # A pressure with two identical samples is not driven by a partner.
+        # A pressure with two identical samples is not driven by a co-simulation partner.
         if not knows_volumes(work) and (now_moves(state, k) or state[RATES_GIVEN + k] > 0.0):
             work.inputs[at.EXPONENT, k] = -POLYTROPIC
     if rule == 3.0 and not built_in(model, state):
@@ -186,13 +186,13 @@ def reconstruct(model, work, state):
 
 @inlined_kernel
 def now_moves(state, k):
-    """True if the newest sample of input k differs from the one before."""
+    """True if the newest sample of input k differs from the sample before it."""
     return state[SAMPLES] > 1.0 and state[INPUTS_NOW + k] != state[INPUTS_BEFORE + k]
 
 
 @inlined_kernel
 def sampled_polytropic(model, state, cylinder, sample):
-    """p Vⁿ of a cylinder at one of the samples, SI, with the volume that its partner used."""
+    """p Vⁿ of a cylinder at one of the input samples, SI, with the volume that the co-simulation partner used."""
     first = INPUTS_NOW + sample * MAX_INPUTS
     volume = gas_volume(model, cylinder, state[SAMPLE_ANGLES + sample])
     volume += state[first + model.cylinders.shape[0] + at.DEVIATION_INPUT + cylinder]
@@ -207,11 +207,11 @@ def smooth(after, before):
 
 @inlined_kernel
 def polytropic_series(model, work, state, cylinder, least):
-    """Set the parabola through those samples of a cylinder's p Vⁿ that lie ``least`` (rad) apart and have no jump."""
+    """Set the parabola through samples of a cylinder's p Vⁿ at least ``least`` (rad) apart and without a jump."""
     k = 1 + cylinder
     samples = int(state[SAMPLES])
     newest, middle, oldest = state[SAMPLE_ANGLES], state[SAMPLE_ANGLES + 1], state[SAMPLE_ANGLES + 2]
-    # Otherwise a pressure that no partner drives would vary with the volume.
+    # Without this condition a pressure that no co-simulation partner drives would vary with the volume.
     if newest - middle < least or not now_moves(state, k):
         return
     g = sampled_polytropic(model, state, cylinder, 0)

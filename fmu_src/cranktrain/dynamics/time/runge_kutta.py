@@ -18,7 +18,7 @@ from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, ST
 
 @law_kernel
 def runge_kutta_step(model, work, state, slot, h):
-    """Advance the modal motion in ``state`` by one step h; returns a status. On failure the state is unchanged."""
+    """Advance the modal motion in ``state`` by one step h. Return a status (0: success); a failure changes no state."""
     table = model.stages
     n = model.omega2.shape[0]
     stages = int(table[HEAD, STAGES])
@@ -57,7 +57,7 @@ def explicit_stage(model, work, state):
 
 @inlined_kernel
 def combine_stages(model, work, state, s, h):
-    """Fill Q and V of stage s, in modes and at the ports, from the stages before it."""
+    """Fill the vectors Q and V of stage s, in modes and at the ports, from earlier stages."""
     table = model.stages
     n = model.omega2.shape[0]
     m = port_count(model)
@@ -69,7 +69,7 @@ def combine_stages(model, work, state, s, h):
     for i in range(n):
         big_v[i] = state[offset(VELOCITY, n) + i]
         big_q[i] = state[offset(POSITION, n) + i]
-    # Q and V at the ports follow from the ports' own motion, which saves a product with the shapes for each.
+    # Q and V at the ports follow from motion of the ports, which saves two products with the shapes.
     for k in range(m):
         u_v[k] = work.port[at.STATE_UD, k]
         u_q[k] = work.port[at.STATE_U, k]
@@ -103,7 +103,7 @@ def add_stages(found, part, weights, stages, n, out):
 
 @law_kernel
 def runge_kutta_difference(model, work, h):
-    """Fill ``work.modal[DIFFERENCE]``, ``work.port[U_DIFFERENCE]`` with step minus embedded solution; returns 0."""
+    """Fill ``work.modal[DIFFERENCE]``, ``work.port[U_DIFFERENCE]`` with step minus embedded solution. Return 0."""
     table = model.stages
     stages = int(table[HEAD, STAGES])
     weights = table[FIRST_STAGE + stages]

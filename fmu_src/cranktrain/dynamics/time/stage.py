@@ -39,7 +39,7 @@ STALE = 0.1
 NEAR = 0.1
 """A Newton matrix is kept when the last step was shorter than NEAR and the iteration contracts better than STALE."""
 ROUNDING = 1.0e-13
-"""Steps below this are rounding, whatever the tolerance."""
+"""Scaled Newton step below which a step is rounding, whatever the tolerance."""
 CYCLING, NOISE = 12, 1.0e-4
 """Iterations after which steps below NOISE, in clearances, count as converged. Film forces jump slightly when a node
 ruptures (films solved online) or at the edges of a table's pieces, so Newton's method can oscillate between two
@@ -54,7 +54,7 @@ COUPLING_LENGTH = 1.0e-6
 than this fraction of the largest, or modal displacements (m √kg) by less than the tolerance times a length that is
 small compared with clearances."""
 MORE_SWEEPS = 3
-"""Most sweeps of this iteration."""
+"""Most sweeps of the iteration over terms that depend on Ω − Ω₀."""
 UNBOUNDED = 1.0e12
 """Newton step, scaled, at which an iteration has diverged."""
 
@@ -63,17 +63,17 @@ class Stage(NamedTuple):
     """Input of one stage apart from Q and V. Row ``number`` of each workspace array belongs to this stage."""
 
     number: int
-    slot: int  # of the factor cache, with the factors of c_q, c_v and Ω₀
+    slot: int  # slot of the factor cache with the factors of c_q, c_v and Ω₀
     c_q: float
     c_v: float
     omega: float  # Ω₀, rad/s
-    tolerance: float  # of the estimated error of the ports, in units of clearance, 0.1 mm and 0.01 rad
+    tolerance: float  # tolerance of the estimated error of the ports, in clearances, 0.1 mm and 0.01 rad
     a_guess: Array  # (n,) initial guess of a, used if the frame's speed differs from Ω₀
 
 
 @kernel
 def solve_stage(model, work, state, stage):
-    """Solve one stage; returns a status.
+    """Solve one stage of an integrator. Return a status (0: success).
 
     Q and V are in ``work.modal[BIG_Q]`` and ``[BIG_V]``, at the ports in ``work.port[U_Q]`` and ``[U_V]``, the first
     guess of u in ``work.port[GUESS]``. Fills ``work.stage[number]`` with q, v, a and leaves the ports' u, u̇, ü and
@@ -196,7 +196,7 @@ def move_freely(model, work, stage):
 
 @inlined_kernel
 def iterate(model, work, state, stage):
-    """Newton iteration on the ports; leaves u and forces in ``work.port``. Returns a status."""
+    """Solve for u and forces of the ports by Newton's method, into ``work.port``. Return a status (0: success)."""
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
     measured = False
     previous = -1.0
@@ -246,7 +246,7 @@ def iterate(model, work, state, stage):
 
 @inlined_kernel
 def follow_encoder(model, work, stage):
-    """Rotation at the encoder in a stage, from the forces found so far, into ``work.frames``."""
+    """Write the rotation at the encoder in a stage to ``work.frames``, from the forces found so far."""
     q = work.modal[at.LEVER]
     for i in range(q.shape[0]):
         q[i] = work.modal[at.Q_FREE, i]
@@ -260,7 +260,7 @@ def follow_encoder(model, work, stage):
 
 @inlined_kernel
 def press_heads(model, work, stage):
-    """Update the gas force on the heads of a flexible block to the pressures found last, as on the pistons.
+    """Update the gas force on the heads of a flexible block to the pressures found last for the pistons.
 
     The change is added to the load ``work.modal[BASE]`` and to the motion without forces at the ports.
     """
@@ -287,7 +287,7 @@ def press_heads(model, work, stage):
 
 @inlined_kernel
 def newton_step(model, work, stage, keep_matrix):
-    """Evaluate the forces at u and the Newton step of the relative motion, ``work.port[U_STEP]``; returns a status.
+    """Evaluate the forces at u and the Newton step of relative motion, ``work.port[U_STEP]``. Return a status (0: OK).
 
     The residual is r = u_free + H f − u, and (I − H J) δ = r on the Newton ports. ``keep_matrix`` reuses the matrix.
     """
@@ -346,7 +346,7 @@ def felt_step(model, work, frame, step):
 
 @inlined_kernel
 def solve_step(model, work):
-    """Solve for the Newton step in place, for the engine's components in ``work.port[U_STEP]`` and for added ones."""
+    """Solve for the Newton step in place, of engine components in ``work.port[U_STEP]`` and of added components."""
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_SOLVE], (model, work))
     else:
@@ -355,7 +355,7 @@ def solve_step(model, work):
 
 @inlined_kernel
 def step_size(model, work, step):
-    """Size of a Newton step in units of the ports' scales, and the fraction of it that the journals' limit allows."""
+    """Size of a Newton step in units of the ports' scales, and the fraction of this step that journals allow."""
     size = 0.0
     journal = 0.0
     for k in range(model.scales.shape[0]):
@@ -376,7 +376,7 @@ def step_size(model, work, step):
 
 @inlined_kernel
 def take_step(model, work, stage, limit):
-    """Move the ports by the fraction ``limit`` of a Newton step; returns the largest change of ports without tangents.
+    """Move ports by the fraction ``limit`` of a Newton step. Return the largest change of ports without tangents.
 
     All ports move with the forces f + Jδ. The returned change is scaled, and measures the effect of tangents that the
     Newton matrix omits. Guided pistons keep the motion of their own solution.
@@ -420,7 +420,7 @@ def follow_load(model, work, stage):
 
 @kernel
 def follow_forces(model, work, stage):
-    """Update f += J δ by a Newton step, and u = u_free + H f of all ports except those of guided pistons."""
+    """Update forces f += J δ by a Newton step δ, then u = u_free + H f of all ports except guided pistons."""
     frame = work.frames[stage.number]
     f = work.port[at.FORCES]
     if turned(work):
@@ -443,7 +443,7 @@ def follow_forces(model, work, stage):
 
 @inlined_kernel
 def follow_step(model, work, stage):
-    """Update f and u as :func:`follow_forces` on rigid ground, where the Newton ports move by δ itself.
+    """Update forces f and displacements u by a Newton step δ on rigid ground, where the Newton ports move by δ.
 
     This follows from (I − H J) δ = u_free + H f − u. ``work.port[U_STEP]`` holds δ, and then u_free + H f − u of the
     other rotating ports.
@@ -467,7 +467,7 @@ def follow_step(model, work, stage):
 
 @kernel
 def recover(model, work, stage):
-    """Modal motion of the stage from the forces at its ports, ``work.stage[number]``.
+    """Write the modal motion of the stage to ``work.stage[number]``, from the forces at its ports.
 
     Returns True if the terms by the difference of the frame's speed from Ω₀ have converged.
     """
@@ -520,7 +520,7 @@ def recover(model, work, stage):
 
 @inlined_kernel
 def port_rates(model, work, stage):
-    """Set u̇ and ü of the ports from their u, by the rule of the stage."""
+    """Set velocity u̇ and acceleration ü of the ports from displacement u, by the rule of the stage."""
     u = work.port[at.U]
     u_q = work.port[at.U_Q]
     u_v = work.port[at.U_V]
@@ -566,7 +566,7 @@ def answer(model, work, slot, f, u):
 
 @kernel
 def linearise(connections, blocks, step, f):
-    """f += J δ on the Newton ports."""
+    """Add J δ to the forces f of the Newton ports, with the tangents J of all connections and a step δ."""
     for k in range(connections.shape[0]):
         size = int(connections[k, 0])
         for a in range(size):

@@ -10,9 +10,9 @@ DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE, NO_RIGID_PART, CLEARANCE_FIX
 NO_EQUILIBRIUM = 32
 NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
-"""First status of each kind; the index of the input is added."""
+"""First status of each kind of invalid input; the status is this number plus the index of the input."""
 REFUSED, FAILED = "refused", "failed"
-"""Kinds of statuses: a refused request, and a failed step, which other inputs or a shorter step may mend."""
+"""Kinds of statuses: a refused request, and a failed step, which other inputs or a shorter step may avoid."""
 REMEDIES = {
     DIVERGED: (
         "the forces at the ports found no balance",

@@ -1,4 +1,4 @@
-"""Functions that the steps of all integrators share: guess the ports at a stage, solve it, keep the result.
+"""Functions that the steps of all integrators share: guess the ports at a stage, solve the stage, store the result.
 
 A family's step kernel writes a stage's Q and V to ``work.modal[BIG_Q]`` and ``[BIG_V]``, and their values at the ports
 to ``work.port[U_Q]`` and ``[U_V]``, and calls :func:`solve_and_keep` for each stage. The ports at the step's start are
@@ -26,7 +26,7 @@ SLOW = 60.0
 
 @inlined_kernel
 def port_tolerance(model, work, h):
-    """Newton tolerance of a step h; it falls with shorter steps like the error of the method."""
+    """Newton tolerance of a step h, which falls with shorter steps like the error of the integrator."""
     turn = min(1.0, h * max(work.frames[0, at.OMEGA], SLOW) / REFERENCE_TURN)
     tolerance = model.choices[at.NEWTON_TOLERANCE]
     for _ in range(int(model.choices[at.ORDER])):
@@ -67,7 +67,7 @@ def guess_ports(model, work, state, stage, h):
 
 @inlined_kernel
 def keep_ports(model, work, state, stage):
-    """Keep the ports of a solved stage, and the error of the series, for later guesses."""
+    """Store the ports of a solved stage, and the error of their Taylor series, for later guesses."""
     m = port_count(model)
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
@@ -79,7 +79,7 @@ def keep_ports(model, work, state, stage):
 
 @inlined_kernel
 def solve_and_keep(model, work, state, stage, h, gain):
-    """Guess, solve and keep one stage of a step h; returns a status.
+    """Guess, solve and store one stage of a step h. Return a status (0: success).
 
     ``gain`` (s) is g of the stage's rule δ̇ = (δ − Δ)/g for the memory of films.
     """
@@ -96,7 +96,7 @@ def solve_and_keep(model, work, state, stage, h, gain):
 
 @inlined_kernel
 def solve_only_stage(model, work, state, slot, h):
-    """Solve the only stage, at the step's end, of a method whose Q and V are in ``work.modal``; returns a status."""
+    """Solve the only stage, at the step's end, with Q and V in ``work.modal``. Return a status (0: success)."""
     n = model.omega2.shape[0]
     to_ports(model, work.modal[at.BIG_Q], work.port[at.U_Q])
     to_ports(model, work.modal[at.BIG_V], work.port[at.U_V])

@@ -69,24 +69,24 @@ PARTS = 1 << MAX_HALVINGS
 MOST_STEPS = 1.0e6
 """Most internal steps of a communication step, so that an impossible state cannot keep a caller waiting for ever."""
 FILM_HALVINGS = 3
-"""Most halvings by reason of a film that changes fast."""
+"""Most halvings of a step because a film changes fast."""
 EVENT_HALVINGS = 1
-"""Additional halvings if an event lies within a step."""
+"""Additional halvings of a step if an event lies within it."""
 REJECTED = 2.0
-"""Error, in units of the tolerance, above which a step is repeated; an error from 1 to this halves the next step."""
+"""Error, in tolerances, above which a step is repeated; an error between 1 and REJECTED halves the next step."""
 MARGIN = 0.5
 """Largest predicted error, in units of the tolerance, at which the next step is doubled."""
 REFACTOR = 0.01
 """S is factorised again if the shaft's speed differs from Ω₀ by this fraction; stages iterate smaller differences."""
 ROUNDED = 1.0e-9
-"""Rounding by which an angle may miss a cycle's end, rad, and by which two equal steps may differ, relative."""
+"""Rounding: angle (rad) by which a cycle's end may be missed, and relative difference of two equal steps."""
 STEPPING_SPEED = 60.0
 """Speed (rad/s) below which sub-steps no longer get longer, because the structure also vibrates at standstill."""
 
 
 @inlined_kernel
 def base_motion(model, work, state, begin, tau):
-    """Angle, speed and acceleration of the shaft whose speed is given, a time ``tau`` (s) into a sub-step.
+    """Angle, speed and acceleration of the shaft of given speed, at a time ``tau`` (s) into a sub-step.
 
     If a torque loads the shaft instead, they are those of a frame that follows the crank. The fourth value is the one
     that the state keeps as the shaft's acceleration.
@@ -106,7 +106,7 @@ def base_motion(model, work, state, begin, tau):
 
 @inlined_kernel
 def frame_at(model, work, state, begin, tau, frame, pressures):
-    """Frame motion at ``tau`` into a sub-step that starts ``begin`` into the interval, and pressures given over time.
+    """Frame motion and given pressures at ``tau`` (s) into a sub-step that starts ``begin`` (s) into the interval.
 
     Pressures that depend on the angle follow the pins in the stage. The rotation of an encoder at another position than
     the pins is an initial guess by Taylor's series.
@@ -153,7 +153,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
 
 @inlined_kernel
 def encoder_rotation(model, state, tau):
-    """Rotation (rad) at the encoder relative to the frame, ``tau`` (s) after the state; 0 at the pins."""
+    """Rotation (rad) at the encoder relative to the frame, ``tau`` (s) after the state; 0 for encoders at the pins."""
     if model.choices[at.ENCODER] == at.PIN:
         return 0.0
     n = model.omega2.shape[0]
@@ -180,7 +180,7 @@ def ports_at_state(model, work, state):
 
 @inlined_kernel
 def pressures_at_state(model, work, state):
-    """Cylinder pressures at the state into ``work.pressures[0]``, from its frame in ``work.frames[0]`` and its ports.
+    """Write cylinder pressures at the state to ``work.pressures[0]``, from frame ``work.frames[0]`` and ports.
 
     Also fills ``work.rises`` with a flexible block.
     """
@@ -216,7 +216,7 @@ def film_rate(model, work, state):
 
 @inlined_kernel
 def sub_step(model, work, state, begin, h, level):
-    """Advance the whole state by one step h that starts ``begin`` into the interval; returns a stage status.
+    """Advance the state by one step h that starts ``begin`` (s) into the interval. Return a status (0: success).
 
     ``level``, the number of halvings of the sub-step that give h, chooses the factor cache slot.
     The ports at the state must be in ``work.port[STATE_U]`` and the two rows after it, their relative motion in
@@ -235,7 +235,7 @@ def sub_step(model, work, state, begin, h, level):
     if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
         state[OMEGA_REFERENCE] = omega
     if h != state[STEP_LAST]:
-        # The error of a series grows with the third power of the step. After a far shorter step it is only rounding.
+        # The error of a Taylor series grows with the step's third power, so after a far shorter step it is rounding.
         share = h / state[STEP_LAST] if h <= (1 << MAX_HALVINGS) * state[STEP_LAST] else 0.0
         o = defect_offset(n)
         for k in range(MAX_STAGES * m):
@@ -256,7 +256,7 @@ def sub_step(model, work, state, begin, h, level):
     count_gas(work, table, state, h)
     close_step(model, work, state)
     if cycle_of(angle) != cycle_of(state[SHAFT_ANGLE]):
-        # The contraction estimate fades with a period of its own, which would keep cycles from repeating.
+        # The estimate of the contraction fades with a period of its own, which would keep cycles from repeating.
         state[CONTRACTION] = FIRST_CONTRACTION
     state[SHAFT_ANGLE] = angle
     state[SHAFT_SPEED] = speed
@@ -285,13 +285,13 @@ def count_gas(work, table, state, h):
 
 @inlined_kernel
 def cycle_of(angle):
-    """Number of the cycle that contains a shaft's angle (rad), safe against rounding at its end."""
+    """Number of the cycle that contains a shaft's angle (rad), safe against rounding at the end of a cycle."""
     return math.floor((angle + ROUNDED) / CYCLE)
 
 
 @inlined_kernel
 def chosen_halvings(model, work, state, begin, h, least):
-    """Halvings of a sub-step h for its next part: at least ``least``, more if films close fast or at events."""
+    """Halvings of a sub-step h for its next part: at least ``least``, more for fast closing films or at events."""
     ports_at_state(model, work, state)
     adaptive = model.choices[at.STEP_TOLERANCE] > 0.0
     halvings = max(least, int(min(state[HALVINGS], MAX_HALVINGS))) if adaptive else least
@@ -315,7 +315,7 @@ def chosen_halvings(model, work, state, begin, h, least):
 
 @kernel
 def accept(model, work, state, h, halvings):
-    """True if the step just taken meets the tolerance; chooses the halvings of the next one."""
+    """True if the step just taken meets the tolerance; also chooses the halvings of the next step."""
     error = step_error(model, work, state, h)
     growth = 1.0
     for _ in range(int(model.choices[at.EMBEDDED_ORDER]) + 1):
@@ -329,7 +329,7 @@ def accept(model, work, state, h, halvings):
     else:
         state[HALVINGS] = halvings
     if error > REJECTED:
-        # No shorter step is possible, so this one counts as missing its tolerance.
+        # No shorter step is possible, so the present step counts as missing its tolerance.
         work.counters[at.N_MISSED] += 1.0
     state[STEP_ERROR] = error
     remember_outputs(model, state, h)
@@ -344,7 +344,7 @@ def turning_speed(state, inputs):
 
 @kernel
 def take_part(model, work, state, begin, h, done, halved, shift):
-    """Take the next part of a sub-step h that starts ``begin`` into the interval; ``done`` / PARTS of it is done.
+    """Take the next part of a sub-step h, of which ``done`` / PARTS is done; it starts ``begin`` into the interval.
 
     A part is halved, up to MAX_HALVINGS times, if a film would change by more than the allowed fraction in it, after a
     failure, and for adaptive control; at least ``halved`` times. ``shift``, a whole number, is added to the halvings to
@@ -355,7 +355,7 @@ def take_part(model, work, state, begin, h, done, halved, shift):
     while True:
         start = begin + h * (done / PARTS)
         halvings = chosen_halvings(model, work, state, start, h, halved)
-        # Parts stay aligned: a half begins at a multiple of a half.
+        # Parts of a sub-step stay aligned: a half part begins at a multiple of a half.
         while done % (PARTS >> halvings) != 0:
             halvings += 1
         part = h / (1 << halvings)
@@ -377,7 +377,7 @@ def take_part(model, work, state, begin, h, done, halved, shift):
 
 @kernel
 def take_sub_step(model, work, state, begin, h, shift):
-    """Take all parts of a sub-step h that starts ``begin`` into the interval; returns a stage status and their number.
+    """Take all parts of a sub-step h that starts ``begin`` into the interval. Return a status and the number of parts.
 
     After a failure the state is that at the failed part's begin.
     """
@@ -394,7 +394,7 @@ def take_sub_step(model, work, state, begin, h, shift):
 
 @kernel
 def take_interval(model, work, state, inputs, interval):
-    """Advance the motion over a whole communication step of ``interval`` (s); returns a stage status and steps taken.
+    """Advance the motion over a communication step of ``interval`` (s). Return a status (0: success) and steps taken.
 
     An engine that turns backwards under its load has stalled.
     """

@@ -42,7 +42,7 @@ from cranktrain.dynamics.time.table import (
 
 
 def one_stage(c_q: float, c_v: float) -> Array:
-    """Table of a method with one implicit stage at the end of the step, c_q/h² and c_v/h."""
+    """Table of a method with one implicit stage at the end of the step; ``c_q`` is c_q/h², ``c_v`` is c_v/h."""
     table = np.zeros((2, WIDTH))
     table[HEAD, [STAGES, C_Q, C_V]] = 1, c_q, c_v
     table[FIRST_STAGE, NODE] = 1.0
@@ -316,4 +316,4 @@ def _explicit_first(gamma: float, below: list[list[float]], embedded: list[float
 
 
 _TWO_STAGES = 1.0 - 0.5 * math.sqrt(2.0)
-"""γ of the L-stable methods with two implicit stages of order two."""
+"""Diagonal coefficient γ of the L-stable methods of order two with two implicit stages."""

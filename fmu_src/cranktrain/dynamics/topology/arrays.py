@@ -29,14 +29,14 @@ class Added(NamedTuple):
 
     bodies: AddedBodies
     connections: AddedConnections
-    crank: Array  # (·, n_t) shapes of further ports
-    block: Array  # (·, n_b)
-    omega: Array  # (N,)
-    damping: Array  # (N,) 1/s
+    crank: Array  # (·, n_t) shapes of further ports of the crank
+    block: Array  # (·, n_b) shapes of further ports of the block
+    omega: Array  # (N,) natural frequencies of added bodies, rad/s
+    damping: Array  # (N,) modal damping of added bodies, 1/s
 
 
 def added(topology: Topology, base: Base) -> Added:
-    """Arrays of a topology.
+    """Arrays of the bodies and connections of a topology in a running model.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def added(topology: Topology, base: Base) -> Added:
 
 
 def on_ground(topology: Topology) -> Topology:
-    """The topology on a rigid block at rest, with all ends on the block moved to the ground."""
+    """Topology with a rigid block at rest: all ends on the block are moved to the ground."""
 
     def end(given: End) -> End:
         return End(GROUND) if given.body == BLOCK else given
@@ -84,7 +84,7 @@ def on_ground(topology: Topology) -> Topology:
 
 
 def _touching(topology: Topology, base: Base) -> Topology:
-    """The topology with ends on bodies at rest moved to where the sliding other ends are at crank angle 0."""
+    """Topology in which ends on bodies at rest are moved to where the sliding opposite ends are at crank angle 0."""
     own: Mapping[str, ReducedBody | None] = {BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies}}
     connections = list(topology.connections)
     for k, connection in enumerate(connections):
@@ -117,11 +117,11 @@ def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
 APART = 1.0e-3
 """Distance (m) between the ends of a spring or a bearing above which there is a warning."""
 MEET = ("spring", "film", "roller", "thrust", "own")
-"""Laws whose ends must coincide, because the opposite forces on both ends have no moment of a distance."""
+"""Force laws whose two ends must coincide, because the moment of forces at a distance is not included."""
 
 
 def _warn_of_distances(topology: Topology, base: Base) -> None:
-    """Warn of springs and bearings whose ends lie apart at crank angle 0, because the moment of this is missing."""
+    """Warn of springs and bearings with ends apart at crank angle 0, because the moment of the forces is missing."""
     own = _bodies(topology, base)
     for connection in topology.connections:
         if connection.law not in MEET:
@@ -138,12 +138,12 @@ def _warn_of_distances(topology: Topology, base: Base) -> None:
 
 
 def _bodies(topology: Topology, base: Base) -> dict[str, ReducedBody | None]:
-    """Every body by its name, None for a missing crank or block."""
+    """Every body of a model by name, None for a missing crank or block."""
     return {CRANK: base.crank, BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies}}
 
 
 def _held(topology: Topology, base: Base) -> dict[str, dict[str, None]]:
-    """Interfaces held by connections, by body, in order of the connections."""
+    """For each body, the interfaces that connections hold, in order of the connections."""
     own = _bodies(topology, base)
     held: dict[str, dict[str, None]] = {}
     for connection in topology.connections:

@@ -17,7 +17,7 @@ from cranktrain.film.laws.axial_joint import DAMPING, STIFFNESS, AxialJoint, axi
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FORCE, FRICTION, GAIN, OBSERVE
 
 ALONG, ABOUT = range(2)
-"""Components: displacement along the axis, m, and twist about it, rad, of the first end relative to the second."""
+"""Components of motion of the first end relative to the second: displacement along the axis, m, and twist, rad."""
 CROSS = 5
 """Number of slots from one diagonal tangent to the next."""
 
@@ -30,7 +30,7 @@ class SlidingRecord(NamedTuple):
 
 
 def sliding_record(joint: SlidingJoint) -> SlidingRecord:
-    """Data of a joint whose values were checked."""
+    """Record of a sliding joint whose values were checked."""
     return SlidingRecord(axial_joint(joint.path), np.array([joint.turning_stiffness, joint.turning_damping]))
 
 
@@ -39,7 +39,7 @@ _read = record_reader(SlidingRecord(AxialJoint(*(np.zeros(1) for _ in range(5)))
 
 @law_kernel
 def sliding_law(record, action, i, place, velocity, numbers, memory, out):
-    """Force along the axis and torque about it on the first end, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write axial force and torque on the first end to ``out``, see :mod:`cranktrain.film.laws.films`. Return 0."""
     own = _read(record)
     torque = own.torsion[STIFFNESS] * place[ABOUT]
     if numbers[GAIN] > 0.0 or action not in (FORCE, OBSERVE):

@@ -39,12 +39,12 @@ ACROSS = (
 
 
 def film_pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
-    """Piece of a plain bearing at a level of the register of films; the first end is the journal."""
+    """Piece of a connection for a plain bearing at a film level; the first end is the journal."""
     _need_turning(journal, bore, "the first end of a bearing is its journal, which turns; exchange the ends")
     law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
     form = law.forms[PLAIN]
 
-    # The supply's angle is one of the engine's axes.
+    # The angle of the oil supply is measured in the engine's axes.
     own = replace(bearing, supply_angle=journal.sense * bearing.supply_angle)
 
     def record(rows: Array, parts: FilmParts) -> Any:
@@ -67,7 +67,7 @@ def film_pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
 
 
 def film_parts(bearing: Film) -> tuple[str, ...]:
-    """Names of the parts that a film takes from elsewhere: ``table``, or ``bore`` where that is elastic."""
+    """Names of the parts that a film needs from elsewhere: film ``table``, or elastic ``bore``."""
     own = bearing_law(bearing.level).forms[PLAIN].parts
     return tuple(name for name in own if name != "bore" or bearing.bore == "elastic")
 
@@ -100,7 +100,7 @@ def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
 
 
 def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
-    """Piece of a cylindrical roller bearing; the first end is the journal."""
+    """Piece of a connection for a cylindrical roller bearing; the first end is the journal."""
     _need_turning(journal, ring, "the first end of a bearing is its journal, which turns; exchange the ends")
     _need_rest(ring, "outer ring", roller.variable)
     bearings = roller.bearings
@@ -111,7 +111,7 @@ def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
         raise InputError(f"{FILE_KEYS.get(key, key)}: {text}") from None
     form, half = bearing_law("roller").forms[ROLLER], 0.5 * roller.roller_length
     parameters = roller_parameters(bearings)[0]
-    parameters[VISCOSITY] = REFERENCE_VISCOSITY  # not used, but laws of films read all rows
+    parameters[VISCOSITY] = REFERENCE_VISCOSITY  # rollers do not use it, but laws of films read all rows
     # Angle of a roller straight below the journal, also if the frame's y axis points down.
     record = seats(bearings, journal.sense * FIRST_ANGLE)
     return [
@@ -123,7 +123,7 @@ def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
 
 
 def thrust_pieces(thrust: Thrust, collar: Frame, pads: Frame) -> list[Piece]:
-    """Piece of an axial bearing; the first end is the collar, square to its axis or tilting."""
+    """Piece of a connection for an axial bearing; the first end is the collar, square to its axis or tilting."""
     _need_turning(collar, pads, "the first end of an axial bearing is its collar, which turns; exchange the ends")
     _need_rest(pads, "row of pads")
     inner, outer, height = thrust.inner_diameter, thrust.outer_diameter, thrust.contact_height
@@ -151,7 +151,7 @@ def thrust_pieces(thrust: Thrust, collar: Frame, pads: Frame) -> list[Piece]:
 
 
 def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
-    """Piece of a torsional damper; the first end is the housing, the second one the ring."""
+    """Piece of a connection for a torsional damper; the first end is the housing, the second end is the ring."""
     if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
         raise InputError("a damper joins a housing and a ring that turn alike; give both frames the same ratio")
     check_damper(ring.damper)
@@ -164,7 +164,7 @@ def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
 
 
 def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece]:
-    """Piece of a joint that carries a torque and slides along the axis."""
+    """Piece of a connection for a joint that carries a torque and slides along the axis."""
     if abs(first.sense * first.rate - second.sense * second.rate) > SAME or first.rate == 0.0:
         raise InputError("a joint carries a torque between bodies that turn alike; give both frames the same ratio")
     if joint.joint == "spline":
@@ -185,7 +185,7 @@ def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece
 
 
 def _journal(frame: Frame, half: float) -> list[tuple[Direction, Direction]]:
-    """Components of a journal: lateral motion of its middle, and of its end at ``half`` (m), if any."""
+    """Components of a journal's motion: lateral motion of its middle, and of its end at ``half`` (m), if any."""
     components = [between(frame, unit(k), np.zeros(3)) for k in range(2)]
     if half:
         ways = (half * unit(1), -half * unit(0))

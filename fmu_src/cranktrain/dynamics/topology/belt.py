@@ -1,4 +1,4 @@
-"""Force law of a belt on two pulleys, with two strands that pull and never push.
+"""Force law of a belt on two pulleys, whose two strands pull and never push.
 
 A strand leaves each pulley at a tangent. Let d be the motion of its end on the first pulley relative to the end on the
 second one, along the strand towards the second pulley. The strand's tension is
@@ -33,7 +33,7 @@ class BeltRecord(NamedTuple):
 
 
 def belt_record(belt: Belt) -> BeltRecord:
-    """Data of a belt."""
+    """Record of a belt from its data."""
     return BeltRecord(np.array([belt.tension, belt.stiffness, belt.damping]))
 
 
@@ -59,7 +59,7 @@ _read = record_reader(BeltRecord(np.zeros(1)))
 
 @law_kernel
 def belt_law(record, action, i, place, velocity, numbers, memory, out):
-    """Tensions of both strands, as forces on the first end along them, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write the tensions of both strands on the first end, see :mod:`cranktrain.film.laws.films`. Return 0."""
     own = _read(record).constants
     for k in range(ECCENTRICITY):
         out[k] = 0.0

@@ -40,7 +40,7 @@ def turns_whole(body: ReducedBody, held: int) -> bool:
 
 
 def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
-    """Number of ports of a body."""
+    """Number of ports of an added body."""
     names = held.get(body.name, {})
     return PORTS * len(names) + turns_whole(body.reduced, len(names))
 
@@ -48,7 +48,7 @@ def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
 def _in_modes(
     body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None, tied: bool
 ) -> _Body:
-    """A body in the modes of its group; ``part`` (n, z) are its own modal coordinates in these, or None."""
+    """A body in the modes of its group; ``part`` (n, z) are the body's modal coordinates in the group's, or None."""
     reduced, n = body.reduced, body.reduced.n_modes
     turn = np.zeros(n)
     turn[:PORTS] = rigid_coordinates(reduced)[5]
@@ -75,7 +75,7 @@ def body_arrays(
     first: int,
     frames: FrameNumbers,
 ) -> tuple[AddedBodies, dict[tuple[str, str], int]]:
-    """Arrays of the bodies, group by group, and the first port of each held interface."""
+    """Arrays of the added bodies, group by group, and the first port of each held interface."""
     sizes = [group.omega.size for group in joined]
     counts = [[_ports(body, held) for body in group.bodies] for group in joined]
     n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max(sizes, default=1)
@@ -123,7 +123,7 @@ def body_arrays(
 
 
 def _tied(topology: Topology) -> set[str]:
-    """Bodies that laws rotate with the crank, directly or through others, and bodies in frames of rods or pistons."""
+    """Bodies that laws rotate with the crank, directly or through other bodies, and bodies in rod or piston frames."""
     found = {CRANK} | {body.name for body in topology.bodies if topology.frame(body.frame).slider is not None}
     pairs = [
         {end.body for end in connection.ends}
@@ -143,7 +143,7 @@ def _fastest(topology: Topology) -> Array:
 
 
 def _reflected(body: ReducedBody, frame: Frame) -> float:
-    """Inertia (kg m²), reduced to the crank, of a body that moves with its frame, mean over the crank angle."""
+    """Inertia (kg m²) of a body that moves with its frame, reduced to the crank, mean over the crank angle."""
     if frame.slider is None:
         return frame.rate**2 * float(body.euler_load @ body.euler_load)
     motions = [frame.moved(angle) for angle in AROUND]
@@ -176,5 +176,5 @@ def _carried(body: ReducedBody, frame: Frame, block: ReducedBody, tied: bool) ->
 
 
 def follows(body: ReducedBody, moved: Array, sense: float) -> Array:
-    """Modal motion (n,) of a body per crank angle with the motion of its frame, given in ``moved`` (MOVED,)."""
+    """Modal motion (n,) of a body per crank angle if it follows its frame, whose motion is ``moved`` (MOVED,)."""
     return np.asarray(body.translation[:2].T @ moved[[at.OWN_X1, at.OWN_Y1]] + sense * moved[at.TURN] * body.euler_load)

@@ -29,7 +29,7 @@ KINDS = {
 BODY_KINDS = (
     (at.BODY_SPEED, 0), (at.BODY_TURN, 0), (at.BODY_PLACE, 0), (at.BODY_PLACE, 1), (at.BODY_PLACE, 2),
 )  # fmt: skip
-"""Kinds of a body's outputs, in the order of the outputs' names."""
+"""Kinds of an added body's outputs, in the order of the names of these outputs."""
 
 
 def connection_arrays(
@@ -42,7 +42,7 @@ def connection_arrays(
     films_of: FilmParts,
     reduced_of: Mapping[str, ReducedBody | None],
 ) -> AddedConnections:
-    """Arrays of the connections between bodies in the order of ``names``; compiles their laws.
+    """Arrays of the connections between bodies in the order of ``names``; compiles the force laws.
 
     ``InputError`` if a film lacks a part.
     """
@@ -90,7 +90,7 @@ def connection_arrays(
         oil.append(piece.viscosity)
         kept.append(piece)
         parts.append(films_of._replace(at_main=at_main(connection.ends), connection=connection.name))
-    # Laws of films read all rows, so rows of other laws are filled with valid values.
+    # Laws of films read the rows of all bearings, so rows of other laws are filled with valid values.
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     films = _table(bearings, COLUMNS)
@@ -114,7 +114,7 @@ def connection_arrays(
 def _entries(
     pieces: Sequence[Piece], films: Array, parts: Sequence[FilmParts]
 ) -> tuple[IntArray, Array, Array, Array, Array, Array]:
-    """Addresses of laws and records (K, 3), arrays for their calls, and traits; compiles the laws."""
+    """Addresses of K laws and their records (K, 3), arrays for calls, and traits; compiles the force laws."""
     k = len(pieces)
     entry, traits = np.zeros((k, 3), dtype=np.int64), np.zeros((k, at.TRAITS))
     place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
@@ -147,7 +147,7 @@ def _interfaces(
     topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int],
     reduced_of: Mapping[str, ReducedBody | None],
 ) -> list[list[float]]:  # fmt: skip
-    """Rows of the held interfaces, see ``AddedConnections.interfaces``."""
+    """Rows of ``AddedConnections.interfaces``, one for each interface that a connection holds."""
     found, last = list[list[float]](), {body: port for (body, _), port in port_of.items()}
     for (body, interface), port in port_of.items():
         own = body not in (CRANK, BLOCK) and turns_whole(topology.body(body).reduced, 1)
@@ -185,7 +185,7 @@ def _leans(
     numbers_of: FrameNumbers,
     number: int,
 ) -> list[list[float]]:
-    """Row of ``leans`` if an end of connection ``number`` slides over a body, else none."""
+    """Row of ``AddedConnections.leans`` if an end of connection ``number`` slides over a body, else none."""
     for sign, slider, wall in ((1.0, 0, 1), (-1.0, 1, 0)):
         own, body = connection.ends[slider], connection.ends[wall]
         frame = frames[slider]
@@ -197,7 +197,7 @@ def _leans(
 
 
 def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: FrameNumbers) -> list[float]:
-    """Row of ``slides``, for a component along which frames of pistons or rods move relative to the other end."""
+    """Row of ``AddedConnections.slides`` for a component along which a piston or rod frame moves past the other end."""
     apart = [frame.slider is not None and not frame.swings for frame in frames]
     resting = [frame == REST for frame in frames]
     slides = any(frame.slider is not None for frame in frames) and (any(resting) or all(apart))

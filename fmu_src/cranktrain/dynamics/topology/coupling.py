@@ -33,7 +33,7 @@ class CouplingRecord(NamedTuple):
 
 
 def coupling_record(coupling: Coupling) -> CouplingRecord:
-    """Data of a coupling; ``InputError`` for a table whose twists do not rise, or with unequal columns."""
+    """Record of a coupling; ``InputError`` for a table whose twists do not rise, or with columns of unequal length."""
     twists, torques = np.array(coupling.twists, dtype=float), np.array(coupling.torques, dtype=float)
     if twists.size != torques.size or twists.size == 1 or np.any(np.diff(twists) <= 0.0):
         raise InputError(
@@ -48,7 +48,7 @@ _read = record_reader(CouplingRecord(np.zeros(1), np.zeros((1, 1))))
 
 @law_kernel
 def coupling_law(record, action, i, place, velocity, numbers, memory, out):
-    """Torque on the first end and its tangents, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write the torque on the first end and its tangents, see :mod:`cranktrain.film.laws.films`. Return 0."""
     own = _read(record)
     for k in range(ECCENTRICITY):
         out[k] = 0.0

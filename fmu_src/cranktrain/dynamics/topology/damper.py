@@ -19,21 +19,21 @@ from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRIC
 from cranktrain.loads.damper import damper_at, damper_constants, damper_parameters, damper_torque
 
 BY_TWIST, BY_RATE, DISSIPATED = 1, 2, 3
-"""Positions of the results of :func:`~cranktrain.loads.damper.damper_torque` after the torque."""
+"""Positions of derivatives and power after the torque, in results of :func:`~cranktrain.loads.damper.damper_torque`."""
 HEAT = ECCENTRICITY
-"""Slot of the law's results for the dissipated power (W)."""
+"""Slot in the results of the damper's force law for the dissipated power (W)."""
 
 
 class DamperRecord(NamedTuple):
     """Data of one damper."""
 
-    parameters: Array  # (PARAMETERS,) of its law at the present temperature, see loads.damper
-    constants: Array  # (DAMPER_CONSTANTS,) of its law; empty if the parameters are prepared with the model
-    table: Array  # (2, n) temperatures, K, in the second row over the engine's speed, rad/s
+    parameters: Array  # (PARAMETERS,) parameters of the damper at the present temperature, see loads.damper
+    constants: Array  # (DAMPER_CONSTANTS,) constants of the damper; empty if prepared with the model
+    table: Array  # (2, n) engine speeds, rad/s, and damper temperatures, K
 
 
 def damper_record(damper: Damper) -> DamperRecord:
-    """Data of an added damper whose values were checked."""
+    """Record of an added damper whose values were checked."""
     table = np.array([damper.temperature_speeds, damper.temperatures], dtype=float)
     return DamperRecord(damper_parameters(damper, float(table[1, 0])), damper_constants(damper), table)
 
@@ -48,7 +48,7 @@ _read = record_reader(DamperRecord(np.zeros(1), np.zeros(1), np.zeros((1, 1))))
 
 @law_kernel
 def damper_law(record, action, i, place, velocity, numbers, memory, out):
-    """Torque on the hub by its twist relative to the ring, see :mod:`cranktrain.film.laws.films`; 0, or a failure."""
+    """Torque on the hub by its twist relative to the ring, see film.laws.films. Return 0, or a failure status."""
     own = _read(record)
     if action == WARM:
         return damper_at(own.constants, temperature_at(numbers[SPEED], own.table[0], own.table[1]), own.parameters)

@@ -1,4 +1,4 @@
-"""Motion of frames with the crank angle, and coefficients of terms that depend on it.
+"""Motion of frames with the crank angle, and coefficients of terms that depend on the crank angle.
 
 Frames rotate, or move as the rod or the piston of a rigid crank.
 
@@ -64,7 +64,7 @@ def move_frames(frames: Array, theta: float, out: Array) -> None:
         moved[at.PLACE_Y] = sin_bank * across + cos_bank * along
         moved[at.PLACE_X1] = cos_bank * across1 - sin_bank * along1
         moved[at.PLACE_Y1] = sin_bank * across1 + cos_bank * along1
-        # In the frame's own axes.
+        # Derivatives of the origin's position in the frame's own axes.
         cos = math.cos(moved[at.TURNED] - frame[at.START])
         sin = math.sin(moved[at.TURNED] - frame[at.START])
         moved[at.OWN_X1] = cos * across1 + sin * along1

@@ -28,7 +28,7 @@ class GasRecord(NamedTuple):
 
 
 def gas_record(gas: Gas) -> GasRecord:
-    """Data of a cylinder's gas; ``InputError`` for a trace that does not rise within its period, or for two sources."""
+    """Record of a cylinder's gas; ``InputError`` for crank angles that do not rise within a period, or two sources."""
     angles, pressures = np.array(gas.angles, dtype=float), np.array(gas.pressures, dtype=float)
     if (gas.cylinder > 0) == (angles.size > 0):
         raise InputError("give either the cylinder whose gas it is, or angles and pressures of a trace")
@@ -39,7 +39,7 @@ def gas_record(gas: Gas) -> GasRecord:
             f"rising within {math.degrees(gas.period):.6g} deg"
         )
     if angles.size:
-        # The first point is repeated after one period.
+        # The first point of the trace is repeated after one period.
         angles, pressures = np.append(angles, angles[0] + gas.period), np.append(pressures, pressures[0])
     constants = np.array([0.25 * math.pi * gas.bore**2, gas.period])
     return GasRecord(constants, np.array([angles, pressures - gas.crankcase_pressure]))
@@ -50,7 +50,7 @@ _read = record_reader(GasRecord(np.zeros(1), np.zeros((1, 1))))
 
 @law_kernel
 def gas_law(record, action, i, place, velocity, numbers, memory, out):
-    """Force on the piston along the cylinder, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write the gas force on the piston along the cylinder, see :mod:`cranktrain.film.laws.films`. Return 0."""
     own = _read(record)
     for k in range(ECCENTRICITY):
         out[k] = 0.0

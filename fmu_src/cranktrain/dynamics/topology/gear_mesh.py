@@ -27,7 +27,7 @@ from cranktrain.engine.connections import GearMesh
 from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION
 
 ROUNDED = 1.0e-7
-"""Approach (m) over which a flank's contact begins."""
+"""Approach of two tooth flanks (m) over which the contact stiffness sets in smoothly."""
 N_T, N_R, N_Z, STIFFNESS, DAMPING, HALF_GAP, TEETH, VARIATION, CONSTANTS = range(9)
 
 
@@ -38,7 +38,7 @@ class MeshRecord(NamedTuple):
 
 
 def mesh_record(mesh: GearMesh, inside: bool) -> MeshRecord:
-    """Data of a mesh; ``inside`` if one gear is a ring gear, whose flank forces push the centres towards each other."""
+    """Record of a mesh; ``inside`` is True for a ring gear, whose flank forces push the centres together."""
     tan = math.tan(mesh.pressure_angle) / math.cos(mesh.helix_angle)
     normal = np.array([1.0, -tan if inside else tan, math.tan(mesh.helix_angle)])
     normal /= np.linalg.norm(normal)
@@ -52,7 +52,7 @@ _read = record_reader(MeshRecord(np.zeros(1)))
 
 @law_kernel
 def mesh_law(record, action, i, place, velocity, numbers, memory, out):
-    """Force (F_t, F_r, F_z) on the first gear and its tangents, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write force (F_t, F_r, F_z) on the first gear and tangents, see :mod:`cranktrain.film.laws.films`. Return 0."""
     own = _read(record).constants
     for k in range(ECCENTRICITY):
         out[k] = 0.0
@@ -76,7 +76,7 @@ def mesh_law(record, action, i, place, velocity, numbers, memory, out):
 
 @inlined_kernel
 def _flank(pressed, rate, stiffness, damping):
-    """Force of one flank, and its derivatives by approach and rate."""
+    """Force of one flank, and derivatives of this force by approach and rate of approach."""
     root = math.sqrt(pressed * pressed + ROUNDED * ROUNDED)
     share = 0.5 * (1.0 + pressed / root)
     by_share = 0.5 * ROUNDED * ROUNDED / (root * root * root)

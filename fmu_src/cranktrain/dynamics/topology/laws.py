@@ -86,12 +86,12 @@ CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
 
 
 def register_connection(law: ConnectionLaw) -> None:
-    """Add a law to the register."""
+    """Add a force law of connections to the register."""
     CONNECTION_LAWS[law.name] = law
 
 
 def connection_law(name: str, where: str) -> ConnectionLaw:
-    """Row of a law by name; ``InputError`` for an unknown law."""
+    """Row of a force law in the register, by name; ``InputError`` for an unknown law."""
     if name not in CONNECTION_LAWS:
         raise InputError(f"{where}: no law '{name}'; {nearest(name, list(CONNECTION_LAWS))}")
     return CONNECTION_LAWS[name]
@@ -107,7 +107,7 @@ def pieces_of(connection: Connection, *frames: Frame) -> list[Piece]:
 
 
 def relations_of(connection: Connection, frames: Sequence[Frame]) -> list[Array]:
-    """Coefficients (e,) of each relation between the rotations of a connection's ends; ``InputError`` as above."""
+    """Coefficients (e,), one for each end, of relations between rotations of a connection's ends; ``InputError``."""
     law, data, where = _read(connection)
     if law.relations is None:
         return []
@@ -128,12 +128,12 @@ def relations_of(connection: Connection, frames: Sequence[Frame]) -> list[Array]
 
 
 def data_of(connection: Connection) -> Any:
-    """Data of a connection as an object of its law's class; ``InputError`` as above."""
+    """Data of a connection as an object of its law's class; ``InputError`` if data and law do not fit."""
     return _read(connection)[1]
 
 
 def _read(connection: Connection) -> tuple[ConnectionLaw, Any, str]:
-    """Law of a connection, its data, and its name for messages; ``InputError`` if they do not fit together."""
+    """Law of a connection, its data, and its name for messages; ``InputError`` if law and data do not fit together."""
     where = f"connection '{connection.name}'"
     law, data = connection_law(connection.law, where), connection.data
     check_ends(law.name, len(connection.ends), where)
@@ -141,7 +141,7 @@ def _read(connection: Connection) -> tuple[ConnectionLaw, Any, str]:
 
 
 def _stated(law: ConnectionLaw, given: dict[str, Any], where: str) -> Any:
-    """Data of a law from keys and values (SI) of a script, checked like those of a file; ``InputError``."""
+    """Data of a law from keys and values (SI) of a script, checked like values of a file; ``InputError``."""
     known = [entry.name for entry in fields(law.data)]
     for key in given:
         if key not in known:
@@ -172,7 +172,7 @@ def _as_field(kind: Any, value: Any, where: str) -> Any:
 
 
 def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
-    """Tangential, radial and axial motion of the first gear's pitch point relative to the second one's."""
+    """Tangential, radial and axial motion of the first gear's pitch point relative to the second gear's pitch point."""
     apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
     distance = float(np.linalg.norm(apart))
     speeds = first.sense * first.rate, second.sense * second.rate
@@ -211,7 +211,7 @@ def _axes(values: Any, what: str) -> Array:
 
 
 def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
-    """Pieces of a spring along the engine's axes; for a piston along those of its cylinder."""
+    """Pieces of a spring along the engine's axes; for a piston along the axes of its cylinder."""
     pieces, axes = [], first if first.slider is not None and not first.swings else REST
     for turning, name, axis in ((False, "force", "position"), (True, "moment", "rotation")):
         before = "turning_" if turning else ""
@@ -275,7 +275,7 @@ def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
 
 
 def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
-    """Piece of a belt: first the strand that runs onto the rotating first pulley, then the one that runs off it."""
+    """Piece of a belt: first the strand that runs onto the rotating first pulley, then the strand that leaves it."""
     apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
     distance = float(np.linalg.norm(apart))
     speeds = first.sense * first.rate, second.sense * second.rate

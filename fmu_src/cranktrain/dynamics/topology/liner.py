@@ -1,4 +1,4 @@
-"""Force law of a piston in its liner: two layers of springs of its skirt, and friction along the wall.
+"""Force law of a piston in its liner: two layers of springs on the skirt, and friction along the wall.
 
 The layers are those of :mod:`cranktrain.loads.piston_guidance`. Components are the gaps of the upper and of the lower
 layer across the cylinder, and the motion along it.
@@ -24,7 +24,7 @@ ALONG = 2
 class LinerRecord(NamedTuple):
     """Data of one piston in its liner."""
 
-    law: Array  # (9,) as of skirt_parameters
+    law: Array  # (9,) parameters of the skirt, see skirt_parameters
 
 
 def liner_record(liner: Liner) -> LinerRecord:
@@ -37,12 +37,12 @@ _read = record_reader(LinerRecord(np.zeros(1)))
 
 @law_kernel
 def liner_law(record, action, i, place, velocity, numbers, memory, out):
-    """Forces of both layers and friction, and their tangents, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write forces of both layers, friction and tangents, see :mod:`cranktrain.film.laws.films`. Return 0."""
     law = _read(record).law
     for k in range(ECCENTRICITY):
         out[k] = 0.0
     out[RUBBING_TORQUE] = 0.0
-    # Each layer writes three values to a place where the tangents of both are written afterwards.
+    # Each layer writes three values to slots where the tangents of both layers are written afterwards.
     own = out[BY_PLACE:]
     layer_force(law, 0, place[0], velocity[0], own)
     upper, upper_by_gap, upper_by_rate = own[0], own[1], own[2]

@@ -26,7 +26,7 @@ from cranktrain.film.laws.films import BY_PLACE, COS, FORCE, NUMBERS, SIZE
 
 
 class TopologyModes(NamedTuple):
-    """Modes by rising frequency.
+    """Modes of a topology by rising frequency.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class CrankAtRest(NamedTuple):
 
 @kernel
 def law_at(law, record, index, place, velocity, numbers, out):
-    """Call the law at an address with a motion of its components; forces and tangents into ``out``; its status."""
+    """Call the force law at an address: forces and tangents are written to ``out``. Return the status of the law."""
     return call_kernel(law, (record, FORCE, index, place, velocity, numbers, out, out))
 
 

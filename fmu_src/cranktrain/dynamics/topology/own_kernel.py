@@ -23,12 +23,13 @@ from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, NUMBERS, OB
 
 MOST_AXES = 4
 OF_SCALE, OF_VALUE = 1.0e-3, 1.0e-6
-"""Step of a central difference, relative to the scale of a component and to its present value."""
+"""Steps of a central difference: relative to the scale of a component, and relative to its present value."""
 RATE = 1.0e3
-"""Ratio of the scales of velocity and displacement, 1/s, that of some 160 Hz."""
-# ``OwnRecord.exchange``: displacement and velocity of the last call, angle and speed, forces (4), derivatives by
-# displacement and by velocity (4 × 4 each, row-major), failure, then the parameters. Displacement, velocity and forces
-# have MOST_AXES values each.
+"""Ratio of the scales of velocity and displacement, 1/s, as for a vibration at 160 Hz."""
+# Positions in ``OwnRecord.exchange``, which begins with the displacement of the last call, MOST_AXES values:
+# VELOCITY_AT, ANGLE_AT, SPEED_AT: velocity (MOST_AXES values), crank angle and speed of the last call.
+# FORCE_AT, BY_PLACE_AT, BY_VELOCITY_AT: forces (MOST_AXES values), their derivatives (4 × 4 each, row-major).
+# FAILED_AT, VALUES_AT: failure of the call, and first of the parameters.
 VELOCITY_AT, ANGLE_AT, SPEED_AT, FORCE_AT, BY_PLACE_AT, BY_VELOCITY_AT, FAILED_AT, VALUES_AT = (
     4,
     8,
@@ -40,7 +41,7 @@ VELOCITY_AT, ANGLE_AT, SPEED_AT, FORCE_AT, BY_PLACE_AT, BY_VELOCITY_AT, FAILED_A
     47,
 )
 FINE, NOT_FINITE, RAISED = 0.0, 1.0, 2.0
-"""Failures of a call; RAISED is set before a call and stays if an exception ends it."""
+"""Failures of a call to a user's law; RAISED is set before a call and stays if an exception ends the call."""
 FAILURE = 1
 """Status of a law that fails."""
 TRIED = 200
@@ -61,11 +62,11 @@ class Function(Protocol):
 
 
 class OwnRecord(NamedTuple):
-    """Data of one connection."""
+    """Data of one connection by a user's law."""
 
     values: Array  # (1 + p,) an unused value, parameters
-    scale: Array  # (n,) scales of its components
-    exchange: Array  # (VALUES_AT + p,)
+    scale: Array  # (n,) scale of motion of each component
+    exchange: Array  # (VALUES_AT + p,) arguments and results of a call, then p parameters
 
 
 def exchange_size(parameters: int) -> int:
@@ -108,7 +109,7 @@ class OwnKernel(Kernel):
             if not why:
                 try:
                     return _whole(law, _jit(_answer(law, _jit(law.function), law.tangent and _jit(law.tangent))))
-                except Exception as error:  # of many classes, not all of them numba's
+                except Exception as error:  # compilation errors have many classes, not all of them numba's
                     why = _reason(error)
         if law.compiled:
             raise InputError(f"own law '{law.name}': numba cannot compile it ({why}); leave out compiled=True")
@@ -123,7 +124,7 @@ class OwnKernel(Kernel):
         return _whole(law, _jit(_call_back(back)))
 
     def _callback(self) -> tuple[Any, float]:
-        """C callback of the function, with the address of the exchange as argument, and the seconds of one call."""
+        """C callback of the function, whose argument is the address of the exchange; also the time of one call in s."""
         law = self._law
         entry = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self._called)
         probe = np.zeros(exchange_size(len(law.parameters)))
@@ -136,7 +137,7 @@ class OwnKernel(Kernel):
         return entry, seconds
 
     def _called(self, address: int) -> int:
-        """Evaluate the Python function on the exchange at an address; 0, or FAILURE with the error in ``raised``."""
+        """Evaluate the Python function on the exchange at an address. Return 0, or FAILURE (error in ``raised``)."""
         law = self._law
         size, count = len(law.axes), len(law.parameters)
         told = (ctypes.c_double * (VALUES_AT + count)).from_address(address)
@@ -239,7 +240,7 @@ def _kernel(answer: Any, size: int, exact: bool) -> Callable[..., Any]:
         for k in range(SIZE):
             out[k] = 0.0
         for r in range(size):
-            out[r] = math.nan  # stays if compiled code raises an exception
+            out[r] = math.nan  # the value stays NaN if compiled code raises an exception
             exchange[r] = place[r]
             exchange[VELOCITY_AT + r] = velocity[r]
         exchange[ANGLE_AT] = numbers[ANGLE]
@@ -286,7 +287,7 @@ def _kernel(answer: Any, size: int, exact: bool) -> Callable[..., Any]:
 
 
 def _raises(function: Callable[..., Any] | None) -> str:
-    """Reason not to compile a function, because exceptions of compiled code are lost; empty if it raises none."""
+    """Reason not to compile a function: compiled code would lose the exceptions it raises; empty if there are none."""
     code = getattr(function, "__code__", None)
     if code is None:
         return "it is no def"

@@ -54,7 +54,7 @@ from cranktrain.film.laws.films import IntArray
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 TOLD = ("angle", "speed")
-"""Names of parameters that the running model supplies, not the connection."""
+"""Names of law parameters that the running model supplies, not the connection."""
 OWN_LAWS: dict[str, OwnLaw] = {}
 """Laws of this process by name; a later law replaces one of the same name."""
 _NAMES: dict[int, tuple[str, OwnLaw]] = {}
@@ -78,7 +78,7 @@ class OwnLaw:
         self, function: Callable[..., Any], name: str, axes: tuple[str, ...], tangent: Callable[..., Any] | None,
         scale: tuple[float, ...], compiled: bool | None,
     ) -> None:  # fmt: skip
-        # A function that numba has compiled already is compiled again, into the law's kernel.
+        # A function that numba has already compiled is compiled again, as part of the law's kernel.
         self.function = getattr(function, "py_func", function)
         self.tangent = getattr(tangent, "py_func", tangent)
         self.name, self.axes, self.scale, self.compiled = name, axes, scale, compiled
@@ -91,7 +91,7 @@ class OwnLaw:
         self.__doc__, self.__name__ = self.function.__doc__, name
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """Call the function itself."""
+        """Call the user's Python function itself."""
         return self.function(*arguments, **named)
 
     def __repr__(self) -> str:
@@ -160,7 +160,7 @@ def law(
 
 
 def own_law(name: str) -> OwnLaw:
-    """Own law of this process by name; ``InputError`` for an unknown one."""
+    """User's law by name, of this process; ``InputError`` for an unknown name."""
     if name not in OWN_LAWS:
         known = nearest(name, OWN_LAWS) if OWN_LAWS else "none is known"
         raise InputError(
@@ -171,7 +171,7 @@ def own_law(name: str) -> OwnLaw:
 
 
 def own_pieces(data: Own, first: Frame, second: Frame) -> list[Piece]:
-    """The one piece of a connection, along and about the engine's axes, or for a piston those of its cylinder."""
+    """Single piece of a connection, along and about the engine's axes, or for a piston the axes of its cylinder."""
     found = own_law(data.function)
     if len(data.parameters) != len(data.values):
         raise InputError(f"{len(data.parameters)} parameters and {len(data.values)} values; give one for each")
@@ -201,7 +201,7 @@ def own_pieces(data: Own, first: Frame, second: Frame) -> list[Piece]:
 
 
 def own_failure(addresses: IntArray) -> str:
-    """Message about the own law that has just failed, in one line; empty if none has failed.
+    """Message in one line about the user's law that has just failed; empty if no law has failed.
 
     ``addresses`` are those of the connections' records. An interrupt by the user is raised again here.
     """
@@ -234,7 +234,7 @@ def _try_at_rest(found: OwnLaw, values: tuple[float, ...]) -> None:
         result = found.function(rest, rest, **named, **told)
         numbers = [float(result)] if size == 1 else [float(one) for one in result]
     except ZeroDivisionError:
-        return  # compiled code continues with infinity, so the run decides
+        return  # compiled code continues with infinity, so a failure appears only in the run
     except Exception as error:
         raise InputError(
             f"own law '{found.name}' raises {type(error).__name__} at rest: {shown(str(error))}; it returns "
@@ -247,7 +247,7 @@ def _try_at_rest(found: OwnLaw, values: tuple[float, ...]) -> None:
 
 
 def _arguments(function: Callable[..., Any], where: str) -> dict[str, float | None]:
-    """Arguments after displacement and velocity with their defaults, or None; ``InputError``."""
+    """Arguments of a function after displacement and velocity, each with its default or None; ``InputError``."""
     try:
         parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):
@@ -267,7 +267,7 @@ def _arguments(function: Callable[..., Any], where: str) -> dict[str, float | No
 
 
 def _value(value: Any, where: str) -> float:
-    """A parameter in SI: a number, a text with its unit, or a quantity of pint; ``InputError``."""
+    """Parameter in SI from a number, a text with its unit, or a quantity of pint; ``InputError``."""
     if isinstance(value, str):
         try:
             found = stated(value, "2e5 N/mm")

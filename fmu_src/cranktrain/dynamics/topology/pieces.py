@@ -13,9 +13,9 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.table.database import FilmTable
 
 LENGTH, ANGLE = 5.0e-5, 1.0e-3
-"""Motion (m, rad) that counts like one clearance in a connection without a clearance."""
+"""Motion (m, rad) that counts like one clearance in convergence tests of a connection without a clearance."""
 SAME = 1.0e-9
-"""Largest difference of two ratios or positions (m) that count as equal."""
+"""Largest difference at which two ratios or two positions (m) count as equal."""
 REFERENCE_VISCOSITY = 0.01
 """Viscosity (Pa s) of oil in a model that is not prepared yet."""
 
@@ -85,5 +85,5 @@ class Piece(NamedTuple):
 
 
 def between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:
-    """Motion of the first end relative to the second one, with the same directions for both."""
+    """Component of motion of the first end relative to the second end, with the same directions for both ends."""
     return Direction(frame, along, about), Direction(frame, along, about, -1.0)

@@ -21,7 +21,7 @@ from cranktrain.dynamics.topology.laws import relations_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, Topology
 
 INDEPENDENT = 1.0e-12
-"""Singular value above which a relation counts as independent of the others."""
+"""Singular value above which a relation between rotations counts as independent of all other relations."""
 
 
 class Group(NamedTuple):
@@ -41,7 +41,7 @@ class Group(NamedTuple):
 
 
 def groups(topology: Topology) -> list[Group]:
-    """Groups of all bodies; ``InputError`` for a relation that holds crank or block, or that frames contradict."""
+    """Groups of all added bodies; ``InputError`` for a relation that holds crank or block, or contradicts frames."""
     rows = [
         (connection, row)
         for connection in topology.connections

@@ -17,7 +17,7 @@ AXES = 3
 class SpringRecord(NamedTuple):
     """Data of up to three springs."""
 
-    stiffness: Array  # (1 to 3,)
+    stiffness: Array  # (1 to 3,) stiffness of each spring
     damping: Array
 
 
@@ -25,7 +25,7 @@ class LoadRecord(NamedTuple):
     """Data of a load."""
 
     force: Array  # (3,)
-    turning: Array  # (2,) order and phase, rad
+    turning: Array  # (2,) order and phase (rad) of the load over the crank angle
 
 
 _read_spring = record_reader(SpringRecord(np.zeros(1), np.zeros(1)))
@@ -34,7 +34,7 @@ _read_load = record_reader(LoadRecord(np.zeros(1), np.zeros(1)))
 
 @law_kernel
 def spring_law(record, action, i, place, velocity, numbers, memory, out):
-    """Forces of springs and dampers and their tangents, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write forces and tangents of springs and dampers, see :mod:`cranktrain.film.laws.films`. Return 0."""
     own = _read_spring(record)
     for k in range(ECCENTRICITY):
         out[k] = 0.0
@@ -48,7 +48,7 @@ def spring_law(record, action, i, place, velocity, numbers, memory, out):
 
 @law_kernel
 def load_law(record, action, i, place, velocity, numbers, memory, out):
-    """Load at the crank angle, independent of motion, see :mod:`cranktrain.film.laws.films`; 0."""
+    """Write the load at the crank angle, see :mod:`cranktrain.film.laws.films`. Return 0."""
     own = _read_load(record)
     for k in range(ECCENTRICITY):
         out[k] = 0.0

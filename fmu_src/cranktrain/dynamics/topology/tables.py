@@ -36,7 +36,7 @@ def added_topology(
     bodies: Mapping[str, ReducedBody] | None = None,
     more: Topology | None = None,
 ) -> Topology:
-    """Bodies and connections of an engine file, and ``more`` of a user's script.
+    """Bodies and connections of an engine file, with ``more`` bodies and connections of a user's script.
 
     ``bodies`` are those that the engine file takes from separate files. ``InputError`` if parts do not fit together.
     """
@@ -64,7 +64,7 @@ def added_topology(
 
 
 def file_frames(engine: Engine) -> tuple[Frame, ...]:
-    """Frames of an engine file."""
+    """Frames (moving axes of bodies) that an engine file defines."""
     return tuple(_frame(engine, table) for table in engine.frame)
 
 
@@ -83,7 +83,7 @@ def _frame(engine: Engine, table: FrameTable) -> Frame:
 
 
 def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:
-    """Rigid body of a table, in axes of its frame."""
+    """Rigid body that a TOML table describes, in axes of its frame."""
     if table.made_of_files_or_elements:
         raise InputError(f"body '{table.name}' is made of finite elements or a file, not here; use assemble")
     places = np.array([table.x, table.y, table.z]).T
@@ -103,14 +103,14 @@ def _tensor(moments: tuple[float, ...]) -> Array:
 
 
 def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:
-    """Interfaces of the crank held by connections of file and script, in the order of their ports."""
+    """Interfaces of the crank that connections of engine file and script hold, in the order of their ports."""
     ends = [split_end(text) for table in engine.connections for text in table.ends]
     ends += [(end.body, end.interface) for connection in (more or Topology()).connections for end in connection.ends]
     return list(dict.fromkeys(interface for body, interface in ends if body == CRANK))
 
 
 def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
-    """Names of the outputs of added bodies, then of added connections, of file and script, in order."""
+    """Names of the outputs of added bodies, then of added connections, of engine file and script, in order."""
     topology = more or Topology()
     frames = {frame.name: frame for frame in file_frames(engine)}
     names = [table.name for table in engine.body] + [body.name for body in topology.bodies]

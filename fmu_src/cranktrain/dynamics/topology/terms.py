@@ -24,7 +24,7 @@ from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.values import REST, End, Frame
 
 SMALL = 1.0e-14
-"""Amplitude, relative to the largest of a component, below which a term is left out."""
+"""Amplitude of a term, relative to the largest term of a component, below which the term is omitted."""
 PORTS = 6
 """Number of components of motion of an interface: displacement x, y, z and rotation about x, y, z."""
 
@@ -36,11 +36,11 @@ class Term(NamedTuple):
     interface: str
     component: int
     amplitude: float
-    given: Frame  # of the direction
-    own: Frame  # of the body; both REST if the difference of their angles is constant
+    given: Frame  # frame in which the direction is fixed
+    own: Frame  # frame of the body; ``given`` and ``own`` are REST if the angle between both is constant
     phase: float = 0.0
-    lever: Frame | None = None  # frame whose origin's motion since crank angle 0 is a factor
-    way: int = 0  # component of this motion: x or y in the engine's axes
+    lever: Frame | None = None  # frame whose origin's motion since crank angle 0 is a factor of the term
+    way: int = 0  # component of the lever's motion: x or y in the engine's axes
 
 
 class Direction(NamedTuple):
@@ -50,8 +50,8 @@ class Direction(NamedTuple):
     """
 
     frame: Frame
-    along: Array  # (3,)
-    about: Array  # (3,), m for a component of displacement
+    along: Array  # (3,) direction of displacement
+    about: Array  # (3,) axis of rotation; in m for a component of displacement
     sign: float = 1.0
 
 
@@ -83,7 +83,7 @@ def terms_of(end: End, frame: Frame, direction: Direction, sliding: Frame | None
 
 
 _Parts = dict[bool, complex]
-"""Coefficient as a sum: constant part at key False, and A exp(iψ) of A cos(α_g − α_o + ψ) at key True."""
+"""Coefficient of a term as a sum: constant at key False, and A exp(iψ) of A cos(α_g − α_o + ψ) at key True."""
 
 
 def _seen(frame: Frame, vector: Array, other: Frame) -> list[_Parts]:

@@ -1,4 +1,4 @@
-"""Topology as plain values: bodies in frames, and connections between their interfaces.
+"""Topology as plain values: bodies in frames, and connections between interfaces of the bodies.
 
     gear = Connection("gear", "gear_mesh", (End("crank", "flywheel"), End("balancer", "gear")), {...})
     Topology((Frame("twice", ratio=-2.0, axis=(0.08, -0.05)),), (Body("balancer", shaft, "twice"),), (gear,))
@@ -115,12 +115,12 @@ class Frame:
 
     @property
     def rate(self) -> float:
-        """Mean rotation about its own z axis per rotation of the crank, not negative."""
+        """Mean rotation of the frame about its own z axis per rotation of the crank, not negative."""
         return abs(self.ratio) if self.slider is None else 0.0
 
     @property
     def swings(self) -> bool:
-        """True if the frame swings, as that of a rod."""
+        """True if the frame swings, as the frame of a rod does."""
         return self.slider is not None and not self.slider.piston
 
     @property
@@ -142,11 +142,11 @@ class Frame:
         return np.array([self.axis[0] + x, self.axis[1] + y, 0.0])
 
     def local(self, place: Array) -> Array:
-        """Position (3,) in the frame's axes from one in the engine's axes at crank angle 0, m."""
+        """Position (3,) in axes of the frame, m, from a position in the engine's axes at crank angle 0."""
         return self.turned(np.asarray(place, dtype=float) - self.origin)
 
     def turned(self, direction: Array) -> Array:
-        """Direction (3,) in the frame's axes from one in the engine's axes at crank angle 0."""
+        """Direction (3,) in axes of the frame, from a direction in the engine's axes at crank angle 0."""
         angle = self.sense * float(self.moved(0.0)[at.TURNED])
         cos, sin = math.cos(angle), math.sin(angle)
         x, y, z = np.asarray(direction, dtype=float) * np.array([1.0, self.sense, self.sense])
@@ -189,7 +189,7 @@ class End:
 
 @dataclass(frozen=True)
 class Connection:
-    """Connection by one force law, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are those of the law (SI).
+    """Connection of bodies by one force law, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` (SI) are the law's.
 
     ``law`` is a name, or a law made by :func:`cranktrain.law`.
     """
@@ -214,7 +214,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class Topology:
-    """Bodies and connections added to an engine, or on their own.
+    """Bodies and connections that are added to an engine, or form a system without an engine.
 
     Attributes
     ----------
@@ -254,7 +254,7 @@ class Topology:
                     )
 
     def frame(self, name: str) -> Frame:
-        """Frame by name; ``InputError`` for an unknown one."""
+        """Frame of this topology by name; ``InputError`` for an unknown name."""
         found = {CRANK: Frame(CRANK, 1.0), AT_REST: REST} | {frame.name: frame for frame in self.frames}
         if name not in found:
             raise InputError(f"topology: no frame '{name}'; {nearest(name, list(found))}")
@@ -276,7 +276,7 @@ class Topology:
         return {frame.slider.cylinder for frame in self.frames if frame.slider is not None and frame.slider.cylinder}
 
     def plus(self, other: Topology) -> Topology:
-        """Topology with the frames, bodies and connections of both."""
+        """Topology with the frames, bodies and connections of this topology and another."""
         return replace(
             self, frames=self.frames + other.frames, bodies=self.bodies + other.bodies,
             connections=self.connections + other.connections,

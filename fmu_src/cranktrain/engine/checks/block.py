@@ -35,7 +35,7 @@ def check_block(engine: Engine, block: Block) -> None:
 
 
 def _check_cylinder_room(engine: Engine, b: Block) -> None:
-    """Refuse liners that meet each other, the walls or the bulkheads, and webs that strike the block."""
+    """Refuse liners that meet other liners, the walls or the bulkheads, and crank webs that strike the block."""
     crank, bore, wall = engine.crankshaft, 0.5 * engine.cylinders.bore, b.wall_thickness
     sweep, liner = crank.throw + crank.web_pin_radius, bore + b.liner_thickness
     pitch, nearest, end = _spacing(engine, b)
@@ -78,14 +78,14 @@ def _check_housings(engine: Engine, b: Block) -> None:
     width, inside, outside = b.housing_half_width, b.crankcase_half_width - wall, engine.thrust.outer_diameter
     text = f"{mm(width)} leaves no iron beside the main bore, {mm(2.0 * main)}"
     _of("housing_half_width", width > main + wall, text)
-    # A width derived from the same two values may differ by rounding.
+    # A width that is derived from the same two values may differ from a stated width by rounding.
     _of(
         "housing_half_width",
         width <= inside + 1e-9,
         f"{mm(width)} goes through the crankcase's walls, {mm(inside)} inside",
     )
     between = f"must lie between the main bore with a wall, {mm(main + wall)}, and"
-    # Above the crank axis the feet of inclined banks are higher.
+    # The feet of inclined banks are higher above the crank axis than those of upright banks.
     above = min(tall / max(math.cos(angle), 0.5) for angle in engine.cylinders.bank_angles)
     text = f"{mm(b.housing_height)} {between} the foot of the banks, {mm(above)}"
     _of("housing_height", main + wall < b.housing_height <= above, text)
@@ -124,14 +124,14 @@ def _check_banks(engine: Engine, b: Block) -> None:
 
 
 def check_mounts(mounts: Mounts) -> None:
-    """Refuse mounts whose lists differ in length, or that leave a rigid motion of the engine free.
+    """Refuse mounts whose lists of values differ in length, or that do not hold the engine in all six rigid motions.
 
     Raises ``InputError``, one line that starts with the key, or names the free motion.
     """
     need("mounts", "x", len(mounts.x) > 0, "is empty; give the place of each mount")
     need_equal_lengths(mounts, "mounts")
     stiffness = mount_stiffness(mounts)
-    # To compare metres and radians, rotations are scaled by the mounts' largest distance from their centre.
+    # Rotations are scaled by the mounts' largest distance from their centre, to compare radians with metres.
     places = np.array(mounts.positions)
     reach = max(float(np.linalg.norm(places - places.mean(axis=0), axis=1).max()), 0.1)
     scale = np.array([1.0, 1.0, 1.0, *3 * (1.0 / reach,)])

@@ -75,7 +75,7 @@ def check_crankshaft(c: Crankshaft) -> None:
 
 
 def _check_layout(c: Crankshaft) -> None:
-    """Raise ``InputError`` if the lists of pins, mains and webs do not fit each other."""
+    """Raise ``InputError`` if the lists of pins, main journals and webs do not fit each other."""
     of, throws, widths, webs = (
         partial(need, "crankshaft"),
         len(c.throw_angles),
@@ -135,7 +135,7 @@ def check_cylinders(engine: Engine) -> None:
     joint = engine.articulated_rod
     text = 'is there, but no rod hangs on another; write cylinders.rods_on_pin = "articulated", or leave it out'
     need("articulated_rod", "length", joint is None or cylinders.rods_on_pin == ARTICULATED, text)
-    # At bottom dead centre the webs are below the piston.
+    # Webs are below the piston at bottom dead centre.
     lowest, under = length - crank.throw, any(crank.counterweights) and crank.pin_width < cylinders.bore
     text = (
         f"{mm(crank.counterweight_radius)} reaches the piston's pin, which comes within {mm(lowest)} of the crank's "
@@ -163,7 +163,7 @@ def check_cylinders(engine: Engine) -> None:
 
 
 def _check_articulated(engine: Engine) -> None:
-    """Refuse articulated rods that are not described, share no pin with a master or do not reach their cylinders."""
+    """Refuse articulated rods that are not described, share no pin with a master rod or miss their cylinders."""
     joint, pins, n = engine.articulated_rod, engine.cylinders.pins, engine.n_cylinders
     _cylinders("rods_on_pin", len(set(pins)) < n, "is articulated, but no pin of cylinders.pins has two rods")
     _cylinders(
@@ -223,7 +223,7 @@ def _check_rods(engine: Engine) -> None:
     for pin in sorted(set(cylinders.pins)):
         rods = sorted((engine.rod_offsets[k], k + 1) for k in range(n) if cylinders.pins[k] == pin)
         if rods == [(0.0, rods[0][1])]:
-            continue  # the width of a single big end is checked with its bearing
+            continue  # the width of a single big end is checked with its big-end bearing
         if cylinders.rods_on_pin in one_plane:
             text = f"rods of {one_plane[cylinders.rods_on_pin]} on pin {pin} lie in one plane; leave rod_offsets out"
             _cylinders("rod_offsets", all(offset == rods[0][0] for offset, _ in rods), text)

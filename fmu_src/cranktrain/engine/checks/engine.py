@@ -67,7 +67,7 @@ def check_engine(engine: Engine) -> None:
     check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
-    for text in uneven(engine):  # raises if the throws cannot fire in this order
+    for text in uneven(engine):  # raises an error if the throws cannot fire in this order
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
@@ -75,9 +75,9 @@ def check_engine(engine: Engine) -> None:
     need("block", "deck_height", engine.block is None or not engine.cylinders.crosshead, text)
     few = len(engine.damping.torsional_ratios) <= 2
     need("damping", "torsional_ratios", few, "has more than two entries; give the first one or two torsional modes")
-    if engine.block is not None:  # after the mounts, whose pads are part of the block
+    if engine.block is not None:  # checked after the mounts, whose pads are part of the block
         check_block(engine, engine.block)
-    warn_of_doubts(engine)  # only for an engine whose parts fit
+    warn_of_doubts(engine)  # warnings only for an engine whose parts fit
 
 
 def check_drive_line(line: DriveLineChain) -> None:
@@ -96,7 +96,7 @@ def check_drive_line(line: DriveLineChain) -> None:
 
 
 def _check_points(line: DriveLineChain, table: str) -> None:
-    """Refuse points of shafts that do not increase, belong to no shaft, or have columns of different length."""
+    """Refuse points of shaft curves that do not increase, belong to no shaft, or have columns of different length."""
     keys = ("point_torques", "point_frequencies", "point_stiffnesses", "point_dampings")
     need_equal_lengths(line, table, "point_shafts", *(key for key in keys if getattr(line, key)))
     text = "is missing; give the stiffness of each point"

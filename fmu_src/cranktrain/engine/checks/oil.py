@@ -35,7 +35,7 @@ def check_oil(oil: Oil) -> None:
 
 
 def thickness(oil: Oil, temperature: float) -> float:
-    """Viscosity, Pa s, by the same laws as :mod:`cranktrain.engine.lubricant`; infinite if the law overflows."""
+    """Viscosity, Pa s, at a temperature, K, by the laws of :mod:`cranktrain.engine.lubricant`; inf on overflow."""
     try:
         if oil.law == "vogel":
             return oil.vogel_a * math.exp(oil.vogel_b / (temperature - oil.vogel_c))

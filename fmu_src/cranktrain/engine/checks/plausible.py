@@ -34,9 +34,9 @@ MASSES = {
 }
 """Smallest and largest mass of a part, over the mass of a steel cube with the bore as edge."""
 SOLID_PISTON = 0.6
-"""Mass of a solid steel cylinder, 3/4 of the bore tall, over that of the cube; no trunk piston is heavier."""
+"""Mass of a solid steel cylinder, 3/4 of the bore tall, over that of a steel cube with the bore as edge."""
 CROSSHEAD = 3.0
-"""Largest mass of piston, piston rod and crosshead over that of the connecting rod."""
+"""Largest mass of piston, piston rod and crosshead, as a multiple of the connecting rod's mass."""
 GYRATIONS = {"flywheel": (0.1, 10.0), "pulley": (0.05, 10.0), "clutch": (0.05, 10.0)}
 """Smallest and largest radius of gyration about the crank axis, over the bore."""
 ROD_GYRATION = (0.16, 0.8)
@@ -49,9 +49,9 @@ LONG_STROKE = 2.5
 AIR = 287.0
 """Gas constant of air, J/(kg K)."""
 MOST_HEAT = 5.0e6
-"""Largest heat that air at intake can burn, J/kg: 3.5 MJ/kg with hydrogen, and more air than the swept volume's."""
+"""Largest heat of combustion per air mass, J/kg: 3.5 MJ/kg with hydrogen, and more air than the swept volume's."""
 COMPRESSOR = 3.0e4
-"""Heat (J per kg of air) below which there is no combustion; a hundredth of what the air can burn."""
+"""Heat (J per kg of air) below which an engine has no combustion: a hundredth of what air can burn."""
 RADIANS = "it looks like radians; give deg, or state the unit rad"
 
 
@@ -62,7 +62,7 @@ def warn_of_doubts(engine: Engine) -> None:
 
 
 def doubts(engine: Engine) -> Iterator[str]:
-    """Warnings of :func:`warn_of_doubts`, one text each."""
+    """Texts of all warnings of implausible values, one for each."""
     yield from _masses(engine)
     yield from _articulated(engine)
     yield from _piston(engine)
@@ -79,7 +79,7 @@ def doubts(engine: Engine) -> Iterator[str]:
 
 
 def heat_of_air(engine: Engine) -> float:
-    """Heat of a cycle over the mass of air that fills the swept volume at intake pressure and temperature, J/kg.
+    """Heat of a cycle per mass of air that fills the swept volume at intake pressure and temperature, J/kg.
 
     The heat is 0 for a compressor.
     """
@@ -173,7 +173,7 @@ def _crank(engine: Engine) -> Iterator[str]:
     for width in sorted({min(crank.main_widths), max(crank.main_widths)}):
         what = "width of a journal over its diameter is"
         yield from outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))
-    # Below its pin a piston reaches down at least as far as its bosses.
+    # A piston reaches below its pin at least as far as its bosses.
     room, under = rod - crank.throw - 0.2 * bore, crank.pin_width < bore
     if any(crank.counterweights) and under and crank.counterweight_radius > room:
         yield (
@@ -322,7 +322,7 @@ def _combustion(engine: Engine) -> Iterator[str]:
 
 
 def _stiffnesses(engine: Engine) -> Iterator[str]:
-    """Warn of castings whose speed of sound no metal has, and of damping beyond that of structures."""
+    """Warn of castings with a speed of sound that no metal has, and of damping higher than in structures."""
     for table, part in (("material", engine.material), ("block", engine.block)):
         if part is not None:
             sound = (part.youngs_modulus / part.density) ** 0.5

@@ -31,7 +31,7 @@ TWIST, LINE_TWIST, FREE = (0.06, 30.0), (0.002, 360.0), 400.0
 """Smallest and largest twist (deg) under the mean torque, of the connecting shaft and of shafts in a drive line. A
 connecting shaft that twists by more than ``FREE`` is meant to decouple the flywheel."""
 DAMPED = (0.01, 3.0)
-"""Smallest and largest damping ratio of flywheel and dynamometer on the connecting shaft."""
+"""Smallest and largest plausible damping ratio of flywheel and dynamometer on the connecting shaft."""
 PER_DEGREE = "N m/deg is 57.3 N m/rad"
 OIL_DEG_C = (43.0, 160.0)
 """Lowest and highest temperature of a warm engine's oil, degC; 176 degF is 80 degC."""
@@ -105,7 +105,7 @@ def _burn(engine: Engine) -> Iterator[str]:
 
 
 def _shafts(engine: Engine) -> Iterator[str]:
-    """Warn of shafts behind the flywheel that the engine's torque hardly twists, or twists by whole turns."""
+    """Warn of shafts behind the flywheel that the engine's torque twists hardly at all, or by whole turns."""
     burn, line, chain = engine.combustion, engine.drive_line, engine.drive_line_chain
     if burn is None or burn.heat < LEAST_HEAT * engine.displacement / engine.n_cylinders:
         return

@@ -39,7 +39,7 @@ FADING = 5.0
 LOWEST = -20.0
 """Gap over roughness below which the integrals are computed by their asymptotic series."""
 GAP_STEP = 0.04
-"""Spacing of the tables in H."""
+"""Spacing of the tables of contact integrals in H, the gap over roughness."""
 SMOOTH_SPEED = 0.01
 """Sliding speed (m/s) of the smooth transition in which boundary friction changes its sign."""
 TABLE_TOP = 14.0
@@ -225,7 +225,7 @@ def contact_pressure(h, constants, table):
 
 @kernel
 def yielding(pressure, per_hardness):
-    """Limit an elastic ``pressure`` by the hardness 1/``per_hardness`` of a lining; return it and its derivative."""
+    """Limit an elastic ``pressure`` by the hardness 1/``per_hardness``. Return the limited pressure and its slope."""
     ratio = pressure * per_hardness
     both = 1.0 + ratio * ratio * ratio
     share = both ** (-1.0 / 3.0)

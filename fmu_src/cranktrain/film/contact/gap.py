@@ -41,7 +41,7 @@ _NARROW = 1.0e-12
 
 
 def over(profile: tuple[float, float, float], unit: float = 1.0) -> tuple[float, float, float]:
-    """Return a profile with its depth divided by ``unit``, as kernels read it."""
+    """Return a relief profile (depth, width fraction, exponent) with its depth divided by ``unit``."""
     depth, share, exponent = profile
     return depth / unit, float(share), float(exponent)
 
@@ -136,7 +136,7 @@ def least_gap(place, clearance, profile):
 
 @kernel
 def _flattest(near, far, end, place, profile):
-    """Return the |ζ| of the stationary gap on the relief of one ``end``, or the bound with the smaller gap.
+    """Return |ζ| where the gap is stationary on the relief of one ``end``, or the bound with the smaller gap.
 
     Newton's method on the slope, with bisection if a step would leave the interval that encloses the root.
     """

@@ -48,13 +48,13 @@ SLICES = 16
 PARTS = (0.0, 0.5, 0.85, 1.0)
 """Borders of the parts of half the width, over the relieved width; over half the width if the shell is straight."""
 
-# Indices of the bearing's constants, after those of its contact.
+# Indices of a bearing's constants; the constants of its rough contact come first.
 RADIUS, CLEARANCE, WIDTH, DEEP = range(rough.CONSTANTS, rough.CONSTANTS + 4)
-# Rows of JournalContact.line.
+# Rows of JournalContact.line: ζ, weight (m), relief (m) and squared eccentricity at first contact (m²) of each slice.
 ZETA, WEIGHT, RELIEF, REACH2 = range(4)
-# Columns of JournalContact.slices.
+# Columns of JournalContact.slices: logarithms of N, load, contact length and ∫ s cos φ R dφ, see JournalContact.
 NORMAL, SLICE_LOAD, SLICE_TOUCHING, SLICE_SHEAR, N_COLUMNS = range(5)
-# Indices of the result of journal_contact.
+# Indices of the result of journal_contact: force (4), stiffness (4 × 4), friction torque and its derivative, totals.
 FORCE, STIFFNESS, TORQUE, TORQUE_BY_SLIDING, LOAD, TOUCHING, PRESSURE_MAX = 0, 4, 20, 21, 22, 23, 24
 N_OUT = 25
 
@@ -76,7 +76,7 @@ class JournalContact(NamedTuple):
 
 
 def bearing_contact(bearing: PlainBearing, table: Array | None = None) -> JournalContact:
-    """Make the rough contact of ``bearing``; ``table`` as for :func:`journal_contact_data`."""
+    """Make the rough contact of ``bearing``; ``table`` is a result of ``contact_table``, made here if not given."""
     constants = bearing_contact_constants(bearing)
     dimensions = 0.5 * bearing.diameter, bearing.clearance, bearing.width
     if table is not None:
@@ -129,7 +129,7 @@ def journal_contact_data(
 def slice_resultants(
     radius: float, clearance: float, width: float, constants: Array, table: Array
 ) -> tuple[Array, Array]:
-    """Return constants of a bearing (10,), and resultants of a slice over m/σ, (n, N_COLUMNS).
+    """Return the constants of a bearing (10,), and the resultants of a slice at n least gaps m/σ, (n, N_COLUMNS).
 
     :func:`journal_contact_data` fits splines to the logarithms of the resultants and describes the arguments.
     """
@@ -150,7 +150,7 @@ def _gauss_points() -> tuple[Array, Array]:
 
 
 def _line(constants: Array, profile: tuple[float, float, float]) -> Array:
-    """Return the slices over the width, see :class:`JournalContact`."""
+    """Return ζ, weight, relief and squared eccentricity at first contact of k slices over the width, (4, k)."""
     ends = 1.0 - profile[1] + profile[1] * np.array(PARTS)
     ends = np.unique(np.concatenate([-ends, [0.0], ends]))
     inner = np.polynomial.legendre.Legendre.basis(SLICES - 1)
@@ -168,7 +168,7 @@ def _line(constants: Array, profile: tuple[float, float, float]) -> Array:
 
 @kernel
 def _sample_slices(constants, table, points, weights, values):
-    """Compute the resultants of a slice on the grid of (c − e)/σ, (n, 4); :func:`_slice` applies the fading."""
+    """Compute four resultants of a slice at n values of (c − e)/σ, (n, 4). :func:`_slice` applies the fading."""
     sigma = constants[rough.SIGMA]
     radius = constants[RADIUS]
     for k in range(values.shape[0]):
@@ -279,7 +279,7 @@ def _apart(x, y, a, b, line, first):
 
 @kernel
 def _add_slice(ux, uy, place, sign, contact, out):
-    """Add a slice at (ux, uy) to the result of ``journal_contact``; returns its friction force at full sliding, N.
+    """Add a slice at (ux, uy) to the result of ``journal_contact``. Return its friction force at full sliding, N.
 
     ``place`` is its column of ``JournalContact.line``.
     """

@@ -39,11 +39,11 @@ END_GAP = 0.5
 """Gap of the mean planes at which running in ends, over σ₀; chosen, equal to that of the passes of ``run-in``."""
 RUN_IN_ROUGHNESS, RUN_IN_DEPTH = 0.5, 1.0
 """Run-in roughness σ_∞ and depth ℓ, both over σ₀; chosen."""
-# Settings of worn_rates: clearance, m; (k/p_H) v, m/(s Pa); pressure without wear, Pa; fraction of a cycle per sample.
+# Settings of worn_rates: clearance (m), (k/p_H) v (m/(s Pa)), pressure without wear (Pa), cycle fraction of a sample.
 CLEARANCE, WEAR_SPEED, BEARABLE, SHARE, SETTINGS = range(5)
 # Indices of the position of a journal in the shell.
 X, Y, TILT_X, TILT_Y = range(4)
-# Indices of the maps of worn_rates.
+# Indices of the maps of worn_rates: wear rate (m/s), decrease of this rate with the wear (1/s), contact pressure (Pa).
 RATE, DECREASE, PRESSURE, MAPS = range(4)
 
 
@@ -103,7 +103,7 @@ def end_pressure(constants: Array, table: Array, gap: float) -> float:
 
 @kernel
 def worn_rates(place, shell, line, angles, constants, table, settings, maps):
-    """Add one sample of a cycle to the wear maps of a shell; return its largest pressure (Pa) and least gap (m).
+    """Add one sample of a cycle to the wear maps of a shell. Return the sample's largest pressure (Pa), least gap (m).
 
     ``place`` (4,) is the position of the journal in the shell's axes, m; ``shell`` (n_ζ,) the excess of the shell's
     radius over a straight shell, m; ``line`` (2, n_ζ) ζ and weight (m) of slices; ``angles`` (2, n_φ) cos, sin of even

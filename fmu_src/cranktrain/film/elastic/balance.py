@@ -151,7 +151,7 @@ def _sharpen(film, start, rates, room, extra):
 
 @kernel
 def film_rates(film, place, pace, known, per_gain, nodes):
-    """Write the part of ∂H/∂t (1/s) independent of H to DRIVEN: velocity of the journal, and −H_Δ/g of the shapes."""
+    """Write to row DRIVEN the part of ∂H/∂t (1/s) that is independent of H: journal velocity, −H_Δ/g of bore shapes."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     driven = nodes[at.DRIVEN]
@@ -176,7 +176,7 @@ def grid_factors(constants):
 
 @kernel
 def flow_factors(constants, half_speed):
-    """Return the factors of the flow through faces; those of the flow carried by the surfaces are in 1/s."""
+    """Return the factors of the flow through faces. The factors of the flow carried by the surfaces have unit 1/s."""
     around, across, per_angle = grid_factors(constants)
     drive = half_speed * per_angle
     return Flow(around, across, max(drive, 0.0), max(-drive, 0.0))
@@ -272,7 +272,7 @@ def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
     own = slope * (to_after * by_own + to_before * by_own_too)
     store(nodes, (at.AFTER, q), free * (to_after * by_after * load(nodes, (at.SLOPE, q + 1))))
     store(nodes, (at.BEFORE, q), free * (to_before * by_before * load(nodes, (at.SLOPE, q - 1))))
-    # Growth of the oil stored in a node, whose form depends on the node's state at the step's start.
+    # Growth of the oil stored in a node; the formula depends on whether the node was void at the step's start.
     void = load(nodes, (at.VOID, q))
     dense = load(nodes, (at.DENSE, q))
     held = one + load(nodes, (at.COMPRESSED, q))
@@ -287,7 +287,7 @@ def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
     store(nodes, (at.OWN, q), free * own)
     store(nodes, (at.SQUEEZE, q), free * (was_full * (slope * held)))
     store(residual, f, free * total)
-    # Derivatives by the node's own unknown and those of its neighbours.
+    # Derivatives of the balance by the unknown of the node and by the unknowns of its neighbours.
     h = load(faces, (at.FACE_OPEN, f))
     h_up = load(faces, (at.FACE_OPEN, f_up))
     ahead = load(faces, (at.FACE_AHEAD, f))

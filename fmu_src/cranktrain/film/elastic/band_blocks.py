@@ -24,7 +24,7 @@ def band_columns(width: int) -> int:
 
 @kernel
 def factor_blocks(a, n, width):
-    """Factor A = L U in place without pivoting; returns 0, or 1 at a pivot that is not positive."""
+    """Factor A = L U in place without pivoting. Return 0, or 1 at a pivot that is not positive."""
     padded = a.shape[1] - width - 1
     for j in range(n):
         pivot = a[j, width]
@@ -40,7 +40,7 @@ def factor_blocks(a, n, width):
             for i in range(1, last + 1):
                 a[j + i, width - i] *= inverse
         elif padded == 2 * LANES:
-            # The row of the pivot is kept in local variables, for registers.
+            # The row of the pivot is kept in local variables, so that it stays in registers.
             near = load(a, (j, width + 1))
             far = load(a, (j, width + 1 + LANES))
             for i in range(1, last + 1):

@@ -33,7 +33,7 @@ def load_unit(constants):
 
 @kernel
 def shape_value(film, q, i, line, m):
-    """Return the generalised shape m at node q: 0..3 are the shapes of x, y, a, b, the others those of the bore."""
+    """Return the generalised shape m at node q: m = 0..3 are the journal motions x, y, a, b, larger m bore shapes."""
     if m >= 4:
         return film.shapes[q, m - 3]
     value = -film.trig[i, at.COS] if m % 2 == 0 else -film.trig[i, at.SIN]
@@ -51,7 +51,7 @@ def solution_loads(film, first, chain, begin, end, work):
 
 @kernel
 def _motion_loads(film, first, chain, block, work):
-    """Compute the generalised forces of one block on the shapes of x, y, a, b."""
+    """Compute the generalised forces of one solution block on the journal motions x, y, a, b."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     columns = work.columns[block]
@@ -86,7 +86,7 @@ def _motion_loads(film, first, chain, block, work):
 
 @kernel
 def _shape_loads(film, first, chain, block, group, work):
-    """Compute generalised forces of one block on four bore shapes from column ``group`` on; column 0 is no shape."""
+    """Compute generalised forces of one block on four bore shapes from column ``group`` on; column 0 holds zeros."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     columns = work.columns[block]
@@ -262,7 +262,7 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
 
 @kernel
 def eliminate(a, n_shapes, n_z, ring, right_sides):
-    """Solve the border equations in place by Gauss elimination with partial pivoting; returns 1 if singular, else 0."""
+    """Solve the border equations in place by Gauss elimination with partial pivoting. Return 0, or 1 if singular."""
     n = n_shapes + n_z if ring else n_shapes
     right = n_shapes + n_z
     for k in range(n):
@@ -301,7 +301,7 @@ def eliminate(a, n_shapes, n_z, ring, right_sides):
 
 @kernel
 def film_tangents(film, first, ring, work, out):
-    """Compute derivatives of the four forces by position and velocity on the converged set, in ``out`` (OUT_SIZE,)."""
+    """Compute derivatives of four forces by position and velocity at the converged solution, in ``out`` (OUT_SIZE,)."""
     motion_sources(film, work.nodes, work.faces, first, work.columns[work.columns.shape[0] - 1])
     _answer(film, first, ring, 4, work)
     for m in range(4):
@@ -312,7 +312,7 @@ def film_tangents(film, first, ring, work, out):
 
 @kernel
 def _answer(film, first, ring, moving, work):
-    """Solve nodes and shapes for the eight sources of the last block; the first ``moving`` are by x, y, a, b."""
+    """Solve nodes and shapes for the last block's eight sources; the first ``moving`` are displacements x, y, a, b."""
     n_z = int(film.constants[at.N_Z])
     size = int(film.constants[at.N_PHI]) * n_z
     chain = size - n_z if ring else size

@@ -92,7 +92,7 @@ def stage_content(film, start, rates, own, stage, content):
 
 @kernel
 def content_rates(film, work, start, solved, gain, content, rates, ends):
-    """Compute ṁ of a solved stage over the clearance, 1/s, in ``rates`` (n,), and for the next step in ``ends`` (n,).
+    """Compute ṁ of the oil content over the clearance (1/s) of a solved stage, in ``rates`` (n,) and ``ends`` (n,).
 
     For a node that has changed between full and void since the step's start, ``ends`` differs by ∂H/∂t.
 
@@ -131,7 +131,7 @@ def content_rates(film, work, start, solved, gain, content, rates, ends):
 
 @kernel
 def _open(distances, sigma):
-    """Replace distances of surfaces by mean gaps, in place."""
+    """Replace distances of rough surfaces by mean gaps of the oil, in place."""
     for k in range(distances.shape[0]):
         if distances[k] < CLEAR * sigma:
             distances[k], _, _ = open_gap(distances[k], sigma)

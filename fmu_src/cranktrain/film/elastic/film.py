@@ -59,7 +59,7 @@ ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, np.int64(20), np.int64(60)
 iterations of an intermediate and of the last solution. The np.int64 type avoids that numba compiles :func:`_newton` for
 each literal."""
 LEAST = 2.0e-3
-"""Lower bound of the film, over the clearance, to which a Newton step is compared."""
+"""Lower bound, over the clearance, of the film thickness in the relative size of a Newton step."""
 CLOSING = 0.7
 """Largest fraction of the film thickness by which a Newton step may close the film."""
 TINY = 1.0e-30
@@ -135,7 +135,7 @@ def _scaled_vectors(constants, motion, history, vectors):
 
 @kernel
 def _lowered(film, rates, history, work):
-    """Solve by continuation from rougher surfaces, in two attempts at most; returns status, iterations, cut and ring.
+    """Solve by continuation from rougher surfaces, in at most two attempts. Return status, iterations, cut and ring.
 
     If surfaces overlap far, the mean gap is so small that no pressure drives out the oil, and Newton's method does not
     converge. A larger roughness gives a larger mean gap, so the bore can open first.
@@ -222,7 +222,7 @@ def _take_sides(film, unknowns, nodes):
 
 @kernel
 def _newton(film, sigma, rates, most, unknowns, work):
-    """Iterate to convergence; the factors of the last matrix stay in ``work``. Returns status and iterations."""
+    """Iterate to convergence and keep the factors of the last matrix in ``work``. Return status and iterations."""
     constants = film.constants
     n_phi = int(constants[at.N_PHI])
     n_z = int(constants[at.N_Z])
@@ -353,7 +353,7 @@ def _advance(film, first, ring, step, unknowns, work):
     columns = work.columns
     answer = work.border
     right = n_shapes + n_z
-    # The solution of the residual has the factor one, the others have factors from the border's solution.
+    # The solution for the residual has factor one; the solutions for shapes and border have factors from ``border``.
     step[0] = 1.0
     for k in range(1 + n_shapes, step.shape[0]):
         step[k] = answer[k - 1, right] if ring and k <= right else 0.0
@@ -416,7 +416,7 @@ def _advance(film, first, ring, step, unknowns, work):
 
 @kernel
 def _keep_filled(film, unknowns, void):
-    """Limit void fractions to 1, in the unknowns and in ``void``; returns the number of clipped nodes."""
+    """Limit void fractions to 1, in the unknowns and in ``void``. Return the number of clipped nodes."""
     n_z = int(film.constants[at.N_Z])
     clipped = 0
     for f in range(unknowns.shape[0]):

@@ -21,13 +21,15 @@ from cranktrain.film.contact.asperity import contact_table
 from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.elastic.band_blocks import BLOCK, band_columns
 
-# Indices of a film's constants.
+# Indices of a film's constants: grid sizes, dimensions, oil, supply pressure and roughness, in SI units.
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)
-# Pressure step of the oil table (Pa; 0: constant oil), row of the film's oil, whether the oil is compressible.
+# Further constants: pressure step of the oil table (Pa; 0: constant oil), row of the oil, 1 for a compressible oil.
 OIL_STEP, OIL_ROW, COMPRESSIBLE = 9, 10, 11
-# Tolerances of a solution: largest relative change of the film in the last Newton step (the error is about its square);
-# largest change of pressure over the highest, or of a void fraction; largest unknown of the wrong sign; fraction of
-# transport around the ring that the matrix may neglect.
+# Tolerances of a solution, further constants of a film:
+# STEP_LIMIT: largest relative change of the film in the last Newton step; the error is about the square of this change.
+# MOVE_LIMIT: largest change of a pressure over the highest pressure, or of a void fraction, in the last Newton step.
+# SIDE_LIMIT: largest unknown of the wrong sign.
+# AROUND_LIMIT: fraction of the transport around the ring that the matrix may neglect.
 STEP_LIMIT, MOVE_LIMIT, SIDE_LIMIT, AROUND_LIMIT = 12, 13, 14, 15
 CONSTANTS = 16
 
@@ -42,26 +44,32 @@ LIMITS = (1.0e-4, 1.0e-3, 1.0e-11, 1.0e-9)
 SMOOTH = 5.0e-4
 """Roughness over the clearance used for smooth surfaces, so that overlapping surfaces still have a gap."""
 
-# Rows of ElasticWork.vectors, all over the clearance: journal position, its velocity, shapes; position and shapes at
-# the step's start; Δ of the stage's rule; last Newton step of the shapes; sums over the film, one for each shape.
+# Rows of ElasticWork.vectors, over the clearance:
+# PLACE, PACE, SHIFT: journal position, journal velocity (1/s), bore shapes.
+# START_PLACE, START_SHIFT: journal position and bore shapes at the step's start.
+# KNOWN: Δ of the stage's rule δ̇ = (δ − Δ)/g. STEP: last Newton step of the shapes. SUMS: one sum for each shape.
 PLACE, PACE, SHIFT, START_PLACE, START_SHIFT, KNOWN, STEP, SUMS = 0, 1, 2, 3, 4, 5, 6, 7
 VECTORS = 8
 
 # Rows of ElasticWork.nodes (both ends included) and ElasticWork.faces (circumferential).
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
 OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11, 12, 13, 14, 15, 16
-# Rows of the oil, pressures over p₀: reduced pressure, its slope by pressure, ρ/ρ₀ − 1, its slope, relative increase of
-# viscosity with pressure, ρ/ρ₀ − 1 at the step's start.
+# Rows of the oil in ElasticWork.nodes, with pressures over p₀:
+# REDUCED, MOBILITY: reduced pressure and its derivative by pressure.
+# COMPRESSED, DENSE: ρ/ρ₀ − 1 and its derivative by pressure. START_COMPRESSED: ρ/ρ₀ − 1 at the step's start.
+# THICKENING: relative increase of viscosity with pressure.
 REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19, 20, 21, 22
-# Row of the weight of film pressure in ζ, see cranktrain.film.elastic.weights.
+# Row of the weight of film pressure along ζ, see cranktrain.film.elastic.weights.
 WEIGHT = 23
-# Rows of faces: mean gap, its slope, derivative of the flow by the distance, flux correction, flow, weight of the
-# downstream compression.
+# Rows of ElasticWork.faces:
+# FACE_OPEN, FACE_SLOPE: mean gap and its derivative by the distance of the surfaces.
+# FACE_FLUX, FACE_EXTRA, FACE_FLOW: derivative of the flow by this distance, flux correction, flow.
+# FACE_AHEAD: weight of the downstream node's compression in the carried flow.
 FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA, FACE_FLOW, FACE_AHEAD = range(6)
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
 ZETA, LINE_WIDTH, PROFILE = range(3)
-# Rows of ElasticFilm.sides.
+# Rows of ElasticFilm.sides: 1/(Δζ w) towards the next and towards the previous line.
 AFTER_SIDE, BEFORE_SIDE = 0, 1
 # Indices of position and velocity of a journal, and of the sources of its motion.
 X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
@@ -96,7 +104,7 @@ class ElasticFilm(NamedTuple):
 
 
 class OilTables(NamedTuple):
-    """Tables of q and r/f of b oils over evenly spaced pressures from 0 on."""
+    """Tables of the reduced pressure q and its slope r/f (density over viscosity) of b oils, over even pressures."""
 
     step: float  # pressure spacing, Pa
     values: Array  # (b, n, 2): q (Pa) and r/f
@@ -117,7 +125,7 @@ class ElasticWork(NamedTuple):
     border: Array
     """(k + n_z, k + n_z + 9) equations of the shapes, and of one column of nodes if the ring has no gap."""
     touching: Array
-    """(4 + k, 6 + k) derivatives of generalised forces at fixed film pressure, forces of contact, of the film."""
+    """(4 + k, 6 + k) columns: derivatives of generalised forces at fixed film pressure, contact forces, film forces."""
     vectors: Array
     """(VECTORS, ·) vectors of position, velocity and shapes, see PLACE."""
     residual: Array
@@ -130,7 +138,7 @@ class FilmHistory(NamedTuple):
     start: Array  # (n,) node unknowns at the step's start, see cranktrain.film.elastic.balance; zeros: full
     start_place: Array  # (4,) journal position at the step's start, m
     start_shapes: Array  # (k,) shapes at the step's start, m
-    known: Array  # (k,) Δ of the stage, m
+    known: Array  # (k,) Δ of the stage's rule δ̇ = (δ − Δ)/g, m
     unknowns: Array  # (n,) in: initial guess; out: solution
     shapes: Array  # (k,) δ, m; in: initial guess; out: solution
     content: Array = np.zeros((3, 0))
@@ -292,7 +300,7 @@ class ElasticGrid:
         step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
         constants += [step, 0.0, float(compressible), *LIMITS]
         gaps = np.diff(self.zetas)
-        # Contact pressure need not vanish at an end, so its weights are those of the trapezoidal rule.
+        # Contact pressure need not vanish at an end, so it is integrated by the trapezoidal rule.
         widths = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
         g = _reliefs(self.zetas, profile) / clearance
         return ElasticFilm(

@@ -18,7 +18,7 @@ def pressure_unit(constants):
 
 @kernel
 def combined(table, row, shares, columns):
-    """Return the product of a table's ``row`` with ``shares`` over a multiple of eight columns, by partial sums."""
+    """Return the dot product of a table's ``row`` with ``shares`` over ``columns`` entries, a multiple of eight."""
     total = load(table, (row, 0)) * load(shares, 0) + load(table, (row, LANES)) * load(shares, LANES)
     for r in range(2 * LANES, columns, LANES):
         total = total + load(table, (row, r)) * load(shares, r)

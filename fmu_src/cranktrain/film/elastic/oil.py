@@ -24,11 +24,11 @@ HIGHEST = 1.0e9
 """Pressure (Pa) above which the viscosity is constant."""
 INTERVALS = 256
 SMALL_FALL = 0.01
-"""Largest decrease of pressure, over the decrease that divides viscosity by e, for which the tangent is used as is."""
+"""Largest pressure decrease of a Newton step, over the decrease that divides viscosity by e, that is not reduced."""
 GAUSS = tuple((float(point), float(weight)) for point, weight in zip(*np.polynomial.legendre.leggauss(6), strict=True))
-"""Points and weights of Gauss' rule that integrates q over a table interval."""
+"""Points and weights of Gauss' rule that integrates the reduced pressure q over a table interval."""
 
-# Columns of an oil table.
+# Columns of an oil table: reduced pressure q (Pa) and its slope r/f.
 Q, SLOPE = 0, 1
 
 
@@ -65,14 +65,14 @@ def fill_oil_table(law, first, second, compressible, table):
 
 @kernel
 def mobility(law, first, second, compressible, pressure):
-    """Return r/f of an oil at a pressure, Pa."""
+    """Return the mobility r/f of an oil at a pressure (Pa): relative density over relative viscosity."""
     density = density_factor(pressure)[0] if compressible else 1.0
     return density / pressure_factor(law, pressure, first, second)[0]
 
 
 @kernel
 def reduced_pressure(table, step, pressure):
-    """Return q (Pa), r/f and its derivative (1/Pa) at ``pressure`` (Pa) ≥ 0 from ``table`` (n, 2)."""
+    """Return reduced pressure q (Pa), its slope r/f and the slope of r/f (1/Pa) at ``pressure`` (Pa) from ``table``."""
     last = table.shape[0] - 1
     place = pressure / step
     if place >= last:

@@ -288,7 +288,7 @@ def vertex(before, here, after):
     """Return height above the middle point and position, in steps, of the vertex of a parabola through three points."""
     bend = before - 2.0 * here + after
     lean = 0.5 * (after - before)
-    # Equal neighbours mean an edge of a supply at its pressure, not a maximum.
+    # Equal neighbours are an edge of a supply at supply pressure, not a maximum.
     if bend == 0.0 or before == here or after == here or abs(lean) > abs(bend):
         return 0.0, 0.0
     return -0.5 * lean * lean / bend, -lean / bend

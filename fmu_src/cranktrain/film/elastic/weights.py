@@ -66,7 +66,7 @@ def film_weights(film, place, shift, nodes):
 
 @inlined_kernel
 def _add_spacing(film, first, line, low, high, nodes):
-    """Add the weights of the spacing after a line; q′ follows from the flows of the spacings ``low`` and ``high``."""
+    """Add the weights of the spacing after a line, with the flow's slope q′ from the spacings ``low`` and ``high``."""
     h = nodes[FILM]
     weights = nodes[WEIGHT]
     conductance = nodes[CHANGE]
@@ -100,7 +100,7 @@ def _add_spacing(film, first, line, low, high, nodes):
 
 @inlined_kernel
 def _wedge_weight(film, h, first, line):
-    """Return the weight of a line without the term of q′: its part of the spacings on both sides."""
+    """Return the weight of a line from the spacings on both sides, without the term of the flow's slope q′."""
     n_z = int(film.constants[N_Z])
     q = first + line
     weight = 0.0

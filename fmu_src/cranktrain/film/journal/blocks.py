@@ -32,8 +32,8 @@ class Ring(NamedTuple):
     start: int  # column at which elimination begins
     cyclic: bool
     n: int
-    inverse: Array  # (N, m, m) S⁻¹
-    border: Array  # (N, m, m) S⁻¹U, used in the cyclic case only
+    inverse: Array  # (N, m, m) inverse S⁻¹ of each column's pivot block
+    border: Array  # (N, m, m) S⁻¹U with the coupling U to the border; used in the cyclic case only
 
 
 def _inverter(size: int) -> Any:

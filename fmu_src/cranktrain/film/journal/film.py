@@ -43,7 +43,7 @@ from cranktrain.film.journal.rupture import rupture_pressure
 
 _STRAIGHT = np.concatenate([np.polynomial.legendre.leggauss(8), np.zeros((1, 8))])
 
-# Indices of the result of journal_film.
+# Indices of the result of journal_film: force and moments (4), stiffness (4 × 4), damping (4 × 4).
 FORCE, STIFFNESS, DAMPING, OUT_SIZE = 0, 4, 20, 36
 
 
@@ -142,7 +142,7 @@ def _film(grid, ratio2, motion, work):
 
 @kernel
 def _distances(n, middle, end, zeta, profile, out):
-    """Compute the distances H of the surfaces along an axial line, in ``out``; returns the least."""
+    """Compute the distances H of the surfaces along an axial line, in ``out``. Return the least distance."""
     least = 1.0e300
     for j in range(n):
         out[j] = middle - zeta[j] * end + profile[j]
@@ -152,7 +152,7 @@ def _distances(n, middle, end, zeta, profile, out):
 
 @kernel
 def _conductances(n, least, sigma, factor, factors, conduct, slope):
-    """Compute conductances of faces and their derivatives by H; ``conduct`` holds H on entry, ``least`` the least H."""
+    """Compute conductances of faces and their slopes by H. On entry ``conduct`` holds H; ``least`` is the least H."""
     if least >= CLEAR * sigma:
         for j in range(n):
             h = conduct[j]
@@ -167,7 +167,7 @@ def _conductances(n, least, sigma, factor, factors, conduct, slope):
 
 @kernel
 def _growths(n, least, sigma, distance, first, second):
-    """Compute the derivatives of the mean gap by ``distance`` H, in ``first`` and ``second``; ``least`` H is given."""
+    """Compute the first and second derivative of the mean gap by the ``distance`` H; ``least`` is the least H."""
     if least >= CLEAR * sigma:
         for j in range(n):
             first[j] = 1.0
@@ -233,7 +233,7 @@ def journal_tangents(grid, motion, work, active, out):
 
 @kernel
 def _sums_around(grid, adjoint, work, i, after):
-    """Return sums of flow slope times adjoint (4) over the faces from column i to ``after``, and the same times ζ."""
+    """Return sums of flow slope times adjoint (4) over faces from column i to ``after``, without and with factor ζ."""
     s = t = ZEROS
     for j in range(grid.axial.shape[1] - 1):
         flow = work.slope[0, i, j] * (work.pressure[after, j] - work.pressure[i, j])
@@ -245,7 +245,7 @@ def _sums_around(grid, adjoint, work, i, after):
 
 @kernel
 def _sums_across(grid, adjoint, work, i):
-    """Return sums of flow slope times adjoint (4) over the axial faces of column i, and the same times ζ."""
+    """Return sums of flow slope times adjoint (4) over the axial faces of column i, without and with factor ζ."""
     p = work.pressure
     n = grid.axial.shape[1] - 1
     q = r = ZEROS
@@ -263,7 +263,7 @@ def _sums_across(grid, adjoint, work, i):
 
 @kernel
 def _sums_of_growth(grid, motion, adjoint, work, i):
-    """Return sums (4) over column i of source and force terms by the gap's second derivative, and the same with ζ."""
+    """Return sums (4) over column i of source and force terms by the gap's second derivative, without and with ζ."""
     guembel = int(grid.settings[at.RUPTURE]) == at.GUEMBEL
     c = work.angle[at.COS, i]
     s = work.angle[at.SIN, i]
@@ -312,8 +312,7 @@ def film_observables(grid, work):
     highest = -1.0
     for i in range(columns):
         for j in range(n):
-            # Next to an end the weight of source and force exceeds the cell. If the film is too thin for the axial
-            # step, the pressure is too large by the same ratio, so it is reduced here.
+            # Next to an end, a film too thin for the axial step gives a pressure too large by weight over cell.
             value = p[i, j] * min(axial[at.CELL, j] / axial[at.WEIGHT, j], 1.0)
             if value > highest:
                 highest = value
@@ -343,7 +342,7 @@ def film_observables(grid, work):
 
 @kernel
 def film_shear(ex, ey, tx, ty):
-    """Return :func:`shell_shear` of a film between smooth surfaces in a straight shell."""
+    """Return the shear factor ½ ∫∫ h′/h dφ dζ of a film between smooth surfaces in a straight shell."""
     return shell_shear(Motion(ex, ey, tx, ty, 0.0, 0.0, 0.0, 0.0), _STRAIGHT, SMOOTH)
 
 

@@ -26,14 +26,14 @@ RUPTURES = {"reynolds": SWIFT_STIEBER, "full": FULL, "guembel": GUEMBEL}
 PRESETS = {"loop": (64, 12), "default": (96, 16), "fine": (192, 32)}
 """Presets of the grid: circumferential intervals, axial intervals over the full width."""
 GRADING = 0.85
-"""Ratio of m to the eccentricity in the substitution."""
+"""Ratio of the concentration m of the circumferential nodes to the eccentricity."""
 EDGE_GRADING = 0.7
 """Weight a of the sine in the axial spacing ζ(s) = (1 − a) s + a sin(π s/2): 0 is uniform, 1 Chebyshev's."""
 
 WIDE, WIDEST = 4.0, 1000.0
 """Range of B/D within which the concentration of axial nodes at the ends increases with B/D."""
 
-# Rows of JournalGrid.circle and JournalWork.angle, rows of JournalGrid.axial, entries of settings and of squeeze.
+# Rows of JournalGrid.circle and JournalWork.angle; then rows of JournalGrid.axial, entries of settings, of squeeze.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
 ZETA, CELL, WEIGHT, FACE_ZETA, PER_DISTANCE, PROFILE, FACE_PROFILE, AXIAL_ROWS = range(8)
 RUPTURE, NODE_GRADING, SIDES, STRIP, ROUGHNESS, EDGE = range(6)
@@ -87,15 +87,15 @@ class JournalWork(NamedTuple):
     slope: Array  # (2, N, m + 1) derivatives of the conductances by the distance of the surfaces
     growth: Array  # (2, N, m) first and second derivative of the mean gap by the distance of the surfaces, at nodes
     matrix: Array  # (2, N, m + 1) diagonal and axial coupling
-    around: Array  # (N, m)
-    used: Array  # (N,)
-    inverse: Array  # (N, m, m)
-    border: Array  # (N, m, m)
-    source: Array  # (N, m)
-    pressure: Array  # (N, m)
-    unit: Array  # (N, m, 4)
-    adjoint: Array  # (N, m, 4)
-    carried: Array  # (m, m)
+    around: Array  # (N, m) coupling of each column's nodes to the next column
+    used: Array  # (N,) number of unknowns of each column
+    inverse: Array  # (N, m, m) inverse pivot blocks, see cranktrain.film.journal.blocks.Ring
+    border: Array  # (N, m, m) factors of a closed ring, see cranktrain.film.journal.blocks.Ring
+    source: Array  # (N, m) source of each cell
+    pressure: Array  # (N, m) pressure of each node
+    unit: Array  # (N, m, 4) sources, then pressures, by the four unit velocities
+    adjoint: Array  # (N, m, 4) sources, then solutions, of the tangents' adjoint problem
+    carried: Array  # (m, m) scratch
     squeeze: Array  # (5,) (vx, vy, wx, wy) of the Motion, (D/L)²
 
 

@@ -21,7 +21,7 @@ AHEAD = 0.3
 
 @kernel
 def rupture_pressure(grid, at, work, active):
-    """Solve the complementarity problem at a Motion; returns the number of iterations, negative on failure."""
+    """Solve for pressure and rupture of the film at a Motion. Return the number of iterations, negative on failure."""
     axial = grid.axial
     blocked = grid.blocked
     columns = blocked.shape[0]
@@ -38,7 +38,7 @@ def rupture_pressure(grid, at, work, active):
             elif rupture != SWIFT_STIEBER or at_rest:
                 active[i, j] = 1.0
             elif cold:
-                # A guess that is too large converges faster than one that is too small, which grows column by column.
+                # An initial set that is too large converges fast; a set that is too small grows only column by column.
                 least = -AHEAD * fastest * work.width[0, i] * axial[WEIGHT, j] if j < n else 0.0
                 active[i, j] = 1.0 if work.source[i, j] > least else 0.0
             else:
@@ -74,7 +74,7 @@ def rupture_pressure(grid, at, work, active):
 
 @kernel
 def _sources(axial, at, work):
-    """Compute the cell sources of a Motion, in ``work.source``; returns the largest source and the fastest approach."""
+    """Compute the cell sources of a Motion, in ``work.source``. Return the largest source and the fastest approach."""
     largest = 0.0
     fastest = 0.0
     for i in range(work.source.shape[0]):
@@ -103,7 +103,7 @@ def unit_sources(axial, work, share, unit):
 
 @kernel
 def _foresee(n, blocked, at, work, active, tolerance):
-    """Predict the active set at the new velocity from the last unit solutions, if these belong to the same set."""
+    """Predict the active set at the new velocity from the last unit solutions, if they belong to the present set."""
     columns = active.shape[0]
     p = work.pressure
     for i in range(columns):
@@ -125,7 +125,7 @@ def _foresee(n, blocked, at, work, active, tolerance):
 
 @kernel
 def _change_set(n, blocked, work, active, tolerance):
-    """Remove nodes in tension and add nodes with a positive surplus; returns the number of changes."""
+    """Remove nodes in tension from the active set, add nodes with positive surplus. Return the number of changes."""
     columns = active.shape[0]
     p = work.pressure
     around = work.conduct[0]
@@ -179,7 +179,7 @@ def _share_of_compression(n, p, share):
 
 @kernel
 def ring_matrix(n, work, active):
-    """Compute the matrix of the active set; returns the first column of the ring, and whether the ring is closed."""
+    """Compute the matrix of the active set. Return the first column of the ring, and whether the ring is closed."""
     columns = active.shape[0]
     padded = active.shape[1]
     around = work.conduct[0]

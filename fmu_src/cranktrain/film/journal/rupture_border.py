@@ -24,7 +24,7 @@ from cranktrain.film.journal.rupture import ring_matrix, unit_sources
 
 @kernel
 def border_tangents(grid, at, work, active, out):
-    """Correct the tangents of ``journal_film`` in ``out`` (36,), not its force; returns 0, or 1 for a failed pivot."""
+    """Correct the tangents (not the force) of ``journal_film`` in ``out`` (36,). Return 0, or 1 for a failed pivot."""
     if int(grid.settings[RUPTURE]) != SWIFT_STIEBER:
         return 0
     n = grid.axial.shape[1] - 1
@@ -43,7 +43,7 @@ def border_tangents(grid, at, work, active, out):
 
 @kernel
 def _move_border(n, blocked, work, active):
-    """Adapt the matrix of the unit solutions to the position of the border, by the conductance of the faces there."""
+    """Adapt the matrix of the unit solutions to the rupture border's position, by the conductance of faces at it."""
     columns = active.shape[0]
     p = work.pressure
     around = work.conduct[0]

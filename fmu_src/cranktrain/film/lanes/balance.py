@@ -94,7 +94,7 @@ def _column(work, group, position, n_phi, n_z, factors, thickens):
         own = slope * (to_after * by_own + to_before * by_own_last)
         put_eight(nodes, (at.AFTER, q), free * (to_after * by_next * eight(nodes, (at.SLOPE, q + 1))))
         put_eight(nodes, (at.BEFORE, q), free * (to_before * by_last * eight(nodes, (at.SLOPE, q - 1))))
-        # Growth of the oil stored in a node, whose form depends on the node's state at the step's start.
+        # Growth of the oil stored in a node; the formula depends on whether the node was void at the step's start.
         void = eight(nodes, (at.VOID, q))
         was_void = eight(nodes, (at.WAS_VOID, q))
         was_full = one_ - was_void
@@ -105,7 +105,7 @@ def _column(work, group, position, n_phi, n_z, factors, thickens):
         put_eight(nodes, (at.OWN, q), free * own)
         put_eight(nodes, (at.SQUEEZE, q), free * (was_full * slope))
         put_eight(work.columns, (row, 0), none - free * flow)
-        # Derivatives by the node's own unknown and those of its neighbours.
+        # Derivatives of the balance by the unknown of the node and by the unknowns of its neighbours.
         h = eight(faces, (at.FACE_OPEN, f))
         h_up = eight(faces, (at.FACE_OPEN, up * n_z + line - 1))
         g = around * (h * h * h)
@@ -147,7 +147,7 @@ def _column(work, group, position, n_phi, n_z, factors, thickens):
 
 @kernel
 def take_sides(film, work, group, unknowns, own):
-    """Compute pressure and void fraction of nodes from unknowns (b, N n) of films ``own`` (8,), unless resident."""
+    """Compute pressure and void fraction of nodes from unknowns (b, N n) of films ``own`` (8,), unless RESIDENT."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2

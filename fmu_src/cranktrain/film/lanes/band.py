@@ -15,7 +15,7 @@ DEAD = 1.0e-25
 
 @kernel
 def factor_lanes(a, n, width, lane, failed):
-    """Factor in place; diagonals are replaced by inverses. ``lane[failed]`` is set to 1 if a pivot is not positive."""
+    """Factor in place, with inverse diagonals. A lane with a pivot that is not positive gets 1 in ``lane[failed]``."""
     bad = eight(lane, failed)
     for j in range(n):
         pivot = eight(a, (j, width))

@@ -204,7 +204,7 @@ def _start_gaps(film, work, group):
 
 @inlined_kernel
 def _start_gap(film, work, group, position, cos, line, q, to, out):
-    """Compute the distance of the surfaces at a point of all lanes, in entry ``to`` of ``out``; ``cos``: its column."""
+    """Compute the distance of the surfaces at a point of all lanes, in ``out[to]``; ``cos`` is a column of trig."""
     wide = work.wide
     trig = work.trig[group, position]
     shapes = work.shapes[group, q]
@@ -222,7 +222,7 @@ def _start_gap(film, work, group, position, cos, line, q, to, out):
 
 @inlined_kernel
 def _limited_transport(work, group, position, n_phi, n_z):
-    """Compute the second-order correction of face contents, with monotonised central limiter, by the sense of speed.
+    """Compute the second-order correction of face contents, with monotonised central limiter, upwind in each lane.
 
     Row NEXT holds the voids, row PRESSING the gaps.
     """
@@ -253,7 +253,7 @@ def _limited_transport(work, group, position, n_phi, n_z):
 
 @inlined_kernel
 def _weights(work, group, position, n_z):
-    """Compute the weights of one column's pressures along ζ, as :mod:`cranktrain.film.elastic.weights`."""
+    """Compute the weights of one column's pressures along ζ by the rule of :mod:`cranktrain.film.elastic.weights`."""
     nodes = work.nodes[group]
     lines = work.lines
     first = position * (n_z + 2)
@@ -262,7 +262,7 @@ def _weights(work, group, position, n_z):
     for line in range(n_z + 2):
         put_eight(nodes, (at.WEIGHT, first + line), none)
         put_eight(nodes, (at.CHANGE, first + line), none)
-        # Weight of each line without the term of q′; a line loses at most half of this weight.
+        # Weight of each line without the term of the flow's slope q′, by which a line loses at most half of its weight.
         h = eight(nodes, (at.OPEN, first + line))
         part = none
         if line > 0:
@@ -289,7 +289,7 @@ def _weights(work, group, position, n_z):
 
 @inlined_kernel
 def _bend(work, group, first, line, before, after, n_z):
-    """Add the term of q′ of the spacing after a line; ``before``, ``after`` are 1 if that neighbour spacing counts."""
+    """Add the flow slope's term for the spacing after a line; ``before``, ``after`` are 1 if that neighbour counts."""
     nodes = work.nodes[group]
     lines = work.lines
     none = all_eight(0.0)
@@ -322,7 +322,7 @@ def _bend(work, group, first, line, before, after, n_z):
     bend = choose(counts, bend, none)
     by_high = bend * high_over
     by_low = bend * low_over
-    # In a single film: weights[high] += by_high, weights[high + 1] -= by_high, and the opposite with low.
+    # In a single film this is weights[high] += by_high, weights[high + 1] -= by_high; ``low`` has opposite signs.
     after_high = choose(after > 0.0, by_high, none)
     here_high = by_high - after_high
     before_low = choose(before > 0.0, by_low, none)

@@ -338,7 +338,7 @@ def border_equations(film, work, right_sides, moving):
 
 @kernel
 def eliminate(film, work, right_sides):
-    """Solve the border, 1 + C K with stiffness K of film and contact, by Gauss without pivoting; marks failed lanes."""
+    """Solve the border equations 1 + C K (stiffness K of film and contact) without pivoting, and mark failed lanes."""
     n = int(film.constants[one.N_SHAPES])
     right = at.MOST_SHAPES
     a = work.border

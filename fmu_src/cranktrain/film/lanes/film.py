@@ -48,7 +48,7 @@ LEAST_SIDE = 1.0e-5
 
 @kernel
 def solve_films(film, work, group, per_step, per_gain):
-    """Iterate to convergence; the last step of every lane is computed but not yet applied.
+    """Iterate Newton's method to convergence; the last step of every lane is computed but not yet applied.
 
     Only lanes in ``work.wanted`` iterate. ``work.status`` returns the iterations of each lane, 0 if it failed. Returns
     the iterations of the group.
@@ -281,7 +281,7 @@ def _tangent_unit(film, work, c):
 
 @kernel
 def _answer(film, work, group, moving):
-    """Compute load changes by the eight sources in ``columns``, shapes included; the first ``moving`` by x, y, a, b."""
+    """Compute load changes by eight sources, with bore shapes; the first ``moving`` are displacements x, y, a, b."""
     n_z = int(film.constants[one.N_Z])
     solve_lanes(work.band, int(film.constants[one.N_PHI]) * n_z, n_z, work.columns)
     solution_loads(film, work, group, at.SIDES)
@@ -292,7 +292,7 @@ def _answer(film, work, group, moving):
 
 @kernel
 def _force_changes(film, work):
-    """Add the contribution of the shapes to the force changes by the last sources at fixed shapes."""
+    """Add the contribution of the bore shapes to the force changes, which were computed with fixed shapes."""
     for m in range(4):
         for t in range(at.SIDES):
             total = eight(work.loads, (m, at.SIDES + t))

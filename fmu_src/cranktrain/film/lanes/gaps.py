@@ -11,7 +11,7 @@ from cranktrain.film.lanes import grid as at
 
 @inlined_kernel
 def table_place(h, per_sigma):
-    """Return the row position of a gap in the table, and its distance below the first row in u."""
+    """Return the row position of a gap in the table, and the distance of the gap below the first row, in u = H/σ."""
     u = (h * per_sigma - at.LOWEST_U) * at.PER_U
     below = least_of(u, all_eight(0.0))
     return most_of(u, all_eight(0.0)), below * (1.0 / at.PER_U)
@@ -19,7 +19,7 @@ def table_place(h, per_sigma):
 
 @inlined_kernel
 def hermite(table, row, t, value, slope):
-    """Interpolate a column with its slopes by u between two rows, at t in [0, 1); returns value and slope per row."""
+    """Interpolate a column with its slopes by u between two rows, at t in [0, 1). Return value and slope per row."""
     a = looked_up(table, row, value)
     b = looked_up(table, row + 1.0, value)
     da = looked_up(table, row, slope) * (1.0 / at.PER_U)
@@ -80,7 +80,7 @@ def open_gaps(film, work, group, per_sigma, sigma):
 
 @inlined_kernel
 def whole(place):
-    """Return the integer part of singles from 0 to 2²³; larger singles have no fractional part."""
+    """Return the integer part of single-precision numbers from 0 to 2²³; larger numbers have no fractional part."""
     big = 8388608.0
     rounded = (place + big) - big
     return choose(rounded > place, rounded - 1.0, rounded)

@@ -29,7 +29,7 @@ SIDES = 8
 """Number of right-hand sides solved together: residual and shapes, or positions and velocities of the journal."""
 MOST_SHAPES = SIDES - 1
 
-# Fields of nodes, including those at the ends.
+# Fields of nodes in LaneWork.nodes; the nodes at both ends are included.
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, MASS, WAS_VOID, WEIGHT, START = range(11)
 # Field of the oil at the step's start, the constant part of MASS.
 START_MASS = 24
@@ -45,30 +45,37 @@ FACE_FIELDS = 8
 COS, SIN, FACE_COS, FACE_SIN = range(4)
 # Columns of LaneWork.lines: ζ, width of contact, 1/(Δζ w) towards the next and the previous line.
 ZETA, WIDTH, AFTER_SIDE, BEFORE_SIDE = range(4)
-# Rows of LaneWork.lane, singles: ½ω/Δφ forward and backward (1/s), supply pressure over p₀, 1/p₀ for contact (1/Pa),
-# pressure step of the oil table, signed rate of the limited transport (1/s), fraction of the Newton step, highest
-# pressure, changed sides, largest change; masks and largest gap change. MOVE and PACE begin the displacement of the
-# journal since the step's start and its velocity, STEP and RATE those of the shapes, all over the clearance.
+# Rows of LaneWork.lane, in single precision:
+# FORWARD, BACKWARD: ½ω/Δφ of forward and backward rotation (1/s). SUPPLY: supply pressure over p₀.
+# PER_UNIT: 1/p₀ for contact (1/Pa). PER_OIL_STEP: pressure step of the oil table.
+# EXTRA_RATE: signed rate of the limited transport (1/s). SHARE: fraction of the Newton step.
+# HIGHEST_PRESSURE, CHANGED, MOVED: highest pressure, mark of changed sides (0: none), largest change.
+# ACTIVE, FAILED, DONE: masks. MOST: largest change of the gap.
+# MOVE, PACE: displacement of the journal since the step's start and its velocity, over the clearance.
+# STEP, RATE: displacements of the bore shapes since the step's start and their velocities, over the clearance.
 FORWARD, BACKWARD, SUPPLY, PER_UNIT, PER_OIL_STEP, EXTRA_RATE, SHARE, HIGHEST_PRESSURE, CHANGED, MOVED = range(10)
 ACTIVE, FAILED, MOST, DONE = 10, 11, 12, 13
 MOVE, PACE = 14, 18
 STEP = 22
 RATE = STEP + SIDES
 LANE_ROWS = RATE + SIDES
-# Rows of LaneWork.wide, doubles: journal position, its velocity, position at the step's start; shapes, shapes at the
-# step's start, Δ of the stage; all over the clearance. Speed, viscosity, p₀ and row of the oil table follow.
+# Rows of LaneWork.wide, in double precision:
+# PLACE, VELOCITY, START_PLACE: journal position, journal velocity, position at the step's start, over the clearance.
+# SHIFT, START_SHIFT, KNOWN: bore shapes, shapes at the step's start, Δ of the stage's rule, over the clearance.
+# SPEED, ETA, UNIT, OIL_ROW: speed (rad/s), viscosity (Pa s), p₀ and row of the oil table.
 PLACE, VELOCITY, START_PLACE = 0, 4, 8
 SHIFT, START_SHIFT, KNOWN = 12, 20, 28
 SPEED, ETA, UNIT, OIL_ROW = 36, 37, 38, 39
 WIDE_ROWS = 40
-# Columns of a group's marks. RESIDENT: ``nodes`` hold the last solution of the lane's film. ALONE: the film is solved
-# alone, because its tolerance is too fine for singles.
+# Columns of LaneWork.marks. RESIDENT: the lane's ``nodes`` hold the last solution of its film.
+# ALONE: the film is solved alone, because its tolerance is too fine for single precision.
 CUT, PREPARED, SIGN, RESIDENT, STAGED, ALONE, MARKS = range(7)
-# Columns of the table over the gap: mean gap over σ with two derivatives by u = H/σ, contact pressure and its
-# derivative by u (Pa), fraction of the area in contact.
+# Columns of LaneWork.gaps, a table over u = H/σ:
+# MEAN, MEAN_SLOPE, MEAN_BEND: mean gap over σ with two derivatives by u.
+# PRESS, PRESS_SLOPE, AREA: contact pressure (Pa) and its derivative by u, fraction of the area in contact.
 MEAN, MEAN_SLOPE, MEAN_BEND, PRESS, PRESS_SLOPE, AREA = range(6)
 LOWEST_U, PER_U = -20.0, 16.0
-"""First u of the table and rows per unit of u, chosen so that interpolation has the accuracy of singles."""
+"""First u of the table and rows per unit of u, so that interpolation has single-precision accuracy."""
 
 
 class LaneWork(NamedTuple):
@@ -82,18 +89,18 @@ class LaneWork(NamedTuple):
     supply: Any  # (g, N n × 8) 1 for nodes at supply pressure
     lines: Any  # (n + 2, 4) axial lines, common to all lanes
     gaps: Any  # (m, 6) table of mean gap and contact over u
-    marks: Array  # (g, 8, MARKS) of each lane
-    nodes: Any  # (g, NODE_FIELDS, N (n + 2) × 8)
-    faces: Any  # (g, FACE_FIELDS, N n × 8)
+    marks: Array  # (g, 8, MARKS) marks of each lane, see CUT
+    nodes: Any  # (g, NODE_FIELDS, N (n + 2) × 8) fields of nodes, see FILM
+    faces: Any  # (g, FACE_FIELDS, N n × 8) fields of faces, see FACE_FILM
     band: Any  # (N n, (2 n + 1) × 8) matrix of the oil balance of the present group
     columns: Any  # (N n, 8 × 8) right-hand sides and solutions, first of residual and shapes, then of the journal
     loads: Any  # (11, 16 × 8) generalised forces of solutions, first of the shapes, then of the last sources
     touching: Any  # (11, 11 × 8) derivatives of the loads at fixed pressure
     border: Any  # (7, 15 × 8) equations of the shapes
-    lane: Any  # (LANE_ROWS × 8,) values of each lane in singles
-    wide: Array  # (WIDE_ROWS × 8,) values of each lane in doubles
-    sums: Array  # (16 × 8,) loads in doubles
-    total: Array  # (8,) a sum in doubles
+    lane: Any  # (LANE_ROWS × 8,) values of each lane in single precision, see FORWARD
+    wide: Array  # (WIDE_ROWS × 8,) values of each lane in double precision, see PLACE
+    sums: Array  # (16 × 8,) loads of each lane in double precision
+    total: Array  # (8,) scratch for one sum in double precision
     own: Array  # (8,) numbers of the films in the lanes
     asked: Array  # (8,) 1 for lanes that the caller requested
     wanted: Array  # (8,) in: 1 for requested lanes; out: 1 for those that converged
@@ -106,7 +113,7 @@ def _singles(*shape: int) -> Singles:
 
 
 def _lanes(*shape: int) -> Singles:
-    """Return an array of eight singles for every entry of ``shape``."""
+    """Return an array of eight single-precision numbers for every entry of ``shape``."""
     return _singles(*shape[:-1], LANES * shape[-1])
 
 
@@ -144,7 +151,7 @@ def gap_table(film: ElasticFilm) -> Singles:
 
 @kernel
 def fill_gaps(table, contact, contact_table):
-    """Fill the ``table`` (m, 6) of :func:`gap_table`; ``contact`` and ``contact_table`` are those of a film."""
+    """Fill the ``table`` (m, 6) of :func:`gap_table`; ``contact`` and ``contact_table`` are fields of a film."""
     sigma = contact[SIGMA]
     for k in range(table.shape[0]):
         u = LOWEST_U + k / PER_U

@@ -12,8 +12,8 @@ from cranktrain.film.lanes.film import film_tangents, solve_films, take_last_ste
 from cranktrain.film.lanes.result import film_figures, film_forces
 
 LEAST_MOBILITY = 1.0e-3
-"""Mobility of oil below which a film is left to the solver of single films. Tangents of lanes have an error of 2e-4 at
-0.04 and are useless at 1e-7."""
+"""Mobility of oil below which a film is solved alone in double precision. Tangents of films in lanes have an error of
+2e-4 at a mobility of 0.04 and are useless at 1e-7."""
 
 
 @kernel
@@ -67,7 +67,7 @@ def solve_group(film, work, group, clock, memory):
 
 @kernel
 def _flows(film, work, group, c):
-    """True if the oil is mobile enough at all nodes; otherwise singles cannot resolve pressures of adjacent nodes."""
+    """True if the oil is mobile enough at all nodes; else single precision cannot resolve neighbouring pressures."""
     if film.constants[one.OIL_STEP] == 0.0:
         return True
     nodes = work.nodes[group]

@@ -263,7 +263,7 @@ def _extreme(film, nodes, field, q, c):
 
 @kernel
 def _crest(film, work, group, q, c):
-    """Return the rise of pressure above the highest node towards its axial neighbours, as for a single film."""
+    """Return the rise of pressure above the highest node , between this node and its axial neighbours."""
     lines = int(film.constants[one.N_Z]) + 2
     nodes = work.nodes[group]
     i = q // lines

@@ -52,7 +52,7 @@ class AxialJoint(NamedTuple):
 
     constants: Array  # (3,) k (N/m), c (N s/m), μ/r (1/m; negative: bolted)
     start: Array  # (1,) z at the step's start, m
-    known: Array  # (1,) Δ of the stage, m
+    known: Array  # (1,) Δ of the stage's rule ż = (z − Δ)/g, m
     deflection: Array  # (1,) z at the stage, m
     rates: Array  # (stages,) ż of each stage, m/s
 
@@ -79,7 +79,7 @@ def axial_joint_law(record, action, i, place, velocity, numbers, memory, out):
 
 @inlined_kernel
 def joint_force(own, action, motion, numbers, memory, out):
-    """Carry out an action of the joint ``own`` at ``motion``: slip (m), its velocity (m/s), torque (N m); returns 0."""
+    """Carry out an action of the joint ``own`` at ``motion``: slip (m), slip velocity (m/s), torque (N m). Return 0."""
     slip, v, torque = motion
     if action in (FORCE, CLOSE_STAGE):
         if own.constants[LIMIT_BY_TORQUE] < 0.0:

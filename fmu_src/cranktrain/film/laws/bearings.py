@@ -1,4 +1,4 @@
-"""Assembly of a model's bearings: makes the data of a registered law, compiles its kernel and stores both addresses."""
+"""Assembly of a model's bearings: makes a registered law's data, compiles its kernel, stores the addresses of both."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
 
 
 def axial_joint_film(path: AxialPath) -> Films:
-    """Make the axial joint of the drive line as a film with one connection."""
+    """Make the axial joint of the drive line as :class:`Films` with one connection."""
     films = no_films(1)
     films.traits[0, MEMORY] = REMEMBERED
     return enter(films, resolve(AXIAL_JOINT.kernel), resolve(AXIAL_JOINT.record)(path))

@@ -123,20 +123,20 @@ class ElasticMemory(NamedTuple):
     start_place: Array  # (b, 4) journal position at the step's start, axes of the bore, m
     start_pace: Array  # (b, 4) journal velocity at the step's start, axes of the bore, m/s
     start_shapes: Array  # (b, k) shape amplitudes at the step's start, m
-    start_rates: Array  # (b, k) their rates at the step's start, m/s
-    known: Array  # (b, k) Δ of the stage, m
+    start_rates: Array  # (b, k) rates of the shape amplitudes at the step's start, m/s
+    known: Array  # (b, k) Δ of the stage's rule δ̇ = (δ − Δ)/g, m
     unknowns: Array  # (b, N) node unknowns at the stage
     shapes: Array  # (b, k) shape amplitudes at the stage, m
     rates: Array  # (stages, b, k) δ̇ of each stage, m/s
     motions: Array  # (b, 2, 4) journal positions (m) and velocities (m/s), axes of the bore
     speeds: Array  # (b,) sum of the speeds of journal and bore, axes of the bore, rad/s
-    out: Array  # (b, OUT_SIZE)
-    calls: Array  # (b, CALLS) see SOLVED
-    peaks: Array  # (b, PEAKS) see PEAK
-    content: Array  # (b, CONTENT, N), see film.elastic.content; (b, CONTENT, 0) of compressible oil
+    out: Array  # (b, OUT_SIZE) result of each film, see film.elastic.grid
+    calls: Array  # (b, CALLS) counters and status of each film, see film_solution.SOLVED
+    peaks: Array  # (b, PEAKS) largest pressure of the present cycle, see pressure_peak.PEAK
+    content: Array  # (b, CONTENT, N) oil content, see film.elastic.content; (b, CONTENT, 0) for compressible oil
     content_rates: Array  # (stages, b, N) ṁ of each stage over the clearance, 1/s
     content_ends: Array  # (b, N) ṁ over the clearance at the last stage, for the next step, 1/s
-    solved: Array  # (stages, b, N) node unknowns at each stage; (stages, b, 0) of compressible oil
+    solved: Array  # (stages, b, N) node unknowns at each stage; (stages, b, 0) for compressible oil
     slopes: Array  # (b, N) rates of the node unknowns at the step's start, 1/s
     times: Array  # (b, stages) time from the step's start to each solved stage, s; 0 if not solved
 
@@ -149,7 +149,7 @@ class ElasticBore(NamedTuple):
     memory: ElasticMemory
     contact_height: Array  # (1,) lower bound of the gap (m) in the relative rate of closing
     viscosities: Array  # (b,) Pa s
-    oil_law: Array  # (2,) pressure dependence of the oil: law and slope (1/Pa), see engine.lubricant
+    oil_law: Array  # (2,) pressure dependence of the viscosity: kind and slope (1/Pa), see engine.lubricant
     lanes: LaneWork  # workspace of films solved side by side; without groups if each film is solved alone
 
 
@@ -171,7 +171,7 @@ def elastic_bore(
 
 
 def lanes_of(film: ElasticFilm, count: int) -> LaneWork:
-    """Workspace of films solved side by side; no groups for compressible oil, whose films are solved one at a time."""
+    """Return the workspace of films solved side by side, without groups if the oil is compressible."""
     alone = film.constants[COMPRESSIBLE] > 0.0 or film.constants[N_SHAPES] > MOST_SHAPES
     return lane_work(film, 0 if alone else count)
 
@@ -218,8 +218,7 @@ def elastic_arrays(
     oil: OilTables | None = None,
 ) -> ElasticFilm:
     """Return the data of one elastic film at ``viscosity`` (Pa s); the main bearings differ in viscosity only."""
-    # The edges of the groove are lines of the grid, because rounding the groove to existing lines would change least
-    # films by a quarter.
+    # Groove edges are grid lines, because rounding the groove to existing lines would change least films by a quarter.
     grid = replace(grid, groove=bearing.supply_width / bearing.width)
     zetas, angles = grid.zetas, grid.angles
     across = np.abs(zetas[1:-1]) <= grid.groove + 1.0e-9
@@ -248,7 +247,7 @@ def pressure_peaks(films: Films) -> Array | None:
 
 
 def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
-    """Memory of ``bearings`` films, initially filled with oil and with round bores."""
+    """Make the memory of ``bearings`` films, initially filled with oil and with round bores."""
     size = int(film.constants[N_PHI] * film.constants[N_Z])
     k = int(film.constants[N_SHAPES])
     z = np.zeros
@@ -389,7 +388,7 @@ def _take_limits(constants, tolerance):
 
 @kernel
 def _take_oil(bore, i, viscosity):
-    """Set the viscosity of film i, Pa s; returns 1 if it is too low for the law of viscosity over pressure."""
+    """Set the viscosity of film i, Pa s. Return 0, or 1 if it is too low for the law of viscosity over pressure."""
     bore.viscosities[i] = viscosity
     constants = bore.film.constants
     if constants[OIL_STEP] == 0.0:

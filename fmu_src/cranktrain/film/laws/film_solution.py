@@ -22,7 +22,7 @@ solutions with tangents, Newton iterations. Then 1 if the film is lined up, 1 if
 present motion, and the status of this solution. The last two columns count, over the whole run, solutions and Newton
 iterations of a group of films, in the row of the group's first film."""
 IN_DOUBLES = 1.0e-6
-"""Newton tolerance (clearances) at or below which films are solved in doubles; lane forces are accurate to 2e-6."""
+"""Newton tolerance (clearances) at or below which films are solved in double precision, because lanes reach 2e-6."""
 
 
 @kernel
@@ -82,7 +82,7 @@ def close_content(bore, i, numbers):
 
 @inlined_kernel
 def _time_of_voids(own, numbers):
-    """Time (s) over which void fractions change: g of the stage; without staged oil, the time from the step's start."""
+    """Return the time (s) over which void fractions change: g of the stage; for unstaged oil, since the step began."""
     return numbers[GAIN] if own.content.shape[2] > 0 else numbers[ELAPSED]
 
 
@@ -96,7 +96,7 @@ def line_up(bore, i):
 
 @kernel
 def force_solved(bore, i, numbers):
-    """Solve film i for its force; return the status."""
+    """Solve film i for its force. Return the status of the solution."""
     calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:
@@ -109,7 +109,7 @@ def force_solved(bore, i, numbers):
 
 @kernel
 def stage_closed(bore, i, numbers):
-    """Solve film i at the converged position of a stage; return the status."""
+    """Solve film i at the converged position of a stage. Return the status of the solution."""
     calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:
@@ -127,7 +127,7 @@ def stage_closed(bore, i, numbers):
 def solve_alone(bore, i, numbers, tangents):
     """Solve film i at a stage, write the result to ``memory.out[i]`` and return the status."""
     own = bore.memory
-    # All other data are common to the films.
+    # The films differ in viscosity only; all other data are shared.
     bore.film.constants[VISCOSITY] = bore.viscosities[i]
     bore.film.constants[OIL_ROW] = i
     history = FilmHistory(

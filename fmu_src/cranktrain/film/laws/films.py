@@ -37,12 +37,14 @@ from cranktrain.core.reduced_body import Array
 
 IntArray = NDArray[np.int64]
 
-# Indices of positions, velocities and forces of a journal: its middle, and its end against the middle.
+# Indices of positions, velocities and forces of a journal: of the middle, and of the end relative to the middle.
 X, Y, END_X, END_Y = range(4)
 
-# Indices of ``out``: forces (4), tangents by place and by velocity (4 × 4 each, row-major), eccentricity, friction
-# torque on the journal (N m), iterations of the solver, largest pressure (Pa), side flow (m³/s), least gap (m) and its
-# angle (rad). The gap is negative for a bore that is a rigid circle.
+# Indices of ``out``, the result of a law, which begins with forces (4):
+# BY_PLACE, BY_VELOCITY: tangents by position and by velocity (4 × 4 each, row-major).
+# ECCENTRICITY; FRICTION: friction torque on the journal (N m); PASSES: iterations of the solver.
+# P_MAX, FLOW: largest pressure (Pa) and side flow (m³/s).
+# GAP, GAP_ANGLE: least gap (m), negative for a bore that is a rigid circle, and angle of the least gap (rad).
 BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES = 4, 20, 36, 37, 38
 P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 
@@ -50,19 +52,25 @@ P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
 
 PAIR = 2
-"""Size of a memory of one quantity and its time rate; such a memory may be interpolated within a step."""
+"""Size of a memory that holds one quantity and its time rate, and may be interpolated within a step."""
 FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM, LINE_UP = range(10)
-# Columns of ``numbers``: sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time from
-# the step's start to the stage (s), step (s), g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 if the
-# law may keep its last tangents; difference of the speeds of journal and bore (rad/s); angle of the frame, whole turns
-# included (rad); viscosity at ambient pressure (Pa s), for OIL; Newton tolerance of the ports (clearances), for OIL;
-# gas pressure less crankcase pressure (Pa), for laws of a cylinder; speed (rad/s) of the bore's axes if the bore turns
-# (big end with a memory), else 0. Then cosine and sine are those of the frame's angle relative to the bore.
+# Columns of ``numbers``, the arguments that a law's connections share:
+# SPEED, RUBBING: sum and difference of the speeds of journal and bore (rad/s).
+# COS, SIN: cosine and sine of the frame's angle, relative to the bore if TURN is not 0.
+# ELAPSED, STEP: time from the step's start to the stage (s), length of the step (s).
+# GAIN, STAGE: g (s) of the stage's rule δ̇ = (δ − Δ)/g, and number of the stage.
+# FROZEN: 1 if the law may keep its last tangents.
+# ANGLE: angle of the frame, whole revolutions included (rad).
+# VISCOSITY, TOLERANCE: for OIL, viscosity at ambient pressure (Pa s), and Newton tolerance of the ports (clearances).
+# PRESSURE: gas pressure less crankcase pressure (Pa), for laws of a cylinder.
+# TURN: speed (rad/s) of the bore's axes if the bore rotates (big end with a memory), else 0.
 SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, TURN = range(14)
 NUMBERS = 15
 
-# Traits of a law: number of values that one film keeps in the state; 1 if its least gap limits the step; 1 if its force
-# has a kink at the contact height; 1 if it takes the action OIL; 1 if it solves films together.
+# Traits of a law:
+# MEMORY: number of values that one film keeps in the state.
+# CLOSES, CONTACT: 1 if the least gap limits the step, 1 if the force has a kink at the contact height.
+# VISCOUS, TOGETHER: 1 if the law takes the action OIL, 1 if it solves films together.
 MEMORY, CLOSES, CONTACT, VISCOUS, TOGETHER, TRAITS = range(6)
 
 
@@ -70,12 +78,12 @@ class Films(NamedTuple):
     """Force laws of b connections, called by address; main bearings come first."""
 
     entry: IntArray  # (b, 3) addresses of the law and of its record, row in the record; 0 without a law
-    traits: Array  # (b, TRAITS)
+    traits: Array  # (b, TRAITS) traits of each connection's law, see MEMORY
     remembered: IntArray  # (b + 1,) offset of each connection's memory; the last entry is the total size
-    place: Array  # (b, 4)
-    velocity: Array  # (b, 4)
-    numbers: Array  # (NUMBERS,)
-    out: Array  # (SIZE,)
+    place: Array  # (b, 4) positions of the next call, see X
+    velocity: Array  # (b, 4) velocities of the next call, see X
+    numbers: Array  # (NUMBERS,) shared arguments of the next call, see SPEED
+    out: Array  # (SIZE,) result of the last call, see BY_PLACE
     solved: Array  # (1,) number of film evaluations outside the film table so far
 
 
@@ -88,7 +96,7 @@ def no_films(bearings: int) -> Films:
 
 
 def join_films(count: int, parts: Sequence[tuple[Films, Sequence[int]]]) -> Films:
-    """Join parts into ``count`` connections: each part fills its rows, and stays alive as long as the result.
+    """Join parts into ``count`` connections. Each part fills its own rows, and lives as long as the result.
 
     Film evaluations outside the film table are counted in the counter of the first part.
     """
@@ -96,13 +104,13 @@ def join_films(count: int, parts: Sequence[tuple[Films, Sequence[int]]]) -> Film
     for part, rows in parts:
         films.entry[list(rows)], films.traits[list(rows)] = part.entry, part.traits
     films.remembered[1:] = np.cumsum(films.traits[:, MEMORY])
-    weakref.finalize(films.entry, len, parts)  # a finalizer's arguments live until then
+    weakref.finalize(films.entry, len, parts)  # keeps the parts alive as long as the result
     return films._replace(solved=parts[0][0].solved)
 
 
 @inlined_kernel
 def film_call(films, action, i, memory, out):
-    """Call the law of film i with its ``place``, ``velocity`` and ``numbers``; return 0 or the code of a failure."""
+    """Call the law of film i with its ``place``, ``velocity`` and ``numbers``. Return 0, or the code of a failure."""
     row = films.entry[i]
     arguments = (row[1], action, row[2], films.place[i], films.velocity[i], films.numbers, memory, out)
     return call_kernel(row[0], arguments)

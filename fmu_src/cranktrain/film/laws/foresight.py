@@ -50,7 +50,7 @@ def foresee(own, i, numbers):
 
 @kernel
 def end_slopes(own, i, stage):
-    """Compute the time rates (1/s) of the unknowns of film i at the end of a step; ``stage`` is the step's last."""
+    """Compute time rates (1/s) of the unknowns of film i at the end of a step, whose last stage is ``stage``."""
     end = own.times[i, stage]
     _, middle = _points(own.times[i], end)
     t = own.times[i, max(middle, 0)]
@@ -68,7 +68,7 @@ def end_slopes(own, i, stage):
 
 @inlined_kernel
 def _points(times, t):
-    """Return the solved stage nearest to time t and the one nearest to half the time of the first; −1 for none."""
+    """Return two solved stages, nearest to time t and to half the time of the first stage found; −1 stands for none."""
     near = -1
     for s in range(times.shape[0]):
         if times[s] > 0.0 and (near < 0 or abs(times[s] - t) < abs(times[near] - t)):
@@ -97,7 +97,7 @@ def _weights(times, near, middle, t):
 
 @inlined_kernel
 def _on_its_side(guess, first, last, other):
-    """Return ``guess``, limited to its side, for a node that was always full or always void; else the last value."""
+    """Return a ``guess`` limited in sign for a node that was always full or always void; else the last value."""
     if first >= 0.0 and last >= 0.0 and other >= 0.0:
         return guess if guess >= 0.0 else -JUST_VOID
     if first < 0.0 and last < 0.0 and other < 0.0:

@@ -85,7 +85,7 @@ _DG = 2.0 * math.pi / N_ANGLE
 CENTRED = 1.0e-3
 """Least eccentricity used in the angular rate of the line of centres, which is singular for a centred journal."""
 LN_FORCE, TURN, LN_PRESSURE, LN_FLOW, N_FUNCTIONS = range(5)
-"""Indices of the functions of the map: ln M, β, p̂ and q̂."""
+"""Indices of the functions of the map: ln M (force), β (direction), ln of pressure p̂ and of side flow q̂."""
 
 
 class MapFilm(NamedTuple):
@@ -95,15 +95,15 @@ class MapFilm(NamedTuple):
     factor: float  # 10 η R L (R/c)², N s
     contact_height: float  # m
     contact_load: float  # ½ p_c L D, N
-    table: Array  # see :func:`impedance_map`
+    table: Array  # spline coefficients, see :func:`impedance_map`
 
 
 class ImpedanceFilms(NamedTuple):
     """Data of b films that differ in viscosity only."""
 
-    parameters: Array  # (b, COLUMNS)
-    table: Array  # see :func:`impedance_map`
-    plane: Array  # (16,) scratch
+    parameters: Array  # (b, COLUMNS) see film.laws.parameters
+    table: Array  # spline coefficients, see :func:`impedance_map`
+    plane: Array  # (16,) scratch for the result of a film without tilt
 
 
 def impedance_films(bearings: Bearings) -> ImpedanceFilms:
@@ -127,7 +127,7 @@ def impedance_map(kappa2: float) -> Array:
 
 
 def _spline(values: Array) -> Array:
-    """B-spline coefficients of samples: not-a-knot along the first axis, periodic (wrapped by 3) along the second."""
+    """Return B-spline coefficients of samples: not-a-knot on the first axis, periodic (wrapped by 3) on the second."""
     n, periodic = values.shape
     along = np.linalg.solve(not_a_knot(n), np.concatenate([values, np.zeros((2, periodic))]))
     return np.asarray(np.linalg.solve(circulant(periodic), along.T).T[:, wrapped(periodic)])
@@ -283,7 +283,7 @@ def journal_force(x, y, vx, vy, half_speed, film, out):
 
 @kernel
 def pressure_and_flow(place, velocity, half_speed, bearing, table, out):
-    """Largest pressure (Pa) and side flow (m³/s, both ends together) of the film of :func:`journal_force`.
+    """Return the largest pressure (Pa) and side flow (m³/s, both ends together) of a film read from the map.
 
     ``bearing`` are the parameters of :mod:`cranktrain.film.laws.parameters`; ``out`` (6,) is scratch.
     """

@@ -1,4 +1,4 @@
-"""Transformations of elastic films between the axes of the frame (journals) and those of the bore."""
+"""Transformations of elastic films between the axes of the frame (journals) and of the bore."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def force_in_frame(result, cos, sin, turn, out):
                 xy = result[k + 1]
                 yx = result[k + 4]
                 yy = result[k + 5]
-                # Columns of the tangents first, then their rows.
+                # Each block of the tangents is rotated by columns first, then by rows.
                 a = xx * cos + xy * sin
                 b = xy * cos - xx * sin
                 c = yx * cos + yy * sin

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 class LinearBearings(NamedTuple):
     """Data of b linear bearings."""
 
-    parameters: Array  # (b, COLUMNS)
+    parameters: Array  # (b, COLUMNS) see film.laws.parameters
 
 
 def linear_bearings(bearings: Bearings) -> LinearBearings:
@@ -48,7 +48,7 @@ def linear_law(record, action, i, place, velocity, numbers, memory, out):
     y = place[1]
     vx = velocity[0]
     vy = velocity[1]
-    # In the frame's axes k = Rᵀ diag(k_x, k_y) R, likewise the damping.
+    # In the frame's axes stiffness is Rᵀ diag(k_x, k_y) R, and damping is Rᵀ diag(c_x, c_y) R.
     cc = numbers[COS] * numbers[COS]
     ss = numbers[SIN] * numbers[SIN]
     cs = numbers[COS] * numbers[SIN]
@@ -71,7 +71,7 @@ def linear_law(record, action, i, place, velocity, numbers, memory, out):
     out[BY_VELOCITY + 4] = -c_xy
     out[BY_VELOCITY + 5] = -c_yy
     out[ECCENTRICITY] = math.sqrt(x * x + y * y) / own[CLEARANCE]
-    out[FRICTION] = -0.0  # the output is the braking torque, the negative of this, so it shows as 0 and not −0
+    out[FRICTION] = -0.0  # the output is the braking torque −FRICTION, which then shows as 0 and not as −0
     out[P_MAX] = 0.0
     out[FLOW] = 0.0
     out[GAP] = -1.0

@@ -51,7 +51,7 @@ def node_table() -> np.ndarray:
 
 @kernel
 def _solve_zone(first, count, v_r, v_t, work):
-    """Solve both unit problems on one zone of nodes; return the zone, corrected if it is not the pressure zone."""
+    """Solve both unit problems on one zone of nodes. Return the zone, corrected if it is not the pressure zone."""
     n = N_NODES
     delta = 2.0 * math.pi / n
     o_cos, o_sin, o_jac, o_face, o_mass = 0, n, 2 * n, 4 * n, 5 * n

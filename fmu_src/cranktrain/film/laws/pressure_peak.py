@@ -18,8 +18,8 @@ import math
 from cranktrain.core.kernel import kernel
 
 PEAK, PEAK_ANGLE, PEAK_DROP, PEAK_CYCLE, PEAKS = range(5)
-"""Columns of a film's entry: largest pressure of the present cycle (Pa), its crank angle within the cycle (rad), drop,
-number of the cycle."""
+"""Columns of a film's entry: largest pressure of the present cycle (Pa), crank angle of this pressure (rad), drop
+(see the module), number of the cycle."""
 CYCLE = 4.0 * math.pi
 
 

@@ -113,12 +113,12 @@ def register_law(law: Law, before: str | None = None) -> None:
 
 
 def bearing_levels(*kinds: str) -> tuple[str, ...]:
-    """Return the levels that serve any of these kinds of bearing, from the lowest to the highest."""
+    """Return the levels that serve any of the given ``kinds`` of bearing, from the lowest to the highest."""
     return tuple(name for name, law in LAWS.items() if any(kind in law.forms for kind in kinds))
 
 
 def usual_level(*kinds: str) -> str:
-    """Return the default level of the first of these kinds of bearing or crank levels that has one."""
+    """Return the default level of the first of the given ``kinds`` (of bearing or crank levels) that has a default."""
     return next(name for kind in kinds for name, law in LAWS.items() if kind in law.usual_for)
 
 
@@ -141,7 +141,7 @@ AXIAL_JOINT = Form(f"{_HERE}.axial_joint:axial_joint_law", f"{_HERE}.axial_joint
 
 
 def forms() -> list[Form]:
-    """Return every form with a kernel; a machine-code library exports these kernels."""
+    """Return every form of bearing law with a kernel that a machine-code library exports."""
     found = [*(form for law in LAWS.values() for form in law.forms.values()), *THRUST.values(), AXIAL_JOINT]
     return [form for form in found if form.kernel]
 
@@ -214,7 +214,7 @@ for _law in (
         },
         film=True,
         any_clearance=True,
-        # Two unknowns more than the journals have, and no better axial motion: docs/decisions/0012-thrust-film.md.
+        # Tilt of the collar adds two unknowns without better axial motion: docs/decisions/0012-thrust-film.md.
         square_collar=True,
         usual_for=(PLAIN,),
     ),

@@ -130,7 +130,7 @@ def rigid_bore(
 
 
 def fits(table: FilmTable, bearing: PlainBearing, tilted: bool) -> bool:
-    """True if a table was made for the proportions of a bearing, and with tilt if films are ``tilted``."""
+    """True if a film table has the proportions of a bearing and, for ``tilted`` films, includes tilt."""
     made, wanted = table.settings, bearing_settings(bearing)
     same = replace(wanted, resolution=made.resolution, tilt=made.tilt, tilt_range=made.tilt_range) == made
     return same and (made.tilt or not tilted)

@@ -74,17 +74,19 @@ IN_LOOP = 12
 FIRST_ANGLE = -0.5 * math.pi
 """Angle (rad) of the first roller at rest: straight down, the direction of gas load on the journals."""
 
-# Columns of a bearing's law after the constants of its rollers: stiffness (N/m), tilt stiffness, damping (N s/m), tilt
-# damping (tilt: Q by the displacement of the end); γ, or 0 if rollers are at rest; scale of the eccentricity (m); angle
-# of the first roller (rad). A linear stand-in has no rollers; a bearing with rollers has zero stiffness here.
+# Columns of RollerSeats.laws after the constants of the rollers. A linear stand-in has no rollers:
+# STIFFNESS, TILT_STIFFNESS: radial stiffness and tilt stiffness (N/m), zero for a bearing with rollers.
+# DAMPING, TILT_DAMPING: radial damping and tilt damping (N s/m). Tilt is the displacement of the journal's end.
+# CAGE: cage speed over shaft speed, γ, or 0 if rollers are at rest.
+# SCALE, FIRST: scale of the eccentricity (m), angle of the first roller (rad).
 STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, FIRST, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 8)
 
 
 class RollerSeats(NamedTuple):
     """Data of the roller bearings of b journals."""
 
-    laws: Array  # (b, N_LAW)
-    slices: Array  # (b, 3, IN_LOOP)
+    laws: Array  # (b, N_LAW) constants of each bearing, see STIFFNESS
+    slices: Array  # (b, 3, IN_LOOP) slices of a roller, see roller_contacts.roller_slices
     result: Array  # (N_OUT,) scratch
 
 
@@ -132,7 +134,7 @@ def roller_parameters(rollers: RollerBearings) -> Array:
     for i, row in enumerate(parameters):
         bearing = main_roller(rollers, i)
         row[CLEARANCE] = 0.5 * bearing.clearance + bearing.travel
-        # Below this gap (clearance less displacement) rollers carry more than their rating; step control uses its rate.
+        # Rollers carry more than their rating below this gap (clearance less displacement), whose rate limits the step.
         row[CONTACT_HEIGHT] = bearing.travel
         row[K_X] = row[K_Y] = rollers.stiffness[i]
         row[C_X] = row[C_Y] = rollers.damping[i]

@@ -45,12 +45,14 @@ CREEPING = 1.0e-9
 RESIDUAL = 1.0e-11
 """Tolerance of the force balance, as a fraction of the load."""
 
-# Columns of the constants of a bearing.
+# Indices of the constants of a roller bearing.
 COUNT, HALF_CLEARANCE, STIFFNESS_FACTOR, PRESSURE_FACTOR, TURN_COS, TURN_SIN, N_CONSTANTS = range(7)
-# Rows of the slices of a bearing: position ζ, fraction of the length, relief 2P (m).
+# Rows of the slices of a roller: position ζ, fraction of the length, relief 2P of both contacts (m).
 ZETA, SHARE, RELIEF = range(3)
-# Indices of the result of roller_force: forces (4), tangents (4, 4), energy, load and number of the most loaded roller,
-# pressure of the most loaded slice, number of loaded rollers, largest approach (negative: least gap).
+# Indices of the result of roller_force, which begins with forces (4):
+# BY_PLACE, WORK: tangents by position (4, 4), elastic energy (J).
+# LARGEST, WHERE, PRESSURE: load (N) and number of the most loaded roller, pressure of the most loaded slice (Pa).
+# LOADED, APPROACH: number of loaded rollers, largest approach (m; negative: least gap).
 BY_PLACE, WORK, LARGEST, WHERE, PRESSURE, LOADED, APPROACH, N_OUT = 4, 20, 21, 22, 23, 24, 25, 26
 
 
@@ -101,12 +103,12 @@ def roller_slices(bearing: RollerBearing, count: int = SLICES) -> Array:
 
 @lru_cache(maxsize=8)
 def _gauss(count: int) -> tuple[Array, Array]:
-    """Points and weights of Gauss's rule on [−1, 1]."""
+    """Return points and weights of Gauss's rule on [−1, 1]."""
     return np.polynomial.legendre.leggauss(count)
 
 
 def radial_integral(epsilon: float, points: int = 400) -> float:
-    """Return Sjövall's integral J_r(ε), for which very many rollers carry F = Z Q_max J_r(ε), each at most Q_max.
+    """Return Sjövall's integral J_r(ε): Z rollers with the largest roller load Q_max carry F = Z Q_max J_r(ε).
 
     J_r(ε) = 1/(2π) ∫ [1 − (1 − cos ψ)/(2ε)]^(10/9) cos ψ dψ over the loaded arc, cos ψ > 1 − 2ε; with the approach
     δ_max of the most loaded rollers ε = δ_max/(2 δ_max + G_r), ½ without clearance (Harris and Kotzalas, ch. 7).
@@ -121,7 +123,7 @@ def radial_integral(epsilon: float, points: int = 400) -> float:
 
 
 def many_rollers(bearing: RollerBearing, load: float) -> tuple[float, float]:
-    """Return (δ_max, Q_max), m and N, of an aligned bearing with straight rollers under a radial load F > 0 (N).
+    """Return largest approach (m) and roller load (N) of an aligned bearing, straight rollers, radial ``load`` > 0 (N).
 
     Closed form for infinitely many rollers, F = Z K δ_max^(10/9) J_r(ε); ε follows from the clearance.
     """
@@ -150,14 +152,14 @@ def force_at(bearing: RollerBearing, place: Array, first_angle: float = 0.0, sli
 
 
 def roller_loads(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
-    """Return the load of each roller, (Z,) N, with the journal at ``place`` (4,) m."""
+    """Return the load (N) of each of the Z rollers, (Z,), with the journal at ``place`` (4,) m."""
     share = roller_slices(bearing, slices)[SHARE]
     approach = _approach(bearing, place, first_angle, slices)
     return np.asarray(bearing.contact_stiffness * approach ** (10.0 / 9.0) @ share)
 
 
 def slice_stiffness(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
-    """Return the stiffness of each slice, (Z, slices) N/m, with the journal at ``place`` (4,) m; 0 without contact."""
+    """Return the stiffness (N/m) of each slice of the Z rollers, (Z, slices), with the journal at ``place`` (4,) m."""
     share = roller_slices(bearing, slices)[SHARE]
     approach = _approach(bearing, place, first_angle, slices)
     slope = 10.0 / 9.0 * bearing.contact_stiffness * approach ** (1.0 / 9.0)
@@ -165,7 +167,7 @@ def slice_stiffness(bearing: RollerBearing, place: Array, first_angle: float = 0
 
 
 def _approach(bearing: RollerBearing, place: Array, first_angle: float, slices: int) -> Array:
-    """Return the approach of both contacts at each slice, (Z, slices) m, 0 without contact."""
+    """Return the approach (m) of both contacts at each slice of the Z rollers, (Z, slices); 0 without contact."""
     angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
     zeta, _, relief = roller_slices(bearing, slices)
     x, y, a, b = place

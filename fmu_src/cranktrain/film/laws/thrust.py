@@ -38,12 +38,12 @@ FILM_FLOOR = 0.2
 N_FILMS = 32
 """Number of films at which a pad's damping is solved, even in ln h from the least film to twice the clearance."""
 
-# Columns of the parameters. The N_FILMS + 2 coefficients of the spline follow, then for each pad the two lever arms (m)
-# that give the axial displacement of its middle by rotations of the collar about x and y.
+# Indices of the parameters of a thrust bearing. The N_FILMS + 2 coefficients of the damping spline begin at SPLINE.
+# Two lever arms (m) for each pad begin at ARMS: axial displacement of its middle by collar rotations about x and y.
 HALF, CONTACT_HEIGHT, STIFFNESS, DAMPING, PADS, SUCTION, WEDGE, LOG_FILM, LOG_STEP, SPLINE = range(10)
 ARMS = SPLINE + N_FILMS + 2
 
-# Result of :func:`thrust_force_tilted` after the forces: tangents by place and by velocity, 3 × 3 each.
+# Indices of the result of :func:`thrust_force_tilted`: forces (3), tangents by position and by velocity (3 × 3 each).
 TILTED_BY_PLACE, TILTED_BY_VELOCITY = 3, 12
 
 
@@ -65,7 +65,7 @@ def pad_size(thrust: ThrustBearing) -> tuple[float, float, float]:
 
 
 def pad_damping(films: np.ndarray, taper: float, length: float, width: float) -> np.ndarray:
-    """Return the damping S/η of a pad, (n,) m, at least ``films`` (n,) m: force per closing velocity and viscosity."""
+    """Return the damping of a pad per viscosity, S/η (m), at each of n least film thicknesses ``films`` (m), (n,)."""
     # A shorter pad has a flatter pressure profile across its width, which needs more sine terms.
     waves = np.arange(1, 40 * math.ceil(max(1.0, width / length)), 2)[:, None]
     cells = 400
@@ -291,8 +291,8 @@ def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
         out[i] = sums[i]
 
 
-# Kernels for the running model, see :mod:`cranktrain.film.laws.films`: ``place`` is (z, θ_x, θ_y) of the collar from
-# the middle of the clearance, in the axes of the frame; forces are (F_z, M_x, M_y) on the collar.
+# Kernels for the running model, in the axes of the frame, see :mod:`cranktrain.film.laws.films`. The argument ``place``
+# is the motion (z, θ_x, θ_y) of the collar from the middle of the clearance; forces on the collar are (F_z, M_x, M_y).
 
 _read = record_reader(ThrustPads(np.zeros(1), np.zeros(1), np.zeros(1)))
 
@@ -322,7 +322,7 @@ def closed_thrust(record, action, i, place, velocity, numbers, memory, out):
 
 @kernel
 def _take_oil(bearing, viscosity):
-    """Set the viscosity of the pads, Pa s; returns 0."""
+    """Set the viscosity of the pads, Pa s. Return 0."""
     for k in range(bearing.spline.shape[0]):
         bearing.parameters[SPLINE + k] = viscosity * bearing.spline[k]
     return 0

@@ -46,8 +46,8 @@ FULL_FILM, REYNOLDS, CONSERVING = 0, 1, 2
 class Liquid(NamedTuple):
     """Content of full nodes above their volume, 1 + e + k p, (n_x, n_z) each; zeros for an incompressible liquid."""
 
-    excess: Array  # e
-    slope: Array  # k, 1/Pa
+    excess: Array  # e of the content 1 + e + k p
+    slope: Array  # k of the content 1 + e + k p, 1/Pa
     swell: Array  # growth rate of a full node's oil per unit of content, m³/s
     ahead_x: Array  # weight of the downstream content in the flow carried between two full nodes
     ahead_z: Array
@@ -64,7 +64,7 @@ class Balance(NamedTuple):
     g_z: Array
     c_x: Array  # flow that the surfaces carry through a full face, m³/s
     c_z: Array
-    source: Array  # s of the balance, m³/s
+    source: Array  # growth rate s of a full node's oil, m³/s
     store: Array
     liquid: Liquid
 
@@ -84,9 +84,9 @@ class Space(NamedTuple):
 
     band: Array  # (n, 2 width + 1)
     width: int
-    load: Array  # (n, 1)
-    unknown: Array  # (2, n)
-    rest: Array  # (n_x, n_z)
+    load: Array  # (n, 1) right-hand side, then solution
+    unknown: Array  # (2, n) present unknowns, and diagonal of the matrix
+    rest: Array  # (n_x, n_z) residual of the oil balance
 
 
 class Side(NamedTuple):
@@ -303,7 +303,7 @@ def _descend(balance, film, conserving, present, space):
 
 @kernel
 def film_state(mode, balance, film, space, most):
-    """Solve for pressure and deficit of every free node; returns (status, passes).
+    """Solve for pressure and deficit of every free node. Return status and number of passes.
 
     Pressure and deficit may keep a wrong sign within rounding, so that the oil balance closes.
 

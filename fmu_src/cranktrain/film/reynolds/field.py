@@ -209,7 +209,7 @@ def _first_guess(guess: FilmSolution | None, free: NDArray[np.bool_], cavitation
 
 
 def _lasting(volumes: Array, *flows: Array) -> Array:
-    """Return m of the balance for a very long time step, which makes the fill of an idle ruptured film unique."""
+    """Return factor m of deficits in the oil balance (m³/s) for a very long time step, which makes the fill unique."""
     moved = max(float(np.abs(a).max()) for a in flows)
     return np.asarray(volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum())))
 
@@ -226,7 +226,7 @@ class Problem(NamedTuple):
 
 
 def _reduced(problem: Problem, law: Law | None, density: Density | None) -> tuple[Array, Balance, int]:
-    """Solve for reduced pressures (pressures if ``law`` is None); return them, the final balance and the passes."""
+    """Solve for reduced pressures (pressures if ``law`` is None). Return them, the final balance and the passes."""
     unknowns = problem.unknowns
     pressure, empty = unknowns.pressure, unknowns.empty
     free, passes = unknowns.order >= 0, 0
@@ -253,7 +253,7 @@ def _reduced(problem: Problem, law: Law | None, density: Density | None) -> tupl
 
 
 def _solved(problem: Problem, most: int) -> tuple[int, bool]:
-    """Solve a linear problem by at most ``most`` active-set passes (0: no limit); return passes and convergence."""
+    """Solve a linear problem by at most ``most`` active-set passes (0: no limit). Return passes and convergence."""
     unknowns = problem.unknowns
     free = unknowns.order >= 0
     count, mode = int(free.sum()), CAVITATION[problem.cavitation]
@@ -291,7 +291,7 @@ def _problem(
     nodes: tuple[ArrayLike, ArrayLike] | None,
     stepped: bool,
 ) -> tuple[Rectangle, Array, Faces]:
-    """Check film and grid; return the grid, the film at the nodes and the faces."""
+    """Check film and grid. Return the grid, the film at the nodes and the faces."""
     if cavitation not in CAVITATION:
         raise InputError(f"cavitation '{cavitation}' does not exist; {nearest(cavitation, CAVITATION)}")
     if len(lengths) != 2 or not (np.isfinite(lengths).all() and min(lengths) > 0.0):
@@ -339,7 +339,7 @@ def _growth(
     previous: FilmSolution | None,
     cavitation: str,
 ) -> tuple[Array, Array, Array]:
-    """Return growth rates of the oil at each node (m³/s): if full, less per unit of deficit, more per unit of content.
+    """Return each node's growth rate of oil (m³/s) if full, its decrease by unit deficit, its increase by unit content.
 
     ``growth`` (n_x, n_z) is the derivative of the mean gap by the film h, 1 between smooth surfaces.
     """

@@ -26,7 +26,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
 from cranktrain.core.types import Array
 
-# Columns: γ; C, r and least H of the pressure factor; A₁, α₁, α₂, α₃, A₂ of the shear factor; constants add a weight.
+# Columns of PATTERNS: γ; C, r, least H of the pressure factor; A₁, α₁, α₂, α₃, A₂ of the shear factor; weight.
 PATTERN, C, R, LEAST, A_1, ALPHA_1, ALPHA_2, ALPHA_3, A_2, WEIGHT = range(10)
 PATTERNS = np.array(
     [
@@ -40,7 +40,7 @@ PATTERNS = np.array(
     ]
 )
 SHEAR_RANGE = 5.0
-"""Gap over roughness at which the shear factor changes from one form to the other."""
+"""Gap over roughness at which the shear flow factor changes from one formula to the other."""
 
 
 def flow_factor_constants(pattern: float = 1.0) -> Array:
@@ -63,7 +63,7 @@ def flow_factor_constants(pattern: float = 1.0) -> Array:
 
 @kernel
 def pressure_flow_factor(gap_ratio, constants):
-    """Return φ_x and its derivative by H at H = ``gap_ratio``."""
+    """Return the pressure flow factor φ_x and its derivative by H at H = ``gap_ratio``, the gap over roughness."""
     total = 0.0
     slope = 0.0
     for k in range(2):
@@ -88,7 +88,7 @@ def pressure_flow_factor(gap_ratio, constants):
 
 @kernel
 def shear_flow_factor(gap_ratio, constants):
-    """Return Φ_s of one rough surface against a smooth one, and its derivative by H; zero for H ≤ 0."""
+    """Return the shear flow factor Φ_s of a rough surface against a smooth one, and its slope by H; zero for H ≤ 0."""
     if gap_ratio <= 0.0:
         return 0.0, 0.0
     total = 0.0

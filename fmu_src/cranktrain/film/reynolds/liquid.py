@@ -42,7 +42,7 @@ def incompressible(shape: tuple[int, ...]) -> Liquid:
 
 
 def mass_flow_law(law: Law | None, density: Density | None) -> Law | None:
-    """Return f/r as one law, which gives the reduced pressure q; None if both are constant."""
+    """Return viscosity over density, f/r, as one law for the reduced pressure q; None if both are constant."""
     if density is None:
         return law
     if law is None:
@@ -51,7 +51,7 @@ def mass_flow_law(law: Law | None, density: Density | None) -> Law | None:
 
 
 def tangent(pressure: Array, law: Law, density: Density, balance: Balance, swell: Array) -> Liquid:
-    """Return contents linearised in q at ``pressure``; ``swell`` (m³/s) as in ``Liquid``."""
+    """Return oil contents linearised in the reduced pressure q at ``pressure``; ``swell`` (m³/s) is that of Liquid."""
     content, by_pressure = density(pressure)
     slope = by_pressure * viscosity_factor(law, pressure)
     excess = content - 1.0 - slope * reduced_pressure(law, pressure)
@@ -68,7 +68,7 @@ def tangent(pressure: Array, law: Law, density: Density, balance: Balance, swell
 def compressed_pressure(
     pressure: Array, law: Law, density: Density, problem: tuple[Balance, Array], solve: Solve
 ) -> tuple[Array, Balance]:
-    """Solve for the pressure (Pa) of a film of compressible liquid; return it and the final balance.
+    """Solve for the pressure (Pa) of a film of compressible liquid. Return pressure and final balance.
 
     Parameters
     ----------

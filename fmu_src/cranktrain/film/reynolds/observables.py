@@ -63,7 +63,7 @@ def shear_forces(
     pressure: Array, couette: float, faces: Faces, speeds: tuple[float, float], cross_speeds: tuple[float, float]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return shear forces (x, z) on both surfaces, N; ``couette`` is ∫ηθ/h dA, N s/m."""
-    # ∫ h/2 ∂p along x is half the sum over faces of film times pressure difference, and likewise along z.
+    # ∫ h/2 ∂p along an axis is half the sum over faces of film times pressure difference.
     along_x = 0.5 * float((faces.film_x * (np.roll(pressure, -1, axis=0) - pressure)).sum())
     along_z = 0.5 * float((faces.film_z * (np.roll(pressure, -1, axis=1) - pressure)).sum())
     slip_x, slip_z = speeds[1] - speeds[0], cross_speeds[1] - cross_speeds[0]

@@ -27,7 +27,7 @@ from cranktrain.film.reynolds.flow_factors import (
 )
 from cranktrain.film.reynolds.volumes import Faces, Rectangle, cell_sums
 
-# Rows of the result of _factors.
+# Rows of the result of _factors: φ h³ (m³), h_T (m), σ φ_s (m), dh_T/dh.
 CUBE, GAP, SLIP, GROWTH, N_ROWS = range(5)
 
 
@@ -95,7 +95,7 @@ def _factors(h: Array, roughness: Roughness, constants: Array) -> Array:
 
 @kernel
 def _fill(films, sigma, bias, constants, out):
-    """Compute the rows of :func:`_factors` in ``out`` (4, n)."""
+    """Compute φ h³, h_T, σ φ_s and dh_T/dh of n films, in ``out`` (4, n)."""
     for k in range(films.shape[0]):
         ratio = films[k] / sigma
         factor, _ = pressure_flow_factor(ratio, constants)

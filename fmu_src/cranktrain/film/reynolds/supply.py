@@ -56,7 +56,7 @@ def given_pressures(
     names: list[str] = []
     floor = -np.inf if cavitation in ("full", "guembel") else 0.0
     if not 0.0 <= edges.fill <= 1.0:
-        raise InputError(f"edges: fill {edges.fill:.4g} of what is carried in; it lies between 0 and 1")
+        raise InputError(f"edges: fill {edges.fill:.4g} of the oil carried in must lie between 0 and 1")
     # Edges across the sliding direction are set last, so corner nodes belong to them.
     for name in ("z0", "z1", "x0", "x1"):
         value = getattr(edges, name)

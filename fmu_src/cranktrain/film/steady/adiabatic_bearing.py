@@ -96,7 +96,7 @@ def adiabatic_bearing(
     if around.cavitation != "mass-conserving":
         raise InputError("adiabatic film: heat travels with the oil, so oil must be conserved; take mass-conserving")
     if not 0.0 <= carried <= 1.0:
-        raise InputError(f"adiabatic film: {carried:g} of the hot oil is not within 0 to 1")
+        raise InputError(f"adiabatic film: carried fraction {carried:g} of the hot oil is not within 0 to 1")
     journal = replace(journal, viscosity=viscosity(oil, supply))
     field: _Field | None = None
     for _ in range(TURNS):

@@ -227,7 +227,7 @@ class SteadyBearing:
 
 
 def slope_levers(journal: Journal, freedoms: int) -> Array:
-    """Return factors (n, n) that convert coefficients by end displacements to those by slopes (end = slope L/2)."""
+    """Return factors (n, n) from coefficients by end displacements to coefficients by slopes (end = slope L/2)."""
     lever = np.array([1.0, 1.0, 0.5 * journal.width, 0.5 * journal.width])[:freedoms]
     return np.outer(lever, lever)
 
@@ -302,8 +302,8 @@ def equilibrium(film, ratio2, applied, half_speed, freedoms, state, out, system)
             return -step if border_tangents(grid, at, work, active, out) != 0 else step
         size2 = ex * ex + ey * ey
         if freedoms == 2 and grid.settings[NODE_GRADING] > 0.0 and size2 > 0.0:
-            # Nodes (and the line of supply) of a plain bore follow the journal, so the film is the same at any attitude
-            # and the force rotates with it. Derivatives along the eccentricity are those of the film.
+            # Nodes (and supply) of a plain bore follow the journal, so film and force only rotate with the attitude.
+            # Derivatives along the eccentricity are those of the film.
             for j in range(2):
                 along = (system[j, 0] * ex + system[j, 1] * ey) / size2
                 across = (-out[1] if j == 0 else out[0]) / size2

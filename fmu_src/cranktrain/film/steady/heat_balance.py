@@ -63,7 +63,7 @@ def effective_temperature(
         raise InputError(f"heat balance: place {place:.4g} must lie between 0 (inlet) and 1 (outlet); the mean is 0.5")
 
     def surplus(temperature: float) -> float:
-        """Return the temperature by the heat at ``temperature``, minus ``temperature``, K."""
+        """Return the film temperature that results from the heat at ``temperature``, minus ``temperature``, K."""
         eta = viscosity(oil, temperature)
         power, volume = friction_power(eta), flow(eta)
         if not power >= 0.0:

@@ -119,7 +119,7 @@ class Loads:
 
 
 class MixedBearing:
-    """Analysis of steady bearings with the same models.
+    """Analysis of steady bearings with equal models of cavitation, oil, surfaces and bore.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class MixedBearing:
         moment: tuple[float, float] | None = None,
         place: tuple[float, float] = (0.0, 0.0),
     ) -> SteadyState:
-        """Find the equilibrium under ``load`` and ``moment``, as :meth:`SteadyBearing.state`, or at ``place``.
+        """Find the equilibrium under ``load`` (N) and ``moment`` (N m), or at the given position ``place``.
 
         If ``load`` is None, ``place`` is the eccentricity over the clearance, and the load is a result.
 
@@ -160,7 +160,7 @@ class MixedBearing:
         moment: tuple[float, float] | None = None,
         place: tuple[float, float] = (0.0, 0.0),
     ) -> tuple[Running, Array, int]:
-        """Solve the equilibrium of :meth:`state`; return Newton's method, its unknowns and number of steps."""
+        """Solve the equilibrium of :meth:`state`. Return Newton's method, its unknowns and its number of steps."""
         count = 0 if load is None else 2 if moment is None else 4
         wanted = np.zeros(4)
         y = np.zeros(4 + self.shapes)
@@ -318,7 +318,7 @@ class Running:
         return np.array(columns).T
 
     def settle(self, nodes: ConservingGrid, y: Array) -> tuple[Array, int]:
-        """Iterate Newton's method on one grid; return the unknowns and the number of steps."""
+        """Iterate Newton's method on one grid. Return the unknowns and the number of steps."""
         self.place(nodes)
         here = self.residual(y, self.loads(y))
         if not self.free.size:

@@ -132,7 +132,7 @@ class Bearing(Surfaces):
         return self.analysis(load_n, moment_nm)()
 
     def at_eccentricity(self, eccentricity: float) -> dict[str, Any]:
-        """Compute :meth:`equilibrium` and ``load`` (N) of a journal at ``eccentricity``; x is along this load."""
+        """Compute the results of :meth:`equilibrium` and the ``load`` (N, along x) of a journal at ``eccentricity``."""
         return self.analysis(None, None, eccentricity=eccentricity)()
 
     def analysis(

@@ -43,7 +43,7 @@ EITHER = (("asperity_factor", "asperity_density"), ("asperity_ratio", "asperity_
 
 @dataclass(frozen=True, kw_only=True)
 class Surfaces:
-    """Combined surfaces of journal and bore; None: as in the engine files, and smooth without ``roughness_um``.
+    """Combined surfaces of journal and bore, smooth without ``roughness_um``; None is the engine files' default.
 
     Attributes
     ----------

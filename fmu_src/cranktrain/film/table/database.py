@@ -236,7 +236,7 @@ def table_grid(settings: TableSettings, n_phi: int = ONLINE_GRID[0], n_z: int = 
 
 
 def aligned_grid(settings: TableSettings, n_phi: int = ALIGNED_GRID[0], n_z: int = ALIGNED_GRID[1]) -> JournalGrid:
-    """Make the grid of an aligned film on half the width; with a circumferential groove, that of a straight shell."""
+    """Make the grid of an aligned film on half the width; with a full groove, the grid of a straight shell."""
     grid = journal_grid(n_phi, n_z, half=True)
     profile = settings.profile if settings.groove == "none" else STRAIGHT
     return shell_grid(grid, profile, settings.roughness)
@@ -266,7 +266,7 @@ def slab_names(settings: TableSettings) -> list[str]:
 
 
 def sample_slab(settings: TableSettings, name: str) -> Array:
-    """Solve all films of one slab; returns (n_γ, 4), or (n_γ, n_t, n_t, 13) with tilt.
+    """Solve all films of one slab. Return values over directions γ, (n_γ, 4), or also over tilts, (n_γ, n_t, n_t, 13).
 
     Raises
     ------

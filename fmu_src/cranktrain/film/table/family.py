@@ -43,7 +43,7 @@ ONE_POINT = (0.05, 0.1)
 
 @kernel
 def turning(eps):
-    """Return ρ(ε) of the sampled family and its slope."""
+    """Return the tilt's rotation factor ρ(ε) of the sampled family, and dρ/dε."""
     d4 = CENTRED_TURN * CENTRED_TURN * CENTRED_TURN * CENTRED_TURN
     e3 = eps * eps * eps
     inverse = 1.0 / (e3 * eps + d4)

@@ -34,7 +34,7 @@ ALIGNED_MAX = 0.995
 TILTED_MAX = 0.98
 """Largest eccentricities of the aligned and of the tilted table."""
 
-# Indices of the functions of the aligned and of the tilted table.
+# Indices of the functions of the aligned table: ln M, β, ln p̂, ln q̂; the tilted table has ln M, β, moments, rest.
 LN_FORCE, TURN, LN_ALIGNED_PRESSURE, LN_FLOW = 0, 1, 2, 3
 MOMENT_R, MOMENT_T, REST = 2, 3, 4
 BY_E, BY_G, BY_A, BY_B = 1, 2, 3, 4
@@ -44,7 +44,7 @@ FUNCTIONS = 12
 ACROSS = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0)
 ENDS = (1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
 """Signs of the tilted functions under the symmetries about the line of centres (ACROSS) and z → −z (ENDS)."""
-# Indices of TableArrays.axes.
+# Indices of TableArrays.axes, the scalar settings of the table.
 RATIO2, TILT_RANGE, ALIGNED_TOP, TILTED_TOP, ALIGNED_RATIO2, FLOW_NORM, REACH = range(7)
 AXES = REACH + TERMS
 # Layout of a position on the tilted table's axes: cells, then weights and their derivatives along each axis.
@@ -79,7 +79,7 @@ UNTILTED: Any = np.zeros((1, 1, 1, 1), dtype=np.float32)
 
 
 def eccentricity_nodes(count: int, top: float) -> Array:
-    """Return eccentricities from 0 to ``top``, uniform in x."""
+    """Return eccentricities from 0 to ``top``, uniform in the stretched coordinate x."""
     x = np.linspace(0.0, float(stretched(top)[0]), count)
     eps = top * x / x[-1]
     for _ in range(60):
@@ -154,7 +154,7 @@ def _quadratic(n: int) -> Array:
 
 @kernel
 def stretched(eps):
-    """Return x of an eccentricity, and its slope."""
+    """Return the stretched coordinate x of an eccentricity ε, and dx/dε."""
     x = -math.log(1.0 - STRETCH * eps) + LOW_SHARE * math.log(1.0 + eps / LOW_WIDTH)
     return x, STRETCH / (1.0 - STRETCH * eps) + LOW_SHARE / (LOW_WIDTH + eps)
 
@@ -339,7 +339,7 @@ def _node(c, j, where, at, out):
 
 @kernel
 def _node_values(c, j, where, at, out):
-    """Contract the tilted table as :func:`_node` does, without derivatives."""
+    """Contract the tilted table at one node j of γ over ε, A and B, without derivatives."""
     i = int(where[CELL_E])
     k = int(where[CELL_A])
     first = int(where[CELL_B]) * FUNCTIONS

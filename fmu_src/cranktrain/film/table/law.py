@@ -55,7 +55,7 @@ SHARE_MARGIN = 0.03
 CENTRED = 1.0e-3
 """Least eccentricity used in the angular rate of the line of centres, which is singular for a centred journal."""
 
-# Result of table_force: that of journal_film up to the tangents, then eccentricity and weight of the solved film.
+# Result of table_force: forces and tangents as in journal_film, then eccentricity, weight of the film solved online.
 ECCENTRICITY, SOLVED_SHARE, FORCE_SIZE = range(OUT_SIZE, OUT_SIZE + 3)
 
 
@@ -146,7 +146,7 @@ def _centre(local, arm, at, out, centred):
 
 @kernel
 def _solved(at, weight, tabled, out):
-    """Blend the film solved online into ``out[0:4]`` and ``work.centred``; returns 0, or a negative value if failed."""
+    """Blend the film solved online into ``out[0:4]`` and ``work.centred``. Return 0, or a negative value on failure."""
     film = tabled.work.film
     if journal_film(tabled.grid, tabled.table.axes[RATIO2], at, tabled.journal, tabled.active, film) < 0:
         return FAILED
@@ -247,7 +247,7 @@ def table_force(place, velocity, half_speed, c, factor, tabled, out, tangents):
 
 @inlined_kernel
 def _put_tangents(line, back, stiff, half_speed, centred, out):
-    """Transform tangents from axes of the line of centres (direction ``line``) to those of the bore, and write them.
+    """Transform tangents from axes of the line of centres (direction ``line``) to axes of the bore, and write them.
 
     The velocities of pure squeeze depend on position and tilt through the surfaces' half speed.
     """

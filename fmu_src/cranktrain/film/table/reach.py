@@ -18,7 +18,7 @@ from cranktrain.film.contact.gap import least_gap
 DEGREE = 4
 TERMS = DEGREE + 1
 DEEPEST = 1.0
-"""Overlap of the surfaces at the largest possible tilt, over the roughness; chosen above that of a running six."""
+"""Overlap of the surfaces at the largest possible tilt, over the roughness; chosen above that in a running engine."""
 _SAMPLES, _HALVINGS = 60, 50
 
 
@@ -42,7 +42,7 @@ def reach_terms(profile: tuple[float, float, float], roughness: float, top: floa
 
 @kernel
 def reach(eps, terms):
-    """Return ρ² and half its slope by ε; ``terms`` start with those of :func:`reach_terms`."""
+    """Return ρ² and half its slope by ε; ``terms`` start with the coefficients of :func:`reach_terms`."""
     value = 0.0
     slope = 0.0
     for k in range(DEGREE, -1, -1):

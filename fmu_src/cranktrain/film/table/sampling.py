@@ -21,7 +21,7 @@ from cranktrain.film.table.reach import reach
 
 @kernel
 def sample_aligned(eps, gamma, ratio2, film, out, values):
-    """Sample the four aligned functions at one eccentricity, in ``values`` (n_γ, 4); negative result if a film failed.
+    """Sample four aligned functions at one eccentricity, in ``values`` (n_γ, 4). The result is negative on failure.
 
     ``film`` is a JournalFilm, ``out`` (36,) scratch.
     """
@@ -82,7 +82,7 @@ def sample_tilted(where, gamma, share, ratio2, coarse, fine, out, values):
 
 @kernel
 def _functions(motion, rate, lever, film, value):
-    """Compute all functions (FUNCTIONS,) of a tilted film, in ``value``; ``film`` is its result with reversed sign."""
+    """Compute all functions (FUNCTIONS,) of a tilted film, in ``value``; ``film``: its result, sign reversed."""
     fr, ft, qr, qt = four(film, 0)
     radial = fr * motion.vx + ft * motion.vy
     across = ft * motion.vx - fr * motion.vy

@@ -34,8 +34,9 @@ from cranktrain.film.table.interpolation import (
 )
 from cranktrain.film.table.reach import reach
 
-# Rows of TableWork.slopes and .local: derivatives by ε, a, b and the velocities; slopes has d instead of w, then ζ_c
-# and σ. TableWork.centred has (r, t, a, b) on the line of centres instead of the first three.
+# Rows of TableWork.local: derivatives by ε, a, b and the velocities v, w.
+# Rows of TableWork.slopes: derivatives by ε, a, b, v and d, then by ζ_c (LEVEL) and σ (APART).
+# Rows of TableWork.centred: derivatives by r, t, a, b on the line of centres, then by the velocities v, w.
 E, TILT_A, TILT_B, V_R, V_T, W_R, W_T, LEVEL, APART = range(9)
 CENTRED_BY_PLACE, CENTRED_BY_VELOCITY = 8, 12
 """Indices of the second half of TableWork.weight, the derivatives on the line of centres."""
@@ -108,7 +109,7 @@ def _add_family(rates, point, squeeze, f, work, out, slopes):
     _, _, dr, dt = rates
     lever, side, share = point
     sr, st, speed, inverse, cos, sin = squeeze
-    # The remainder fades out for v + λ d → 0, where the direction is undefined; slopes by sr and st, and by dr and dt.
+    # The remainder fades out for v + λ d → 0, where the direction of this velocity is undefined.
     faded = FADED * FADED * (dr * dr + dt * dt)
     fade = 1.0
     by_s = 0.0
@@ -163,7 +164,7 @@ def _subtract(rows, row, what):
 
 @kernel
 def tabled_film(at, table, work, out, slopes):
-    """Compute force and moments on the line of centres, ``out[0:4]``, and with ``slopes`` ``work.local`` (7, 4)."""
+    """Compute force and moments on the line of centres, ``out[0:4]``; if ``slopes``, also ``work.local``."""
     # The two symmetries map every state to the stored quarter.
     eps, _, a, b, vr, vt, wr, wt = at
     ends = 1.0

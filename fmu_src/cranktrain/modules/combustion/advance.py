@@ -56,7 +56,7 @@ def take_lifts(model, work, state, inputs):
 
 @kernel
 def follow_lifts(model, work, state, base, place, inputs, interval):
-    """Lifts at the beginning of a communication step and their slopes, extrapolated from samples or leading to them."""
+    """Set lifts and their slopes at the start of a communication step, extrapolated from or leading to the inputs."""
     now = work.now
     for k in range(2):
         sample, last = max(inputs[place + at.LIFT_IN + k], 0.0), state[base + at.LAST_LIFT_IN + k]
@@ -72,7 +72,7 @@ def follow_lifts(model, work, state, base, place, inputs, interval):
 
 @kernel
 def advance(model, work, state, inputs, interval):
-    """Advance all cylinders by an interval, s; returns a status. ``work.counters`` has a failed cylinder's number."""
+    """Advance all cylinders by an interval, s. Return a status; ``work.counters`` has a failed cylinder's number."""
     hold_inputs(model, work, inputs)
     take_lifts(model, work, state, inputs)
     turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])

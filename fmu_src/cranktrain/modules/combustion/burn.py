@@ -25,7 +25,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 
 WIEBE = 6.908
-"""Constant a of the Wiebe function, which reaches 99.9 % at the burn's end; the function is divided by that value."""
+"""Constant a of the Wiebe function, which reaches 99.9 % at the burn's end and is therefore divided by 0.999."""
 DURATION_BY_RATIO, DURATION_BY_SPEED = 0.6, 0.5
 LEANEST = 0.02
 """Smallest equivalence ratio used in the formulas of delay and duration."""

@@ -35,7 +35,7 @@ _SHIFT_A, _SHIFT_B, _SHIFT_C, _SHIFT_D = _SHIFTS
 
 @kernel
 def mixed(value):
-    """Next value of the hash from a 64-bit integer."""
+    """Hash of a 64-bit integer, for reproducible random numbers."""
     z = value + _WEYL
     z = (z ^ (z >> _SHIFT_A)) * _MIX_A
     z = (z ^ (z >> _SHIFT_B)) * _MIX_B
@@ -111,7 +111,7 @@ def sample(model, state, i, base, inputs):
 
 @kernel
 def inject(model, state, base, inputs):
-    """Begin the ignition delay."""
+    """Begin the ignition delay of a cylinder, at the start of injection."""
     air = state[base + at.MASS] - state[base + at.PRODUCTS]
     state[base + at.RATIO] = state[base + at.FUEL] * model.numbers[at.AIR_DEMAND] / max(air, 1.0e-12)
     state[base + at.DELAY] = 0.0
@@ -122,7 +122,7 @@ def inject(model, state, base, inputs):
 
 @kernel
 def ignite(model, state, i, base):
-    """Ignition: fractions and durations of the two burns."""
+    """Ignite a cylinder's charge: set fuel and duration of the premixed and of the diffusion burn."""
     n = model.numbers
     delay = state[base + at.CLOCK] - state[base + at.SOI_TIME]
     ratio = state[base + at.RATIO]
@@ -169,7 +169,7 @@ def _count(model, state, base):
 
 @kernel
 def closed_or_open(model, work, state, base, time):
-    """Update the valve state; True if all valves have just closed or one opens. Stores the state of a closed charge."""
+    """Update the valve state and store a closed charge's state. Return True if all valves just closed or one opens."""
     inward, outward = lifts(model, work.now, state[base + at.PHI] + _AHEAD, time)
     closed = 1.0 if inward <= 0.0 and outward <= 0.0 else 0.0
     changed = closed != state[base + at.CLOSED]

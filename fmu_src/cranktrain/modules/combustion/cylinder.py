@@ -18,7 +18,7 @@ from cranktrain.modules.combustion.wall_heat import (
 )
 
 OK, COLD = 0, 1
-"""Statuses of an evaluation: done; no temperature fits the energy, or the mass or volume is not positive."""
+"""Statuses of an evaluation: success; failure, because no temperature fits the energy or mass or volume is ≤ 0."""
 POOL_SHARE = 1.0e-3
 """Mass of blown-back intake gas, over a charge, below which fresh gas is mixed in."""
 
@@ -65,7 +65,7 @@ def lifts(model, now, phi, time):
 
 @inlined_kernel
 def burn_rate(model, state, base, phi):
-    """Burn rate of the fuel, kg/rad, at a crank angle after firing dead centre, during a step from the state."""
+    """Burn rate of the fuel, kg/rad, at a crank angle after firing dead centre, in a step that begins at the state."""
     n = model.numbers
     premixed = _burning(state, base, at.PREMIXED_FOR, phi, n[at.PREMIXED_EXPONENT])
     diffusion = _burning(state, base, at.DIFFUSION_FOR, phi, n[at.DIFFUSION_EXPONENT])
@@ -74,7 +74,7 @@ def burn_rate(model, state, base, phi):
 
 @inlined_kernel
 def _burning(state, base, lasts, phi, exponent):
-    """Rate of one burn, 1/rad, for a step that begins at the state; 0 if the burn is over there.
+    """Rate of one burn, 1/rad, in a step that begins at the state; 0 if the burn is already over at the state.
 
     The rate drops to 0 at the end of the burn, where a step ends. Rounding of the angle of that step's last stage must
     not switch the burn off, so the beginning of the step decides.
@@ -87,7 +87,7 @@ def _burning(state, base, lasts, phi, exponent):
 
 @inlined_kernel
 def wall_flow(model, now, state, base, pressure, temperature, volume):
-    """Heat to the walls, W."""
+    """Heat flow from a cylinder's gas to the walls, W."""
     n = model.numbers
     bore = n[at.BORE]
     closed = state[base + at.CLOSED] > 0.0
@@ -104,7 +104,7 @@ def wall_flow(model, now, state, base, pressure, temperature, volume):
 
 @kernel
 def rates(model, work, state, base, phi, time, values, out):
-    """Time derivatives (N_INTEGRATED,) of ``values`` of the cylinder at ``base``, written to ``out``; returns a status.
+    """Write time derivatives (N_INTEGRATED,) of ``values`` of the cylinder at ``base`` to ``out``. Return a status.
 
     ``phi`` is the crank angle after firing dead centre, rad, ``time`` that since the start of the communication step,
     s.

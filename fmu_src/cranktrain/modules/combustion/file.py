@@ -56,5 +56,5 @@ FILE = ModuleFile(
         "walls": "Factor on Woschni's coefficient, and swirl c_u/c_m.",
     },
 )
-"""Tables of a combustion module file."""
+"""Description of a combustion module file: its TOML tables and their titles."""
 load = FILE.load

@@ -54,9 +54,9 @@ RISE = 5
 H_0 = 10
 R_GAS = 11
 COLUMNS = 12
-"""Columns of a gas in :func:`gas_table`: coefficients of c_p and of its integral, its constant, gas constant."""
+"""Columns of a gas in :func:`gas_table`: coefficients of c_p and of ∫ c_p dT, integration constant, gas constant."""
 AIR_ROW, PRODUCTS_ROW = 0, 2
-"""First of each gas's two rows; the first is for below 1000 K, the second for above."""
+"""First of the two rows of air and of products in a gas table: below 1000 K, then above 1000 K."""
 CONVERGED = 1.0e-6
 """Relative change of a temperature after which Newton's next iterate differs by rounding only."""
 _NEWTON = 30
@@ -82,7 +82,7 @@ def gas_table(hydrogen_per_carbon: float) -> Array:
 
 
 def _rows(shares: dict[str, float]) -> Array:
-    """Two rows of a mixture, whose enthalpy is 0 at 298.15 K and continuous at 1000 K."""
+    """Two rows of a gas table for a mixture, whose enthalpy is 0 at 298.15 K and continuous at 1000 K."""
     mass = sum(share * MOLAR_MASS[name] for name, share in shares.items())
     rows = np.zeros((2, COLUMNS))
     for k in range(2):
@@ -101,7 +101,7 @@ def _rows(shares: dict[str, float]) -> Array:
 
 @inlined_kernel
 def gas_constant(gas, share):
-    """Gas constant of a mixture with this mass fraction of products, J/(kg K)."""
+    """Gas constant of a mixture with the mass fraction ``share`` of products, J/(kg K)."""
     return gas[AIR_ROW, R_GAS] + share * (gas[PRODUCTS_ROW, R_GAS] - gas[AIR_ROW, R_GAS])
 
 

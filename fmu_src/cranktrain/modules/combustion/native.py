@@ -20,7 +20,7 @@ MEND_DEVIATION = "the clearance volume; give the deviation (m3) from the volume 
 
 
 def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """Interface of a run with these settings; ``names`` are the user's names of the settings' fields."""
+    """Interface of a combustion run with ``settings``; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}]." for i in range(count)]
     inputs = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))

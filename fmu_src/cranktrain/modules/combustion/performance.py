@@ -32,7 +32,7 @@ STEP = math.radians(0.5)
 CLOSED = math.radians(-100.0)
 """Angle after firing dead centre, rad, at which the trapped air is read; valves are closed and no fuel burns yet."""
 SETTLE = 5.0
-"""Number of cycles before the evaluated one."""
+"""Number of cycles that are run before the evaluated cycle."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Performance:
 
     @property
     def peak_ratio(self) -> float:
-        """Peak pressure over the peak pressure without fuel."""
+        """Ratio of the peak pressure to the peak pressure without fuel."""
         return self.peak_pressure / self.motored_pressure
 
     @property

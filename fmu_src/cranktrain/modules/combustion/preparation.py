@@ -19,7 +19,7 @@ _N_LIFTS, _N_ANGLES, _N_TIMES = len(at.LIFTS), len(ANGLES), len(TIMES)
 
 @kernel
 def check_numbers(numbers):
-    """Status of a run's numbers: OK if an engine may have them."""
+    """Return the status of a run's numbers: OK if an engine may have these values together."""
     status = numbers_status(numbers)
     if status == OK:
         status = choice_status(numbers, at.LIFT_SOURCE, _N_LIFTS)
@@ -43,7 +43,7 @@ def check_numbers(numbers):
 
 @kernel
 def prepare_model(numbers, model):
-    """Fill a model from a run's numbers; returns a status. If they are refused the model stays. The gas table stays."""
+    """Fill a model, except its gas table, from a run's numbers. Return a status; refused numbers change nothing."""
     status = check_numbers(numbers)
     if status != OK:
         return status

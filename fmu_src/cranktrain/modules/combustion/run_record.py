@@ -42,7 +42,7 @@ class Model(NamedTuple):
 
 @record
 class Work(NamedTuple):
-    """Workspace: rates of the stages and values, constants over a step, a counter, and a trial state."""
+    """Workspace of a run: rates and values of the stages, constants over a step, a counter, and a trial state."""
 
     rows: Array
     now: Array
@@ -69,13 +69,13 @@ class Run(NamedTuple):
 
 @kernel
 def prepare(run):
-    """Fill the model from the run's numbers; returns a status."""
+    """Fill the model from the run's numbers. Return a status."""
     return prepare_model(run.numbers, run.model)
 
 
 @kernel
 def start(run, time):
-    """Start at a time, s, with the present inputs, after ``start_cycles`` cycles from filling; returns a status.
+    """Start at a time, s, with the present inputs, after ``start_cycles`` cycles from filling. Return a status.
 
     The cycles use fuel and manifolds of the inputs and the built-in valve lifts. If the crank is at rest, cylinders
     stay filled with intake gas.
@@ -108,7 +108,7 @@ def start(run, time):
 
 @kernel
 def advance_run(run, t_end):
-    """Advance to ``t_end``, s, and write the outputs; returns a status."""
+    """Advance to ``t_end``, s, and write the outputs. Return a status."""
     model, state, trial, inputs = run.model, run.state, run.work.trial, run.inputs
     status = check_inputs(model, inputs)
     if status == OK:
@@ -119,7 +119,7 @@ def advance_run(run, t_end):
     if advance(model, run.work, trial, inputs, t_end - state[at.TIME]) != OK:
         return CYLINDER_FAILED + run.work.counters[0]
     observe(model, run.work, trial, run.outputs)
-    # The time is not the sum of the steps, because rounding would make it drift from the master's time.
+    # The time is not summed over steps, because rounding would make it drift from the co-simulation master's time.
     trial[at.TIME] = t_end
     copy_state(trial, state)
     return OK
@@ -127,13 +127,13 @@ def advance_run(run, t_end):
 
 @kernel
 def observe_run(run):
-    """Write the outputs of the present state; returns a status."""
+    """Write the outputs of the present state. Return a status."""
     return observe(run.model, run.work, run.state, run.outputs)
 
 
 @kernel
 def check_inputs(model, inputs):
-    """Status of the inputs: OK if an engine may have them."""
+    """Return the status of the inputs: OK if an engine may have these values."""
     status = inputs_status(inputs)
     if status != OK:
         return status
@@ -149,7 +149,7 @@ def check_inputs(model, inputs):
 
 @kernel
 def count_from_here(model, state, i, inputs):
-    """Reset all sums of a cylinder to 0, and its last lifts to those of the inputs."""
+    """Reset all sums of a cylinder to 0, and its last valve lifts to the lifts of the inputs."""
     base, place = N_HEAD + i * at.SIZE, at.FIRST_CYLINDER + i * at.OF_CYLINDER
     state[base + at.WORK_START] -= state[base + at.WORK]
     state[base + at.WALL_START] -= state[base + at.WALL]

@@ -1,4 +1,4 @@
-"""Functions for the slave of a combustion FMU."""
+"""Functions that a combustion FMU calls: read its data, make a simulation."""
 
 from cranktrain.modules.combustion.settings import CycleSettings
 from cranktrain.modules.combustion.simulation import CombustionSimulation

@@ -108,7 +108,7 @@ class CycleSettings:
 
 
 def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
-    """Prepared run: its inputs are those of the settings, its state is not started yet.
+    """Make a prepared run with the inputs of the settings; the state is not started yet.
 
     ``gas`` replaces air and products by another table in the form of :func:`.gas.gas_table`. Raises ``InputError`` for
     contradictory values.
@@ -176,7 +176,7 @@ def check_settings(settings: CycleSettings) -> None:
 
 
 def _refusal(settings: CycleSettings, status: int) -> str:
-    """Message for a status of :mod:`.preparation` with these settings."""
+    """Error message for a status of :mod:`.preparation`, with values of the ``settings``."""
     s, turns = settings, 180.0 / math.pi
     if status == SHORT_ROD:
         reach = 0.5 * s.stroke + abs(s.pin_offset)

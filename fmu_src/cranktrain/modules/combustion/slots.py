@@ -20,7 +20,7 @@ GIVEN = (
 """Fields of the settings that kernels read during steps; ``air_demand`` is derived from the fuel."""
 N_GIVEN = len(GIVEN)
 NUMBERS = (*GIVEN, "port_mass", "mass_scale", "energy_scale")
-"""A model's numbers: given values, and scales derived from them."""
+"""Names of a model's numbers: given values, and scales derived from given values."""
 (
     BORE, STROKE, ROD_LENGTH, PIN_OFFSET, COMPRESSION_RATIO, CRANKCASE_PRESSURE, WALL_TEMPERATURE, SWIRL,
     HEATING_VALUE, AIR_DEMAND, IGNITION_FACTOR, IGNITION_EXPONENT, IGNITION_TEMPERATURE, IGNITION_BY_RATIO,
@@ -35,7 +35,7 @@ RUN_NUMBERS = (
     *GIVEN, "intake_pressure", "intake_temperature", "exhaust_pressure", "exhaust_temperature", "start_cycles",
     "start_speed", "lift_source", "angle_source", "inputs_at",
 )  # fmt: skip
-"""A run's numbers: given values, then values for preparation and start only; the firing angles follow them."""
+"""Names of a run's numbers: given values, then values for preparation and start only; firing angles follow."""
 (
     CHARGE_PRESSURE, CHARGE_TEMPERATURE, BACK_PRESSURE, BACK_TEMPERATURE, START_CYCLES, START_SPEED, LIFT_SOURCE,
     ANGLE_SOURCE, INPUTS_AT,
@@ -45,7 +45,7 @@ FIRING = len(RUN_NUMBERS)
 LIFTS = ("built-in", "input", "auto")
 """Sources of the lifts: built-in, the inputs, or the inputs from the first one that is not 0."""
 CHOICES = ("given_lift", "given_angle", "ends")
-"""Choices of a model: index in ``LIFTS``, and in ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
+"""Choices of a model: indices in ``LIFTS``, and ``ANGLES`` and ``TIMES`` of :mod:`cranktrain.modules.crank_angle`."""
 GIVEN_LIFT, GIVEN_ANGLE, ENDS = range(len(CHOICES))
 _NEVER, ALWAYS, ONCE_SEEN = range(3)
 
@@ -56,7 +56,7 @@ SPEED, ANGLE, INTAKE_P, INTAKE_T, EXHAUST_P, EXHAUST_T = range(len(COMMON_INPUTS
 CYLINDER_INPUTS = (
     "fuel_mass", "injection_angle", "intake_lift", "exhaust_lift", "volume_deviation", "volume_deviation_rate",
 )  # fmt: skip
-"""Inputs of each cylinder, which follow the common ones."""
+"""Inputs of each cylinder, which follow the common inputs."""
 FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT, DEVIATION_IN, DEVIATION_RATE_IN = range(len(CYLINDER_INPUTS))
 OF_CYLINDER = len(CYLINDER_INPUTS)
 FIRST_CYLINDER = len(COMMON_INPUTS)

@@ -36,13 +36,13 @@ _AT_REST = 1.0e-4
 
 @inlined_kernel
 def stage(model, work, state, base, phi, time, row):
-    """Compute the rates at the values ``work.rows[TRIAL]`` into a row; returns a status."""
+    """Compute the rates at the values ``work.rows[TRIAL]`` into a row. Return a status."""
     return rates(model, work, state, base, phi, time, work.rows[TRIAL], work.rows[row])
 
 
 @kernel
 def attempt(model, work, state, base, time, h):
-    """Try a step of length h, s, from the state and the rates in row FIRST; returns its error over tolerance.
+    """Try a step of length h, s, from the state and the rates in row FIRST. Return its error over tolerance.
 
     Row TRIAL receives the values at the end of the step, row LAST their rates. Returns −1 on failure.
     """
@@ -109,7 +109,7 @@ def accept(model, work, state, base, time, h, phi):
 
 @kernel
 def first_rates(model, work, state, base, time):
-    """Compute the rates at the state into row FIRST; returns a status."""
+    """Compute the rates at the state into row FIRST. Return a status."""
     for k in range(at.N_INTEGRATED):
         work.rows[TRIAL, k] = state[base + k]
     work.now[at.FOUND_T] = state[base + at.TEMPERATURE]  # initial guess of Newton's method, kept in the state
@@ -118,7 +118,7 @@ def first_rates(model, work, state, base, time):
 
 @kernel
 def advance_cylinder(model, work, state, i, base, inputs, interval):
-    """Advance cylinder i with its block at ``base`` by ``interval``, s, at the workspace's speed; returns a status."""
+    """Advance cylinder i with its block at ``base`` by ``interval``, s, at the workspace's speed. Return a status."""
     speed = work.now[at.NOW_SPEED]
     time, again, passes = 0.0, True, 0
     while time < interval * (1.0 - 1.0e-14):

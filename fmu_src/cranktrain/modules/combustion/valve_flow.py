@@ -19,7 +19,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel
 
 EVEN = 5.0e-3
-"""Relative pressure difference δ below which the flow is made linear."""
+"""Relative pressure difference δ below which the valve flow is linear in the difference."""
 
 
 @inlined_kernel

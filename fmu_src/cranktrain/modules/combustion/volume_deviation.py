@@ -24,14 +24,14 @@ FARTHEST = math.radians(10.0)
 
 @inlined_kernel
 def deviation(now, time):
-    """Deviation D, m³, at a time since the start of the communication step, s."""
+    """Volume deviation D of a cylinder, m³, at a time since the start of the communication step, s."""
     bent = now[at.DEVIATION_BEND] + time * now[at.DEVIATION_TWIST]
     return now[at.NOW_DEVIATION] + time * (now[at.DEVIATION_SLOPE] + time * bent)
 
 
 @inlined_kernel
 def deviation_rate(now, time):
-    """Rate dD/dt, m³/s."""
+    """Rate dD/dt of a cylinder's volume deviation, m³/s."""
     return now[at.DEVIATION_SLOPE] + time * (2.0 * now[at.DEVIATION_BEND] + 3.0 * time * now[at.DEVIATION_TWIST])
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from cranktrain.core.kernel import inlined_kernel
 
 COMBUSTION_TERM = 3.24e-3
-"""Constant C₂ during combustion, m/(s K)."""
+"""Woschni's constant C₂ during combustion, m/(s K)."""
 MOTORED_EXPONENT = 1.35
 """Exponent of the polytrope for the motored pressure p₀; chosen."""
 
@@ -28,5 +28,5 @@ def woschni_coefficient(pressure, temperature, bore, gas_speed):
 
 @inlined_kernel
 def piston_term(open_valves, swirl):
-    """Constant C₁ with open or closed valves, at a swirl c_u/c_m."""
+    """Woschni's constant C₁ with open or closed valves, at a swirl c_u/c_m."""
     return 6.18 + 0.417 * swirl if open_valves else 2.28 + 0.308 * swirl

@@ -46,7 +46,7 @@ _STILL = 100
 
 @kernel
 def advance(model, work, state, inputs, interval):
-    """Advance by an interval, s; returns a status."""
+    """Advance the valve train by an interval, s. Return a status."""
     turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
     speed = turn / interval
     state[at.CRANK_SPEED] = speed
@@ -77,7 +77,7 @@ def advance(model, work, state, inputs, interval):
 
 @kernel
 def one_step(model, work, state, speed, left):
-    """Take one step at a crank speed, rad/s, within the time left, s; returns its length, −1 if it has no solution."""
+    """Take one step at a crank speed, rad/s, within the time left, s. Return its length, or −1 on failure."""
     wanted = min(state[at.STEP], LONGEST)
     if speed * wanted > LONGEST_TURN:
         wanted = LONGEST_TURN / speed
@@ -87,7 +87,7 @@ def one_step(model, work, state, speed, left):
         if 0.0 <= error <= 1.0:
             remember(model, work, state, h)
             keep_step(work, state)
-            # A step that was cut short is no measure for longer steps.
+            # A step that was cut short does not tell how long the next step may be.
             longer = next_size(error, h)
             state[at.STEP] = max(longer, state[at.STEP]) if longer >= GROW * h else longer
             return h

@@ -49,5 +49,5 @@ FILE = ModuleFile(
     },
     {"spring.preset": q.Length},
 )
-"""Tables of a valve-train module file."""
+"""Description of a valve-train module file: its TOML tables and their titles."""
 load = FILE.load

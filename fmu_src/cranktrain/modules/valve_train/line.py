@@ -59,7 +59,7 @@ def follow_cam(cam, row, angle):
 
 @kernel
 def train_force(n, row, speed):
-    """Force of the train on the valve at the row's position, N, its derivatives by depth and rate, and z′ and z″."""
+    """Force (N) of the train on the valve at the row's position, with slopes by depth and rate, and z′ and z″."""
     first, second = n[at.RATIO] * row[at.R_SLOPE], n[at.RATIO] * row[at.R_CURVE]
     depth = n[at.RATIO] * row[at.R_LIFT] - n[at.LASH] - row[at.R_X]
     force, by_depth, by_rate = contact(depth, first * speed - row[at.R_V], n[at.STIFFNESS], n[at.DAMPING])

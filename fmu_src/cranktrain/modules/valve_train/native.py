@@ -18,7 +18,7 @@ NO_SOLUTION = (
 
 
 def native_interface(settings: TrainSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """Interface of a run with these settings; ``names`` are the user's names of the settings' fields."""
+    """Interface of a valve-train run with ``settings``; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}].{kind}_" for i in range(count) for kind in at.KINDS]
     outputs = (*at.OUTPUTS, *(head + name for head in of_each for name in at.LINE_OUTPUTS))

@@ -61,7 +61,7 @@ def make_cam(numbers, kind, cam):
 
 @kernel
 def prepare_model(numbers, model, cams):
-    """Fill a model from a run's numbers, unless they are refused; returns a status. ``cams`` is trial workspace."""
+    """Fill a model from a run's numbers, unless they are refused. Return a status. ``cams`` is trial workspace."""
     status = check_numbers(numbers, cams)
     if status != OK:
         return status

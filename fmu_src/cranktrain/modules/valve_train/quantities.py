@@ -1,4 +1,4 @@
-"""Quantities of a valve-train file's values beyond those of the engine, as annotations of its settings."""
+"""Quantities of a valve-train file's values, in addition to the engine's quantities, as annotations of settings."""
 
 from __future__ import annotations
 

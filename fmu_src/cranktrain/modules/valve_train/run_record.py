@@ -61,13 +61,13 @@ class Run(NamedTuple):
 
 @kernel
 def prepare(run):
-    """Fill the model from the run's numbers; returns a status."""
+    """Fill the model from the run's numbers. Return a status."""
     return prepare_model(run.numbers, run.model, run.work.cams)
 
 
 @kernel
 def start(run, time):
-    """Start at a time, s, with the present inputs; returns a status.
+    """Start at a time, s, with the present inputs. Return a status.
 
     At rest the valve train starts in static balance, otherwise after ``start_cycles`` cycles from there.
     """
@@ -97,7 +97,7 @@ def start(run, time):
 
 @kernel
 def advance_run(run, t_end):
-    """Advance to ``t_end``, s, and write the outputs; returns a status."""
+    """Advance to ``t_end``, s, and write the outputs. Return a status."""
     model, state, trial, inputs = run.model, run.state, run.work.trial, run.inputs
     status = inputs_status(inputs)
     if status == OK:
@@ -108,7 +108,7 @@ def advance_run(run, t_end):
     if advance(model, run.work, trial, inputs, t_end - state[crank.TIME]) != OK:
         return FAILED
     observe(model, run.work, trial, run.outputs)
-    # The time is not the sum of the steps, because rounding would make it drift from the master's time.
+    # The time is not summed over steps, because rounding would make it drift from the co-simulation master's time.
     trial[crank.TIME] = t_end
     copy_state(trial, state)
     return OK
@@ -116,5 +116,5 @@ def advance_run(run, t_end):
 
 @kernel
 def observe_run(run):
-    """Write the outputs of the present state; returns a status."""
+    """Write the outputs of the present state. Return a status."""
     return observe(run.model, run.work, run.state, run.outputs)

@@ -1,4 +1,4 @@
-"""Functions for the slave of a valve-train FMU."""
+"""Functions that a valve-train FMU calls: read its data, make a simulation."""
 
 from cranktrain.modules.module_running import ModuleRunning
 from cranktrain.modules.valve_train.settings import TrainSettings

@@ -95,7 +95,7 @@ class TrainSettings:
 
 
 def make_run(settings: TrainSettings) -> Run:
-    """Prepared run: its inputs are 0, its state is not started yet.
+    """Make a prepared run with all inputs 0; the state is not started yet.
 
     Raises ``InputError`` for contradictory values.
     """
@@ -151,7 +151,7 @@ def check_settings(settings: TrainSettings) -> None:
 
 
 def _refusal(settings: TrainSettings, status: int) -> str:
-    """Message for a status of :mod:`.preparation` with these settings."""
+    """Error message for a status of :mod:`.preparation`, with values of the ``settings``."""
     s, k, degrees = settings, status % 10, 180.0 / math.pi
     kind = at.KINDS[k]
     if status == NO_SEAT_TIME + k:

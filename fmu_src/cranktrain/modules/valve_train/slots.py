@@ -19,7 +19,7 @@ NUMBERS = (
     *GIVEN, "damping", "seat_damping", "drive_damping", "half_gap", "velocity", "coupling_1", "coupling_2",
     "modal_mass", "modal_stiffness_1", "modal_stiffness_2", "modal_damping_1", "modal_damping_2",
 )  # fmt: skip
-"""A model's numbers: given and derived values."""
+"""Names of a model's numbers: given and derived values."""
 (
     RATIO, STIFFNESS, LASH, RATE, PRELOAD, SEAT, FRICTION, BASE_RADIUS,
     ROLLER_RADIUS, CAM_WIDTH, CONTACT_MODULUS, DRIVE, DRIVE_RADIUS, INERTIA, DRAG,
@@ -30,7 +30,7 @@ MODES = 2
 """Number of surge modes of a spring; the numbers of all modes are adjacent."""
 
 CAM = ("mass", "half", "ramp", "ramp_speed", "step_power", "lift", "c_1", "c_2", "c_3", "c_4")
-"""Numbers of a cam: mass of the driven parts at the valve, and its shape; see :mod:`.cam`."""
+"""Numbers of a cam: mass of the driven parts at the valve, and shape of the cam; see :mod:`.cam`."""
 MASS, HALF, RAMP, RAMP_SPEED, STEP_POWER, LIFT, C_1, C_2, C_3, C_4 = range(len(CAM))
 INTAKE, EXHAUST = range(2)
 KINDS = ("intake", "exhaust")
@@ -43,7 +43,7 @@ RUN_NUMBERS = (
     "damping_velocity", "spring_mass", "spring_damping", "seat_damping_velocity", "drive_damping_speed", "backlash",
     "rated_speed", "start_cycles", "start_speed", "angle_source", "inputs_at",
 )  # fmt: skip
-"""A run's numbers: given values, then values for preparation and start only; the firing angles follow them."""
+"""Names of a run's numbers: given values, then values for preparation and start only; firing angles follow."""
 FIRST_KIND, N_OF_KIND = N_GIVEN, len(OF_KIND)
 (
     CAM_RAMP, POWER, TRAIN_MASS, DAMPING_VELOCITY, SPRING_MASS, SPRING_DAMPING, SEAT_VELOCITY, DRIVE_SPEED, BACKLASH,

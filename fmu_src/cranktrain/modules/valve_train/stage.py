@@ -43,7 +43,7 @@ def open_stage(model, work, gh):
 
 @kernel
 def close_stage(model, work, gh):
-    """Compute positions and velocities at the end of the stage from its accelerations, those of the modes included."""
+    """Compute positions and velocities at the end of the stage from its accelerations, spring modes included."""
     n = model.numbers
     for i in range(work.rows.shape[0]):
         row = work.rows[i]
@@ -67,7 +67,7 @@ def move_shaft(shaft, gh):
 
 @kernel
 def solve_stage(model, work, gh):
-    """Solve the stage prepared by ``open_stage`` with the previous accelerations as initial guess; returns a status."""
+    """Solve the stage prepared by ``open_stage`` with the previous accelerations as initial guess. Return a status."""
     n, shaft = model.numbers, work.shaft
     enough = SOLVED * n[at.TOLERANCE] * n[at.VELOCITY]
     for _ in range(MOST_ITERATIONS):

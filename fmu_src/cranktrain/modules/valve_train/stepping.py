@@ -45,7 +45,7 @@ def load_rows(model, work, state):
 
 @kernel
 def attempt(model, work, state, crank, speed, h):
-    """Try a step of h, s, from half the crank angle (rad) at half the crank speed; returns error over tolerance.
+    """Try a step of h, s, from half the crank angle (rad) at half the crank speed. Return error over tolerance.
 
     The end of the step is in the rows and the shaft of the workspace. Returns −1 if a stage has no solution.
     """
@@ -159,6 +159,6 @@ def keep_step(work, state):
 
 @kernel
 def next_size(error, h):
-    """Length of the next step, s, after a step of h with this error over tolerance."""
+    """Length of the next step, s, after a step of h with the ``error`` over tolerance."""
     factor = GROW if error <= 0.0 else min(max(_SAFETY * error ** (-1.0 / 3.0), _SHRINK), GROW)
     return h * factor

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Self
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.results.figures import save_figure
@@ -17,15 +18,19 @@ LINES, LONGEST = 6, 72
 
 
 class VerbResult(dict[str, Any]):
-    """Result of a verb, with the content that ``--json`` prints. Keys carry their unit; ``verb`` is the verb's name."""
+    """Result of a verb, with the content that ``--json`` prints. Keys carry their unit.
+
+    ``verb`` is the verb's name, ``beside`` holds the objects that the content describes, such as the engine.
+    """
 
     verb = "cranktrain"
+    beside: Mapping[str, Any] = MappingProxyType({})
 
     @classmethod
-    def of(cls, found: Mapping[str, Any], verb: str) -> VerbResult:
-        """Make the result of a verb from its dictionary."""
+    def of(cls, found: Mapping[str, Any], verb: str, **beside: Any) -> Self:
+        """Make the result of a verb from its dictionary and the objects that it describes."""
         made = cls(found)
-        made.verb = verb
+        made.verb, made.beside = verb, beside
         return made
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
@@ -42,11 +43,10 @@ class LookInside:
         self.request().settings(self.engine)
 
     def request(self) -> Request:
-        """Return the request of the run."""
-        return Request(
-            speed_rpm=self.speed / RPM, settle=self.settle, crank=self.crank, bearings=self.bearings,
-            big_ends=self.big_ends, damper=self.engine.damper is not None, load=self.load,
-        )  # fmt: skip
+        """Request of the run."""
+        levels: dict[str, Any] = {"crank": self.crank, "bearings": self.bearings, "big_ends": self.big_ends}
+        fitted = self.engine.damper is not None
+        return Request(speed_rpm=self.speed / RPM, settle=self.settle, damper=fitted, load=self.load, **levels)
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
         """Run, and write the cycle to ``path``; raises errors of the package."""
