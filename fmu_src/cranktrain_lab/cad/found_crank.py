@@ -31,13 +31,13 @@ FIT = 1e-5
 THRUST_REACH = 1.3
 """Least ratio of the thrust faces' outer radius to the radius of the main journal."""
 LEAST_FINENESS = 0.42
-"""Element edges per radius of curvature for a solid without fillets, as on default fillets of engine files."""
+"""Element edges per radius of curvature for a solid without fillets; equal to default fillets of engine files."""
 CLEAR = 1.001
-"""Factor by which a radius exceeds the one that it must."""
+"""Factor by which a radius exceeds another radius that it must exceed."""
 
 
 class Dimensions(NamedTuple):
-    """Dimensions of an engine file, deviations from the solid, and the webs from which they follow."""
+    """Dimensions of an engine file, deviations from the solid, and the webs from which the dimensions follow."""
 
     crankshaft: Crankshaft
     doubts: tuple[str, ...]
@@ -45,7 +45,7 @@ class Dimensions(NamedTuple):
 
 
 def dimensions(found: RecognisedCrank, mesh_size: float) -> Dimensions:
-    """Return the crankshaft of an engine file, m and rad, nearest to the one found.
+    """Return the crankshaft of an engine file (m, rad) that is nearest to the crank found in the solid.
 
     A dimension that the file states once is the median of the solid's values. Widths of mains are then changed so that
     every main has its position in the solid. Raises ``InputError`` if the file format cannot describe the crankshaft.
@@ -117,12 +117,12 @@ def _metres(value: float) -> float:
 
 
 def _beside_main(found: RecognisedCrank) -> list[bool]:
-    """Return for each web True if it joins a main journal, False for flying webs."""
+    """Return True for each web that joins a main journal, and False for flying webs between two pins."""
     return [k in (0, count) for count in found.bays for k in range(count + 1)]
 
 
 def _widths(found: RecognisedCrank, one: float, pitch: float) -> tuple[float, ...]:
-    """Return widths (m), nearest to the found ones, that give each main its position; ``one``: webs and pin, mm."""
+    """Return main widths (m), nearest to the found widths, for the found positions; ``one``: webs and pin, mm."""
     own = np.array([journal.width for journal in found.mains])
     places = np.array([0.5 * (journal.start + journal.end) for journal in found.mains])
     bays = np.array([one + (count - 1) * pitch for count in found.bays])
@@ -141,7 +141,7 @@ def _misplaced(found: RecognisedCrank, made: Crankshaft) -> list[str]:
 
 
 def write_crank_mesh(path: Path, found: RecognisedCrank, crankshaft: Crankshaft, thrust_main: int) -> tuple[int, int]:
-    """Write a mesh of the solid (Gmsh 2.2, m) with named surfaces in the crank's frame; return node and element counts.
+    """Write a mesh of the solid (Gmsh 2.2, m) with named surfaces in the crank's frame. Return node and element counts.
 
     The largest edge and the edges on fillets are those of the parametric crank.
     """
@@ -176,7 +176,7 @@ def _flywheel_plane(found: RecognisedCrank) -> float:
 def _surfaces(
     found: RecognisedCrank, crankshaft: Crankshaft, thrust_main: int, nodes: Array, triangles: Integers, faces: Integers
 ) -> dict[str, Integers]:
-    """Return the triangles (k, 3) of each interface."""
+    """Return the k surface triangles (k, 3) of each interface of the crank."""
     chosen = {f"main[{k}]": one.cylinder.faces for k, one in enumerate(found.mains, 1)}
     chosen |= {f"pin[{k}]": one.cylinder.faces for k, one in enumerate(found.pins, 1)}
     named = {name: triangles[np.isin(faces, own)] for name, own in chosen.items()}

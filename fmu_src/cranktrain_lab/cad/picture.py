@@ -58,7 +58,7 @@ def plot_end(ax: Any, found: RecognisedCrank) -> None:
 
 
 def save_found(path: Path, found: RecognisedCrank, notes: Sequence[str]) -> Path:
-    """Write the picture of a found crank, with notes below it."""
+    """Write the picture of a found crank, with notes below the drawing."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(14.0, 5.2), dpi=150, layout="constrained")

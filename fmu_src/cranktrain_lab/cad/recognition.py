@@ -28,17 +28,17 @@ PARALLEL = np.cos(np.radians(0.2))
 FULL = 0.75
 """Least fraction of a full cylinder in a journal's faces, because oil bores and keyways remove a little."""
 SAME_RADIUS, SAME_AXIS = 5e-3, 2e-3
-"""Relative deviation of radii, and distance of axes as a fraction of the radius, below which cylinders are equal."""
+"""Largest relative difference of radii, and distance of axes over the radius, of cylinders that count as equal."""
 LEAST_PIN = 0.3
-"""Least ratio of a pin's radius to that of the largest journal on the axis; thinner cylinders are dowels."""
+"""Least ratio of a pin's radius to the radius of the largest journal on the axis. Thinner cylinders are dowels."""
 ORBIT, ALIKE = 0.02, 1.4
-"""Relative difference of the throws of pins of different diameters, and the largest ratio of these diameters."""
+"""Largest relative difference of throws, and largest ratio of diameters, of pins with different diameters."""
 REACH = 0.35
 """Largest distance of a web's plane from the end of its journal's cylinder (the fillet), relative to the radius."""
 LISTED = 12
 """Largest number of journals whose sizes a note lists."""
 COLLAR = 1.05
-"""Ratio of an end's radius to that of the mains above which the end is a flange."""
+"""Ratio of a crank end's radius to the mains' radius above which the end is a flange."""
 
 
 class Given(NamedTuple):
@@ -61,7 +61,7 @@ class Round(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """Middle along z, mm."""
+        """Middle of the cylinder along z, mm."""
         return 0.5 * (self.start + self.end)
 
 
@@ -82,7 +82,7 @@ class Journal(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Width between the webs, mm."""
+        """Width of the journal between the webs, mm."""
         return self.end - self.start
 
 
@@ -164,7 +164,7 @@ def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Gi
 
 
 def _moved(faces: Faces, turn: Array, shift: Array) -> Faces:
-    """Return faces in other axes."""
+    """Return a solid's faces in rotated and shifted axes."""
     return faces._replace(
         normal=faces.normal @ turn.T,
         centre=faces.centre @ turn.T + shift,
@@ -184,7 +184,7 @@ def _axis_direction(solid: StepSolid, faces: Faces) -> Array:
     near = np.abs(directions @ directions.T) > PARALLEL
     best = int(np.argmax(near @ area))
     own = directions[near[best]] * np.sign(directions[near[best]] @ directions[best])[:, None]
-    # Large faces have the most accurate direction.
+    # Directions are weighted by squared area, because large faces have the most accurate direction.
     weight = area[near[best]] ** 2
     mean = (weight[:, None] * own).sum(axis=0)
     mean = mean / np.linalg.norm(mean)
@@ -222,7 +222,7 @@ def _rounds(faces: Faces) -> list[Round]:
 
 
 def _by_axis(rounds: Sequence[Round], origin: tuple[float, float] = (0.0, 0.0)) -> tuple[list[Round], list[Round]]:
-    """Split cylinders into those on an axis and those off it."""
+    """Split cylinders into two lists: cylinders about an axis along z, and all others."""
     off = [np.hypot(one.axis[0] - origin[0], one.axis[1] - origin[1]) > 0.02 * one.radius for one in rounds]
     on_axis = [one for one, away in zip(rounds, off, strict=True) if not away]
     return on_axis, [one for one, away in zip(rounds, off, strict=True) if away]
@@ -247,7 +247,7 @@ def _main_axis(solid: StepSolid, faces: Faces) -> tuple[float, float]:
 def _mains_and_pins(
     solid: StepSolid, on_axis: list[Round], off_axis: list[Round], given: Given
 ) -> tuple[list[Round], list[Round]]:
-    """Return main journals and pins among the full cylinders; ``InputError`` states what was found."""
+    """Return main journals and pins among the full cylinders; an ``InputError`` lists the cylinders found."""
     said = f"{solid.path}: no crankshaft"
     largest = max(on_axis, key=lambda one: one.radius * (one.end - one.start)).radius
     pins = [one for one in off_axis if one.radius > LEAST_PIN * largest and not _is_disc(one, largest)]
@@ -290,7 +290,7 @@ def _mains_and_pins(
 
 
 def _thinnest(off_axis: list[Round], pins: list[Round], largest: float) -> list[Round]:
-    """Return pins among cylinders off the axis: the thinnest, and those of other diameter with an equal throw.
+    """Return pins among cylinders off the axis: the thinnest cylinders, and other diameters with an equal throw.
 
     Collars and round webs about a pin's axis are excluded, because they adjoin a thinner cylinder, the pin.
     """
@@ -307,7 +307,7 @@ def _thinnest(off_axis: list[Round], pins: list[Round], largest: float) -> list[
 
 
 def _adjoins(one: Round, other: Round) -> bool:
-    """True if a thinner cylinder about the same axis adjoins, with at most a fillet between."""
+    """True if ``other`` is a thinner cylinder about the same axis that adjoins ``one``, at most a fillet apart."""
     apart = np.hypot(one.axis[0] - other.axis[0], one.axis[1] - other.axis[1])
     gap = max(one.start, other.start) - min(one.end, other.end)
     return bool(other.radius < 0.98 * one.radius and apart < SAME_AXIS * 10.0 * one.radius and gap < REACH * one.radius)
@@ -332,7 +332,7 @@ def _of_diameter(solid: StepSolid, rounds: list[Round], diameter: float | None, 
 
 
 def _merged(rounds: list[Round]) -> list[Round]:
-    """Merge cylinders of equal axis and radius with a groove between them."""
+    """Merge cylinders of equal axis and radius that only a groove separates."""
     found: list[Round] = []
     for one in sorted(rounds, key=lambda each: each.middle):
         if found:
@@ -347,7 +347,7 @@ def _merged(rounds: list[Round]) -> list[Round]:
 
 
 def _main_radius(before: list[Round], after: list[Round], between: list[Round]) -> float:
-    """Return the radius of the mains: that with most area between pins, else the nearest common to both sides."""
+    """Return the mains' radius: the radius with most area between pins, else the nearest radius on both sides."""
     if between:
         return _commonest(between)
     for one in sorted(before, key=lambda each: -each.end):
@@ -365,7 +365,7 @@ def _commonest(rounds: list[Round]) -> float:
 
 
 def _nearest(rounds: list[Round], radius: float, z: float) -> Round:
-    """Return the cylinder of a radius nearest to a position along z; the nearest of any radius if there is none."""
+    """Return the cylinder of this radius nearest to a position z, or the nearest of any radius if none has it."""
     same = _merged([one for one in rounds if abs(one.radius - radius) < 0.02 * radius])
     return min(same or rounds, key=lambda one: abs(one.middle - z))
 
@@ -414,7 +414,7 @@ def _journal(faces: Faces, cylinder: Round) -> Journal:
 
 
 def _doubts(mains: tuple[Journal, ...], pins: tuple[Journal, ...]) -> tuple[str, ...]:
-    """Return warnings on dimensions with several values in the crank and one in the engine file."""
+    """Return warnings on dimensions that vary along the crank but have one value in the engine file."""
     found = []
     for what, values in (
         ("main journals have diameters", [2.0 * one.cylinder.radius for one in mains]),

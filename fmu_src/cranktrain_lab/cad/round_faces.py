@@ -22,12 +22,12 @@ FLAT = 1e-7
 ROUND = 5e-4
 """Largest relative deviation of a cylinder's points from its radius."""
 LEAST_TURN = 0.02
-"""Least squared fraction of normals in the second direction, which is an arc of about 30 degrees."""
+"""Least squared fraction of a cylinder's normals in their second direction, for an arc of about 30 degrees."""
 ITERATIONS = 8
 
 
 class Faces(NamedTuple):
-    """Kinds and geometry of a solid's f faces.
+    """Kind and geometry of each of the f faces of a solid.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ MATCH_DEG = 0.5
 MESH_SIZE = 0.17
 """Largest edge of the mesh as a fraction of the bore, as in generated engine files."""
 OF_BORE, JOURNALS = (0.25, 2.0), (3e-3, 1.2)
-"""Limits of main journal diameters relative to the bore, and in m; outside them the file's unit is wrong."""
+"""Limits of main journal diameters relative to the bore, and in m. Outside the limits the file's unit is wrong."""
 _UNIT_WORDS = {1e3: "m", 10.0: "cm", 1.0: "mm", 25.4: "inches", 1e-3: "um"}
 STROKE_MM = 0.1
 """Largest deviation of a stated stroke from twice the throw, mm."""
@@ -46,7 +46,7 @@ class Stated(NamedTuple):
 
 
 class StepEngine(NamedTuple):
-    """Sizes of the engine, crank rotated to the layout, its dimensions, and remarks for the user."""
+    """Sizes of the engine, found crank rotated to the layout, the crank's dimensions, and remarks for the user."""
 
     sizes: Sizes
     found: RecognisedCrank
@@ -55,7 +55,7 @@ class StepEngine(NamedTuple):
 
 
 def step_engine(found: RecognisedCrank, stated: Stated) -> StepEngine:
-    """Return the engine of a crank; ``InputError`` if the user's statements do not fit the crank."""
+    """Return the engine of a crank; raises ``InputError`` if the user's statements do not fit the crank."""
     angles = np.degrees([math.atan2(-one.cylinder.axis[0], one.cylinder.axis[1]) for one in found.pins])
     layout, told = _layout(found, angles, stated)
     offsets = np.radians(np.array(layout.throws_deg) - angles)
@@ -183,7 +183,7 @@ def _fits(row: Layout, found: RecognisedCrank, angles: np.ndarray) -> bool:
 
 
 def _mirrored(row: Layout) -> Layout | None:
-    """Return the layout with mirrored crank, which fires in reverse order; None for a boxer."""
+    """Return the layout with a mirrored crank, which fires in reverse order. Return None for a boxer engine."""
     back = tuple((CYCLE_DEG - angle) % CYCLE_DEG for angle in row.firing_deg)
     half = row.cylinders // 2
     if row.form == BOXER:

@@ -29,13 +29,13 @@ Integers = NDArray[np.integer[Any]]
 
 SUFFIXES = (".step", ".stp")
 FINENESS, GRADING = 1.5, 0.7
-"""Edges per radius of curvature, and growth of edges, of the surface used for recognition."""
+"""Mesh settings of the surface for recognition: edges per radius of curvature, and growth of edges."""
 EDGES_ALONG = 30
-"""Ratio of the solid's length to the largest edge of this surface."""
+"""Ratio of the solid's length to the largest edge of the surface mesh for recognition."""
 READ_SECONDS = 300.0
 MESH_GRADING = 0.5
 RETRIES = ((1.0, 0.4), (1.5, 0.3))
-"""Edges per radius of curvature and growth for further attempts if meshing fails; small bores need finer edges."""
+"""Edges per radius of curvature and growth in further attempts if meshing fails (small bores need finer edges)."""
 LEAST_LENGTH, LARGEST_LENGTH = 30.0, 25000.0
 """Limits of the length of crankshafts, mm."""
 
@@ -57,7 +57,7 @@ class StepSolid(NamedTuple):
     faces: Integers
     volume: float
     scale: float = 1.0
-    """Factor from coordinates of the CAD kernel to these nodes, for a corrected unit."""
+    """Factor from coordinates of the CAD kernel to the nodes, if the user has corrected the file's unit."""
 
 
 def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
@@ -106,7 +106,7 @@ def stated_unit(path: Path) -> float:
 def step_mesh(
     solid: StepSolid, turn: Array, shift: Array, largest_edge: float, fineness: float
 ) -> tuple[Array, Integers, Integers, Integers]:
-    """Mesh the solid; returns nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each triangle.
+    """Mesh the solid. Return nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each triangle.
 
     Parameters
     ----------

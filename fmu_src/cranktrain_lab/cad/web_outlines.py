@@ -21,10 +21,10 @@ Integers = NDArray[np.integer[Any]]
 UPRIGHT = 1e-4
 """Largest z component of the normals of a face parallel to the axis."""
 SHORT_ARC, EXACT = np.radians(40.0), 1e-5
-"""Largest angle of an arc whose radius is found from nodes at equal distance from the axis, and their relative
-deviation."""
+"""Largest angle of an arc whose radius follows from nodes at equal distance from the axis, and the largest relative
+deviation of these distances."""
 WEIGHT = 1.02
-"""Ratio of the radius opposite to the pin to that about the main axis above which a web has a counterweight."""
+"""Ratio of a web's radius opposite to the pin to its radius about the main axis above which it has a counterweight."""
 
 
 class WebShape(NamedTuple):
@@ -41,7 +41,7 @@ class WebShape(NamedTuple):
 
 
 def web_shapes(found: RecognisedCrank) -> tuple[WebShape, ...]:
-    """Return all webs, including flying ones, from the pulley to the flywheel."""
+    """Return the shapes of all webs, including flying webs, from the pulley to the flywheel."""
     ordered = sorted([*found.mains, *found.pins], key=lambda journal: journal.cylinder.middle)
     mains = set(found.mains)
     return tuple(_web(found, a, b, a in mains or b in mains) for a, b in itertools.pairwise(ordered))
@@ -124,7 +124,7 @@ def _outline(found: RecognisedCrank, z: float) -> tuple[Array, Array, Integers]:
     """
     corners = found.solid.nodes[found.solid.triangles]
     low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-    # Bores do not belong to the outline.
+    # Faces of bores do not belong to the outline of a web.
     bored = (found.faces.radius > 0.0) & ~found.faces.round
     cut = (low < z) & (high > z) & ~bored[found.solid.faces]
     edges = np.array([_crossing(triangle, z) for triangle in corners[cut]]).reshape(-1, 2, 2)

@@ -1,1 +1,1 @@
-"""Calibration: values of an engine file that meet published frequencies, within bounds that a designer accepts."""
+"""Calibration: values of an engine file that meet published frequencies, within bounds set by the user."""

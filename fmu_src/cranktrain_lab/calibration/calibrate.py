@@ -1,4 +1,4 @@
-"""Calibration of an engine against a targets file, from its bodies to a new engine file and a report.
+"""Calibration of an engine against a targets file, from the engine's bodies to a new engine file and a report.
 
 If the engine's own values meet all targets, they are confirmed and there is no search, because a problem with more
 values than targets has many solutions. Otherwise all free values are searched; dimensions act by the linearised change
@@ -42,7 +42,7 @@ from cranktrain_lab.calibration.train import FilmMeans, Train
 
 CLOSED = "thrust.closed_stiffness"
 RESTS_ON = 0.05
-"""Least sensitivity to a value for which a target is listed as determined by the value."""
+"""Least sensitivity of a target to a value for which the target is listed as determined by this value."""
 Follow = Callable[[float, float], None]
 
 
@@ -56,7 +56,7 @@ def calibrate(
     say: Progress = lambda stage: None,
     follow: Follow = lambda share, cost: None,
 ) -> dict[str, Any]:
-    """Calibrate an engine to targets; returns a report for JSON, and writes the new engine file ``out`` if given.
+    """Calibrate an engine to targets. Return a report for JSON, and write the new engine file ``out`` if given.
 
     Raises ``InputError`` for unusable files, an ``out`` that exists, or dimensions that cannot be meshed.
 
@@ -101,7 +101,7 @@ def calibrate(
 def _fitted(
     base: Engine, task: Task, seed: int, evaluations: int, say: Progress, follow: Follow
 ) -> tuple[Problem, Found]:
-    """Return the fitted values and the problem with their bodies; after an interrupt, with the previous bodies."""
+    """Return fitted values, and the problem with bodies of these values (after an interrupt: with previous bodies)."""
     start = start_values(base, task)
     before = engine_with(base, task, start, {})
     dimensions = dict[str, list[Change]]()
@@ -117,7 +117,7 @@ def _fitted(
             raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} is not possible: {error}") from None
 
     def problem(given: Mapping[str, float]) -> Problem:
-        """Return the problem with the bodies of given values."""
+        """Return the calibration problem with finite-element bodies made for given values."""
         engine = engine_with(base, task, given, {})
         check_engine(engine)
         crank = reduced_crankshaft(engine, progress=say)
@@ -154,7 +154,7 @@ def _fitted(
 
 
 def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
-    """Return mean film laws of an engine at full load, without tilt, at the block level of the targets.
+    """Return mean stiffness and damping of an engine's films at full load, without tilt, at the targets' block level.
 
     The speed is that of the largest heat per cycle. Raises ``SolverError`` if the run fails.
     """
@@ -168,7 +168,7 @@ def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
 
 
 def start_values(engine: Engine, task: Task) -> dict[str, float]:
-    """Return the engine's own free values, SI; values without a key are fitted to the derived values."""
+    """Return start values (SI): the engine's own values; values without a key are fitted to the derived values."""
     start = {p.key: values.value(engine, p.key) if p.is_key else 0.5 * (p.low + p.high) for p in task.parameters}
     names = [p for p in task.parameters if not p.is_key]
     if not names:
@@ -241,7 +241,7 @@ def check_written(text: str, engine: Engine, task: Task) -> None:
 
 
 def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> dict[str, Written]:
-    """Return the values of the new engine file by key; the note of a free value names the targets that determine it."""
+    """Return the new engine file's values by key. The note of a free value names the targets that determine it."""
     task, engine = problem.task, problem.engine_of(free)
     found = {}
     for p, x in zip(task.parameters, free, strict=True):

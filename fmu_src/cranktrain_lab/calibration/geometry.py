@@ -34,7 +34,7 @@ CRANK, BLOCK = "crankshaft", "block"
 
 
 class Change(NamedTuple):
-    """Change of a body at its interfaces per unit of a dimension: stiffness and mass, (6 m, 6 m)."""
+    """Change of a body's stiffness and mass per unit of a dimension, at the m interfaces of the body, (6 m, 6 m)."""
 
     body: str
     stiffness: Array
@@ -48,7 +48,7 @@ def digests(engine: Engine, flexible: bool) -> dict[str, str]:
 
 
 def changes(engine: Engine, other: Engine, step: float, flexible: bool, say: Progress) -> list[Change]:
-    """Return changes of the bodies per unit of a dimension that differs by ``step`` in ``other``; may be empty."""
+    """Return changes of the bodies per unit of a dimension that is ``step`` larger in ``other``; may be empty."""
     before, after = digests(engine, flexible), digests(other, flexible)
     found = []
     for body in before:

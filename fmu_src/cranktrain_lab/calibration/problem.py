@@ -28,7 +28,7 @@ from cranktrain_lab.calibration.targets import MOTION, STAND_INS, Parameter, Tar
 from cranktrain_lab.calibration.train import Matrices, Modes, Train
 
 NAME_MARGIN = 0.08
-"""Energy fraction by which a mode's own kind must exceed every other kind; a deficit counts like a deviation."""
+"""Energy fraction by which a mode's own kind must exceed every other kind. A deficit counts like a deviation."""
 EXTRA_REACH = 0.05
 """Relative distance above the last target over which the weight of unmatched modes falls from 1 to 0."""
 EXTRA_WEIGHT = 2.0
@@ -42,7 +42,7 @@ MATCHED = 12
 
 
 class Match(NamedTuple):
-    """Modes matched with the targets.
+    """Computed modes matched with the targets.
 
     ``hz`` (t,) are frequencies, ``deviations`` (t,) those in tolerances for the search, ``places`` (t,) indices of
     modes in their list, ``extra`` frequencies of unmatched modes below the last target, ``penalties`` further residuals
@@ -81,7 +81,7 @@ class Problem:
         return np.array([p.high for p in self.task.parameters])
 
     def given(self, free: Array) -> dict[str, float]:
-        """Return all values of the targets file by key."""
+        """Return all free and fixed values of the targets file by key."""
         return {**self.held, **{p.key: float(x) for p, x in zip(self.task.parameters, free, strict=True)}}
 
     def holding(self, held: Mapping[str, float]) -> Problem:
@@ -133,7 +133,7 @@ def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_in
     for entry in task.derived:
         if all(name in names for name in STAND_INS if name in entry.formula):
             number = values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
-            # A value that differs only by rounding must not cause new bodies.
+            # A value that differs only by rounding must not cause a new finite-element computation.
             if not values.holds(engine, entry.key, number):
                 engine = values.with_value(engine, entry.key, number)
     return engine
@@ -179,7 +179,7 @@ def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
 
 
 def _lacks(own: Array, kind: int) -> Array:
-    """Return the deficit of modes for a kind, in margins, from energy fractions (k, kinds) of the crank."""
+    """Return by how much each of k modes fails to be of a kind, in margins, from energy fractions (k, kinds)."""
     others = np.delete(own, kind, axis=1).max(axis=1)
     return np.asarray(np.maximum(0.0, others - own[:, kind] + NAME_MARGIN) / NAME_MARGIN)
 

@@ -20,13 +20,13 @@ from cranktrain.core.reduced_body import Array
 POPULATION = 5
 """Members of a generation per free value."""
 STARTS = 6
-"""Number of starts of least squares: the best values found, and random values around them."""
+"""Number of least-squares starts: the best values found, and random values around them."""
 SPREAD = 0.1
 """Standard deviation of the random starts, as a fraction of the range between bounds."""
 STEP = 2e-3
-"""Step of differences in least squares, as a fraction of the range; wider than the jumps of matched modes."""
+"""Step of differences in least squares, as a fraction of the range. It exceeds jumps of residuals by mode matching."""
 MET = 1e-10
-"""Cost (sum of squares in tolerances) at which a search stops."""
+"""Cost (sum of squared residuals in tolerances) at which a search stops."""
 GLOBAL_SHARE = 0.7
 """Largest fraction of the evaluations for differential evolution."""
 
@@ -37,7 +37,7 @@ Follow = Callable[[float, float], None]
 
 
 class Residuals(Protocol):
-    """Problem of a search: bounds (p,) of free values, and residuals (m,) whose sum of squares is minimised."""
+    """Problem of a search: bounds (p,) of p free values, and m residuals whose sum of squares is minimised."""
 
     @property
     def low(self) -> Array:
@@ -48,7 +48,7 @@ class Residuals(Protocol):
         """Upper bounds of the free values."""
 
     def residuals(self, free: Array) -> Array:
-        """Return all residuals at free values."""
+        """Return all residuals (m,) at free values (p,)."""
 
 
 class Found(NamedTuple):
@@ -61,7 +61,7 @@ class Found(NamedTuple):
 
 
 class _Search:
-    """Evaluation of scaled values, which stores the best so far."""
+    """Evaluation of the problem at scaled values; stores the best values so far."""
 
     def __init__(self, problem: Residuals, limit: int, follow: Follow) -> None:
         self.problem, self.limit, self.follow = problem, limit, follow
@@ -79,7 +79,7 @@ class _Search:
         return found
 
     def slopes(self, scaled: Array) -> Array:
-        """Return derivatives (m, p) of residuals by differences of :data:`SMOOTH_STEP`, away from the nearer bound."""
+        """Return derivatives (m, p) of m residuals by p values, by differences away from the nearer bound."""
         at, columns = self.residuals(scaled), []
         for k in range(scaled.size):
             step = SMOOTH_STEP if scaled[k] < 0.5 else -SMOOTH_STEP
@@ -89,7 +89,7 @@ class _Search:
         return np.stack(columns, axis=1)
 
     def total(self, scaled: Array) -> float:
-        """Return the sum of squares."""
+        """Return the sum of squared residuals at scaled values."""
         found = self.residuals(scaled)
         return float(found @ found)
 

@@ -1,4 +1,4 @@
-"""Springs that replace the block at level ``ground``: its stiffness at main bores and thrust faces.
+"""Springs that replace the block at level ``ground``: the block's stiffness at main bores and thrust faces.
 
 Each is the inverse of the compliance of the free block with its heads under a unit load at that interface,
 

@@ -51,7 +51,7 @@ LARGEST = 1e15
 
 
 class TargetTable(Table, kw_only=True):
-    """Table of a target frequency, or of the critical speed of an order."""
+    """TOML table of a target frequency, or of the critical speed of an order."""
 
     of: Literal[BODIES] = BODIES[0]  # type: ignore[valid-type]
     shape: Literal[KINDS]  # type: ignore[valid-type]
@@ -65,7 +65,7 @@ class TargetTable(Table, kw_only=True):
 
 
 class ParameterTable(Table, kw_only=True):
-    """Table of a free value between two bounds, in a unit."""
+    """TOML table of a free value between two bounds, in a unit."""
 
     measured = ("low", "high")
 
@@ -76,7 +76,7 @@ class ParameterTable(Table, kw_only=True):
 
 
 class DerivedTable(Table, kw_only=True):
-    """Table of a value that follows from others by a formula in SI."""
+    """TOML table of a value that follows from other values by a formula in SI."""
 
     formula: str
     note: str = ""
@@ -124,13 +124,13 @@ class Parameter:
 
     @property
     def is_key(self) -> bool:
-        """True for a value of the engine file."""
+        """True if the parameter is a value of the engine file."""
         return "." in self.key
 
 
 @dataclass(frozen=True)
 class Derived:
-    """Key of the engine whose value follows from others by a formula in SI."""
+    """Key of the engine whose value follows from other values by a formula in SI."""
 
     key: str
     formula: str
@@ -139,7 +139,7 @@ class Derived:
 
 @dataclass(frozen=True)
 class Task:
-    """Contents of a targets file."""
+    """Contents of a targets file of a calibration."""
 
     flexible: bool
     targets: tuple[Target, ...]
@@ -148,12 +148,12 @@ class Task:
 
     @property
     def moves(self) -> bool:
-        """True if a target belongs to a running engine."""
+        """True if a target is a frequency of the running engine."""
         return any(target.of == MOTION for target in self.targets)
 
     @property
     def film_springs(self) -> bool:
-        """True if a value is derived from the films' stand-in springs."""
+        """True if a derived value depends on the springs that replace oil films."""
         return any(name in entry.formula for entry in self.derived for name in FILM_STAND_INS)
 
 
@@ -202,7 +202,7 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
 
 
 def target_of(name: str, entry: TargetTable) -> Target:
-    """Return the target of a table; ``InputError``."""
+    """Return the target of a table; raises ``InputError``."""
     where, moves = f"targets.{name}", entry.of == MOTION
     torsional, number, hz = entry.shape == "torsional", entry.number, entry.hz
     if number not in (0, 1, 2) or (number and not torsional) or (entry.of == "crankshaft" and not number):

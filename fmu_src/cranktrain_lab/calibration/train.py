@@ -1,4 +1,4 @@
-"""Cranktrain and block in matrices that are fast to rebuild: some milliseconds for the modes of an engine.
+"""Matrices of cranktrain and block that are fast to rebuild: some milliseconds for the modes of an engine.
 
 Bare crankshaft and block are truncated once at frequencies well above the targets, with exact statics at all attached
 parts (:func:`cranktrain.core.reduced_body.truncate`). Flywheel, pulley, clutch, balance weights, rods, heads,
@@ -28,11 +28,11 @@ from cranktrain_lab.calibration.geometry import BLOCK, CRANK, Change
 
 CRANK_CUTOFF_HZ, BLOCK_CUTOFF_HZ = 3000.0, 1100.0
 MODES = 32
-"""Number of computed modes of the cranktrain; half of it for the free crankshaft."""
+"""Number of computed modes of the cranktrain. The free crankshaft has half as many."""
 
 
 class Modes(NamedTuple):
-    """Frequencies, Hz (k,), modes of unit modal mass (n, k), and energy fractions of kinds and block (k, 4)."""
+    """Frequencies (Hz) of k modes, mode shapes of unit modal mass (n, k), and energy fractions of kinds and block."""
 
     hz: Array
     modes: Array
@@ -40,7 +40,7 @@ class Modes(NamedTuple):
 
 
 class Matrices(NamedTuple):
-    """Stiffness and mass of a system, and damping if it has any."""
+    """Stiffness and mass matrix of a system, and damping matrix if the system has damping."""
 
     stiffness: Array
     mass: Array
@@ -48,7 +48,7 @@ class Matrices(NamedTuple):
 
 
 class FilmMeans(NamedTuple):
-    """Linearised films and collar of a run for small motions in the axes of the rotating crank.
+    """Linearised films and thrust collar of a run, for small motions in axes of the rotating crank.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class FilmMeans(NamedTuple):
 
 
 class Train:
-    """Cranktrain of bare bodies, on ground if there is no ``block``.
+    """Cranktrain of bodies without attached parts, on ground if there is no ``block``.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class Train:
         return Matrices(stiffness + stretch.T @ stretch, block_diag(free.mass, block.mass))
 
     def in_motion(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
-        """Return matrices of the crankshaft with rods on the mean laws of its films."""
+        """Return matrices of the crankshaft with rods on the mean stiffness and damping of the films."""
         assert self.films is not None
         free, crank = self.crankshaft(engine, dimensions), self.crank
         free.mass[:] += modal.rod_masses(engine, crank)
@@ -172,7 +172,7 @@ class Train:
         return Modes(_hz(squares[6:]), modes, np.column_stack((shares, np.zeros(len(shares)))))
 
     def cranktrain_modes(self, engine: Engine, of: Matrices) -> Modes:
-        """Return modes of the cranktrain with free rotation, without those of the engine as a whole on its mounts."""
+        """Return modes of the cranktrain with free rotation, without modes of the whole engine on its mounts."""
         squares, modes = eigh(*of[:2], subset_by_index=[1, min(MODES, len(of.mass) - 1)])
         crank = modes[: self.crank.n_modes]
         mass = of.mass[: self.crank.n_modes, : self.crank.n_modes]

@@ -1,1 +1,1 @@
-"""Units that are simulated together: a master, its schemes, and the reconstruction of exchanged values."""
+"""Co-simulation of units (FMUs): a master, the master's schemes, and the reconstruction of exchanged values."""

@@ -29,30 +29,30 @@ class ByAngle:
         self.link((ANGLE, SPEED), list(outputs))
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Choose the linked inputs and outputs, see ``Unit.link``."""
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns."""
         self._in = [(ANGLE, SPEED).index(name) for name in inputs]
         self._read = list(outputs)
 
     def initialize(self, time: float) -> None:
-        """Prepare for steps, see ``Unit.initialize``."""
+        """Prepare the unit for steps from ``time`` (s) on."""
         self._angle = float(self._given[0])
 
     def write(self, values: Array) -> None:
-        """Set the linked inputs, see ``Unit.write``."""
+        """Set the values (k,) of the k linked inputs."""
         self._given[self._in] = values
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``."""
+        """Advance the unit from ``time`` (s) by one step of ``size`` (s)."""
         self._angle = float(self._given[0] + self._given[1] * size)
 
     def keep(self, held: Any = None) -> Any:
-        """Return the state, see ``Unit.keep``."""
+        """Return the unit's state; memory of the earlier state ``held`` may be reused."""
         return self._angle, self._given.copy()
 
     def restore(self, state: Any) -> None:
-        """Restore a kept state, see ``Unit.restore``."""
+        """Restore a state of the unit that ``keep`` returned."""
         self._angle, given = state
         self._given[:] = given
 
     def close(self) -> None:
-        """Release the unit, see ``Unit.close``."""
+        """Release the unit and its memory; may be called repeatedly."""

@@ -56,7 +56,7 @@ class Wiring(NamedTuple):
     bounded: bool
 
     def of(self, values: Array, time: float) -> Array:
-        """Return inputs (k,) from the values of all outputs (3 n,), for a step that begins at ``time`` (s)."""
+        """Return a unit's inputs (k,) for a step from ``time`` (s) on; ``values`` (3 n,): three of each output."""
         found = values[self.places]
         found *= self.scale
         found += self.shift

@@ -1,4 +1,4 @@
-"""Values of FMU variables that one call sets or reads: scalars and, in FMI 3.0, whole arrays."""
+"""Values of FMU variables that one FMI call sets or reads: scalars and, in FMI 3.0, whole arrays."""
 
 from __future__ import annotations
 

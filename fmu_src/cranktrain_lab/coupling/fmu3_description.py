@@ -21,7 +21,7 @@ _INTEGERS = {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64
 
 
 def flattened(description: ModelDescription) -> ModelDescription:
-    """Return the description with scalars only; ``InputError`` for arrays that are too large."""
+    """Return the description with scalars only; raises ``InputError`` for arrays that are too large."""
     flat = copy.copy(description)
     total = sum(prod(v.shape or ()) for v in description.modelVariables)
     if total > MOST_ELEMENTS:
@@ -62,7 +62,7 @@ def _elements(variable: ModelVariable, own: bool) -> list[ModelVariable]:
 
 
 def element_name(array: str, index: tuple[int, ...], own: bool) -> str:
-    """Name of an element, ``array[1,2]``, or ``cylinder[1].pressure`` in FMUs of this program; scalars keep theirs."""
+    """Return the name of an element: ``array[1,2]``, in own FMUs ``cylinder[1].pressure``, for a scalar ``array``."""
     if not index:
         return array
     number = f"[{','.join(map(str, index))}]"
@@ -71,7 +71,7 @@ def element_name(array: str, index: tuple[int, ...], own: bool) -> str:
 
 
 def _starts(variable: ModelVariable, size: int) -> list[Any]:
-    """Start values of the elements; empty where none is given."""
+    """Return the start values of a variable's elements; empty if the description has none."""
     start = variable.start
     if start is None:
         return []
@@ -80,7 +80,7 @@ def _starts(variable: ModelVariable, size: int) -> list[Any]:
 
 
 def _type(kind: str) -> str:
-    """Return the name of a type in FMI 2.0; types that FMI 2.0 lacks keep their name."""
+    """Return the FMI 2.0 name of an FMI 3.0 type. Types that FMI 2.0 lacks keep their FMI 3.0 name."""
     return "Real" if kind == "Float64" else "Integer" if kind in _INTEGERS else kind
 
 

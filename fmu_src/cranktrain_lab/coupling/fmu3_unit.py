@@ -97,7 +97,7 @@ class Fmu3Unit(FmuUnit):
         return starts
 
     def initialize(self, time: float) -> None:
-        """Prepare for steps, see ``Unit.initialize``."""
+        """Prepare the unit for steps from ``time`` (s) on."""
         self._load()
         fmu = self._fmu
         known = places_of(self._description)
@@ -114,7 +114,7 @@ class Fmu3Unit(FmuUnit):
         self._try("initialization", fmu.exitInitializationMode)
 
     def _whole(self, place: Place, known: Mapping[str, Place]) -> list[Any]:
-        """Return start values of all elements of an array; ``UnitError`` if one is missing."""
+        """Return start values of all elements of an array; raises ``UnitError`` if one is missing."""
         names = [name for name, one in known.items() if one.reference == place.reference]
         values = [self._values.get(name, self._variables[name].start) for name in names]
         lacking = [name for name, value in zip(names, values, strict=True) if value is None]
@@ -124,7 +124,7 @@ class Fmu3Unit(FmuUnit):
         return [convert(value) for value in values]
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``; ``UnitError`` also if the FMU returns early or ends the simulation."""
+        """Advance the unit by ``size`` (s); ``UnitError`` also if the FMU returns early or ends the simulation."""
         event, ended, early = (ctypes.c_bool() for _ in range(3))
         reached = ctypes.c_double()
         told = (ctypes.byref(one) for one in (event, ended, early, reached))
@@ -160,7 +160,7 @@ class Fmu3Unit(FmuUnit):
             self.note(message or b"")
 
     def _checked(self, name: str, value: Any) -> Any:
-        """Return a start value in the type of its variable, for an item's name its number; ``InputError``."""
+        """Return a start value in its variable's type, with item names as numbers; raises ``InputError``."""
         variable = self._variables.get(name)
         if variable is None or variable.type != "Enumeration" or not isinstance(value, str):
             return super()._checked(name, value)
@@ -175,7 +175,7 @@ class Fmu3Unit(FmuUnit):
 
 
 def _complete(told: Told) -> None:
-    """Raise ``UnitError`` for a step that returned early or ended the simulation."""
+    """Raise ``UnitError`` if a step returned early or ended the simulation; ``told`` are the results of the step."""
     if told.early or told.ended:
         what = "ended the simulation" if told.ended else "returned early"
         raise UnitError(f"step: it {what} at {told.reached:.9g} s, which no master here handles; correct the unit")

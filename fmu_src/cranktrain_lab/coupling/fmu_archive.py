@@ -111,7 +111,7 @@ def _shown(name: str) -> str:
 
 
 def _root(content: bytes) -> dict[str, str]:
-    """Return the root attributes of a description; ``InputError`` for entities or deep nesting."""
+    """Return the root attributes of a description; raises ``InputError`` for entities or deep nesting."""
     parser, depth, root = expat.ParserCreate(), 0, {}
 
     def begin(name: str, attributes: dict[str, str]) -> None:

@@ -43,7 +43,7 @@ _MESSAGES = 20
 _LONGEST = 2000
 """Number of characters of a message that are kept."""
 _LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
-"""Loaded units by instance name."""
+"""Units with a loaded FMU by instance name, to assign log messages."""
 
 
 class FMU2CheckedSlave(fmi2.FMU2Slave):
@@ -94,7 +94,7 @@ class FmuUnit:
         self._state = ctypes.c_void_p()
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Choose the linked inputs and outputs, see ``Unit.link``."""
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns."""
         given = [self._place(name) for name in inputs]
         self._given = ExchangedValues(inputs, given, self._starts(inputs, given))
         self._taken = ExchangedValues(outputs, [self._place(name) for name in outputs], {})
@@ -108,7 +108,7 @@ class FmuUnit:
         return {place.reference: [self.start(name)] for name, place in zip(names, places, strict=True)}
 
     def initialize(self, time: float) -> None:
-        """Prepare for steps, see ``Unit.initialize``."""
+        """Prepare the unit for steps from ``time`` (s) on."""
         self._load()
         fmu = self._fmu
         for name, value in self._values.items():
@@ -124,7 +124,7 @@ class FmuUnit:
         return name in self._variables and self._variables[name].type == "Real"
 
     def port(self, name: str) -> Port:
-        """Return a real variable of any causality as a port; ``InputError`` if it is not real."""
+        """Return a real variable of any causality as a port; raises ``InputError`` if it is not real."""
         if not self.is_real(name):
             reals = [key for key, variable in self._variables.items() if variable.type == "Real"]
             raise InputError(f"{self.name}: there is no real variable '{name}'; {nearest(name, reals)}")
@@ -143,29 +143,29 @@ class FmuUnit:
         self._values[self._variables.own(name)] = self._checked(name, value)
 
     def write(self, values: Array) -> None:
-        """Set the linked inputs, see ``Unit.write``."""
+        """Set the values (k,) of the k linked inputs."""
         self._given.linked = values
         status = self._set_real(self._component, *self._given_at)
         if is_bad(status):
             self._direct(self._refused_input(status), lambda: status)
 
     def read(self) -> Array:
-        """Return the linked outputs, see ``Unit.read``."""
+        """Return the values (k,) of the k linked outputs."""
         self._direct("its outputs", self._get_real, self._component, *self._taken_at)
         return self._taken.linked
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``."""
+        """Advance the unit from ``time`` (s) by one step of ``size`` (s)."""
         self._direct("step", self._do_step, self._component, time, size, not self.restorable)
 
     def keep(self, held: Any = None) -> Any:
-        """Return the state, see ``Unit.keep``."""
+        """Return the unit's state; memory of the earlier state ``held`` may be reused."""
         state = self._state if held is None else held
         self._direct("its state", self._get_state, self._component, ctypes.byref(state))
         return state
 
     def restore(self, state: Any) -> None:
-        """Restore a kept state, see ``Unit.restore``."""
+        """Restore a state of the unit that ``keep`` returned."""
         self._direct("its state", self._set_state, self._component, state)
 
     def direct(self) -> Direct | None:
@@ -183,7 +183,7 @@ class FmuUnit:
         raise AssertionError(failed)
 
     def close(self) -> None:
-        """Release the unit, see ``Unit.close``."""
+        """Release the unit and its memory; may be called repeatedly."""
         fmu, self._fmu = self._fmu, None
         failed: UnitError | None = None
         if fmu is not None and not self._lost:
@@ -258,7 +258,7 @@ class FmuUnit:
         return "its inputs"
 
     def _try(self, what: str, call: Any, *arguments: Any, **named: Any) -> None:
-        """Call a function of FMPy, which raises an error for a bad status; ``UnitError``."""
+        """Call a function of FMPy; raises ``UnitError`` if FMPy reports a bad status."""
         try:
             call(*arguments, **named)
         except Exception as error:
@@ -266,7 +266,7 @@ class FmuUnit:
             raise UnitError(f"{self.name}: {what}: {self._said(_line(error))}") from None
 
     def _direct(self, what: str, call: Any, *arguments: Any) -> None:
-        """Call a function of the library; ``UnitError`` for a bad status."""
+        """Call a function of the library; raises ``UnitError`` for a bad status."""
         status = call(*arguments)
         if is_bad(status):
             self._lost = status == fmi2.fmi2Fatal
@@ -277,7 +277,7 @@ class FmuUnit:
         return next((" ".join(text.split()) for text in reversed(self._log) if text.strip()), otherwise)
 
     def _checked(self, name: str, value: Any) -> Any:
-        """Return a start value in the type of its variable; ``InputError``."""
+        """Return a start value in the type of its variable; raises ``InputError``."""
         if name not in self._variables:
             raise InputError(f"{self.name}: there is no variable '{name}'; {nearest(name, self._variables)}")
         kind = self._variables[name].type
@@ -304,13 +304,13 @@ def _note(environment: Any, instance: bytes | None, status: int, category: bytes
         own.note(message or b"")
 
 
-# FMPy's proxy has one logger per process, the last one set, and calls this logger for all units loaded afterwards. The
+# FMPy has one logger per process, the last one that was set, and calls it for all units loaded afterwards. The
 # logger must therefore outlive every unit.
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(_note)
 
 
 def is_bad(status: int) -> bool:
-    """True if a call failed, because its status is neither OK nor warning; negative ones are invalid in FMI."""
+    """True if an FMI call failed, because its status is neither OK nor warning. FMI has no negative status."""
     return status not in (fmi2.fmi2OK, fmi2.fmi2Warning)
 
 
@@ -389,5 +389,5 @@ def _start(variable: ModelVariable) -> float:
 
 
 def _line(error: Exception) -> str:
-    """Message of an error, in one line."""
+    """Return the message of an error in one line."""
     return " ".join(str(error).split())[:300] or type(error).__name__

@@ -18,7 +18,7 @@ from cranktrain_lab.coupling.unit import Unit, UnitError
 from cranktrain_lab.coupling.updates import Master, Updates
 
 CLOSE = 1.0e-5
-"""Tolerance between an intermediate point and the expected one, as a fraction of the step size."""
+"""Largest difference of an intermediate point from the expected point, as a fraction of the step size."""
 DIGITS = 8
 """Number of digits to which two step sizes must agree to have the same intermediate points."""
 
@@ -79,7 +79,7 @@ class Inside(Updates):
             self._exchange(time)
 
     def _exchange(self, time: float) -> None:
-        """Complete a part of the step and begin the next one."""
+        """Complete the part of the step that ends at ``time`` (s), and begin the next part."""
         master = self._master
         if len(self._ends) == 1 or not abs(time - self._ends[0]) <= self._close:
             raise UnitError(
@@ -92,7 +92,7 @@ class Inside(Updates):
         self._lead()
 
     def _lead(self) -> None:
-        """Step the other units to the next point, and write their outputs there to the last unit."""
+        """Step the other units to the next intermediate point, and write their outputs there to the last unit."""
         master = self._master
         size, place, samples = self._part()
         master.means[:] = samples.mean(samples.places[0], place, master._degree)
@@ -101,7 +101,7 @@ class Inside(Updates):
         master.sweeps += 1
 
     def _read(self) -> None:
-        """Read the last unit's outputs at the next point."""
+        """Read the last unit's outputs at the next intermediate point."""
         size, place, _ = self._part()
         self._master._let(READ | MEAN, self._place, self._place + 1, size, place)
 

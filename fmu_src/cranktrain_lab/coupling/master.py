@@ -1,4 +1,4 @@
-"""The reference master: steps coupled units from one communication point to the next.
+"""The co-simulation master, which steps coupled units from one communication point to the next.
 
 All exchanged values are in one vector: the outputs of all units, each in its own unit of measurement. A step uses three
 such vectors, stored one after the other: reconstructed means over the step, newest known values, and values at the
@@ -31,14 +31,14 @@ from cranktrain_lab.coupling.turns import Turns, Vectors
 from cranktrain_lab.coupling.unit import Unit, UnitError
 
 PASSES = 4
-"""Limit of iterations at a communication point, for outputs with direct feedthrough."""
+"""Largest number of iterations at a communication point, for outputs with direct feedthrough."""
 STEADY = 1.0e-12
-"""Relative change of the outputs at which this iteration has converged."""
+"""Relative change of outputs at which the iteration of outputs with direct feedthrough has converged."""
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """Settings of the exchange of values.
+    """Settings of a master's exchange of values between units.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Exchange:
 
 
 class Master:
-    """Units that take steps together.
+    """Co-simulation master: units that take communication steps together.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Master:
         self, units: Sequence[Unit], connections: Sequence[Connection], exchange: Exchange,
         outputs: Mapping[str, Sequence[str]] | None = None,
     ) -> None:  # fmt: skip
-        """Link the units in this order; ``outputs`` are outputs to read in addition to connected ones, by unit.
+        """Link the units in this order; ``outputs`` are, by unit, outputs to read in addition to connected outputs.
 
         Raises
         ------
@@ -150,7 +150,7 @@ class Master:
         return float(values[k])
 
     def vector(self, place: tuple[str, int]) -> tuple[Array, int]:
-        """Return the vector that holds this value after initialization, and the index in the vector."""
+        """Return the vector that contains the value of a location after initialization, and its index in the vector."""
         unit, k = place
         return (self.written[unit] if unit else self.newest), k
 
@@ -222,7 +222,7 @@ class Master:
         return self.time, self._known.copy(), samples.values.copy(), list(samples.places), self._turned, self._last
 
     def restore(self, state: Any) -> None:
-        """Restore the last kept state."""
+        """Restore the state of all units that :meth:`keep` stored last."""
         for unit in self._order:
             unit.restore(self._states[unit.name])
         self.time, known, values, self._samples.places, self._turned, self._last = state
@@ -246,7 +246,7 @@ class Master:
         return any(unit.inputs[name].feeds & read for name in self._wirings[unit.name].names)
 
     def _place(self, size: float) -> float:
-        """Abscissa of the step's end."""
+        """Return the abscissa (time or crank angle) at the end of a step of this size, s."""
         if self.exchange.abscissa is None:
             return self.time + size
         # Before the first step the rate of the abscissa is unknown and has no effect, because one point has no slope.
@@ -326,7 +326,7 @@ class Master:
         self._asked(unit, unit.write, self._wirings[unit.name].of(np.tile(expected, 3)[: 3 * n], self.time))
 
     def _settle_feeds(self) -> None:
-        """Iterate outputs with direct feedthrough at the communication point, see :data:`PASSES`."""
+        """Iterate outputs with direct feedthrough at the communication point, at most ``PASSES`` times."""
         if not self._feeding:
             return
         self.means[:] = self.start[:] = self.newest
@@ -341,7 +341,7 @@ class Master:
                 return
 
     def _arrive(self, values: Array) -> None:
-        """Store the values of a communication point; ``UnitError`` if one is not finite."""
+        """Store the values of a communication point; raises ``UnitError`` if one is not finite."""
         remembered = self._turns is not None and self._turns.arrive()
         if not remembered:
             bad = np.flatnonzero(~np.isfinite(values))
@@ -365,7 +365,7 @@ class Master:
 
 
 def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:
-    """Return units without connected inputs, then the others in their order."""
+    """Return units without connected inputs first, then all other units in unchanged order."""
     driven = {connection.target[0] for connection in connections}
     return sorted(units, key=lambda unit: unit.name in driven)
 

@@ -19,7 +19,7 @@ ROWS = mmap.ALLOCATIONGRANULARITY // 8
 
 
 class PointsFile:
-    """Writer of points of ``width`` numbers; ``OSError`` if the disk is full."""
+    """Writer of points of ``width`` numbers; raises ``OSError`` if the disk is full."""
 
     def __init__(self, path: Path, width: int) -> None:
         self._file = path.open("w+b")

@@ -14,11 +14,11 @@ from cranktrain.core.reduced_body import Array
 MOST = 8
 """Number of differences kept within a step."""
 DISTINCT = 1.0e-10
-"""Singular values below this fraction of the largest are ignored."""
+"""Singular values of the differences are ignored below this fraction of the largest singular value."""
 
 
 class QuasiNewton:
-    """Quasi-Newton iteration of one step."""
+    """Quasi-Newton iteration for the interface values of one communication step."""
 
     def __init__(self) -> None:
         self.begin()

@@ -14,7 +14,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 
 DEGREES = {"hold": 0, "linear": 1, "quadratic": 2}
-"""Names of reconstructions and their degrees."""
+"""Polynomial degree of each reconstruction, by name."""
 POINTS = max(DEGREES.values()) + 1
 """Largest number of communication points that are stored."""
 
@@ -54,25 +54,25 @@ class Samples:
         self.stand(place)
 
     def stand(self, place: float) -> None:
-        """Add the abscissa of the newest values; if it equals the last one, earlier points are discarded."""
+        """Add the abscissa of the newest values. If it equals the last abscissa, earlier points are discarded."""
         if self.places and place == self.places[0]:
             self.places = []
         self.places = [place, *self.places[: POINTS - 1]]
 
     def at(self, place: float, degree: int) -> Array:
-        """Return values (n,) at an abscissa of the polynomial of this degree, or less if there are too few points."""
+        """Return the n values of the polynomial at an abscissa, of a lower degree if there are too few points."""
         nodes = self.places[: degree + 1]
         return self._sum(weights_at(place, nodes))
 
     def mean(self, first: float, last: float, degree: int) -> Array:
-        """Return the mean (n,) of this polynomial between two abscissae; may be a view of the stored values."""
+        """Return the mean (n,) of the values' polynomial between two abscissae, possibly as a view of stored values."""
         if degree == 0:
             return self.values[0]
         nodes = self.places[: degree + 1]
         return self._sum(weights_of_mean(first, last, nodes))
 
     def weights_to(self, last: float, degree: int) -> list[float]:
-        """Return weights of the mean from the newest point to ``last``: of the value at ``last``, then of points."""
+        """Return weights for the mean from the newest point to ``last``: of the value at ``last``, then of points."""
         return [1.0] if degree == 0 else weights_of_mean(self.places[0], last, [last, *self.places[:degree]])
 
     def mean_to(self, last: float, new: Array, part: slice, degree: int) -> Array:

@@ -60,12 +60,12 @@ class RecordingUnit(ByAngle):
         return float(gas_pressure((angle - own.start) / own.cycles, self._tables[channel]))
 
     def read(self) -> Array:
-        """Return the linked outputs, see ``Unit.read``."""
+        """Return the values (k,) of the k linked outputs."""
         return np.array([self._angle if name == AT else self.at(name, self._angle) for name in self._read])
 
 
 def without_zero(angle: Array, values: Array) -> Array:
-    """Return values (k,) minus their mean over the preceding cycle; crank angles (k,) in rad must increase.
+    """Return k values minus their mean over the preceding cycle. The k crank angles (rad) must increase.
 
     Within the first cycle the mean of the first cycle is used, or of the whole run if that is shorter.
     """

@@ -52,7 +52,7 @@ class Steps:
 
     @property
     def longest(self) -> float:
-        """Longest step, s."""
+        """Longest communication step, s."""
         return self.size if self.error is None else self.most
 
 
@@ -70,7 +70,7 @@ class Bond(NamedTuple):
 
 
 class Coupled(NamedTuple):
-    """Result of a run of coupled units.
+    """Result of a run of coupled units, with outputs at all communication points.
 
     Attributes
     ----------
@@ -248,7 +248,7 @@ def _sum(products: Sequence[_Product]) -> float:
 
 
 def keep_run(path: Path, run: Coupled, attributes: Mapping[str, str | int | float]) -> None:
-    """Write a run to a result file with every read output over time, as ``unit/variable``; ``StoreError``."""
+    """Write a run to a result file with every read output over time, as ``unit/variable``; raises ``StoreError``."""
     from cranktrain.store.hdf5 import write_result
 
     datasets = {"time": (run.times, "s")}

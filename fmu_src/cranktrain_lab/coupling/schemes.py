@@ -87,10 +87,10 @@ SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
     "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative, "intermediate": intermediate,
     "stages": stages,
 }  # fmt: skip
-"""Functions that take one step with all units of a master, by scheme."""
+"""Functions that take one communication step with all units of a master, by name of the scheme."""
 INSIDE: dict[str, Callable[[Sequence[Unit], Any], Any]] = {
     "intermediate": lambda order, exchange: Inside(order),
     "stages": lambda order, exchange: AtStages(order, exchange.whole),
 }
-"""Schemes whose last unit calls its master inside a step. The functions make the object that exchanges values there
-from the units in order and their ``Exchange``."""
+"""Schemes whose last unit calls its master inside a step. Each function gets the units in order and their ``Exchange``,
+and makes the object that exchanges values inside the step."""

@@ -44,37 +44,37 @@ class SimulationUnit:
         self.outputs: Mapping[str, Port] = dict.fromkeys(simulation.output_names, Port())
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Choose the linked inputs and outputs, see ``Unit.link``."""
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns."""
         self._in = [self.simulation.input_names.index(name) for name in inputs]
         self._out = [self.simulation.output_names.index(name) for name in outputs]
 
     def initialize(self, time: float) -> None:
-        """Prepare for steps, see ``Unit.initialize``."""
+        """Prepare the unit for steps from ``time`` (s) on."""
         self._try(lambda: self.simulation.initialize(time) if self._begin is None else self._begin())
 
     def write(self, values: Array) -> None:
-        """Set the linked inputs, see ``Unit.write``."""
+        """Set the values (k,) of the k linked inputs."""
         self.simulation.inputs[self._in] = values
 
     def read(self) -> Array:
-        """Return the linked outputs, see ``Unit.read``."""
+        """Return the values (k,) of the k linked outputs."""
         return np.array(self.simulation.read(self._out))
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``."""
+        """Advance the unit from ``time`` (s) by one step of ``size`` (s)."""
         self._try(lambda: self.simulation.step(time + size))
 
     def keep(self, held: Any = None) -> Any:
-        """Return the state, see ``Unit.keep``."""
+        """Return the unit's state; memory of the earlier state ``held`` may be reused."""
         return self.simulation.state, self.simulation.inputs.copy()
 
     def restore(self, state: Any) -> None:
-        """Restore a kept state, see ``Unit.restore``."""
+        """Restore a state of the unit that ``keep`` returned."""
         vector, self.simulation.inputs[:] = state
         self.simulation.state = vector
 
     def close(self) -> None:
-        """Release the unit, see ``Unit.close``."""
+        """Release the unit and its memory; may be called repeatedly."""
 
     def _try(self, call: Callable[[], None]) -> None:
         try:

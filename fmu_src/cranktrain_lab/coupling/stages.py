@@ -25,14 +25,15 @@ from cranktrain_lab.coupling.updates import Master, Updates
 NONE = 1.0e-9
 """Fraction of a step below which two stage times count as equal, because they differ by rounding."""
 PARTS = 4
-"""Number of parts of a step for units that take it as a whole. A single part has three times the error."""
+"""Number of equal parts in which the units that go first pass through a communication step. With a single part the
+error is three times as large."""
 
 
 class AtStages(Updates):
     """Exchange at the stages of the last unit in a master's order."""
 
     def __init__(self, order: Sequence[Unit], whole: Collection[str] = ()) -> None:
-        """Register with the last unit; ``InputError`` if it does not call its master.
+        """Register with the last unit; raises ``InputError`` if it does not call its master.
 
         The units in ``whole`` must come first and take each step of the master as a whole, before the others.
         """
@@ -122,7 +123,7 @@ class AtStages(Updates):
         master.time = time
 
     def _lead_whole(self) -> None:
-        """Let the first units take the whole step; their outputs and means within it are taken as linear in time."""
+        """Take the whole step with the units that go first; others then see these units' outputs as linear in time."""
         master, parts = self._master, 1 if self._trial else PARTS
         if self._first == 0:
             return
@@ -140,7 +141,7 @@ class AtStages(Updates):
         self._means = mean_and_moment(means)
 
     def _expect(self, begin: float, end: float) -> None:
-        """Extrapolate the last unit's outputs for a part of the step: values at its start, and means over it.
+        """Extrapolate the last unit's outputs for a part of the step: values at the part's start, and means over it.
 
         The mean speed gives the same change of angle over the part as the speed itself.
         """
@@ -193,5 +194,5 @@ class AtStages(Updates):
 def mean_and_moment(means: Array) -> Array:
     """Return mean and slope (2, n), over x from -1 to 1, of the line with mean and first moment of ``means`` (k, n)."""
     parts = len(means)
-    away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # x of the middle of each part
+    away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # coordinate x, −1 to 1, of the middle of each part
     return np.array((means.mean(axis=0), 3.0 * away @ means / parts))

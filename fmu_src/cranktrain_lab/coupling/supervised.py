@@ -41,7 +41,7 @@ GRACE = 5.0
 
 
 class System(Protocol):
-    """Coupled system: input of a master, ``outputs`` to read in addition to connected ones, and power bonds."""
+    """Coupled system: input of a master, ``outputs`` to read in addition to connected outputs, and power bonds."""
 
     @property
     def units(self) -> Mapping[str, Unit]: ...  # noqa: D102
@@ -150,7 +150,7 @@ class _Watcher:
         return found
 
     def _hear(self, progress: Callable[[float], None] | None) -> Any:
-        """Return the next message of the process; ``UnitError`` if it dies or hangs before."""
+        """Return the next message of the run's process; raises ``UnitError`` if the process dies or hangs before."""
         count, since = -1, time.monotonic()
         while not wait([self._ear, self._process.sentinel], timeout=LOOK) and self._process.exitcode is None:
             now = time.monotonic()
@@ -185,7 +185,7 @@ class _Watcher:
         notes = self._notes
         if self._header is None:
             return "the units, being made"
-        # A unit may have written over the notes.
+        # A faulty unit may have overwritten the notes in shared memory.
         unit = dict(enumerate(self._header.units)).get(notes.unit, "a unit")
         return f"{unit}, {dict(enumerate(WORDS)).get(notes.call, 'a call')} at {notes.time:.6g} s"
 
@@ -200,7 +200,7 @@ class _Watcher:
         return f"ended its process with code {code}"
 
     def found(self, ended: str) -> Coupled | None:
-        """Return the part of the run in the file; None if the run did not begin."""
+        """Return the recorded part of the run from its points file; None if the run did not begin."""
         header, notes = self._header, self._notes
         if header is None or not self._points.is_file():
             return None

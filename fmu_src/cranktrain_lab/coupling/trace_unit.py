@@ -42,7 +42,7 @@ class TraceUnit(ByAngle):
         super().__init__(name, dict.fromkeys(outputs, Port()))
 
     def read(self) -> Array:
-        """Return the linked outputs, see ``Unit.read``."""
+        """Return the values (k,) of the k linked outputs."""
         own = np.array([self._angle - phase for phase in self._phases])
         pressures = [float(gas_pressure(angle, table)) for angle, table in zip(own, self._tables, strict=True)]
         rise = np.array([cylinder_volume(self._engine, own[c : c + 1], c)[1][0] for c in range(own.size)])

@@ -1,4 +1,4 @@
-"""Calls of units by compiled code, see :mod:`cranktrain.core.unit_turns`.
+"""Calls of coupled units by compiled code, see :mod:`cranktrain.core.unit_turns`.
 
 Compiled code calls units whose method ``direct`` returns a :class:`Direct`. The master calls all other units itself.
 Both ways give bitwise equal results.
@@ -86,7 +86,10 @@ class Direct(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors of a master: known values (3 n,), values at earlier points (POINTS, n), minima and maxima (2, n)."""
+    """Vectors of a co-simulation master for its n outputs: known values, values at earlier points, and extremes.
+
+    Shapes: ``known`` (3 n,), ``samples`` (POINTS, n), ``extremes`` (2, n).
+    """
 
     known: Array
     samples: Array
@@ -195,7 +198,7 @@ class Turns:
 
     @property
     def failed(self) -> tuple[Unit, bool]:
-        """Unit whose call failed last, and True if the call was its step."""
+        """Return the unit whose call failed last, and True if this call was a step."""
         return self._order[int(self._control[at.FAILED])], self._control[at.CALL] == at.STEPPING
 
 

@@ -71,7 +71,7 @@ class Unit(Protocol):
         """Return the linked outputs (k,); the array may be the same object each time."""
 
     def step(self, time: float, size: float) -> None:
-        """Go from ``time`` to ``time + size``, s; ``UnitError`` if the step fails."""
+        """Go from ``time`` to ``time + size``, s; raises ``UnitError`` if the step fails."""
 
     def keep(self, held: Any = None) -> Any:
         """Return the state; ``held`` is an earlier state whose memory may be reused."""
@@ -80,7 +80,7 @@ class Unit(Protocol):
         """Restore a state that ``keep`` returned."""
 
     def close(self) -> None:
-        """Release the unit; may be called repeatedly. ``EndingError`` if this fails, ``UnitError`` if fatally."""
+        """Release the unit; may be called repeatedly. Raises ``EndingError``, or ``UnitError`` if fatal."""
 
 
 class Around:
@@ -96,32 +96,32 @@ class Around:
         return getattr(self._unit, call)(*arguments)
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Choose the linked inputs and outputs, see ``Unit.link``."""
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns."""
         self._on("link", inputs, outputs)
 
     def initialize(self, time: float) -> None:
-        """Prepare for steps, see ``Unit.initialize``."""
+        """Prepare the unit for steps from ``time`` (s) on."""
         self._on("initialize", time)
 
     def write(self, values: Array) -> None:
-        """Set the linked inputs, see ``Unit.write``."""
+        """Set the values (k,) of the k linked inputs."""
         self._on("write", values)
 
     def read(self) -> Array:
-        """Return the linked outputs, see ``Unit.read``."""
+        """Return the values (k,) of the k linked outputs."""
         found: Array = self._on("read")
         return found
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``."""
+        """Advance the unit from ``time`` (s) by one step of ``size`` (s)."""
         self._on("step", time, size)
 
     def keep(self, held: Any = None) -> Any:
-        """Return the state, see ``Unit.keep``."""
+        """Return the unit's state; memory of the earlier state ``held`` may be reused."""
         return self._on("keep", held)
 
     def restore(self, state: Any) -> None:
-        """Restore a kept state, see ``Unit.restore``."""
+        """Restore a state of the unit that ``keep`` returned."""
         self._on("restore", state)
 
     def listen(self, *calls: Callable[[float], None]) -> None:
@@ -130,5 +130,5 @@ class Around:
         unit.listen(*calls)
 
     def close(self) -> None:
-        """Release the unit, see ``Unit.close``."""
+        """Release the unit and its memory; may be called repeatedly."""
         self._on("close")

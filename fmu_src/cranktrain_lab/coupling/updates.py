@@ -23,7 +23,7 @@ class Updates:
     """
 
     def __init__(self, order: Sequence[Unit], scheme: str) -> None:
-        """Take the last unit of ``order``; ``InputError`` with the scheme if it does not call its master."""
+        """Take the last unit of ``order``; raises ``InputError`` with the scheme if it does not call its master."""
         unit: Any = order[-1]
         if not getattr(unit, "updates", False):
             raise InputError(
@@ -35,7 +35,7 @@ class Updates:
         self._error: BaseException | None = None
 
     def _take(self, begin: float, size: float) -> None:
-        """Let the unit take its step; an error in one of its calls takes precedence over the unit's own error."""
+        """Let the last unit take its step. An error in one of its calls takes precedence over the unit's own error."""
         self._error = None
         try:
             self._unit.step(begin, size)
@@ -47,7 +47,7 @@ class Updates:
             raise self._error
 
     def _guarded(self, call: Callable[[float], None]) -> Callable[[float], None]:
-        """Wrap a function for the unit to call, so that it raises nothing and does nothing after an error."""
+        """Return a wrapped function for the unit to call, which raises nothing, and does nothing after an error."""
 
         def called(time: float) -> None:
             if self._error is not None:

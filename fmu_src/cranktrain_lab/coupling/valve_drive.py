@@ -20,15 +20,15 @@ ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
 TORQUE_STEP = "valvetrain.torque_step"
 """Output with the mean torque over a step."""
 LIFTS = {"lift.source": "input"}
-"""Start values of a combustion that runs with a valve train."""
+"""Start values of the combustion's FMU if it is coupled with a valve train."""
 READ = (TORQUE, "valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
-"""Outputs that a run records in addition to the connected ones."""
+"""Outputs of the valve train that a run records in addition to connected outputs."""
 BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
             taken=[((CRANKTRAIN, TORQUE), (CRANKTRAIN, SPEED))])  # fmt: skip
 
 
 def takes_lifts(combustion: Path) -> bool:
-    """True if a combustion's FMU has inputs for valve lifts; one without uses its own lifts."""
+    """True if a combustion's FMU has inputs for valve lifts. An FMU without these inputs uses built-in lifts."""
     return any(v.causality == "input" and _is_lift(v.name) for v in described(combustion).modelVariables)
 
 

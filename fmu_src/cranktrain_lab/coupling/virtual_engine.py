@@ -39,9 +39,9 @@ with three implicit stages has a smaller error than the exchange of pressures, a
 usual method, which is made for steps of 5 degrees.
 """
 FOR_SHORT_STEPS, FOR_SHORT_STEPS_HELD = "esdirk3", "sdirk3"
-"""Integrators for short steps; the second for inputs that are held over a step."""
+"""Integrators for short communication steps; the second one is for inputs that are held constant over a step."""
 WORK = "gas.work"
-"""Output with the work of the gas since the start, which both sides count."""
+"""Output with the work of the gas since the start. Cranktrain and combustion both have it."""
 DEVIATIONS, TAKEN = ("volume_deviation", "volume_deviation_rate"), "deviation_taken"
 """Outputs of the cranktrain for each cylinder's volume deviation, and output of the combustion that returns it."""
 READ = {
@@ -49,7 +49,7 @@ READ = {
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls", WORK),
     VALVETRAIN: valve_drive.READ,
 }
-"""Outputs that a run records in addition to the connected ones."""
+"""Outputs of cranktrain and combustion that a run records in addition to connected outputs."""
 PRESSURE_ANGLE = Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST)
 GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
            taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, FRAME_SPEED))])  # fmt: skip
@@ -70,7 +70,7 @@ class Partners:
 
 
 class VirtualEngine(NamedTuple):
-    """Units, connections and other input of a master.
+    """Input of a co-simulation master for the virtual engine: units, connections and settings.
 
     ``values`` are start values and ``outputs`` the outputs to read in addition to connected ones, by unit; ``bonds``
     are the powers that units exchange.
@@ -85,7 +85,7 @@ class VirtualEngine(NamedTuple):
 
     @property
     def one_angle(self) -> str | None:
-        """Path of a combustion that uses one crank angle for all cylinders; None for others."""
+        """Path of the combustion if it uses one crank angle for all cylinders, else None."""
         combustion = self.units[COMBUSTION]
         if isinstance(combustion, TraceUnit) or any(TAKEN in link.source[1] for link in self.connections):
             return None
@@ -93,7 +93,7 @@ class VirtualEngine(NamedTuple):
         return None if taken else str(combustion.path)
 
     def master(self) -> Master:
-        """The reference master of these units."""
+        """Return a co-simulation master of these units."""
         return Master(list(self.units.values()), self.connections, self.exchange, self.outputs)
 
 
@@ -164,7 +164,7 @@ def virtual_engine(
 
 
 def rule_between(scheme: str, reconstruction: str) -> str:
-    """Return the cranktrain's rule for inputs between communication points; ``InputError`` for a conflict."""
+    """Return the cranktrain's rule for inputs between communication points; raises ``InputError`` for a conflict."""
     if scheme != STAGES:
         return POLYTROPIC if reconstruction == OWN else "hold"
     if reconstruction != OWN:
@@ -192,7 +192,7 @@ def takes_deviations(names: Iterable[str]) -> bool:
 
 
 def volume_connections(cylinders: int) -> list[Connection]:
-    """Return connections of volume deviations to the combustion, and of those it used back to the cranktrain."""
+    """Return connections of volume deviations to the combustion, and of the used deviations back to the cranktrain."""
     of_each = [f"cylinder[{c + 1}]." for c in range(cylinders)]
     told = [
         Connection((CRANKTRAIN, head + name), (COMBUSTION, head + name), START, judged=False)

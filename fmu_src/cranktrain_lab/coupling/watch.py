@@ -23,11 +23,11 @@ from cranktrain_lab.coupling.turns import Direct
 from cranktrain_lab.coupling.unit import Around, Unit
 
 WORDS = ("after a call", "initialization", "its inputs", "its outputs", "step", "its state", "its end")
-"""Names of calls in messages."""
+"""Names of unit calls in messages, by the code of the call."""
 
 
 class Notes(ctypes.Structure):
-    """Entries of the record.
+    """Entries of the shared record of a unit's current call.
 
     ``unit`` is the index in the master's order, ``call`` the index in :data:`WORDS`. ``count`` increases at the begin
     and end of each call. ``points`` counts the communication points in the file, ``time`` (s) is the last one,
@@ -73,7 +73,7 @@ class Watched(Around):
         self._notes.count += 1
 
     def _on(self, call: str, *arguments: Any) -> Any:
-        """Call a method of the unit and record it as the current call."""
+        """Call a method of the unit and record it as the unit's current call."""
         notes = self._notes
         if call == "step" and notes.stop:
             raise KeyboardInterrupt

@@ -20,19 +20,19 @@ from cranktrain.core.errors import CranktrainError
 
 STAGE, SHARE, DONE, FAILED = "stage", "share", "done", "failed"
 Say = Callable[[str], None]
-"""Function that is called with a stage."""
+"""Function to call with the name of the present stage of a job."""
 Advance = Callable[[str, float], None]
-"""Function that is called with a stage and the completed fraction of the whole."""
+"""Function to call with the stage of a job and the completed fraction of the whole job."""
 
 
 class Job(Protocol):
-    """Work for the background."""
+    """Work that a page runs in the background."""
 
     def check(self) -> None:
         """Raise ``InputError`` for a job that cannot run, before any work."""
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
-        """Do the work and write to ``path``; returns a remark, possibly empty."""
+        """Do the work and write results to ``path``. Return a remark for the user, possibly empty."""
 
 
 class Background:
@@ -85,14 +85,14 @@ class Background:
         return news
 
     def stop(self) -> None:
-        """Stop the job; its file stays."""
+        """Stop the job and keep the file of its results."""
         if self.running:
             self._process.terminate()
             self.stage = "stopped"
             self._end()
 
     def close(self) -> None:
-        """Stop the job and delete its file."""
+        """Stop the job and delete the file of its results."""
         self.stop()
         self._folder.cleanup()
 

@@ -17,7 +17,7 @@ _model: list[Any] = []
 
 
 class Balance:
-    """Computes harmonic balance, one choice at a time; of choices made meanwhile only the last is computed."""
+    """Computes harmonic balance, one choice of the knobs at a time. Of later choices only the last is computed."""
 
     def __init__(self, live: LiveTorsion) -> None:
         ends = float(live.speeds[0]), float(live.speeds[-1])
@@ -34,12 +34,12 @@ class Balance:
         return self._running is not None or self._wanted is not None
 
     def ask(self, chosen: Chosen) -> None:
-        """Request the result for a choice."""
+        """Request harmonic balance for a choice of the knobs."""
         self._wanted = chosen
         self._go_on()
 
     def forget(self) -> None:
-        """Discard pending requests."""
+        """Discard pending requests and their results."""
         self._wanted = None
 
     def found(self) -> tuple[Chosen, RunUp | str] | None:
@@ -64,7 +64,7 @@ class Balance:
 
 
 def _start(engine: Engine, low: float, high: float) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page ends it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page ends this process
     _model.append(LiveTorsion(engine, low, high))
 
 

@@ -1,4 +1,4 @@
-"""Charts of an engine's torsion: orders, twist, Campbell diagram and damper heat; knobs replace their data."""
+"""Charts of an engine's torsion: orders, twist, Campbell diagram and damper heat. Knobs replace the charts' data."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHOWN = len(COLOURS)
 HEIGHT = 380
 _BEFORE: dict[str, Any] = {"line_dash": "dashed", "line_alpha": 0.5, "line_width": 1.5}
 _SMALLEST = 0.02
-"""Least amplitude, relative to the largest, for a circle in the Campbell diagram."""
+"""Least amplitude, relative to the largest amplitude, that has a circle in the Campbell diagram."""
 
 
 def _plot(title: str, up: str, scale: str = "linear") -> Any:
@@ -66,7 +66,7 @@ class OrdersChart:
         self._orders: list[float] = []
 
     def _glyphs(self, plot: Any) -> list[LegendItem]:
-        """Draw all data into a chart; returns the entries of its legend, one per order."""
+        """Draw all data into a chart. Return the entries of the chart's legend, one per order."""
         items = []
         for k, colour in enumerate(COLOURS):
             line = plot.line("rpm", f"o{k}", source=self._now, color=colour, line_width=2)
@@ -84,7 +84,7 @@ class OrdersChart:
         return items
 
     def choose(self, orders: list[float], measured: Measured | None = None) -> None:
-        """Show these orders, with measured values if any."""
+        """Choose the orders that the chart shows, with measured values if any."""
         self._orders = orders[:SHOWN]
         points = {} if measured is None else measured.get(TORSION, {})
         for k, pair in enumerate(zip(*self._items, strict=True)):
@@ -99,7 +99,7 @@ class OrdersChart:
                                       "high": DEG * (sizes + band)}  # fmt: skip
 
     def show(self, now: Curves, before: Curves | None) -> None:
-        """Show the present curves, and earlier ones if given."""
+        """Show the curves of the present choice, and earlier curves if given."""
         self._now.data = self._columns(now.speeds, now.orders)
         self._before.data = self._none() if before is None else self._columns(before.speeds, before.orders)
         shown = [now.order(order) for order in self._orders]
@@ -107,7 +107,7 @@ class OrdersChart:
         self.log_plot.y_range.update(start=10.0**-DECADES * top, end=2.0 * top)
 
     def show_runs(self, balance: RunUp | None, full: RunUp | None) -> None:
-        """Show harmonic balance and a full model, if given."""
+        """Show results of harmonic balance and of a full model, if given."""
         for source, run in ((self._balance, balance), (self._full, full)):
             source.data = self._none() if run is None else self._columns(run.speeds, orders_of(run))
 
@@ -177,7 +177,7 @@ class CampbellChart:
         self.plot.add_layout(Legend(items=items, label_text_font_size="11px"), "right")
 
     def show(self, now: Curves, before: Curves | None, orders: list[float]) -> None:
-        """Show the present curves, and earlier frequencies."""
+        """Show the present frequencies and amplitudes, and earlier frequencies."""
         rpm = now.speeds / RPM
         ends = [float(rpm[0]), float(rpm[-1])]
         top = 1.15 * float(np.nan_to_num(now.hz[:, : FREQUENCIES - 1]).max(initial=0.0)) or 1000.0

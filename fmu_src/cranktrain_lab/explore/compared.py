@@ -34,7 +34,7 @@ class Beside:
         self.parts = [heading, side_by_side([chart.plot for chart in self._charts]), self._table]
 
     def show(self, now: Curves, orders: list[float]) -> None:
-        """Show these orders on both sides."""
+        """Show these orders of both engines."""
         for chart, curves in zip(self._charts, (now, self._other), strict=True):
             chart.choose(sorted(orders))
             chart.show(curves, None)
@@ -48,7 +48,7 @@ class Beside:
 
 
 def _peak(curves: Curves, order: float) -> tuple[float, float]:
-    """Return the largest amplitude of an order, deg, and its speed, rev/min."""
+    """Return the largest amplitude (deg) of an order, and the speed (rev/min) of this peak."""
     found: Array = np.nan_to_num(curves.orders[ORDERS.index(order)], nan=-1.0)
     at = int(found.argmax())
     return (DEG * float(found[at]) if found[at] >= 0.0 else float("nan")), float(curves.speeds[at] / RPM)

@@ -1,4 +1,4 @@
-"""Sliders of knobs, and their headings."""
+"""Sliders of knobs, and headings of groups of knobs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def heading(text: str) -> Any:
 
 
 def slider_of(knob: Knob) -> Any:
-    """Return the slider of a knob in its unit, with a number field."""
+    """Return the slider of a knob, in the knob's unit, with a number field."""
     low, high, own = (knob.shown(value) for value in (knob.low, knob.high, knob.own))
     place = int(np.floor(np.log10(max(own, 1e-12)))) - 2
     step, digits = (1.0, 0) if knob.key == LOAD else (10.0**place, max(0, 1 - place))

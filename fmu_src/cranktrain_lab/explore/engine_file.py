@@ -1,4 +1,4 @@
-"""Engine file of a choice: the text of the old file with changed values and their provenance."""
+"""Engine file of a choice of the knobs: the old file's text with changed values and their origin."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class Change:
 
 
 def changes(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> list[Change]:
-    """Return changed values of a choice, in the order of the knobs, without the load."""
+    """Return the values that a choice changes in the engine file, in the order of the knobs (load excluded)."""
     return [Change(engine, key, value) for key, value in changes_of(engine, knobs, chosen).items()]
 
 
 def engine_text(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> str:
-    """Return the text of the engine file of a choice.
+    """Return the text of the engine file for a choice of the knobs.
 
     Comments, origins and notes of the source file are kept. Changed values have the origin *chosen*, and their notes
     contain the old value. An engine in memory is written completely.
@@ -114,7 +114,7 @@ def _head(name: str, digest: str, found: Sequence[Change]) -> str:
 
 
 def _was(document: Mapping[str, Any], key: str) -> str:
-    """Return origin and note of the old value, in brackets."""
+    """Return origin and note of a key's old value, in brackets."""
     table, _, entry = key.partition("[")[0].partition(".")
     old = document.get(table, {}).get(entry)
     if not isinstance(old, dict):

@@ -1,4 +1,4 @@
-"""Full model of a choice: steady cycles in time at a few speeds, in a separate process.
+"""Full model of a choice of the knobs: steady cycles in time at a few speeds, in a separate process.
 
 Results are written to a run-up file, which is read whenever it grows, so a stop loses no finished speed.
 """
@@ -44,7 +44,7 @@ class FullRun:
         return Request(speed_rpm=self.speeds[0] / RPM, settle=SETTLE, damper=fitted, load=self.load, **levels)
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
-        """Run all speeds into a run-up file; returns a remark on the first speed without a result, if any."""
+        """Run all speeds into a run-up file. Return a remark on the first speed without a result, if any."""
         from cranktrain.structure.assembly import assemble
         from cranktrain.studies.run_up.plan import job_of
         from cranktrain.studies.run_up.run_up import Means, run_up
@@ -68,7 +68,7 @@ def finished_speeds(path: Path) -> RunUp | None:
 
 
 def spread(low: float, high: float, count: int) -> tuple[float, ...]:
-    """Return the speeds (rad/s) of a full run over a range; ``InputError`` for an invalid count."""
+    """Return the speeds (rad/s) of a full run over a range; raises ``InputError`` for an invalid count."""
     if not 1 <= count <= 500:
         raise InputError(f"speeds of the full model: {count} is not within 1 to 500")
     return tuple(np.linspace(low, high, count).tolist()) if count > 1 else (0.5 * (low + high),)

@@ -51,7 +51,7 @@ class FullControls:
         self._ends, self._chosen, self._shown, self._looked = ends, chosen, shown, looked
         self.found: RunUp | None = None
         self._job: Background | None = None
-        self._engine: Engine | None = None  # engine of a job that looks inside
+        self._engine: Engine | None = None  # engine of a job that records a cycle for the view inside
         crank_levels = [name for name, level in CRANKS.items() if level.elastic]
         self._crank = pn.widgets.Select(name="crank", options=crank_levels, value="solid", width=HALF)
         self._bearings = pn.widgets.Select(name="bearings", options=["auto", *bearing_levels(*MAINS)], width=HALF)
@@ -83,12 +83,12 @@ class FullControls:
         return self._job is not None and self._job.running
 
     def close(self) -> None:
-        """Stop the job, and delete its file."""
+        """Stop the background job, and delete the file of its results."""
         if self._job is not None:
             self._job.close()
 
     def look(self) -> None:
-        """Receive results of the job; called periodically."""
+        """Receive new results of the background job; called periodically."""
         job = self._job
         if job is None:
             return
@@ -126,7 +126,7 @@ class FullControls:
         )
 
     def _begin(self, make: Callable[[], FullRun | LookInside]) -> None:
-        """Start a job on the present choice."""
+        """Start a background job for the present choice of the knobs."""
         self.close()
         self._job = None
         try:

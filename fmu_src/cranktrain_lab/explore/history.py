@@ -1,4 +1,4 @@
-"""Choices of the knobs with undo and redo."""
+"""History of the choices of knobs, with undo and redo."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ MOST = 500
 
 
 class History:
-    """History of choices, of which the last one is present.
+    """History of choices of the knobs; the last choice is the present one.
 
     A movement of a knob is one choice: :meth:`turn` changes the present choice without a new entry until :meth:`rest`
     is called.
@@ -32,12 +32,12 @@ class History:
         return bool(self._future)
 
     def turn(self, key: str, value: float, own: float) -> None:
-        """Set a knob to a value (SI); the engine's own value removes it from the choice."""
+        """Set a knob to a value (SI). The engine's own value removes the knob from the choice."""
         others = {name: held for name, held in self.now.values.items() if name != key}
         self.now = replace(self.now, values=others if value == own else {**others, key: value})
 
     def fire(self, order: tuple[int, ...]) -> None:
-        """Set a firing order; an empty one is the engine's own."""
+        """Set a firing order; an empty order means the engine's own."""
         self.now = replace(self.now, firing=order)
 
     def replace(self, chosen: Chosen) -> None:
@@ -45,7 +45,7 @@ class History:
         self.now = chosen
 
     def rest(self) -> None:
-        """Store the present choice as an entry."""
+        """Store the present choice as an entry of the history."""
         if self.now != self._rested:
             self._past = [*self._past, self._rested][-MOST:]
             self._rested, self._future = self.now, []

@@ -23,7 +23,7 @@ LOAD = "load"
 """Key of the knob for the fraction of the full-load burn, which is not in engine files."""
 FIRING = "cylinders.firing_order"
 WIDE, NARROW = 4.0, 1.25
-"""Ratio of a knob's range ends to the engine's own value, for inertias and laws, and for the crank's diameters."""
+"""Ratio of a knob's range ends to the engine's own value: for inertias, stiffness and damping; for diameters."""
 DIGITS = 4
 _MOST_SHAFTS, _MOST_ORDERS = 6, 32
 _OF_DAMPER = {
@@ -39,7 +39,7 @@ _TITLES = {
 
 @dataclass(frozen=True)
 class Knob:
-    """Variable value on the page.
+    """Variable value of the engine on the page.
 
     Attributes
     ----------
@@ -78,14 +78,14 @@ class Knob:
 
 @dataclass(frozen=True)
 class Chosen:
-    """Choice on the page: changed values by key (SI), and firing order (empty: the engine's own)."""
+    """Choice of the knobs: changed values by key (SI), and firing order (empty: the engine's own)."""
 
     values: Mapping[str, float] = field(default_factory=dict)
     firing: tuple[int, ...] = ()
 
     @property
     def load(self) -> float:
-        """Fraction of the full-load burn."""
+        """Load of the choice, as a fraction of the full-load burn."""
         return self.values.get(LOAD, 1.0)
 
 
@@ -95,7 +95,7 @@ def knobs_of(engine: Engine) -> list[Knob]:
     if engine.damper is not None:
         found += list(_knobs(engine, "damper", _OF_DAMPER[engine.damper.kind], "Damper"))
     for table in ("pulley", "flywheel"):
-        # A body's diametral inertia is at least half of its polar one, so both are scaled together.
+        # A body's diametral inertia is at least half of its polar inertia, so both are scaled together.
         if engine_part(engine, table).polar_inertia > 0.0:
             title = f"{table} inertia"
             found += _knob(engine, f"{table}.polar_inertia", title, "Masses", (f"{table}.diametral_inertia",))
@@ -138,7 +138,7 @@ def _knobs(engine: Engine, table: str, keys: Sequence[str], group: str) -> Itera
 def _knob(
     engine: Engine, key: str, title: str, group: str, along: tuple[str, ...] = (), wide: float = WIDE
 ) -> list[Knob]:
-    """Return the knob of a value; empty for a value of 0, which no factor changes."""
+    """Return the knob of a value as a list; empty for a value of 0, which no factor changes."""
     own, rule = places.value(engine, key), places.quantity(engine, key)
     if not own > 0.0:
         return []
@@ -188,7 +188,7 @@ def with_order(engine: Engine, order: tuple[int, ...]) -> Engine:
 
 
 def changes_of(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> dict[str, Any]:
-    """Return all values of the engine file that the choice changes, SI, by key with or without index.
+    """Return all values (SI) of the engine file that a choice changes, by key with or without index.
 
     Raises ``InputError`` for a knob that the engine lacks, or a value outside its range.
     """
@@ -209,7 +209,7 @@ def changes_of(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> dict[st
 
 
 def chosen_engine(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> Engine:
-    """Return the engine of the choice, checked like an engine file; ``InputError``."""
+    """Return the engine of the choice, checked like an engine file; raises ``InputError``."""
     whole: dict[str, Any] = {}
     for key, value in changes_of(engine, knobs, chosen).items():
         name, index = key.partition("[")[::2]

@@ -32,7 +32,7 @@ from cranktrain_lab.variants.torsional import HEAT, TORQUE, TORSION, TWIST, stru
 
 SPEEDS, FEWEST = 91, 21
 MOVING = 0.06
-"""Time limit of a result while a knob moves, s; the rest of 100 ms is for drawing."""
+"""Time limit of a computation while a knob moves, s. The rest of 100 ms is for drawing."""
 ORDERS = tuple(0.5 * k for k in range(1, round(2.0 * HIGHEST_ORDER) + 1))
 
 
@@ -66,7 +66,7 @@ class Curves:
         return np.asarray(self.orders[ORDERS.index(order)])
 
     def largest_orders(self, count: int) -> list[float]:
-        """Return ``count`` orders, sorted: half with the largest resonances, the others with the largest amplitudes.
+        """Return ``count`` sorted orders: half have the largest resonances, the other half the largest amplitudes.
 
         Uneven rotation makes low orders large at low speeds, so amplitudes alone would not show resonances.
         """
@@ -81,7 +81,7 @@ class Curves:
         return 0.0 < float(self._resonances().max()) < DROWNED * float(np.nan_to_num(self.orders).max())
 
     def _resonances(self) -> Array:
-        """Return the highest interior peak of each order (o,), rad; 0 without a peak."""
+        """Return the highest peak of each order inside the speed range, rad, (o,) for o orders; 0 without a peak."""
         sizes = np.nan_to_num(self.orders)
         inside = sizes[:, 1:-1]
         peak = (inside >= sizes[:, :-2]) & (inside > sizes[:, 2:])
@@ -135,10 +135,10 @@ class LiveTorsion:
                   speeds=tuple(self.speeds[[0, -1]].tolist())), say,
         )  # fmt: skip
         self._count = SPEEDS
-        self.answer(Chosen())  # the first result includes loading, so only later ones show the time of this engine
+        self.answer(Chosen())  # the first result includes loading, so only later results show the computing time
 
     def engine_of(self, chosen: Chosen) -> Engine:
-        """Return the checked engine of a choice, without additions; ``InputError``."""
+        """Return the checked engine of a choice, without additions; raises ``InputError``."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return chosen_engine(self.engine, self.knobs, chosen)
@@ -181,7 +181,7 @@ def _heat_limit(engine: Engine) -> float:
 
 
 def checked_speeds(engine: Engine, from_rpm: float | None, to_rpm: float | None) -> tuple[float, float]:
-    """Return the ends of the speed range, rad/s; ``InputError`` for an invalid range."""
+    """Return the ends of the speed range, rad/s; raises ``InputError`` for an invalid range."""
     low, high = (engine.speeds[k] if given is None else given * RPM for k, given in enumerate((from_rpm, to_rpm)))
     if not low < high:
         raise InputError(f"--from {low / RPM:g} is not below --to {high / RPM:g} rev/min; exchange or widen them")

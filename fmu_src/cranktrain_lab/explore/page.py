@@ -42,7 +42,7 @@ SAME = 1.0e-6
 
 @dataclass
 class Explored:
-    """Data common to all pages of a server.
+    """Data that all open pages of a server share.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Explored:
 
 
 class Page:
-    """One page, with its choices, charts and full model."""
+    """One open page, with its choices, charts and full model."""
 
     def __init__(self, explored: Explored) -> None:
         self._explored, self._live = explored, explored.live
@@ -102,7 +102,7 @@ class Page:
 
     @cached_property
     def inside(self) -> InsideView:
-        """View of a cycle, made on first use because it is half of a page."""
+        """View inside of a cycle. It is made on first use, because it is half of the page."""
         view = InsideView(self._explored.inside)
         self._inside_box.append(view.view)
         return view
@@ -141,7 +141,7 @@ class Page:
         self._reset.on_click(lambda event: self._start_anew())
 
     def _make_rest(self) -> None:
-        """Make status, overlay, orders, full model and engine file."""
+        """Make the controls of status, overlay, orders, full model and engine file."""
         self._status, self._said = pn.pane.HTML("", width=KNOBS_WIDTH - 20), pn.pane.HTML("", width=KNOBS_WIDTH - 20)
         self._before = pn.widgets.Checkbox(name="show before (dashed)", value=True)
         self._before.param.watch(lambda event: self._draw(), "value")
@@ -229,7 +229,7 @@ class Page:
             self._soon()
 
     def _soon(self) -> None:
-        """Schedule a computation; movements until then are computed together."""
+        """Schedule a computation. Movements of knobs until then are computed together."""
         self._turned, self._resting = time.monotonic(), False
         document = pn.state.curdoc
         if document is None or not document.session_context:
@@ -275,7 +275,7 @@ class Page:
             self._explored.balance.ask(self._history.now)
 
     def _go_to(self, chosen: Chosen) -> None:
-        """Show a choice of the history."""
+        """Show a choice from the history of choices."""
         self._quiet = True
         for knob in self._live.knobs:
             self._sliders[knob.key].value = knob.shown(chosen.values.get(knob.key, knob.own))
@@ -328,7 +328,7 @@ class Page:
         if document is None or not document.session_context:
             pn.io.push_notebook(*self._boxes)
 
-    # Background work.
+    # Results of background work.
 
     def look(self) -> None:
         """Receive results of background work; called periodically while the page is open."""
@@ -350,7 +350,7 @@ class Page:
         self._push()
 
     def _full_choice(self) -> tuple[Engine, float]:
-        """Return engine and load of a full model of the present choice; ``InputError``."""
+        """Return engine and load of a full model of the present choice; raises ``InputError``."""
         self._history.rest()
         return self.engine(), self._history.now.load
 
@@ -390,7 +390,7 @@ class Page:
         pane.object = f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>" if text else ""
 
     def _start_orders(self) -> list[float]:
-        """Return the initial orders: measured orders, then the largest ones."""
+        """Return the orders that charts show at first: measured orders, then the largest computed orders."""
         measured = list((self._explored.measured or {}).get(TORSION, {}))
         known = [order for order in measured if order in ORDERS]
         known += [order for order in self._now.largest_orders(6) if order not in known]

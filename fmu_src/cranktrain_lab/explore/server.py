@@ -54,7 +54,7 @@ class Token(AuthProvider):
 
     @property
     def get_user_async(self) -> None:
-        """None, because :attr:`get_user` suffices."""
+        """None instead of an asynchronous function, because :attr:`get_user` suffices."""
         return None
 
     @property
@@ -139,7 +139,7 @@ def _opens_a_session(request: HTTPServerRequest) -> bool:
 
 
 def _document(explored: Explored) -> Any:
-    """Return a page for a visitor."""
+    """Return a new page as a Bokeh document for one visitor."""
     page = Page(explored)
     pn.state.add_periodic_callback(page.look, POLL_MS)
     pn.state.on_session_destroyed(lambda context: explored.closed(page.close))

@@ -25,7 +25,7 @@ from cranktrain_lab.harness.tables import AssertTable, At, EndsTable
 def assertion(
     at: str, table: AssertTable, units: Mapping[str, Any], times: Times, scenario: str, names: Sequence[str]
 ) -> Assertion:
-    """Return one assertion of a scenario from its table; ``names`` are those of all scenarios; ``InputError``."""
+    """Return an assertion of a scenario from its TOML table; ``names`` are those of all scenarios; ``InputError``."""
     if (table.output is None) != bool(table.residual):
         raise InputError(f'{at}: give output = "unit.variable", or residual = "gas", the name of a power bond')
     order, cycles, other = table.order, table.over_cycles, table.ratio_to
@@ -59,7 +59,7 @@ def assertion(
 
 
 def check_ratios(scenarios: Sequence[Scenario], cycle: float | None) -> None:
-    """Raise ``InputError`` for a ratio to a scenario that ends before the window; ``cycle`` (s) may be unknown."""
+    """Raise ``InputError`` for a ratio to a scenario that ends before the asserted window; ``cycle`` in s or None."""
     stops = {one.name: one.way.stop for one in scenarios}
     for scenario in scenarios:
         for k, one in enumerate(scenario.assertions, 1):
@@ -82,7 +82,7 @@ def refuse_below_zero(measure: str, bounds: Bounds, at: str) -> None:
 
 
 def refuse_unresolved(order: float, points: float) -> None:
-    """Raise ``InputError`` for an order with fewer than two of the ``points`` per cycle in an oscillation."""
+    """Raise ``InputError`` for an order of which an oscillation has fewer than two points; ``points`` per cycle."""
     if 4.0 * order > points * (1.0 + 1e-6):
         raise InputError(
             f"order {order:g} needs a communication point every {180.0 / order:.4g} deg or less; "

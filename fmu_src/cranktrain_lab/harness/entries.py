@@ -17,7 +17,7 @@ Variable = tuple[str, str]
 
 LAST, ZERO, NAN = "last", "zero", "nan"
 GIVES = (LAST, ZERO, NAN)
-"""Kinds of value that an input has while its connection is interrupted."""
+"""Kinds of value of an input while the input's connection is interrupted."""
 FAILS, HANGS, DIES = "fails", "hangs", "dies"
 KINDS = (FAILS, HANGS, DIES, NAN)
 """Faults of a unit: it refuses a step, does not return from it, ends its process, or outputs NaN."""
@@ -42,7 +42,7 @@ class UnitEntry:
 
 @dataclass(frozen=True)
 class Change:
-    """Linear change of an input to a value between two times; a jump if the times are equal.
+    """Linear change of an input to a new value between two times, or a jump if the times are equal.
 
     ``value`` None is the start value; ``unit`` is the unit of measurement, empty for the input's own. The unit in
     ``target`` is empty if only one unit has this input.
@@ -69,7 +69,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Dropout:
-    """Interruption of an input's connection between two times, and the kind of value meanwhile."""
+    """Interruption of an input's connection between two times, and kind of the input's value meanwhile."""
 
     target: Variable
     begin: float
@@ -79,7 +79,7 @@ class Dropout:
 
 @dataclass(frozen=True)
 class Fault:
-    """Fault of a unit from a time on; ``output`` is the output that becomes NaN, empty for all that are read."""
+    """Fault of a unit from a time on; ``output`` is the output that becomes NaN, or empty for all outputs."""
 
     unit: str
     begin: float
@@ -89,7 +89,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Required value of a number: ``expected`` within a tolerance, or between two bounds.
+    """Requirement on a number: ``expected`` within a tolerance, or a value between two bounds.
 
     ``relative`` is a fraction of the expected value, ``absolute`` in the unit of the number.
     """

@@ -14,11 +14,11 @@ from cranktrain_lab.harness.places import Times, variable
 from cranktrain_lab.harness.tables import At, Misfire, Ramp, Signal, Step
 
 Entries = Sequence[tuple[str, Any]]
-"""Pairs of an entry's name in messages and its table."""
+"""Entries of a scenario, each with its name in messages and its TOML table."""
 
 
 def changes(given: Mapping[str, Entries], units: Mapping[str, Any], times: Times, where: str) -> tuple[Change, ...]:
-    """Return changes of inputs, sorted by time; ``InputError`` if two changes of one input overlap."""
+    """Return all changes of inputs, sorted by time; raises ``InputError`` if two changes of one input overlap."""
     found = [change for at, table in given["step"] for change in _step(at, table, units, times)]
     found += [change for at, table in given["ramp"] for change in _ramp(at, table, units, times)]
     found += [change for at, table in given["signal"] for change in _signal(at, table, units, times)]
@@ -54,7 +54,7 @@ def _ramp(at: str, table: Ramp, units: Mapping[str, Any], times: Times) -> list[
 
 
 def _signal(at: str, table: Signal, units: Mapping[str, Any], times: Times) -> list[Change]:
-    """Return the changes of an input that goes linearly from point to point; two points of one time are a jump."""
+    """Return the changes of an input that goes linearly from point to point; two points at one time are a jump."""
     target, unit = _target(at, table, units)
     if (table.times_s is None) == (table.times_cycles is None):
         raise InputError(f"{at}: give times_s or times_cycles, and values")
@@ -89,7 +89,7 @@ def noises(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Nois
 
 
 def dropouts(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Dropout, ...]:
-    """Return drop-outs of connections; ``InputError`` if two drop-outs of one input overlap."""
+    """Return drop-outs of connections; raises ``InputError`` if two drop-outs of one input overlap."""
     found: list[Dropout] = []
     for at, table in given:
         target = variable(table.input, f"{at}: input", units)

@@ -86,11 +86,11 @@ class Ran(NamedTuple):
 def judge(
     assertion: Assertion, runs: Mapping[str, Ran], scenario: str, harness: Harness, ports: Mapping[str, Port]
 ) -> Outcome:
-    """Evaluate an assertion of a scenario on its run; ``ports`` are those of all outputs, ``unit.variable``."""
+    """Evaluate an assertion of a scenario on its run; ``ports`` describe all outputs by name ``unit.variable``."""
     quantity, unit = _quantity(assertion, ports)
     remark, found = "", None
     try:
-        with np.errstate(over="ignore", invalid="ignore"):  # overflow is reported below
+        with np.errstate(over="ignore", invalid="ignore"):  # overflow of a value is reported below
             found = _measured(assertion, runs[scenario], harness, ports)
             if assertion.ratio_to:
                 found = _ratio(found, assertion, runs[assertion.ratio_to], harness, ports)
@@ -108,7 +108,7 @@ def judge(
 def _ratio(
     found: float, assertion: Assertion, other: Ran, harness: Harness, ports: Mapping[str, Port]
 ) -> float:  # fmt: skip
-    """Return the ratio of a number to that of another scenario; ``InputError`` if there is no such number."""
+    """Return the ratio of a number to another scenario's number; raises ``InputError`` if the other has none."""
     name = assertion.ratio_to
     ending = next(one.ending for one in harness.scenarios if one.name == name)
     if not judge_ending(ending, other).passed:
@@ -139,7 +139,7 @@ def judge_ending(ending: Ending, ran: Ran) -> Outcome:
 
 
 def _quantity(assertion: Assertion, ports: Mapping[str, Port]) -> tuple[str, str]:
-    """Return the measured quantity, in words, and its unit."""
+    """Return the quantity that an assertion tests, in words, and its unit of measurement."""
     if assertion.output is None:
         name, unit = f"residual of {assertion.residual}", "W"
     else:
@@ -155,7 +155,7 @@ def _quantity(assertion: Assertion, ports: Mapping[str, Port]) -> tuple[str, str
 
 
 def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[str, Port]) -> float:
-    """Return the number that an assertion tests; ``InputError`` with the reason if there is none."""
+    """Return the number that an assertion tests; raises ``InputError`` with the reason if there is none."""
     run = ran.found
     if run is None:
         raise InputError("the run did not start")

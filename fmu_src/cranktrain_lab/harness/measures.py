@@ -29,11 +29,11 @@ MEASURED = {
     for powers, units in _POWERS.values()
     for unit, factor in units.items()
 }
-"""Units of measurement by name."""
+"""Units of measurement that a harness file may name, by name."""
 
 
 def named(unit: str, where: str) -> str:
-    """Check that a unit of measurement is known or empty, and return it; ``InputError``."""
+    """Check that a unit of measurement is known or empty, and return it; raises ``InputError``."""
     if unit and _port(unit) is None:
         raise InputError(f"{where}: unit '{unit}' is not known; {nearest(unit, MEASURED)}")
     return unit

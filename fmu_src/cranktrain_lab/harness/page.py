@@ -111,7 +111,7 @@ def _over_time(name: str, one: Judged, run: Coupled, other: Judged | None) -> st
 
 
 def _of_misfit(run: Coupled, source: str, output: str) -> Array:
-    """Return model or measurement behind a misfit, without its mean over a cycle, in the model's unit."""
+    """Return the curve of model or measurement from which a misfit was computed, minus its mean over a cycle."""
     angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
     own = without_zero(angle, model)
     return own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}")

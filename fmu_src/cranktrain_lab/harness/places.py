@@ -12,7 +12,7 @@ from cranktrain_lab.harness.entries import Variable
 
 
 def variable(text: str, where: str, units: Iterable[str]) -> Variable:
-    """Split ``unit.variable`` into unit and name; ``InputError`` for an unknown unit."""
+    """Split ``unit.variable`` into unit and name; raises ``InputError`` for an unknown unit."""
     unit, _, name = text.partition(".")
     names = list(units)
     if not name:
@@ -29,7 +29,7 @@ class Times(NamedTuple):
     stop: float
 
     def of(self, table: Table, name: str, where: str, otherwise: float | None = None) -> float:
-        """Return the time (s) from key ``name_s`` or ``name_cycles``; ``InputError`` if outside the scenario."""
+        """Return the time (s) from key ``name_s`` or ``name_cycles``; raises ``InputError`` if outside the scenario."""
         given = {key: value for key in (f"{name}_s", f"{name}_cycles") if (value := getattr(table, key)) is not None}
         if not given:
             if otherwise is None:
@@ -48,7 +48,7 @@ class Times(NamedTuple):
         return found
 
     def before_end(self, table: Table, name: str, where: str, otherwise: float | None = None) -> float:
-        """Return the time (s) of an event, as :meth:`of`; ``InputError`` at the scenario's end (no effect)."""
+        """Return the time (s) of an event from its TOML table; ``InputError`` if not before the scenario's end."""
         found = self.of(table, name, where, otherwise)
         if found >= self.stop * (1.0 - 1e-9):
             raise InputError(
@@ -57,12 +57,12 @@ class Times(NamedTuple):
         return found
 
     def event(self, table: Table, where: str) -> tuple[float, float]:
-        """Return begin and end (s) of an event, as :meth:`span`; ``InputError`` if it begins at the scenario's end."""
+        """Return begin and end (s) of an event from its TOML table; ``InputError`` if begin is the scenario's end."""
         self.before_end(table, "from", where, 0.0)
         return self.span(table, where)
 
     def span(self, table: Table, where: str) -> tuple[float, float]:
-        """Return the times from and to (s), by default 0 and infinity; ``InputError`` if from is not before to."""
+        """Return the times ``from`` and ``to`` (s), default 0 and infinity; ``InputError`` if from is not before to."""
         begin, end = self.of(table, "from", where, 0.0), self.of(table, "to", where, math.inf)
         if not begin < end:
             raise InputError(f"{where}: from {begin:g} s must be before to {end:g} s")

@@ -51,7 +51,7 @@ SI = {ANGLE: "rad", SPEED: "rad/s", PRESSURE: "Pa"}
 
 
 def read_recording(path: Path, table: RecordingTable, engine: Engine) -> Recording:
-    """Return the recording of a harness file at ``path``; ``InputError``."""
+    """Return the recording of a harness file at ``path``; raises ``InputError``."""
     place = beside(path, table.file)
     found = read_measured(place)
     names = {channel.name: channel.name for channel in found.channels} | dict(table.channels)
@@ -87,7 +87,7 @@ def read_recording(path: Path, table: RecordingTable, engine: Engine) -> Recordi
 
 
 def _wanted(found: Measurement, names: Mapping[str, str], engine: Engine, file: str) -> dict[str, str]:
-    """Return model names and channels of the file to read; ``InputError`` if pressures are missing."""
+    """Return model names and channels of the file to read; raises ``InputError`` if pressures are missing."""
     cylinders = [f"cylinder[{c + 1}].pressure" for c in range(engine.n_cylinders)]
     there = [name for name in cylinders if name in names]
     if PRESSURE not in names and len(there) < len(cylinders):
@@ -106,7 +106,7 @@ def _wanted(found: Measurement, names: Mapping[str, str], engine: Engine, file: 
 
 
 def _in_si(channel: Channel, kind: str) -> Array:
-    """Return samples in SI; ``InputError`` for a channel without unit or of another dimension."""
+    """Return samples in SI; raises ``InputError`` for a channel without unit or of another dimension."""
     where = f"measured: channel '{channel.name}' of {channel.source}"
     if not channel.unit:
         raise InputError(f"{where} has no unit; write it behind its name, as in '{channel.name} [{SI[kind]}]'")
@@ -124,7 +124,7 @@ def _port(channel: Channel, file: str) -> Port:
 
 
 def _unwrapped(angle: Array, file: str) -> Array:
-    """Return the angle without jumps at the start of each revolution or cycle; ``InputError``."""
+    """Return the angle without jumps at the start of each revolution or cycle; raises ``InputError``."""
     steps = np.diff(angle)
     back = np.flatnonzero(steps < 0.0)
     if back.size:
@@ -139,7 +139,7 @@ def _unwrapped(angle: Array, file: str) -> Array:
 
 
 def _grid(angle: Array, file: str) -> tuple[int, Array]:
-    """Return the number of whole cycles, and uniform angles (n,) over them; ``InputError``."""
+    """Return the number of whole cycles, and uniform angles (n,) over them; raises ``InputError``."""
     step = float(np.median(np.diff(angle)))
     cycles = int((float(angle[-1] - angle[0]) + 1.001 * step) / CYCLE)
     if cycles < 1:
@@ -161,7 +161,7 @@ def _grid(angle: Array, file: str) -> tuple[int, Array]:
 def _for_all(
     values: Mapping[str, Array], ports: Mapping[str, Port], engine: Engine, cycles: int
 ) -> tuple[dict[str, Array], dict[str, Port]]:
-    """Return pressures of all cylinders from that of the first, each shifted by its firing angle."""
+    """Return pressures of all cylinders, as the first cylinder's pressure shifted by each firing angle."""
     one = values[PRESSURE]
     period, place = CYCLE * cycles, CYCLE * cycles * np.arange(one.size) / one.size
     first = engine.firing_angles[0]
@@ -191,7 +191,7 @@ def _check(values: Mapping[str, Array], file: str) -> None:
 
 
 def connected(cylinders: int, unit: RecordingUnit, own: bool) -> list[Connection]:
-    """Return connections of a recording in place of the combustion, and of its speed to the dynamometer."""
+    """Return connections of a recording in place of the combustion, and of the recorded speed to the dynamometer."""
 
     def there(end: tuple[str, str]) -> tuple[str, str]:
         return (UNIT, end[1]) if end[0] == COMBUSTION else end

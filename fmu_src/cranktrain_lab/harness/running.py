@@ -21,7 +21,7 @@ from cranktrain_lab.harness.system import check, prepared
 
 
 class Judged(NamedTuple):
-    """Scenario with its run, outcomes of its assertions, and result file (if any)."""
+    """Evaluated scenario with its run, outcomes of its assertions, and result file (if any)."""
 
     scenario: Scenario
     ran: Ran
@@ -43,7 +43,7 @@ class Judged(NamedTuple):
 
 
 def chosen(harness: Harness, only: Sequence[str]) -> list[Scenario]:
-    """Return named scenarios (all if none is named) and those they are compared with; ``InputError``."""
+    """Return named scenarios (default: all) and the scenarios they are compared with; raises ``InputError``."""
     by_name = {scenario.name: scenario for scenario in harness.scenarios}
     for name in only:
         if name not in by_name:
@@ -82,7 +82,7 @@ def _points(harness: Harness, scenario: Scenario) -> float:
 def run_scenario(
     harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], progress: Callable[[float], None] | None
 ) -> Ran:
-    """Run a scenario and return the run, also if it ended early."""
+    """Run a scenario and return its run, also if the run ended early."""
     began = time.perf_counter()
     make = partial(prepared, harness, scenario, fmus)
     misfits = partial(_compared, harness, scenario, fmus)
@@ -108,7 +108,7 @@ def _compared(
 
 
 def keep(folder: Path, harness: Harness, scenario: Scenario, ran: Ran) -> tuple[Ran, Path | None]:
-    """Write the result file of a run; return run and path, None if there is nothing to write or writing fails."""
+    """Write the result file of a run. Return run and path; the path is None if nothing is written."""
     if ran.found is None:
         return ran, None
     path = result_path(folder, scenario)

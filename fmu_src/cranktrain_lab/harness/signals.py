@@ -21,11 +21,11 @@ from cranktrain_lab.harness.entries import DIES, FAILS, HANGS, LAST, NAN, ZERO, 
 SIGNALS = "signals"
 """Name of the unit whose outputs are the signals."""
 _JUST = 1.0 - 1.0e-12
-"""Factor that moves a time to just before it, by its rounding error."""
+"""Factor on a time that gives a time just before it, earlier by the rounding error."""
 
 
 class Curve:
-    """Piecewise linear function of time, which jumps just after a time that two points share."""
+    """Piecewise linear function of time. It jumps just after a time at which it has two points."""
 
     def __init__(self, start: float) -> None:
         self.times, self.values = [0.0], [start]
@@ -48,7 +48,7 @@ class Curve:
 
 
 class Signals:
-    """Unit (:class:`cranktrain_lab.coupling.unit.Unit`) with curves as outputs; ``ports`` are those of the inputs."""
+    """Unit (:class:`cranktrain_lab.coupling.unit.Unit`) whose outputs are curves; ``ports`` describe driven inputs."""
 
     restorable = True
 
@@ -59,34 +59,34 @@ class Signals:
         self._curves, self._time = curves, 0.0
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Choose the linked inputs and outputs, see ``Unit.link``."""
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns."""
         self._read = [self._curves[name] for name in outputs]
 
     def initialize(self, time: float) -> None:
-        """Prepare for steps, see ``Unit.initialize``."""
+        """Prepare the unit for steps from ``time`` (s) on."""
         self._time = time
 
     def write(self, values: Array) -> None:
-        """Set the linked inputs, see ``Unit.write``."""
+        """Set the values (k,) of the k linked inputs."""
 
     def read(self) -> Array:
-        """Return the linked outputs, see ``Unit.read``."""
+        """Return the values (k,) of the k linked outputs."""
         return np.array([curve.at(self._time) for curve in self._read])
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``."""
+        """Advance the unit from ``time`` (s) by one step of ``size`` (s)."""
         self._time = time + size
 
     def keep(self, held: Any = None) -> Any:
-        """Return the state, see ``Unit.keep``."""
+        """Return the unit's state; memory of the earlier state ``held`` may be reused."""
         return self._time
 
     def restore(self, state: Any) -> None:
-        """Restore a kept state, see ``Unit.restore``."""
+        """Restore a state of the unit that ``keep`` returned."""
         self._time = state
 
     def close(self) -> None:
-        """Release the unit, see ``Unit.close``."""
+        """Release the unit and its memory; may be called repeatedly."""
 
 
 class Noisy:
@@ -96,7 +96,7 @@ class Noisy:
         self._begin, self._end, self._size, self._seed = _JUST * begin, _JUST * end, size, seed
 
     def __call__(self, time: float, value: float) -> float:
-        """Return the value with noise added."""
+        """Return the connection's value with noise added."""
         if not self._begin <= time < self._end:
             return value
         # A repeated step must get the same values, so the noise is a function of the time.
@@ -112,7 +112,7 @@ class DroppedOut:
         self._last: float | None = None
 
     def __call__(self, time: float, value: float) -> float:
-        """Return the value, or its replacement during the drop-out."""
+        """Return the connection's value, or the replacement value during the drop-out."""
         if not self._begin <= time < self._end:
             if time < self._begin:
                 self._last = value
@@ -141,13 +141,13 @@ class Faulty(Around):
         self._fault, self._now = fault, -math.inf
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Choose the linked inputs and outputs, see ``Unit.link``."""
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns."""
         wrong = [k for k, name in enumerate(outputs) if self._fault.output in ("", name)]
         self._wrong = wrong if self._fault.kind == NAN else []
         super().link(inputs, outputs)
 
     def read(self) -> Array:
-        """Return the linked outputs, see ``Unit.read``."""
+        """Return the values (k,) of the k linked outputs."""
         found = super().read()
         if self._wrong and self._now > self._fault.begin:
             found = found.copy()
@@ -155,7 +155,7 @@ class Faulty(Around):
         return found
 
     def step(self, time: float, size: float) -> None:
-        """Take one step, see ``Unit.step``."""
+        """Advance the unit from ``time`` (s) by one step of ``size`` (s)."""
         self._now = _JUST * (time + size)
         # Faults of all kinds begin in the step that contains their time.
         if self._now > self._fault.begin:

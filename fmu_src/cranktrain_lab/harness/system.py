@@ -70,7 +70,7 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
 
 
 def check(system: Prepared, scenario: Scenario, points: float) -> None:
-    """Raise ``InputError`` for a system that a master would refuse, and for assertions on missing data.
+    """Raise ``InputError`` for a system that the co-simulation master refuses, or assertions on missing data.
 
     ``points``: communication points per cycle for orders, 0 without crank angle and speed.
     """
@@ -175,7 +175,7 @@ def _of_recording(
 
 
 def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:
-    """Return connections that the file lists, and connections by name of other inputs."""
+    """Return connections that the harness file lists, and connections of other inputs by equal names."""
     found = []
     for link in harness.links or ():
         ends = [tuple(end.strip().split(".", 1)) for end in link.split("->")]
@@ -190,9 +190,9 @@ def _read(
     harness: Harness, scenario: Scenario, units: Mapping[str, Unit], outputs: dict[str, list[str]],
     bonds: Sequence[Bond],
 ) -> None:  # fmt: skip
-    """Add to ``outputs`` those that the file records or asserts, and those needed for orders and ratios."""
+    """Add to ``outputs`` the outputs that the file records or asserts, or that orders and ratios need."""
     wanted = [((unit, name), f"units.{unit}.record") for unit, entry in harness.units.items() for name in entry.record]
-    # A ratio of another scenario to this one needs the same output here.
+    # If another scenario asserts a ratio to this scenario, the same output is needed here.
     wanted += [
         (assertion.output, f"scenario '{one.name}': assert {k}")
         for one in harness.scenarios
@@ -255,7 +255,7 @@ def _signals(
 
 
 def _target(change: Change, units: Mapping[str, FmuUnit], where: str) -> Variable:
-    """Return the input of a change; if no unit is named, that of the only unit with this input."""
+    """Return unit and name of a change's input. Without a named unit, exactly one unit must have this input."""
     unit, name = change.target
     if unit:
         return unit, name
@@ -283,7 +283,7 @@ def _modified(scenario: Scenario, units: Mapping[str, FmuUnit], connections: Seq
         unit, name = noise.target
         where = f"scenario '{scenario.name}': noise on {unit}.{name}"
         factor, _ = between(noise.unit, units[unit].inputs[name], where, difference=True)
-        seed = noise.seed, zlib.crc32(".".join(noise.target).encode())  # inputs with equal seeds get different noise
+        seed = noise.seed, zlib.crc32(".".join(noise.target).encode())  # two inputs with one seed get different noise
         wanted[noise.target].append(Noisy(noise.begin, noise.end, factor * noise.size, seed))
     for dropout in scenario.dropouts:
         wanted[dropout.target].append(DroppedOut(dropout.begin, dropout.end, dropout.gives))

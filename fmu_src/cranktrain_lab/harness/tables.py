@@ -1,4 +1,4 @@
-"""Tables of a harness file, with keys, kinds and ranges of values. Times are given in s or in cycles."""
+"""TOML tables of a harness file, with keys, kinds and ranges of values. Times are given in s or in cycles."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ StartValue = Annotated[
 _Seconds = Annotated[float, measure("s", "time")]
 _Share = Annotated[float, measure("1", "1")]
 LARGEST = 1e30
-"""Largest number of an entry. Sums and squares of values derived from it remain finite."""
+"""Largest magnitude of a number in an entry, so that sums and squares of derived values are finite."""
 _Own = Annotated[
     float,
     Meta(ge=-LARGEST, le=LARGEST, extra={"what": "in its unit"}, extra_json_schema=quantities().extra_json_schema),
 ]
-"""Number in the unit of measurement of its table."""
+"""Number of a TOML table, in the unit of measurement that the table states."""
 
 
 class At(Table, kw_only=True):
-    """Base table of an event at one time."""
+    """Base class of TOML tables for an event at one time."""
 
     at_s: _Seconds | None = None
     at_cycles: float | None = None
 
 
 class Span(Table, kw_only=True):
-    """Base table of an event from one time to another."""
+    """Base class of TOML tables for an event from one time to another."""
 
     from_s: _Seconds | None = None
     from_cycles: float | None = None
@@ -56,7 +56,7 @@ class Span(Table, kw_only=True):
 
 
 class Measured(Table, kw_only=True):
-    """Table of a start value with its unit of measurement."""
+    """TOML table of a start value with its unit of measurement."""
 
     measured = ("value",)
     value: _Own
@@ -66,7 +66,7 @@ class Measured(Table, kw_only=True):
 
 
 class Step(At, kw_only=True):
-    """Table of an input that jumps to a value."""
+    """TOML table of an input that jumps to a value."""
 
     measured = ("value",)
     input: str
@@ -75,7 +75,7 @@ class Step(At, kw_only=True):
 
 
 class Ramp(Span, kw_only=True):
-    """Table of an input that goes linearly from its present value to another."""
+    """TOML table of an input that goes linearly from its present value to another."""
 
     measured = ("value",)
     input: str
@@ -84,7 +84,7 @@ class Ramp(Span, kw_only=True):
 
 
 class Signal(Table, kw_only=True):
-    """Table of an input that goes linearly from point to point; two points of one time are a jump."""
+    """TOML table of an input that goes linearly from point to point; two points of one time are a jump."""
 
     measured = ("values",)
     input: str
@@ -95,13 +95,13 @@ class Signal(Table, kw_only=True):
 
 
 class Misfire(Span, kw_only=True):
-    """Table of a cylinder without fuel, from a time on or between two times."""
+    """TOML table of a cylinder without fuel, from a time on or between two times."""
 
     cylinder: int
 
 
 class NoiseTable(Span, kw_only=True):
-    """Table of noise on an input, with its standard deviation."""
+    """TOML table of noise on an input, with its standard deviation."""
 
     measured, differences = ("rms",), ("rms",)
     input: str
@@ -111,14 +111,14 @@ class NoiseTable(Span, kw_only=True):
 
 
 class DropoutTable(Span, kw_only=True):
-    """Table of an interruption of an input's connection."""
+    """TOML table of an interruption of an input's connection."""
 
     input: str
     gives: Literal[GIVES] = LAST  # type: ignore[valid-type]
 
 
 class FaultTable(At, kw_only=True):
-    """Table of a unit's fault from a time on."""
+    """TOML table of a unit's fault from a time on."""
 
     of: str
     kind: Literal[KINDS]  # type: ignore[valid-type]
@@ -126,7 +126,7 @@ class FaultTable(At, kw_only=True):
 
 
 class AssertTable(Span, kw_only=True):
-    """Table of the required value of an output or of a power bond's residual."""
+    """TOML table of the required value of an output or of a power bond's residual."""
 
     measured, differences = ("expected", "absolute", "least", "most"), ("absolute",)
     name: str = ""
@@ -145,7 +145,7 @@ class AssertTable(Span, kw_only=True):
 
 
 class EndsTable(At, kw_only=True):
-    """Table of the required end of a scenario."""
+    """TOML table of the required end of a scenario."""
 
     how: Literal[ENDS] = BY_FAILURE  # type: ignore[valid-type]
     of: str = ""
@@ -154,7 +154,7 @@ class EndsTable(At, kw_only=True):
 
 
 class UnitTable(Table, kw_only=True):
-    """Table of a unit, with its FMU file or what to build, start values, and outputs to record."""
+    """TOML table of a unit, with its FMU file or what to build, start values, and outputs to record."""
 
     fmu: str | None = None
     build: str | None = None
@@ -163,14 +163,14 @@ class UnitTable(Table, kw_only=True):
 
 
 class ConnectionsTable(Table, kw_only=True):
-    """Table of connections ``unit.output -> unit.input``, and whether variables of equal names are connected too."""
+    """TOML table of connections ``unit.output -> unit.input``, and whether equal names are connected too."""
 
     by_name: bool | None = None
     map: tuple[str, ...] = ()
 
 
 class RecordingTable(Table, kw_only=True):
-    """Table of a measurement to compare with the model, see :mod:`cranktrain_lab.harness.recording`.
+    """TOML table of a measurement to compare with the model, see :mod:`cranktrain_lab.harness.recording`.
 
     ``channels`` names channels of the file by the model's names; ``zero_deg`` is the file's crank angle at which the
     first cylinder fires.
@@ -184,7 +184,7 @@ class RecordingTable(Table, kw_only=True):
 
 
 class PowerTable(Table, kw_only=True):
-    """Table of a power that units exchange, as sums of products ``unit.force * unit.speed``."""
+    """TOML table of a power that units exchange, as sums of products ``unit.force * unit.speed``."""
 
     given: list[str]
     taken: list[str]
@@ -205,7 +205,7 @@ class WayTable(Table, kw_only=True):
 
 
 class ScenarioTable(WayTable, kw_only=True, rename={"assert_": "assert"}):
-    """Table of a scenario: one run with its events and assertions."""
+    """TOML table of a scenario: one run with its events and assertions."""
 
     name: str
     start: dict[str, dict[str, StartValue]] = field(default_factory=dict)

@@ -18,7 +18,7 @@ from cranktrain_lab.harness.measures import named
 from cranktrain_lab.harness.tables import HarnessTable, Measured, UnitTable
 
 RESERVED = ("measured", "misfit")
-"""Names of units that a measurement adds, see :mod:`cranktrain_lab.harness.recording`."""
+"""Reserved names of the units that a measurement adds, see :mod:`cranktrain_lab.harness.recording`."""
 _NAME = re.compile(r"[A-Za-z]\w*")
 
 

@@ -1,4 +1,4 @@
-"""Advice for wide intervals: the further signal, or the fit by a higher level, that would narrow them most.
+"""Advice for wide confidence intervals: the further signal, or the fit by a higher level, that narrows them most.
 
 With the information A of the data, priors and bounds, and B of a further signal
 (:mod:`cranktrain_lab.identification.further_signals`), the covariance of u becomes
@@ -29,7 +29,7 @@ from cranktrain_lab.identification.model import BALANCE, TorsionalModel
 from cranktrain_lab.identification.parameters import RATIOS, Sought
 
 WIDE = 0.1
-"""Relative half width of an interval above which further signals are proposed."""
+"""Relative half width of a confidence interval above which further signals are proposed."""
 HELPS = 0.8
 """Largest ratio of the half widths with and without a signal at which the signal is proposed."""
 TWO = 1.96
@@ -40,7 +40,7 @@ MOST = 2
 
 @dataclass(frozen=True)
 class _Fit(Signal):
-    """Fit by a higher level, which removes the moves of the first ``levels`` steps beyond the estimate."""
+    """Proposed fit by a higher level. It removes the model error that the first ``levels`` higher levels have shown."""
 
     levels: int
 
@@ -82,7 +82,7 @@ def advised(
 
 
 def remedy_for(model: TorsionalModel, comparison: Comparison, found: Estimate, k: int) -> str:
-    """Return the end of the message on a parameter without influence on the data: the best signal to add, or empty."""
+    """Return the best signal to add for a parameter without influence on the data, as end of a message; or empty."""
     signals = further_signals(model, comparison, found.inner)
     whole = found.information + comparison.known
     spread = [float(np.linalg.inv(whole + one.information)[k, k]) ** 0.5 for one in signals]
@@ -94,7 +94,7 @@ def remedy_for(model: TorsionalModel, comparison: Comparison, found: Estimate, k
 
 
 def half_intervals(sought: Sequence[Sought], inner: Array, covariance: Array, reach: float) -> list[float]:
-    """Return relative half widths of the intervals; 0 for a parameter about zero, which has no relative interval."""
+    """Return the relative half width of each confidence interval; 0 for a parameter whose value is about zero."""
     spread, found = reach * np.sqrt(np.diag(covariance)), []
     for one, u, own in zip(sought, inner.tolist(), spread.tolist(), strict=True):
         known = one.log or abs(u) > own
@@ -105,7 +105,7 @@ def half_intervals(sought: Sequence[Sought], inner: Array, covariance: Array, re
 def _half(
     comparison: Comparison, climbed: Climbed, confidence: Confidence, added: Sequence[Signal], k: int
 ) -> float:  # fmt: skip
-    """Return the relative half width of the interval of parameter ``k`` with signals added."""
+    """Return the relative half width of the confidence interval of parameter ``k`` with signals added."""
     moved = climbed.estimate.information + comparison.known + sum(one.information for one in added if not one.agreed)
     whole = moved + sum(one.information for one in added if one.agreed)
     left = climbed.moves[max([0, *(one.levels for one in added if isinstance(one, _Fit))]) :]
@@ -115,7 +115,7 @@ def _half(
 
 
 def _fits(climbed: Climbed, sought: Sequence[Sought], ask: Ask) -> list[_Fit]:
-    """Return fits by higher levels; each also removes the moves of the levels below it."""
+    """Return proposed fits by higher levels. Each fit also removes the model errors that the levels below it remove."""
     found, none = [], np.zeros((len(sought), len(sought)))
     ratios = any(one.key.startswith(RATIOS) for one in sought)
     for number, step in enumerate(climbed.beyond, 1):
@@ -131,7 +131,7 @@ def _fits(climbed: Climbed, sought: Sequence[Sought], ask: Ask) -> list[_Fit]:
 
 
 def _text(key: str, half: float, named: Sequence[tuple[Signal, float]]) -> str:
-    """Return the sentence of advice on one parameter."""
+    """Return the advice on a parameter, given by its key, as a sentence."""
     said = f"{key} is known to {_percent(half)}"
     if not named:
         return f"{said}; no single signal that a measured file can state would narrow this by a fifth"

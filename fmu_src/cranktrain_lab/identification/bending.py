@@ -1,4 +1,4 @@
-"""Frequencies of the bending crank in its block on its mounts, for [targets] and mount frequencies with other sets.
+"""Frequencies of the bending crank in its block on mounts, for measured files with [targets] or mount frequencies.
 
 Orders and decays are computed with a torsional crank. Targets are modes of the cranktrain at rest, matched by their
 shapes, as in a calibration (:mod:`cranktrain_lab.calibration.targets`). Frequencies of the engine as a whole on its
@@ -32,7 +32,7 @@ RIGID_MODES = 6
 
 
 def targets_of(read: MeasuredTable) -> tuple[Target, ...]:
-    """Return targets of a measured file with other sets; ``InputError`` for targets that need a calibration."""
+    """Return [targets] of a measured file with other data; ``InputError`` for targets that need a calibration."""
     if read.derived:
         raise InputError("derived: serves files of [targets] alone ('cranktrain calibrate'); leave it out beside sets")
     found = tuple(target_of(name, entry) for name, entry in read.targets.items())
@@ -77,7 +77,7 @@ class Bending:
         self._last: tuple[Any, Array] | None = None
 
     def frequencies(self, engine: Engine) -> Array:
-        """Return frequencies, Hz (t + m,), of all targets and then of the mounts' modes; ``SolverError``."""
+        """Return frequencies (Hz) of t targets and then of m mount modes, (t + m,); raises ``SolverError``."""
         # The damper's ring and torsional damping change none of these frequencies.
         key = replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=()))
         if self._last is None or self._last[0] != key:
@@ -98,7 +98,7 @@ class Bending:
             found = match(self.targets, modes).hz
         if not self._mounts:
             return found
-        squares = eigh(*whole[:2], eigvals_only=True, subset_by_index=[1, RIGID_MODES])  # 0 is rotation of the crank
+        squares = eigh(*whole[:2], eigvals_only=True, subset_by_index=[1, RIGID_MODES])  # mode 0: the crank rotates
         hz = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
         return np.concatenate((found, hz[[one.number - 1 for one in self._mounts]]))
 

@@ -52,13 +52,13 @@ LOW = 0.1
 APART = 3.0
 """Scatter factor of the relative biases of a set's orders (one standard deviation of their logarithms)."""
 ALIKE, TOLD = 1.2, 0.01
-"""Scatter factor if a likelihood-ratio test cannot distinguish the biases of orders, and level of this test."""
+"""Scatter factor if a likelihood-ratio test does not distinguish the biases of orders, and the test's level."""
 _QUIET = 1e-5
 """Least noise of a set, as a fraction of the RMS of its amplitudes."""
 
 
 class Bias(NamedTuple):
-    """Covariance parameters of a set: noise σ, relative bias δ, length ℓ in rad/s, and the bias of each order."""
+    """Covariance parameters of a data set: noise σ, relative bias δ, length ℓ in rad/s, and bias of each order."""
 
     noise: float
     relative: float
@@ -71,7 +71,7 @@ class Bias(NamedTuple):
 
 
 class Residue(NamedTuple):
-    """Residuals of one order.
+    """Residuals of one measured order over speed.
 
     Attributes
     ----------
@@ -88,18 +88,18 @@ class Residue(NamedTuple):
 
 
 def covariance(speeds: Array, sizes: Array, noise: Array, bias: Bias) -> Array:
-    """Return the covariance (n, n) of one component of an order with its own ``bias``."""
+    """Return the covariance (n, n) of one component of an order at n speeds, for the order's ``bias``."""
     own = np.where(np.isfinite(noise), noise, bias.noise)
     return np.asarray(bias.relative**2 * _shape(sizes) * (1.0 + _alike(speeds, bias.length)[0]) + np.diag(own**2))
 
 
 def _shape(sizes: Array) -> Array:
-    """Return the covariance (n, n) of a relative bias of 1 that is fully correlated over the speed."""
+    """Return the covariance (n, n), at n speeds, of a relative bias of 1 that is fully correlated over the speed."""
     return np.asarray(np.outer(sizes, sizes) + LOW**2 * float(np.mean(sizes**2)))
 
 
 def _alike(speeds: Array, length: float) -> tuple[Array, Array]:
-    """Return the correlation ρ (n, n) between speeds, and its derivative by ln ℓ."""
+    """Return the correlation ρ (n, n) of the bias between n speeds, and the derivative of ρ by ln ℓ."""
     apart = np.abs(speeds[:, None] - speeds) * (math.sqrt(3.0) / length)
     fall = np.exp(-apart)
     return (1.0 + apart) * fall, apart**2 * fall
@@ -152,14 +152,14 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
     bounds = list(zip(low, high, strict=True))
     if all(np.isfinite(one.noise).all() for one in parts):
         noise, bounds[0] = first.noise, (math.log(first.noise), math.log(first.noise))
-    # Later estimates change little, so they have one start. The first search starts from a small and a large bias.
+    # The first search starts from a small and a large bias. Later searches change little, so they have one start.
     starts = [
         np.clip(np.log([noise, first.length, *(count * [relative])]), low, high)
         for relative in ((first.relative, 0.02) if before is None else (max(first.relative, 0.02),))
     ]
 
     def likeliest(apart: float) -> tuple[Array, float]:
-        """Return logarithms of the best covariance parameters for a scatter factor ``apart``, and their −2 L."""
+        """Return logarithms of the most likely covariance parameters for a scatter factor, and −2 × log-likelihood."""
         best, least = starts[0], math.inf
         for begin in starts:
             found = minimize(

@@ -1,4 +1,4 @@
-"""Checks that refuse data of another engine, parameters without influence on the data, and contradicting sets."""
+"""Checks that refuse data of another engine, parameters without influence on the data, and contradicting data sets."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ Remedy = Callable[[Estimate, int], str]
 SAMPLES = 16
 """Number of points within the bounds at which model frequencies are evaluated, in addition to the bounds."""
 REACH = 0.05
-"""Relative deviation of a measured frequency from the model's range above which the data are refused."""
+"""Relative distance of a measured frequency from the model's range above which the data are refused."""
 EXPLAINED = 0.5
 """Least fraction of the squared amplitudes that a fit must explain."""
 FACTOR, MISSED = 3.0, 5.0
-"""Limits of a measured damping ratio's deviation from the best fit: as a factor, and in standard deviations."""
+"""Limits of a measured damping ratio's deviation from the best fit: a factor, and standard deviations."""
 SAME_MODE = 0.5
-"""Least MAC between a measured shape and that of the best fit."""
+"""Least modal assurance criterion (MAC) between a measured mode shape and the shape of the best fit."""
 CLEAR = 3.0
-"""Least ratio of a peak to the median of its order for a resonance."""
+"""Least ratio of an order's peak to the order's median over speed for which the peak counts as a resonance."""
 
 
 def check_crank(engine: Engine, keys: Iterable[str], crank: str) -> None:
@@ -99,7 +99,7 @@ def check_numbers(comparison: Comparison, found: Estimate) -> None:
 
 
 def check_sets(comparison: Comparison, found: Estimate) -> None:
-    """Raise ``InputError`` for sets that contradict each other."""
+    """Raise ``InputError`` if two data sets contradict each other."""
     against = contradictions(comparison, found)
     if not against:
         return
@@ -137,7 +137,7 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
 
 
 def _varying(one: Strand, piece: Piece) -> NDArray[np.complex128]:
-    """Return measured values (n,) of an order minus the constant of a wheel."""
+    """Return measured values (n,) of an order at n speeds, minus the constant that a toothed wheel's errors add."""
     return one.values if piece.constant is None else one.values - piece.constant.number
 
 
@@ -166,7 +166,7 @@ def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) 
 
 
 def _step(one: Strand) -> float:
-    """Return the step of the speeds as a fraction of the mean speed."""
+    """Return the step between measured speeds as a fraction of the mean speed."""
     return float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
 
 
@@ -181,7 +181,7 @@ def _check(where: str, hz: float, low: float, high: float, comparison: Compariso
 
 
 def _points(comparison: Comparison, seed: int) -> list[Array]:
-    """Return points (p,), SI, spread over the bounds, and both bounds of each parameter."""
+    """Return points, each with p parameter values (SI), spread over the bounds, and both bounds of each parameter."""
     p = comparison.low.size
     shares = list(qmc.Sobol(p, rng=np.random.default_rng(seed)).random(SAMPLES))
     for k in range(p):
@@ -213,7 +213,7 @@ def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> floa
 
 
 def check_data(strands: Sequence[Strand]) -> None:
-    """Raise ``InputError`` for orders that are zero at all speeds, or so small that their squares are."""
+    """Raise ``InputError`` for orders that are zero at all speeds, or so small that their squares are zero."""
     for one in strands:
         largest = float(np.abs(one.values).max())
         if largest < LEAST:

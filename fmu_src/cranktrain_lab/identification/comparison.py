@@ -32,20 +32,20 @@ from cranktrain_lab.identification.wheel_constants import (
 )
 
 STEP = 1e-3
-"""Step in u for derivatives, a thousandth of a parameter."""
+"""Step in the search coordinate u of a parameter for derivatives, about a thousandth of the parameter."""
 LOST = 1e3
-"""Residual, in standard deviations, if the model cannot be evaluated."""
+"""Residual, in standard deviations, that is used where the model cannot be evaluated."""
 
 
 class Answering(Protocol):
-    """Model that returns computed data for sought values (p,), SI."""
+    """Model that computes the data for values (p,), SI, of the p sought parameters."""
 
     def answers(self, values: Array) -> Answers:
-        """Return the computed counterparts of all data."""
+        """Return the computed counterparts of all measured data."""
 
 
 class Correction(NamedTuple):
-    """Correction of the model's orders by a higher level, linear in u: ``values`` at ``inner``, with derivatives.
+    """Correction of the model's orders by a higher level, linear in the search coordinates u of the parameters.
 
     Attributes
     ----------
@@ -59,19 +59,19 @@ class Correction(NamedTuple):
     slopes: tuple[NDArray[np.complex128], ...] = ()
 
     def at(self, inner: Array) -> tuple[NDArray[np.complex128], ...]:
-        """Return the correction (n,) of each strand at u (p,)."""
+        """Return the correction (n,) of each measured order at search coordinates u (p,)."""
         if not self.slopes:
             return self.values
         move = inner - self.inner
         return tuple(own + by @ move for own, by in zip(self.values, self.slopes, strict=True))
 
     def first(self, count: int) -> Correction:
-        """Return the correction of the first ``count`` strands."""
+        """Return the correction of the first ``count`` measured orders."""
         return Correction(self.values[:count], self.inner, self.slopes[:count])
 
 
 class Piece(NamedTuple):
-    """Residuals of one order, number or shape: set, rows (n, c) fitted and held out, and derivatives (…, p).
+    """Residuals of one order, number or shape at n points with c components, and derivatives by p parameters.
 
     ``constant`` is the constant of a wheel that was subtracted from the rows; None if nothing was subtracted.
     """
@@ -109,11 +109,11 @@ class Comparison:
         self._prior: Array = np.array([1.0 / one.prior_inner for one in sought])
 
     def take(self, model: Answering, data: Data) -> None:
-        """Replace model and data; their covariances are estimated anew."""
+        """Replace model and data. The covariances of their residuals are estimated anew."""
         self.model, self.data, self.correction, self.biases = model, data, None, {}
 
     def about(self, model: Answering, data: Data, inner: Array) -> Comparison:
-        """Return a comparison of a model with other orders near u (p,), with the bounds moved out by half their range.
+        """Return a comparison of a model with other orders near coordinates u (p,), with bounds half their range wider.
 
         Parameters that the orders do not determine stay at u.
         """
@@ -126,21 +126,21 @@ class Comparison:
 
     @property
     def start(self) -> Array:
-        """Coordinates (p,) at which the search starts."""
+        """Coordinates u (p,) of the p parameters at which the search starts."""
         return self._start
 
     @property
     def prior(self) -> Array:
-        """Information (p, p) from the file's priors."""
+        """Information matrix (p, p) of the p parameters from the priors of the measured file."""
         return np.diag(self._prior**2)
 
     @property
     def known(self) -> Array:
-        """Information (p, p) from priors and bounds, where bounds count as a uniform distribution."""
+        """Information matrix (p, p) of the p parameters from priors and bounds (as uniform distributions)."""
         return self.prior + np.diag(12.0 / (self.high - self.low) ** 2)
 
     def answers(self, inner: Array) -> Answers:
-        """Return the model's data with the correction of a higher level; ``InputError``, ``SolverError``."""
+        """Return the model's data with the correction of a higher level; raises ``InputError``, ``SolverError``."""
         found = self.model.answers(outer_values(self.sought, inner))
         if self.correction is None:
             return found
@@ -148,7 +148,7 @@ class Comparison:
         return Answers(strands, found.scalars, found.shapes)
 
     def rows(self, inner: Array) -> list[Array]:
-        """Return residuals (n, c) of each order with held-out points, then of numbers (1, 1) and shapes (n, 1)."""
+        """Return residuals (points, components) of each order with held-out points, then of numbers and mode shapes."""
         found, rows = self.answers(inner), list[Array]()
         for one, own in zip(self.data.strands, found.strands, strict=True):
             if one.phases:
@@ -162,11 +162,11 @@ class Comparison:
         return rows
 
     def own(self, inner: Array) -> list[NDArray[np.complex128]]:
-        """Return the model's complex amplitudes (n,) of each order."""
+        """Return the model's complex amplitudes (n,) of each measured order at the order's n speeds."""
         return list(self.answers(inner).strands)
 
     def weigh(self, biases: dict[str, Bias], own: Sequence[NDArray[np.complex128]]) -> None:
-        """Set the covariance of each set from its parameters and the model's ``own`` orders (n,)."""
+        """Set the residuals' covariance of each data set from its parameters and from the model's ``own`` orders."""
         self.biases, self._factors, self._turns = dict(biases), [], [_turn(one) for one in own]
         self._constants = []
         for k, one in enumerate(self.data.strands):
@@ -221,7 +221,7 @@ class Comparison:
         return Residue(one.speeds[keep], np.abs(own)[keep], one.noise[keep], rows.reshape(rows.shape[:2]), slopes)
 
     def whitened(self, blocks: Sequence[Array]) -> list[Array]:
-        """Return fitted rows of blocks (n, c, …) as (n·c, …), whitened and without wheel constants."""
+        """Return the fitted rows of blocks (points, components, …), flattened, whitened and without wheel constants."""
         found = []
         for k, block in enumerate(blocks):
             if k < len(self.data.strands):
@@ -233,13 +233,13 @@ class Comparison:
         return found
 
     def _white(self, k: int, block: Array) -> Array:
-        """Return fitted rows of a block (n, c, …) of the ``k``-th order as (n·c, …), whitened."""
+        """Return the fitted rows of a block (points, components, …) of the ``k``-th order, flattened and whitened."""
         keep = ~self.data.strands[k].held
         flat = _turned(block[keep], self._turns[k][keep]).reshape(int(keep.sum()), -1)
         return np.asarray(solve_triangular(self._factors[k], flat, lower=True).reshape(-1, *block.shape[2:]))
 
     def cleared(self, pieces: Sequence[Piece]) -> list[Piece]:
-        """Return pieces minus the constants of wheels; derivatives include the change of the constants with u."""
+        """Return residuals minus the constants of toothed wheels; derivatives include the constants' change with u."""
         found = list(pieces)
         for k, constant in enumerate(self._constants):
             if constant is None:
@@ -253,7 +253,7 @@ class Comparison:
         return found
 
     def residuals(self, inner: Array) -> Array:
-        """Return all residuals (m,) in standard deviations, those of priors last."""
+        """Return all residuals (m,) in standard deviations, with residuals of the priors last."""
         before = (inner - self._start) * self._prior
         try:
             rows = np.concatenate(self.whitened(self.rows(inner)))
@@ -274,7 +274,7 @@ class Comparison:
         return sum(2 for one in self.data.strands if one.wheel)
 
     def pieces(self, inner: Array) -> list[Piece]:
-        """Return residuals at u (p,) with derivatives by central differences."""
+        """Return residuals at search coordinates u (p,), with derivatives by central differences."""
         rows = self.rows(inner)
         slopes = [np.zeros((*row.shape, inner.size)) for row in rows]
         for k in range(inner.size):
@@ -291,13 +291,13 @@ class Comparison:
 
 
 def _turn(own: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Return factors (n,) that rotate residuals into the phase of the model's orders (n,)."""
+    """Return complex factors (n,) that rotate residuals at n speeds into the phase of the model's order."""
     size = np.abs(own)
     return np.asarray(np.where(size > 0.0, np.conj(own) / np.where(size > 0.0, size, 1.0), 1.0))
 
 
 def _turned(block: Array, turn: NDArray[np.complex128]) -> Array:
-    """Return residuals or derivatives (n, c, …) rotated by factors (n,); amplitudes without phase (c = 1) stay."""
+    """Return residuals or derivatives at n speeds rotated by factors (n,); amplitudes without phase are unchanged."""
     if block.shape[1] == 1:
         return block
     shape = (-1, *(1 for _ in block.shape[2:]))

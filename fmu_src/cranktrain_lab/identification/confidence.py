@@ -1,4 +1,4 @@
-"""Confidence of identified parameters: covariance, profiles, bootstrap, and combinations the data do not determine.
+"""Confidence of identified parameters: covariance, profiles, bootstrap, and combinations that data do not determine.
 
 With the information A = Jᵀ C⁻¹ J of the data and P of prior knowledge (priors, and bounds as uniform distributions),
 the covariance of u is
@@ -34,47 +34,47 @@ from cranktrain_lab.identification.ladder import linear_move
 
 Integers = NDArray[np.intp]
 LEVEL = 0.95
-"""Probability of all intervals."""
+"""Probability of all confidence intervals."""
 WEAK = 0.3
 """Relative deviation above which a combination of parameters counts as not determined by the data."""
 PART = 0.3
 """Component of a combination (of unit length) above which its parameter is listed."""
 ENTANGLED = 3.0
-"""Ratio of a parameter's deviation to its deviation with all others known, above which it is listed as correlated."""
+"""Ratio of a parameter's deviation to the deviation with all other parameters known, for a correlated parameter."""
 UNLIKELY = 1e-4
-"""Probability below which two sets count as contradicting."""
+"""Probability below which two data sets count as contradicting each other."""
 FEWEST = 3.0
-"""Least degrees of freedom used for an interval."""
+"""Least number of degrees of freedom of a confidence interval."""
 _STEPS = 5
 
 
 @dataclass(frozen=True)
 class Confidence:
-    """Confidence of an estimate: covariance (p, p) of u, and degrees of freedom of its intervals."""
+    """Confidence of an estimate: covariance (p, p) of the parameters' coordinates u, and degrees of freedom."""
 
     covariance: Array
     freedom: float
 
     @property
     def reach(self) -> float:
-        """Half width of an interval in standard deviations."""
+        """Half width of a confidence interval in standard deviations."""
         return float(t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
 
     @property
     def deviations(self) -> Array:
-        """Standard deviations (p,) of u."""
+        """Standard deviations (p,) of the p parameters' coordinates u."""
         return np.sqrt(np.diag(self.covariance))
 
 
 class Direction(NamedTuple):
-    """Combination of parameters: relative deviation from the data alone, and components (p,) of unit length."""
+    """Combination of p parameters: relative deviation by the data alone, and components (p,) of unit length."""
 
     deviation: float
     parts: Array
 
 
 class Contradiction(NamedTuple):
-    """Result of the test whether two sets contradict each other.
+    """Result of the test whether two data sets contradict each other.
 
     ``distance`` is the squared distance of their estimates (chi-square with ``freedom`` degrees and ``probability``).
     ``parameter`` is the index of the parameter on which they differ most, ``wants`` its u by each set.
@@ -177,13 +177,13 @@ def profiles(comparison: Comparison, found: Estimate, confidence: Confidence) ->
 def _end(
     comparison: Comparison, inner: Array, jacobian: Array, ahead: tuple[int, float], least: float, rise: float
 ) -> float:  # fmt: skip
-    """Return u of parameter ``ahead[0]`` where the sum of squares has risen by ``rise``; first step ``ahead[1]``."""
+    """Return the coordinate u of parameter ``ahead[0]`` at which the sum of squares has risen by ``rise``."""
     k, step = ahead
     others = np.delete(np.arange(inner.size), k)
     by = jacobian[:, others]
     # Information from the bounds keeps parameters in place that the data do not determine.
     factor = np.linalg.solve(by.T @ by + comparison.known[np.ix_(others, others)], by.T)
-    along = -factor @ jacobian[:, k]  # change of the other parameters per change of this one
+    along = -factor @ jacobian[:, k]  # change of the other parameters per change of parameter k
     share = 1.0
     bound = comparison.high[k] if step > 0.0 else comparison.low[k]
     for _ in range(_STEPS):
@@ -245,7 +245,7 @@ def _block(comparison: Comparison, piece: Piece, k: int) -> int:
 
 
 def _drawn(comparison: Comparison, k: int, keep: Integers, block: int, rng: np.random.Generator) -> Integers:
-    """Return indices into ``keep`` of the residuals that replace all residuals."""
+    """Return indices into ``keep`` of randomly drawn residuals that replace all residuals of the ``k``-th order."""
     speeds = comparison.data.strands[k].speeds[keep]
     repeated = [np.flatnonzero(speeds == one) for one in np.unique(speeds)]
     if all(places.size > 1 for places in repeated):
@@ -258,7 +258,7 @@ def _drawn(comparison: Comparison, k: int, keep: Integers, block: int, rng: np.r
 
 
 def contradictions(comparison: Comparison, found: Estimate) -> list[Contradiction]:
-    """Return pairs of sets that contradict each other, the least likely first."""
+    """Return pairs of data sets that contradict each other, the least likely pair first."""
     names, result = comparison.data.names, []
     wanted = {name: _wanted(comparison, found, name) for name in names}
     for i, first in enumerate(names):
@@ -270,7 +270,7 @@ def contradictions(comparison: Comparison, found: Estimate) -> list[Contradictio
 
 
 def _wanted(comparison: Comparison, found: Estimate, name: str) -> tuple[Array, Array]:
-    """Return the information (p, p) of a set and the gradient Jᵀ C⁻¹ r (p,) at the estimate."""
+    """Return a data set's information (p, p) on p parameters, and the gradient Jᵀ C⁻¹ r (p,) at the estimate."""
     slopes, rows = (comparison.whitened([getattr(one, part) for one in found.pieces]) for part in ("slopes", "rows"))
     chosen = [k for k, one in enumerate(found.pieces) if one.name == name]
     by, own = np.concatenate([slopes[k] for k in chosen]), np.concatenate([rows[k] for k in chosen])
@@ -280,9 +280,9 @@ def _wanted(comparison: Comparison, found: Estimate, name: str) -> tuple[Array, 
 def _test(
     found: Estimate, first: str, second: str, one: tuple[Array, Array], other: tuple[Array, Array]
 ) -> Contradiction | None:  # fmt: skip
-    """Test two sets in the combinations of parameters that both determine; None if there are none."""
-    # In coordinates in which the sum of both has unit information, the eigenvalues of one lie between 0 and 1. In
-    # directions that both sets determine they are neither 0 nor 1.
+    """Test two data sets in the combinations of parameters that both determine. Return None if there are none."""
+    # In coordinates in which both sets together have unit information, one set's eigenvalues lie between 0 and 1. In
+    # directions that both sets determine, the eigenvalues are neither 0 nor 1.
     values, vectors = np.linalg.eigh(one[0] + other[0])
     good = values > 1e-9 * values[-1]
     if not good.any():

@@ -84,13 +84,13 @@ class Orbit(Strand):
     free: bool
 
     def seen(self, orbit: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return a computed orbit (n,) as the probes measure it, without its mean if that is free."""
+        """Return a computed orbit (n,) as the probes measure it, minus its mean if the measured mean is arbitrary."""
         return np.asarray(orbit - orbit.mean() if self.free else orbit)
 
 
 @dataclass(frozen=True)
 class Scalar:
-    """Measured number of one of the kinds above: a frequency (Hz) or the damping ratio of a torsional mode.
+    """Measured number: a natural frequency (Hz) or the damping ratio of a torsional mode.
 
     ``deviation`` is the relative standard deviation. ``damper``: mode with the damper's ring, at the damper temperature
     of ``speed``, rad/s (None: the engine's highest).
@@ -124,7 +124,7 @@ class Data:
     scalars: tuple[Scalar, ...] = ()
     shapes: tuple[Shape, ...] = ()
     orbits: tuple[Orbit, ...] = ()
-    """Orbits of journals, which are compared only once there are runs in time, see :meth:`with_orbits`."""
+    """Orbits of journals. They are compared only after runs in time, see :meth:`with_orbits`."""
 
     def with_orbits(self) -> Data:
         """Return the data with orbits appended to the strands, after all orders."""
@@ -132,12 +132,12 @@ class Data:
 
     @property
     def names(self) -> list[str]:
-        """Names of the sets, in the order of the file."""
+        """Names of the data sets, in the order of the measured file."""
         return list(dict.fromkeys(self.of_pieces))
 
     @property
     def of_pieces(self) -> list[str]:
-        """Name of the set to which each order, number and shape belongs."""
+        """Name of the data set to which each order, number and mode shape belongs."""
         strands, numbers = [one.name for one in self.strands], [one.name for one in self.scalars]
         return [*strands, *numbers, *(one.name for one in self.shapes)]
 
@@ -153,7 +153,7 @@ class Data:
 
 
 def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
-    """Return the data of a measured file at ``path``; ``InputError``."""
+    """Return the data of a measured file at ``path``; raises ``InputError``."""
     names: list[str] = []
     strands: list[Strand] = []
     tables: list[tuple[OrdersTable | TorqueTable, str]] = [(one, "orders") for one in read.orders]
@@ -173,7 +173,7 @@ def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
 
 
 def name_of_set(wanted: str, names: list[str]) -> str:
-    """Return the name of a set, with a number if another set has this name, and add it to ``names``."""
+    """Return a data set's name, with a number if another data set has this name, and add the name to ``names``."""
     found, k = wanted, 1
     while found in names:
         k += 1
@@ -183,7 +183,7 @@ def name_of_set(wanted: str, names: list[str]) -> str:
 
 
 def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where: str, path: Path) -> list[Strand]:
-    """Return the orders of a set; ``InputError``."""
+    """Return the measured orders of a data set; raises ``InputError``."""
     torque = isinstance(table, TorqueTable)
     output, kinds = (_shaft(engine, table.shaft, where), {"torque": "torque"}) if isinstance(table, TorqueTable) else (
         table.output, OUTPUTS)  # fmt: skip
@@ -227,14 +227,14 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
 
 
 def _of_wheel(table: OrdersTable, found: MeasuredOrders, output: str) -> bool:
-    """True if a wheel measured an output, as stated by the set, else by its file; by default true."""
+    """True if a toothed wheel measured an output, as the data set states, or its file; true if neither does."""
     if table.wheel is not None:
         return table.wheel
     return found.wheels is None or output in found.wheels
 
 
 def _shaft(engine: Engine, shaft: str, where: str) -> str:
-    """Return the output of a shaft's torque; ``InputError`` for a shaft that the drive line lacks."""
+    """Return the output of a shaft's torque; raises ``InputError`` for a shaft that the drive line lacks."""
     line = engine.drive_line_chain
     names = [] if line is None else [f"{a} to {b}" for a, b in zip(line.starts, line.ends, strict=True)]
     if not names:
@@ -277,7 +277,7 @@ def _check_speeds(engine: Engine, speeds: Array, where: str) -> None:
 
 
 def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:
-    """Return strands with the points nearest to each speed held out; ``InputError`` for a speed not measured."""
+    """Return strands with the points nearest to each speed held out; raises ``InputError`` for a speed not measured."""
     if not strands:
         raise InputError("hold_out: holds out speeds of [[orders]] or [[torque]], and the file has neither")
     for rpm in speeds_rpm:
@@ -305,7 +305,7 @@ def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:
 
 
 def _reach(speeds: Array) -> float:
-    """Return half of the mean distance between measured speeds."""
+    """Return half of the mean distance between neighbouring measured speeds, rad/s."""
     different = np.unique(speeds)
     return 0.5 * float(np.diff(different).mean()) + 1e-6 if different.size > 1 else 1.0
 

@@ -83,7 +83,7 @@ def _from_the_largest(channel: Channel) -> tuple[Array, float]:
         strongest = max(int(np.argmax(spectrum)), 1) / (values.size * channel.step)
         rest = Channel("", "", values.size, "", of_array(values), 0.0, channel.step)
         _, step, thin = decimated(rest, max(PER_CYCLE * strongest, channel.rate * MOST_SAMPLES / values.size))
-        # The filter lacks samples before the first one, so the first samples of its output are left out.
+        # The filter lacks samples before the first sample, so the first samples of the filter's output are left out.
         values = thin[16 if step > channel.step else 0 :][:MOST_SAMPLES]
         return np.asarray(values - values.mean()), step
     return np.asarray(values - values.mean()), channel.step

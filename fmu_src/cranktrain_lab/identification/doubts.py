@@ -1,4 +1,4 @@
-"""Warnings on unlikely identified values, one sentence each: a value at its bound, or an impossible load."""
+"""Warnings on unlikely identified values, each in one sentence: a value at its bound, or an impossible load."""
 
 from __future__ import annotations
 

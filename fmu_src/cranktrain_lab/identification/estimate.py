@@ -1,4 +1,4 @@
-"""Estimate of the sought parameters by alternate search and estimation of the residuals' covariance."""
+"""Estimation of the sought parameters: alternately search the parameters and estimate the residuals' covariance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SAME = 0.05
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimate of the parameters.
+    """Estimate of the sought parameters.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ def estimate(
 
 
 def information_of(comparison: Comparison, pieces: list[Piece], name: str | None = None) -> Array:
-    """Return the information Jᵀ C⁻¹ J (p, p) of all sets, or of one set by name."""
+    """Return the information Jᵀ C⁻¹ J (p, p) on p parameters of all data sets, or of one data set by name."""
     slopes = comparison.whitened([one.slopes for one in pieces])
     chosen = [s for s, one in zip(slopes, pieces, strict=True) if name is None or one.name == name]
     whole = np.concatenate(chosen)

@@ -37,16 +37,16 @@ MODES = 2
 DAMPED = 0.2
 """Largest damping ratio of a mode whose decay or frequency can be measured."""
 OF_WIDTH = 0.1
-"""Least relative deviation of a frequency, as a fraction of the damping ratio of its mode."""
+"""Least relative standard deviation of a measured frequency, as a fraction of the mode's damping ratio."""
 SPEEDS, HIGHEST = 24, 12.0
 """Number of speeds, and highest order, of orders that are considered if the file has no orders."""
 NOISE, ERROR = 0.01, 0.02
-"""Noise of these orders and of torques, as a fraction of the largest order, and relative bias of the model."""
+"""Assumed noise of further orders and torques, as a fraction of the largest order, and relative model bias."""
 
 
 @dataclass(frozen=True)
 class Signal:
-    """Further signal that could be measured.
+    """Further signal that could be measured, with its information on the sought parameters.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class _Wanted:
-    """Signal before its information is computed: description, entry of the measured file, and data."""
+    """Further signal whose information is not yet computed: description, entry of the measured file, and data."""
 
     words: str
     states: str
@@ -130,7 +130,7 @@ def _unmeasured(order: float, speeds: Array) -> Strand:
 
 
 def _bias(comparison: Comparison, name: str, strands: Sequence[Strand], own: Sequence[NDArray[np.complex128]]) -> Bias:
-    """Return covariance parameters of a further set of orders, if possible those of the first set of rotation."""
+    """Return covariance parameters for further orders, if possible the parameters of the first set of rotation."""
     sizes = [float(np.sqrt(np.mean(np.abs(a) ** 2))) for one, a in zip(strands, own, strict=True) if one.name == name]
     noise, rotation = NOISE * max(sizes), _rotation(comparison)
     span = float(np.ptp(np.concatenate([one.speeds for one in strands])))

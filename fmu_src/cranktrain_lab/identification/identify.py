@@ -78,7 +78,7 @@ def identify(
     """Identify engine parameters from a measured file, return a report for JSON, and write engine file ``out``, if any.
 
     Raises ``InputError`` for unusable files, an ``out`` that exists, data of another engine, a parameter without
-    influence on the data, or contradicting sets; ``SolverError`` if the model cannot be evaluated.
+    influence on the data, or contradicting sets; raises ``SolverError`` if the model cannot be evaluated.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def identify(
     ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
     """
     request = request or Request(Ask())
-    _ = request.ask.crank_above  # raises InputError before the work
+    _ = request.ask.crank_above  # raises InputError before the long work begins
     read, place = read_measured_file(measured)
     base, old = load_engine(engine), engine_text(engine)
     new = new_path(Path(out)) if out is not None else None
@@ -133,7 +133,7 @@ def _text(
 
 
 def parameter_of_start(one: Sought) -> dict[str, Any]:
-    """Return the row of a parameter before the search, with start and bounds."""
+    """Return the report's row of a parameter before the search, with start and bounds."""
     return {
         "key": one.key, "value": one.shown(one.start), "unit": one.unit,
         "low": one.shown(one.low), "high": one.shown(one.high),
@@ -141,13 +141,13 @@ def parameter_of_start(one: Sought) -> dict[str, Any]:
 
 
 def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
-    """Return model and data of a measured file after all checks that need no search; ``InputError``."""
+    """Return model and data of a measured file after all checks that need no search; raises ``InputError``."""
     if not read.has_sets:
         if read.targets:
             raise InputError("has [targets] alone, which are a calibration; use 'cranktrain calibrate'")
         raise InputError("has no data; add [[orders]], [[torque]], [[orbit]], [[frequencies]], [[decay]] or [[modes]]")
     targets, data = targets_of(read), read_data(base, read, place)
-    # Numbers of the bending crank come last, in the order in which the model computes them.
+    # Measured numbers of the bending crank come last, in the order in which the model computes them.
     mounts = [one for one in data.scalars if one.kind == MOUNTS]
     twist = [one for one in data.scalars if one.kind != MOUNTS]
     data = replace(data, scalars=(*twist, *target_scalars(targets, data.names), *mounts))
@@ -186,7 +186,7 @@ def with_ratios(engine: Engine, read: MeasuredTable, damper: bool, say: Progress
 def report_of(
     model: TorsionalModel, comparison: Comparison, climbed: Climbed, request: Request, say: Progress
 ) -> dict[str, Any]:
-    """Return the report of an identification for JSON; ``InputError`` for data of another engine."""
+    """Return the report of an identification for JSON; raises ``InputError`` for data of another engine."""
     found = climbed.estimate
     checks.check_estimate(comparison, found)
     confidence = confidence_of(comparison, found, climbed.moves)
@@ -250,7 +250,7 @@ def parameter_row(
     one: Sought, k: int, inner: Array, confidence: Confidence, profile: Sequence[tuple[float, float]] | None,
     draws: Array | None, moves: Array,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return value and intervals of a parameter in its unit, by covariance, profile and bootstrap."""
+    """Return a parameter's value and confidence intervals by covariance, profile and bootstrap, in its unit."""
     reach = confidence.reach * float(confidence.deviations[k])
 
     def shown(u: float) -> float:

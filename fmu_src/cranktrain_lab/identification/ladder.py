@@ -1,4 +1,4 @@
-"""Levels of an identification: a cheap model is fitted, and an expensive model corrects its results.
+"""Fidelity levels of an identification: a cheap model is fitted, and an expensive model corrects the results.
 
 With the results y of the linear level and Y of a higher level, the fit of
 
@@ -39,17 +39,17 @@ from cranktrain_lab.identification.progress import BALANCED, SEARCH, Follow, Wor
 from cranktrain_lab.identification.tables import NEXT, NONE
 
 MOST, MOST_ORBITS = 5, 15
-"""Largest number of corrections by a level, without and with orbits (then Gauss-Newton steps)."""
+"""Largest number of corrections by a higher level, without orbits, and with orbits (Gauss-Newton steps)."""
 LONGEST = 0.4
-"""Longest step in u by the derivatives of orbits: a factor of 1.5, or two fifths of the range between bounds."""
+"""Longest step of a parameter's coordinate u with orbits: a factor of 1.5, or two fifths of the bounds' range."""
 BEYOND = "beyond"
-"""Name of the part of the work for levels above the fitted one."""
+"""Name, in progress reports, of the work at fidelity levels above the fitted level."""
 FOR_SIZE = 1e-2
 """Least settling error of the runs in time that estimate the change of the parameters by a higher level."""
 FOLLOWED = 2
-"""Number of evaluations of a level after which the fitted model is shifted; later ones only correct it."""
+"""Number of evaluations of a higher level for which the fitted model is shifted. Later ones only add corrections."""
 EXPECTED = 3
-"""Number of evaluations of a level that progress assumes."""
+"""Number of evaluations of a higher level that progress reports assume."""
 SAME = 0.1
 """Change of the parameters, in standard deviations, at which the corrections have converged."""
 SETTLED = 1e-4
@@ -59,7 +59,7 @@ ComplexArrays = tuple[NDArray[np.complex128], ...]
 
 @dataclass(frozen=True)
 class Level:
-    """Level above the fitted one.
+    """Fidelity level above the level of the fitted model.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Step:
-    """Result of a level: its name, the estimate (p,) of u, and the number of evaluations."""
+    """Result of a fidelity level: name, estimated coordinates u (p,) of the parameters, and number of evaluations."""
 
     level: str
     inner: Array
@@ -85,7 +85,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Climbed:
-    """Result of the ladder: last estimate, steps to the estimate, and steps ``beyond``.
+    """Result of all fidelity levels: last estimate, steps to this estimate, and steps ``beyond`` it.
 
     A step beyond has the u that a higher level, together with all levels below it, would give.
     """
@@ -96,14 +96,14 @@ class Climbed:
 
     @property
     def moves(self) -> Array:
-        """Change (n, p) of u by each higher level, compared with the level below it."""
+        """Change (n, p) of the p coordinates u by each of n higher levels, compared with the level below."""
         places = [self.estimate.inner, *(step.inner for step in self.beyond)]
         return np.diff(places, axis=0)
 
 
 @dataclass(frozen=True)
 class Ask:
-    """Settings of the ladder: last level, crank and settling error of runs in time, and seed of the starts.
+    """Settings of the fidelity levels: last level, crank and settling error of runs in time, and seed of the starts.
 
     ``above`` is the crank level of the single run in time at the estimate: a crank level, ``next`` or ``none``.
     """
@@ -116,7 +116,7 @@ class Ask:
 
     @property
     def crank_above(self) -> str:
-        """Crank level of the step beyond the fit, or empty; ``InputError``."""
+        """Crank level of the run above the fitted level, or empty; raises ``InputError``."""
         own = self.crank if self.level == TIME else "torsional"
         levels = list(CRANKS)
         bending = [name for name in levels[levels.index(own) + 1 :] if CRANKS[name].bends]
@@ -132,7 +132,7 @@ def climb(
     model: TorsionalModel, comparison: Comparison, ask: Ask, say: Progress = lambda stage: None,
     follow: Follow = lambda share, cost: None, check: Callable[[Estimate], None] = lambda found: None,
 ) -> Climbed:  # fmt: skip
-    """Identify from the linear level up to the level of ``ask``; ``SolverError`` if a level cannot be evaluated.
+    """Identify from the linear level up to the level of ``ask``; raises ``SolverError`` if a level cannot be evaluated.
 
     ``check`` is called with the linear estimate before expensive levels run, and raises for data of another engine.
     """
@@ -177,7 +177,7 @@ def climb(
 
 
 def _work(comparison: Comparison, ask: Ask, say: Progress, follow: Follow) -> Work:
-    """Return the expected work of a ladder, in runs in time."""
+    """Return the expected work of all fidelity levels, in numbers of runs in time."""
     data, parameters = comparison.data, comparison.start.size
     speeds = float(np.unique(np.concatenate([one.speeds for one in data.strands])).size) if data.strands else 0.0
     in_time = EXPECTED + (parameters if CRANKS[ask.crank].bends else 0)
@@ -194,7 +194,7 @@ def levels_beyond(
     model: TorsionalModel, in_films: OrbitModel | None, comparison: Comparison, found: Estimate, ask: Ask,
     say: Progress = lambda stage: None, run: Progress = lambda stage: None,
 ) -> tuple[Step, ...]:  # fmt: skip
-    """Estimate the u that levels above the fitted one would give, in ascending order; a failing level is left out.
+    """Estimate the coordinates u that each higher level would give, in ascending order; failed levels are left out.
 
     ``run`` is called with the stages of runs in time, ``say`` with all others.
     """
@@ -243,7 +243,7 @@ def _with_orbits(
     found, step = _corrected(comparison, found, level, work)
     if found.interrupted and not step.answers:
         if not found.pieces:
-            raise KeyboardInterrupt  # there is no estimate yet
+            raise KeyboardInterrupt  # no estimate exists yet, so the interrupt ends the run
         comparison.take(*before[:2])
         comparison.correction = before[3]
         comparison.weigh(before[2], comparison.own(found.inner))
@@ -289,7 +289,7 @@ def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work
 
 
 def _spread(comparison: Comparison, found: Estimate) -> Array:
-    """Return standard deviations (p,) of u from data and bounds."""
+    """Return standard deviations (p,) of the parameters' coordinates u from data and bounds."""
     return np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
 
 

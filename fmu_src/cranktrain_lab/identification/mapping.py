@@ -1,4 +1,4 @@
-"""Space mapping: shift the parameters of a cheap model until its orders match those of an expensive one.
+"""Space mapping: shift the parameters of a cheap model until its orders match the orders of an expensive model.
 
 A bending crank on films has its torsional resonances up to an eighth higher or lower than a torsional crank. The
 difference of their orders then cannot simply be added to the cheap model, because its peaks, and so its derivatives,
@@ -82,7 +82,7 @@ class Mapped:
         self.move: Array = np.zeros(len(self._free.sought))
 
     def answers(self, values: Array) -> Answers:
-        """Return computed data for sought values (p,), SI; ``InputError``, ``SolverError``."""
+        """Return computed data for sought values (p,), SI; raises ``InputError``, ``SolverError``."""
         if not self.move.any():
             return self._own.answers(values)
         moved = self._free.answers(outer_values(self._free.sought, self._inner(values) + self.move))
@@ -102,7 +102,7 @@ class Mapped:
     def slopes(
         self, comparison: Comparison, inner: Array, added: ComplexArrays, spread: Array
     ) -> tuple[NDArray[np.complex128], ...]:
-        """Return derivatives (n, p) by u of the difference ``added`` between the other model's orders and own orders.
+        """Return derivatives (n, p) by u (p,) of the difference ``added`` between the other model's and own orders.
 
         Orbits after the orders get zero. ``spread`` (p,) are standard deviations of u. Derivatives are zero for a
         parameter at whose changed value the other model fails.

@@ -1,4 +1,4 @@
-"""Computed orders, frequencies, decays and shapes for sought values, as counterparts of the measured ones.
+"""Computed orders, frequencies, decays and shapes for sought values, as counterparts of measured data.
 
 There are three levels. ``linear`` is the run-up of :mod:`cranktrain_lab.variants.torsional`, all speeds and orders at
 once. ``harmonic-balance`` uses the rods' exact torques and the damper's law. ``time`` runs a crank of any level to its
@@ -50,13 +50,13 @@ from cranktrain_lab.variants.torsional import SolvedOrders, against_frame, solve
 ComplexArray = NDArray[np.complex128]
 LINEAR, BALANCE, TIME = LEVELS
 _TWISTS = slice(5, None)
-"""Torsional coordinates of a torsional crank: rotation about the axis, and elastic modes."""
+"""Coordinates of a torsional crank in a model's matrices: rotation about the axis, and elastic modes."""
 _KEPT = 6
-"""Number of cranks kept for reuse. Derivatives by values of the damper or the load use the same crank."""
+"""Number of computed cranks kept for reuse. Derivatives by values of damper or load use the same crank."""
 _FEWEST_ORDERS = 12.0
-"""Least highest order of the linear level. Higher orders hardly twist the damper, so they do not affect lower ones."""
+"""Order up to which the linear level computes at least. Higher orders hardly twist the damper or affect lower ones."""
 _ROUNDS = 6
-"""Largest number of iterations of a frequency with a damper whose stiffness depends on the frequency."""
+"""Largest number of iterations of a natural frequency with a damper whose stiffness depends on the frequency."""
 
 
 @dataclass(frozen=True)
@@ -129,13 +129,13 @@ class TorsionalModel:
         return other
 
     def seeking(self, sought: Sequence[Sought]) -> TorsionalModel:
-        """Return a copy of the model for other parameters; those of the engine file must be among the model's own."""
+        """Return a copy of the model for other parameters. Parameters of the engine file must be among the model's."""
         other = copy(self)
         other.sought = tuple(sought)
         return other
 
     def check(self, values: Array) -> Engine:
-        """Return the checked engine of sought values (p,), SI; ``InputError`` for inconsistent values."""
+        """Return the checked engine of sought values (p,), SI; raises ``InputError`` for inconsistent values."""
         engine = self.engine_of(values)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -143,11 +143,11 @@ class TorsionalModel:
         return engine
 
     def engine_of(self, values: Array) -> Engine:
-        """Return the engine of sought values (p,), SI, without checks; each value must be within its valid range."""
+        """Return the engine with sought values (p,), SI, without checks. Each value must be within its valid range."""
         return engine_with(self.engine, self.sought, values.tolist())
 
     def assembly(self, values: Array) -> Assembly:
-        """Return the torsional crank of sought values; ``InputError``."""
+        """Return the torsional crank of sought values; raises ``InputError``."""
         named, engine = self._named(values), self.engine_of(values)
         damper, ratios = engine.damper, engine.damping.torsional_ratios
         # Only the housing of the damper affects the crank; damping ratios are applied later.
@@ -162,7 +162,7 @@ class TorsionalModel:
         return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
 
     def _structure(self, made: Assembly) -> ShaftOrders:
-        """Return the linear structure of an assembly, made from one of other load, viscosity, damping or stiffness."""
+        """Return an assembly's linear structure, made from the structure for another load, viscosity or damping."""
         engine, damper, body = made.engine, made.engine.damper, made.body
         key = (
             replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=())),
@@ -189,7 +189,7 @@ class TorsionalModel:
         return Answers(strands, self._scalars(made, values), self._shapes(made))
 
     def balanced(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Return orders of each strand by harmonic balance; ``InputError``, ``SolverError``."""
+        """Return orders of each strand by harmonic balance; raises ``InputError``, ``SolverError``."""
         made, named = self.assembly(values), self._named(values)
         orders = sorted({one.order for one in self.data.strands})
         found = frequency_run_up(made.engine, made.body, made.settings, self.speeds, orders, HARMONIC_BALANCE)
@@ -239,12 +239,12 @@ class TorsionalModel:
         return {one.key: float(v) for one, v in zip(self.sought, values, strict=True) if not one.in_file}
 
     def _measured(self, one: Strand, values: ComplexArray, named: dict[str, float]) -> ComplexArray:
-        """Return orders as measured by their set, with the encoder's zero and the scale factor applied."""
+        """Return a computed order as its data set measures it, with the encoder's zero and the scale factor applied."""
         turn, factor = named.get(f"{ZERO}.{one.name}", 0.0), named.get(f"{SCALE}.{one.name}", 1.0)
         return np.asarray(factor * np.exp(1j * one.order * turn) * values)
 
     def _orders(self, one: Strand, solved: SolvedOrders) -> ComplexArray:
-        """Return one order of an output at all speeds, (s,)."""
+        """Return one order of an output at all s speeds, (s,), from solved orders."""
         structure, at = solved.structure, round(2.0 * one.order)
         _, pulley, _, flywheel = structure.ends_rows()
         if one.output == TWIST:
@@ -261,7 +261,7 @@ class TorsionalModel:
         return self._scalars(self.assembly(values), values)
 
     def _scalars(self, made: Assembly, values: Array) -> Array:
-        """Return the frequency (Hz) or damping ratio for each measured number; those of the bending crank come last."""
+        """Return the frequency (Hz) or damping ratio for each measured number, bending crank last."""
         found = []
         for one in self.data.scalars:
             if one.kind in (FREQUENCY, RATIO):
@@ -270,7 +270,7 @@ class TorsionalModel:
         return np.array([*found, *bent])
 
     def _shapes(self, made: Assembly) -> tuple[Array, ...]:
-        """Return the shape for each measured one, of unit length and the same sign."""
+        """Return the computed shape for each measured mode shape, of unit length and the same sign."""
         return tuple(shape_of(made, one) for one in self.data.shapes)
 
 
@@ -294,7 +294,7 @@ def _stiffer(body: Any, factor: float) -> Any:
 
 
 def mode_of(made: Assembly, one: Scalar) -> tuple[float, float]:
-    """Return frequency (Hz) and damping ratio of a torsional mode; ``SolverError`` if there are fewer modes."""
+    """Return frequency (Hz) and damping ratio of a torsional mode; raises ``SolverError`` if there are fewer modes."""
     stiffness, damping, mass = _matrices(made)
     found = damped_modes(stiffness, damping, mass)
     if one.damper:
@@ -312,7 +312,7 @@ def _matrices(made: Assembly) -> tuple[Array, Array, Array]:
 
 
 def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]) -> Any:
-    """Return modes with the damper's ring, whose stiffness is iterated to belong to the mode's own frequency."""
+    """Return modes with the damper's ring. The damper's stiffness is iterated to match the mode's frequency."""
     if made.settings.damper != "fitted" or made.engine.damper is None:
         raise InputError(f"'{one.name}': asks for a mode with the damper, which is not fitted; set damper = true")
     stiffness, damping, mass = matrices
@@ -336,7 +336,7 @@ def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]
 
 
 def shape_of(made: Assembly, one: Shape) -> Array:
-    """Return a torsional mode's shape at the measured positions, of unit length and the sign of the measured one."""
+    """Return a torsional mode's shape at the measured positions, of unit length and with the measured sign."""
     stiffness, _, mass = _matrices(made)
     squares, shapes = eigh(stiffness, mass)
     elastic = np.flatnonzero(squares > 1e-6 * squares[-1])

@@ -41,7 +41,7 @@ SETTLE = 1e-4
 """Upper limit of the settling error, small compared with the change of an orbit by :data:`STEP`."""
 
 ABOVE, FOR_SIZE = "reynolds", 1e-2
-"""Film level of the run that estimates the change by better films, and settling error of this run."""
+"""Film level of the run that estimates the effect of better films, and settling error of this run."""
 
 
 class Series(NamedTuple):
@@ -89,13 +89,13 @@ class OrbitModel:
         self.runs = 0
 
     def in_time(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Compute orders and orbits by runs in time, and linearise anew; ``InputError``, ``SolverError``."""
+        """Compute orders and orbits by runs in time, and linearise anew; raises ``InputError``, ``SolverError``."""
         orders = self._model.in_time(values, self._crank, self._settle, self._say) if self._model.data.strands else ()
         self._line = self._lined(values)
         return (*orders, *self._answered(values))
 
     def above(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Return orbits with films one level higher; ``InputError``, ``SolverError``."""
+        """Return orbits with films of the next finer level; raises ``InputError``, ``SolverError``."""
         series, _ = self._run(values, {}, ABOVE)
         return self._seen(values, series)
 

@@ -52,7 +52,7 @@ _REMEDY = "give lines of crank_angle [deg], x [um], y [um] under this header"
 
 
 class _Cycle(NamedTuple):
-    """Samples over the increasing crank angle (n,) rad of one cycle, and number of samples (n,) averaged in each."""
+    """Averaged cycle of n samples over increasing crank angle (rad), and number of samples averaged in each."""
 
     angles: Array
     values: NDArray[np.complex128]
@@ -60,7 +60,7 @@ class _Cycle(NamedTuple):
 
 
 def read_orbits(engine: Engine, tables: Sequence[OrbitTable], path: Path, names: Sequence[str]) -> tuple[Orbit, ...]:
-    """Return orbits of a measured file at ``path``; ``names`` are those of its other sets; ``InputError``."""
+    """Return orbits of a measured file at ``path``; ``names``: of its other data sets; raises ``InputError``."""
     taken, found = list(names), []
     for table in tables:
         name = name_of_set(table.name or Path(table.file).stem, taken)
@@ -89,7 +89,7 @@ def _orbit(engine: Engine, table: OrbitTable, name: str, path: Path) -> Orbit:
 
 
 def _bearing(engine: Engine, name: str, where: str) -> int:
-    """Return the number of a main bearing with a film, from 1; ``InputError``."""
+    """Return the number of a main bearing with a film, from 1; raises ``InputError``."""
     names = [f"main[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]
     if name not in names:
         raise InputError(f"{where}: no main bearing is called {shown(name)}; {nearest(name, names)}")
@@ -104,7 +104,7 @@ def _bearing(engine: Engine, name: str, where: str) -> int:
 
 
 def _cycle(engine: Engine, table: OrbitTable, where: str, path: Path) -> _Cycle:
-    """Return the averaged cycle of an orbit's file; ``InputError``."""
+    """Return the averaged cycle of an orbit's file; raises ``InputError``."""
     name = Path(table.file).name
     read = read_table(beside(path, table.file), "file of a journal's orbit", _REMEDY)
     columns = _columns(read, table, f"{where}: {name}")
@@ -125,7 +125,7 @@ def _cycle(engine: Engine, table: OrbitTable, where: str, path: Path) -> _Cycle:
 
 
 def _columns(read: TextTable, table: OrbitTable, where: str) -> list[int]:
-    """Return columns of angle, x and y, from the table or by their usual names; ``InputError``."""
+    """Return columns of angle, x and y, from the table or by their usual names; raises ``InputError``."""
     if table.columns:
         if len(table.columns) != 3:
             raise InputError(f"{where}: columns names {len(table.columns)}; name three, of angle, x and y")
@@ -141,7 +141,7 @@ def _columns(read: TextTable, table: OrbitTable, where: str) -> list[int]:
 
 
 def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where: str) -> _Cycle:
-    """Average samples (n,) of whole cycles over one cycle; ``InputError`` for incomplete cycles or wide steps."""
+    """Average n samples of whole cycles over one cycle; ``InputError`` for incomplete cycles or wide steps."""
     # Angles that restart with each cycle or revolution are made continuous.
     turn = 2.0 * math.pi
     steps = np.diff(angle)
@@ -157,7 +157,7 @@ def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where
             f"{math.degrees(WIDEST):.0f} deg or less"
         )
     covered = (angle[-1] - angle[0] + step) / cycle
-    whole = round(covered - 0.5 * step / cycle)  # a last sample that repeats the first one adds no cycle
+    whole = round(covered - 0.5 * step / cycle)  # a last sample that repeats the first sample adds no cycle
     if whole < 1 or abs(covered - whole) * cycle > 1.5 * step:
         raise InputError(
             f"{where}: its crank angles cover {covered:.3g} cycles of {degrees:.0f} deg; an orbit is measured over "
@@ -176,7 +176,7 @@ def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where
 
 
 def _length(value: float | str, where: str) -> float:
-    """Return a positive length, m; ``InputError``."""
+    """Return a positive length, m; raises ``InputError``."""
     if begins_as_number(value):
         try:
             value = in_unit(stated(str(value), "0.5 um"), "m", "length", True)
@@ -188,7 +188,7 @@ def _length(value: float | str, where: str) -> float:
 
 
 def _turn(value: float | str, where: str) -> float:
-    """Return an angle, rad; numbers without unit are degrees; ``InputError``."""
+    """Return an angle, rad; numbers without unit are degrees; raises ``InputError``."""
     if begins_as_number(value) and isinstance(value, str):
         try:
             return in_unit(stated(value, "45 deg"), "rad", "angle")

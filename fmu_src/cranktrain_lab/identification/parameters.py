@@ -42,7 +42,7 @@ _TURN = math.radians(30.0)
 
 @dataclass(frozen=True)
 class Sought:
-    """Sought parameter.
+    """Sought parameter of an identification.
 
     Attributes
     ----------
@@ -71,16 +71,16 @@ class Sought:
         return self.low > 0.0 and not self.zero
 
     def inner(self, value: float) -> float:
-        """Return the coordinate u of a value, SI."""
+        """Return the search coordinate u of a value (SI): its logarithm, or the value over the range between bounds."""
         return math.log(value) if self.log else value / (self.high - self.low)
 
     def value(self, inner: float) -> float:
-        """Return the value, SI, of a coordinate u."""
+        """Return the value (SI) of the parameter at a search coordinate u."""
         return math.exp(inner) if self.log else inner * (self.high - self.low)
 
     @property
     def prior_inner(self) -> float:
-        """Standard deviation of u from prior knowledge."""
+        """Standard deviation of the search coordinate u from prior knowledge."""
         if self.log or not math.isfinite(self.prior):
             return self.prior
         return self.prior * abs(self.start or self.high) / (self.high - self.low)
@@ -97,7 +97,7 @@ class Sought:
 def sought_parameters(
     engine: Engine, tables: Mapping[str, SoughtTable], sets: Sequence[str], load: float
 ) -> tuple[Sought, ...]:
-    """Return the parameters of a file; ``sets`` are the names of its data sets; ``InputError``."""
+    """Return the sought parameters of a measured file with data sets ``sets`` (names); raises ``InputError``."""
     if not tables:
         raise InputError('parameters: none is given; name at least one, e.g. "damper.viscosity" = {}')
     found = tuple(_sought(engine, key, table, sets, load) for key, table in tables.items())
@@ -122,7 +122,7 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
             raise InputError(f"{where}.{side}: {shown(value)} is no number; write 0.2, '30 kg' or '-10 %'")
         text = stated(value, f"20 {unit}")
         signed = value.strip()[0] in "+-"
-        # "80 %" of a load or a factor is 0.8; with a sign it is a change, as of all others.
+        # "80 %" of a load or a factor is 0.8. With a sign, "+80 %" is a relative change, as for all other parameters.
         if text.unit == "%" and (signed or dimension != "1"):
             return own * ((1.0 if signed else 0.0) + 0.01 * text.number)
         try:
@@ -166,14 +166,14 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
 
 
 def _range(rule: Any) -> tuple[float, float]:
-    """Range of a field of the engine file, SI."""
+    """Return the valid range (SI) of a field of the engine file."""
     unit = rule.unit or next(iter(UNITS[rule.dimension]))
     scale, zero = UNITS[rule.dimension][unit], OFFSETS.get(unit, 0.0)
     return rule.low * scale + zero, rule.high * scale + zero
 
 
 def _bounds(ends: Sequence[float | None], start: float, key: str, where: str) -> tuple[float, float]:
-    """Bounds, SI; where the file gives none a factor of four about the start."""
+    """Return the bounds (SI) of a parameter, by default ``start`` divided and multiplied by ``WIDE``."""
     low, high = ends
     if (low is None or high is None) and start <= 0.0 and not key.startswith(f"{ZERO}."):
         raise InputError(f"{where}: its own value is {start:g}, from which no bounds follow; give low and high")
@@ -183,7 +183,7 @@ def _bounds(ends: Sequence[float | None], start: float, key: str, where: str) ->
 
 
 def _measured(engine: Engine, key: str, sets: Sequence[str], load: float, where: str) -> tuple[str, str, float, Any]:
-    """Dimension, unit of messages, own value and quantity of a parameter; ``InputError``."""
+    """Return a parameter's dimension, unit in messages, default value and quantity; raises ``InputError``."""
     kind, _, name = key.partition(".")
     if key in (LOAD, CRANK):
         return "1", "1", load if key == LOAD else 1.0, None
@@ -213,7 +213,7 @@ def engine_with(engine: Engine, sought: Sequence[Sought], values: Sequence[float
 
 
 def following(engine: Engine, sought: Sequence[Sought], one: Sought, value: float) -> dict[str, float]:
-    """Return values of the engine file (SI) that scale with a sought one, such as inertia about the other axes."""
+    """Return values (SI) of the engine file that scale with a sought value, such as inertia about other axes."""
     table, _, name = one.key.partition(".")
     key = f"{table}.diametral_inertia"
     part = getattr(engine, table, None)
@@ -224,11 +224,11 @@ def following(engine: Engine, sought: Sequence[Sought], one: Sought, value: floa
 
 
 def inner_values(sought: Sequence[Sought], values: Sequence[float]) -> Array:
-    """Return coordinates u (p,) of values (p,), SI."""
+    """Return the search coordinates u (p,) of values (p,), SI, of the p sought parameters."""
     return np.array([one.inner(float(value)) for one, value in zip(sought, values, strict=True)])
 
 
 def outer_values(sought: Sequence[Sought], inner: Array) -> Array:
-    """Return values (p,), SI, of coordinates u (p,), clipped to the bounds."""
+    """Return the values (p,), SI, of p sought parameters at search coordinates u (p,), clipped to the bounds."""
     found = [one.value(float(u)) for one, u in zip(sought, inner, strict=True)]
     return np.array([min(max(v, one.low), one.high) for v, one in zip(found, sought, strict=True)])

@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping
 from cranktrain.core.types import Progress
 
 SEARCH, BALANCED = 10.0, 10.0
-"""Work of the linear search, and of all evaluations by harmonic balance, in runs in time."""
+"""Work of the linear search, and of all evaluations by harmonic balance, in units of one run in time."""
 Follow = Callable[[float, float], None]
 
 
 class Work:
-    """Ordered parts of the work, with the completed fraction.
+    """Ordered parts of an identification's work, with the completed fraction.
 
     Parameters
     ----------
@@ -31,14 +31,14 @@ class Work:
         self._before, self._own, self._done, self._cost, self._shown = 0.0, 0.0, 0.0, 0.0, 0.0
 
     def begin(self, part: str) -> None:
-        """Begin a part; all earlier parts count as done."""
+        """Begin a part of the work; all earlier parts count as done."""
         names = list(self._parts)
         self._before = sum(self._parts[name] for name in names[: names.index(part)])
         self._own, self._done = self._parts[part], 0.0
         self._show(0.0)
 
     def say(self, stage: str) -> None:
-        """Report a stage that is not a run."""
+        """Report a stage of the work that is not a run in time."""
         self._say(stage)
 
     def run(self, stage: str) -> None:
@@ -55,6 +55,6 @@ class Work:
         self._show(share if self._done == 0.0 else 0.0)
 
     def _show(self, share: float) -> None:
-        """Report the completed fraction of the whole, which never decreases."""
+        """Report the completed fraction of the whole work. The reported fraction never decreases."""
         self._shown = max(self._shown, min(1.0, (self._before + share * self._own) / self._whole))
         self._follow(self._shown, self._cost)

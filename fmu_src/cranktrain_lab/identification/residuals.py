@@ -18,9 +18,9 @@ from cranktrain_lab.identification.data import Orbit
 from cranktrain_lab.identification.estimate import Estimate
 
 RARE = 0.01
-"""Probability below which residuals of an order are called systematic."""
+"""Probability, for random residuals, below which an order's residuals are called systematic."""
 MATTERS = 0.02
-"""Fraction of the order's amplitudes above which systematic residuals are reported."""
+"""Fraction of an order's amplitudes above which systematic residuals are reported."""
 
 
 def residual_rows(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
@@ -54,7 +54,7 @@ def residual_rows(comparison: Comparison, found: Estimate, confidence: Confidenc
 
 
 def _constant(piece: Piece, confidence: Confidence) -> dict[str, float | None]:
-    """Return the fitted constant of a wheel: amplitude, half width of its 95 % interval, and phase, all in deg."""
+    """Return the fitted constant of a toothed wheel in deg: amplitude, half width of the 95 % interval, and phase."""
     if (found := piece.constant) is None:
         return {"constant_deg": None, "constant_band_deg": None, "constant_phase_deg": None}
     spread = found.spread + found.slopes @ confidence.covariance @ found.slopes.T
@@ -128,7 +128,7 @@ def runs_probability(rows: Array, speeds: Array) -> float:
 
 
 def lack_of_fit(rows: Array, speeds: Array) -> float | None:
-    """Return the probability of such large residuals (n, c) for a correct model, from scatter at repeated speeds.
+    """Return the probability of residuals as large as these (n, c) for a correct model, by scatter at repeated speeds.
 
     None if no speed was repeated.
     """

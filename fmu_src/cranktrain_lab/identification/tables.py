@@ -1,4 +1,4 @@
-"""Tables of a measured file, read by ``cranktrain identify``.
+"""TOML tables of a measured file, read by ``cranktrain identify``.
 
 [parameters]                             # what is sought; numbers in ``unit``, texts with a unit or "-10 %"
 "damper.viscosity" = { low = "40 Pa s", high = "200 Pa s", prior = 0.3 }
@@ -68,7 +68,7 @@ OUTPUTS = (TORSION, FLYWHEEL, TWIST)
 """Outputs of measured orders of rotation."""
 LEVELS = ("linear", "harmonic-balance", "time")
 NEXT, NONE = "next", "none"
-"""Special values for the crank level above the fitted one: the next bending level, or none."""
+"""Special values for the crank level above the fitted level: the next bending level, or none."""
 """Levels of the model, the cheapest first."""
 _Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min", "speed")]
 _Deviation = Annotated[float, between(1e-6, 1.0, "e.g. 0.005 for half a per cent", "1", "1")]
@@ -86,7 +86,7 @@ class RangeTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
 
 
 class OrdersTable(Table, kw_only=True):
-    """Table of measured orders over speed, with amplitude and phase.
+    """TOML table of measured orders over speed, with amplitude and phase.
 
     ``wheel``: True if a toothed wheel or encoder measured the orders, so that whole orders have an unknown constant. By
     default the column of this name in the file decides, or true without the column.
@@ -103,7 +103,7 @@ class OrdersTable(Table, kw_only=True):
 
 
 class TorqueTable(Table, kw_only=True):
-    """Table of measured torque orders of a shaft of the drive line."""
+    """TOML table of measured torque orders of a shaft of the drive line."""
 
     file: str
     shaft: str
@@ -115,7 +115,7 @@ class TorqueTable(Table, kw_only=True):
 
 
 class OrbitTable(Table, kw_only=True):
-    """Table of a measured orbit: displacement of a main journal in its bore over the crank angle, at one speed."""
+    """TOML table of a measured orbit: displacement of a main journal in its bore over the crank angle, at one speed."""
 
     file: str
     bearing: str
@@ -128,7 +128,7 @@ class OrbitTable(Table, kw_only=True):
 
 
 class FrequencyTable(Table, kw_only=True):
-    """Table of a measured torsional or mount natural frequency, or of the critical speed of an order."""
+    """TOML table of a measured torsional or mount natural frequency, or of the critical speed of an order."""
 
     of: Literal["torsion", "mounts"] = "torsion"
     number: _Number = 1
@@ -141,7 +141,7 @@ class FrequencyTable(Table, kw_only=True):
 
 
 class DecayTable(Table, kw_only=True):
-    """Table of a measured decay of a torsional mode, as a number or as the ``channel`` of a ``file``."""
+    """TOML table of a measured decay of a torsional mode, as a number or as the ``channel`` of a ``file``."""
 
     number: _Number = 1
     damping_ratio: Annotated[float, between(1e-6, 0.99, "damping ratio", "1", "1")] | None = None
@@ -154,7 +154,7 @@ class DecayTable(Table, kw_only=True):
 
 
 class ModeTable(Table, kw_only=True):
-    """Table of a measured torsional mode shape: rotations of pulley, mains and flywheel, in any scale."""
+    """TOML table of a measured torsional mode shape: rotations of pulley, mains and flywheel, in any scale."""
 
     shape: dict[str, float]
     number: _Number = 1
@@ -163,7 +163,7 @@ class ModeTable(Table, kw_only=True):
 
 
 class SoughtTable(Table, kw_only=True):
-    """Table of a sought parameter: bounds, start, and relative standard deviation of prior knowledge."""
+    """TOML table of a sought parameter: bounds, start, and relative standard deviation of prior knowledge."""
 
     low: _Amount | None = None
     high: _Amount | None = None
@@ -174,7 +174,7 @@ class SoughtTable(Table, kw_only=True):
 
 
 class HoldOutTable(Table, kw_only=True):
-    """Table of measured speeds that are predicted and not fitted."""
+    """TOML table of measured speeds that are predicted and not fitted."""
 
     speeds_rpm: list[_Rpm]
 

@@ -1,4 +1,4 @@
-"""Confidence of a calibration's free values, with the tolerances of targets as standard deviations.
+"""Confidence of a calibration's free values, with the tolerances of its targets as standard deviations.
 
 With the sensitivities J = ∂ ln f/∂ ln p of the report, tolerances τ and bounds as a uniform prior,
 

@@ -22,7 +22,7 @@ WIDE = 100.0
 
 
 class Constant(NamedTuple):
-    """Unknown constant of one order.
+    """Unknown constant that a toothed wheel adds to one order.
 
     Attributes
     ----------
@@ -35,16 +35,16 @@ class Constant(NamedTuple):
     inverse: Array
 
     def of(self, rows: Array) -> Array:
-        """Return the constant (2, …) fitted to whitened rows (m, …)."""
+        """Return the constant's real and imaginary part (2, …) fitted to m whitened residuals (m, …)."""
         return np.asarray(np.tensordot(self.inverse, rows, axes=1))
 
     def left(self, rows: Array) -> Array:
-        """Return whitened rows (m, …) minus their fitted constant."""
+        """Return m whitened residuals (m, …) minus their fitted constant."""
         return np.asarray(rows - np.tensordot(self.columns, self.of(rows), axes=1))
 
 
 class FoundConstant(NamedTuple):
-    """Fitted constant of an order.
+    """Fitted constant that a toothed wheel adds to an order.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class FoundConstant(NamedTuple):
 
     @property
     def number(self) -> complex:
-        """The constant as a complex number."""
+        """The wheel's constant as a complex number."""
         return complex(*self.value)
 
 

@@ -1,4 +1,4 @@
-"""Engine file of an identification: the old text with identified values, their data, date and interval."""
+"""Engine file of an identification: the old text with identified values and their source, date and interval."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ def identified_text(
 
 
 def _interval(row: Mapping[str, Any]) -> str:
-    """Return the interval of a row in words; an interrupted search has none, because its fit is incomplete."""
+    """Return a parameter's confidence interval in words. An interrupted search has no interval."""
     if row["low"] is None:
         return "best so far of an interrupted search, without interval"
     return f"95 % from {row['low']:.4g} to {row['high']:.4g}"
 
 
 def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
-    """Return the note of a value: data, date, interval, and the note of the measured file."""
+    """Return the note of an identified value: data, date, interval, and the note of the measured file."""
     unit = "" if one.unit == "1" else f" {one.unit}"
     unit = unit if row["low"] is not None else ""
     return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
@@ -74,7 +74,7 @@ def _list_of(key: str) -> str:
 
 
 def _notes(sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str) -> dict[str, str]:
-    """Return the note of each value; a list has one note for all its identified values, listed by number."""
+    """Return the note of each identified value. A list has one note for all its identified values, by number."""
     notes: dict[str, str] = {}
     for one, row in zip(sought, rows, strict=True):
         base, _, number = one.key.partition("[")

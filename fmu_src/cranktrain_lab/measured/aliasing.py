@@ -30,26 +30,26 @@ from cranktrain_lab.measured.rotation import Rotation
 from cranktrain_lab.measured.wheel import CYCLE, Wheel
 
 LINES = 12
-"""Number of half orders, from 0.5 to 6, assumed to contain the torsion of an engine."""
+"""Number of half orders (0.5, 1, … 6) that are assumed to contain the torsion of an engine."""
 SPAN, SHORTEST, FINE = 16, 6, 96
 """Cycles of a fit, least number of cycles of a recording, and pulses per cycle above which pulses are thinned."""
 FASTEST_ENGINE = 20_000.0
 """Highest alternative speed, rev/min, that is tested."""
 CLEAR = 3.0
-"""Ratio of the deviations to the timing errors of crossings above which the deviations are used."""
+"""Ratio of the rotation's deviations to the timing errors of pulses above which the deviations are evaluated."""
 TREND = 4
 """Number of polynomial coefficients of the mean rotation within a fit."""
 FITS = 12
-"""Largest number of fits over the recording."""
+"""Largest number of fits of the torsion over a recording."""
 SURE, DOUBTFUL = 0.9, 0.5
 """Least fraction of the torsion in half orders under a right speed, and largest fraction under a wrong speed. A
 recording is refused only if the alternative speed meets the first and the speed as read meets the second limit."""
 ALIKE = 0.02
-"""Difference of these fractions below which two speeds cannot be distinguished."""
+"""Difference of two speeds' fractions of torsion in half orders below which the speeds are not distinguished."""
 POINTS = 3.0
-"""Least ratio of pulses to unknowns of a fit."""
+"""Least ratio of the number of pulses to the number of unknowns of a fit."""
 RESTLESS = 0.02
-"""Non-recurring deviations, as a fraction of a pitch (rms), above which a remark reports them."""
+"""RMS of deviations that differ between cycles, as a fraction of a pitch, above which a remark reports them."""
 NEAR = 0.05
 """Relative deviation of a stated speed from the range of measured speeds above which they disagree."""
 
@@ -63,7 +63,7 @@ class Alias(NamedTuple):
 
 
 def check_aliasing(turning: Rotation, channel: Channel, stated: float | None = None) -> Rotation:
-    """Check a rotation for aliasing; returns it with a remark if this is possible, ``InputError`` if certain.
+    """Check a rotation for aliasing. Return it, with a remark if aliasing is possible; ``InputError`` if certain.
 
     ``stated`` is a known speed of the shaft, rad/s. If it agrees with the pulses, there is no aliasing. Without a known
     speed the torsion decides if possible.
@@ -116,7 +116,7 @@ def restless(turning: Rotation) -> tuple[float, float]:
 
 
 def aliased(channel: Channel, wheel: Wheel, speed: float) -> str:
-    """Return a text saying that pulses of a speed, rad/s, are sampled too slowly; empty if they are not."""
+    """Return the text that pulses at a speed (rad/s) are sampled too slowly, or an empty text if they are not."""
     hz = wheel.teeth * speed / math.tau
     if not channel.rate < FEWEST_SAMPLES * hz:
         return ""
@@ -145,7 +145,7 @@ def likely_alias(turning: Rotation, rate: float) -> Alias | None:
             share = held(times, angle)[0] if angle[-1] / times[-1] / RPM < FASTEST_ENGINE else 0.0
             found.append(Alias(float(angle[-1] / times[-1]), share, plain))
         k += 1
-    # A perfectly constant speed may have several alternatives; the lowest one is reported.
+    # A perfectly constant speed may have several alternative speeds. The lowest alternative is reported.
     likely = [one for one in found if one.share > max(SURE, max(other.share for other in found) - ALIKE)]
     return min(likely, key=lambda one: one.speed) if likely else None
 

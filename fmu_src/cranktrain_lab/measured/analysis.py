@@ -35,7 +35,7 @@ from cranktrain_lab.measured.wheel import Wheel
 
 @dataclass(frozen=True)
 class RotationAsked:
-    """Options for the rotation of one or two places; see :func:`cranktrain_lab.measured.rotation.rotation`.
+    """Options for the rotation of a shaft at one or two places, see :func:`cranktrain_lab.measured.rotation.rotation`.
 
     ``teeth`` and ``missing`` may be None if a recurring gap shows them. ``speed`` (rev/min) is a known speed of the
     shaft for checking the pulses. ``clock`` (Hz) is the frequency of a counter whose ticks the channels contain.
@@ -59,7 +59,7 @@ class RotationAsked:
 
 
 def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotation]:
-    """Return the rotation of the first place, and of the second relative to the first's mean; ``InputError``."""
+    """Return the rotation of the first place, and of the second relative to the first's mean; raises ``InputError``."""
     channel = measurement[asked.channel]
     wheel = None if asked.teeth is None else Wheel(asked.teeth, asked.missing or 0)
     index = measurement[asked.index] if asked.index else None
@@ -94,7 +94,7 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
     try:
         return [first, second.against(first)]
     except InputError as error:
-        # The wheel whose pulses would be undersampled at the other's speed is probably the wrong one.
+        # If a wheel's pulses would be undersampled at the speed of the other place, this wheel is probably wrong.
         pairs = ((channel, first, second), (other, second, first))
         said = [aliased(own, one.wheel, another.speed_range[1]) for own, one, another in pairs]
         raise InputError(f"{error}{max(said, key=len)}") from None
@@ -128,14 +128,14 @@ def orders_of(
     for one in points:
         check_orders(wanted, one)
     if cycles is None and len(points) > 1 and not of:
-        # Both places are fitted over the same cycles, so that their difference belongs to the same motion.
+        # Both places are fitted over equal cycles, so that the twist is a difference within the same motion.
         cycles = max(fit_shape(one, base, wanted).cycles for one in points)
     found = [track(one, base, wanted, step_rpm=step_rpm, cycles=cycles) for one in points]
     return found if of or len(found) < 2 else [*found, _twist(found[0], found[1])]
 
 
 def _in_si(orders: Orders, scale: float, unit: str) -> Orders:
-    """Convert orders to another unit."""
+    """Convert orders to another unit of measurement by a factor."""
     return replace(orders, amplitudes=orders.amplitudes * scale, errors=orders.errors * scale, unit=unit)
 
 
@@ -172,7 +172,7 @@ def _twist(first: Orders, second: Orders) -> Orders:
 def pressures_of(
     measurement: Measurement, turning: Rotation | None, engine: Engine, asked: Any
 ) -> list[tuple[Cycles, Compression | None, Cylinder]]:
-    """Return pegged cycles, fit and cylinder of each pressure channel in the options; ``InputError``.
+    """Return zero-corrected cycles, compression fit and cylinder of each pressure channel; raises ``InputError``.
 
     ``asked`` has the options of ``cranktrain measured`` as attributes: ``pressure``, ``cylinders``, ``unit``,
     ``samples_per_cycle``, ``first_deg``, ``speed``, ``pegging``, ``exponent``, ``intake_bar``, ``intake_deg_c``,
@@ -213,7 +213,7 @@ def pressures_of(
 
 
 def cylinder_numbers(asked: Any, engine: Engine) -> list[int]:
-    """Return the cylinder number of each pressure channel; ``InputError`` if the options do not match."""
+    """Return the cylinder number of each pressure channel; raises ``InputError`` if the options do not match."""
     if not asked.cylinders:
         if len(asked.pressure) > engine.n_cylinders:
             raise InputError(f"{len(asked.pressure)} pressures for the {engine.n_cylinders} cylinders of {engine.name}")

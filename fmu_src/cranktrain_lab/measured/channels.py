@@ -18,18 +18,18 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.types import Array
 
 BLOCK = 2**20
-"""Number of samples of a block (8 MB)."""
+"""Number of samples that are read at once as a block (8 MB)."""
 UNEVEN = 1e-3
 """Time steps count as equal if their largest deviation is below this fraction of their median."""
 MANY, PROBES = 2_000_000, 12
-"""Largest number of times that are all compared; of longer channels, number of positions to check between the ends."""
+"""Largest number of sampling times that are all checked, and number of times to check in a longer channel."""
 TIME = "time"
 Reader = Callable[[int, int], Array]
 
 
 @dataclass(frozen=True)
 class Channel:
-    """Measured channel.
+    """Measured channel with name, unit, samples and their times.
 
     Attributes
     ----------
@@ -68,25 +68,25 @@ class Channel:
             yield first, self.read(first, min(first + size, self.size))
 
     def values(self, first: int = 0, last: int | None = None) -> Array:
-        """Return samples from ``first`` to before ``last``; the whole channel by default."""
+        """Return the samples from index ``first`` to before ``last``, by default the whole channel."""
         return self.read(first, self.size if last is None else min(last, self.size))
 
     def abscissae(self, first: int = 0, last: int | None = None) -> Array:
-        """Return the abscissa of samples ``first`` to before ``last``, for a channel over time in s."""
+        """Return the abscissa (time: s) of the samples from index ``first`` to before ``last``."""
         last = self.size if last is None else min(last, self.size)
         if self.places is not None:
             return self.places(first, last)
         return np.asarray(self.start + self.step * np.arange(first, last, dtype=np.float64))
 
     def later(self, seconds: float) -> Channel:
-        """Return the channel with its abscissa shifted, s."""
+        """Return the channel with its times shifted by ``seconds``."""
         own = self.places
         places = None if own is None else (lambda first, last: own(first, last) + seconds)
         return replace(self, start=self.start + seconds, places=places, began=None)
 
     @property
     def duration(self) -> float:
-        """Last minus first abscissa; 0 for channels with fewer than two samples."""
+        """Duration of the channel (last minus first abscissa); 0 for fewer than two samples."""
         if self.size < 2:
             return 0.0
         if self.places is None:
@@ -110,7 +110,7 @@ class Measurement:
         return tuple(channel.name for channel in self.channels)
 
     def __getitem__(self, name: str) -> Channel:
-        """Return a channel by name (case-insensitive); ``InputError`` suggests the nearest."""
+        """Return a channel by name (case-insensitive); raises ``InputError`` suggests the nearest."""
         by_name = {channel.name: channel for channel in self.channels}
         if name in by_name:
             return by_name[name]
@@ -131,7 +131,7 @@ def of_array(values: Array) -> Reader:
 
 
 def time_base(times: Array, where: str) -> tuple[float, float, Array | None, list[str]]:
-    """Return start and step of sampling times (n,) s, the times themselves if steps differ, and remarks.
+    """Return start and step of n sampling times (s), all times if the steps differ (else None), and remarks.
 
     ``InputError`` for times that are not finite; :func:`timed` removes their samples first.
     """
@@ -173,7 +173,7 @@ def timed(times: Array, where: str) -> tuple[NDArray[np.int64] | None, list[str]
 
 
 def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
-    """Return start and step of many sampling times from the ends and some positions between; None if uneven."""
+    """Return start and step of many sampling times, from both ends and some positions between; None if uneven."""
     begin, end = read(0, 2), read(size - 1, size)
     step = float(end[0] - begin[0]) / (size - 1)
     places = np.linspace(0, size - 2, PROBES).astype(int).tolist()

@@ -1,4 +1,4 @@
-"""Dead centre and zero of a measured pressure, from the first law of thermodynamics along its compression.
+"""Dead centre and zero of a measured pressure, by the first law of thermodynamics during compression.
 
     dp/dθ = [−γ p dV/dθ − (γ − 1) Q̇/ω] / V,    Q̇ = C α A (T − T_w),    T = T₀ p V / (p₀ V₀)
 
@@ -48,17 +48,17 @@ CAPACITY, UNSURE = {True: 0.02, False: 0.005}, 0.02
 fired (False) traces. ``UNSURE`` is the wider scatter for standard errors, because formulas of gas and heat differ.
 """
 UNUSUAL, IMPOSSIBLE = 4.0, 25.0
-"""Deviations of these values, in standard deviations, that give a remark and an error. A compression ratio of 16.4
-instead of 17 gives a remark.
+"""Deviations of a fit's values from their priors, in standard deviations, that give a remark and an error. A
+compression ratio of 16.4 instead of 17 gives a remark.
 """
 BAND = 1.96
-"""Half width of a 95 % interval in standard errors."""
+"""Half width of a 95 % confidence interval in standard errors."""
 MIDWAY = 0.5
-"""Temperature, 1000 K, at which a change of the rise does not change the heat capacity."""
+"""Temperature (in 1000 K) about which the heat capacity's slope over temperature is varied."""
 TIGHT = 1.0e-12
 """Tolerances of the fit, small enough that files read in one or several pieces give the same parameters."""
 MODEL_ERROR = 1.0e-3
-"""Relative error of the model's pressure, used with the noise for the weights of points."""
+"""Relative error of the compression model's pressure. Model error and noise give the weights of points."""
 _AIR = tuple(
     tuple(sum(share * POLYNOMIALS[name][k][i] for name, share in AIR.items()) for i in range(5)) for k in (0, 1)
 )
@@ -96,7 +96,7 @@ class Compression(NamedTuple):
 
     @property
     def shift_interval(self) -> tuple[float, float]:
-        """95 % interval of the shift, rad."""
+        """95 % confidence interval of the dead centre's shift, rad."""
         return self.shift - BAND * self.shift_error, self.shift + BAND * self.shift_error
 
 
@@ -140,8 +140,8 @@ def fit_compression(
             return motored
     except InputError as error:
         refusal = error
-    # A light load burns so little that the flanks are nearly symmetric. Its compression alone then fits the engine, and
-    # shows the heat released afterwards.
+    # At light load so little burns that the flanks are nearly symmetric. A fit of the compression alone then shows the
+    # heat that is released afterwards.
     try:
         fired = _fitted(trace, False)
     except InputError:
@@ -154,7 +154,7 @@ def fit_compression(
 
 
 class _Trace(NamedTuple):
-    """Input of a fit, see :func:`fit_compression`."""
+    """Input of a compression fit, see :func:`fit_compression`."""
 
     angle: Array
     pressure: Array
@@ -176,7 +176,7 @@ def _burned(trace: _Trace, fit: Compression) -> float:
 
 
 def _fitted(trace: _Trace, motored: bool) -> Compression:
-    """Fit the compression, or both flanks if ``motored``; ``InputError``."""
+    """Fit the compression, or both flanks if ``motored``; raises ``InputError``."""
     from scipy.optimize import least_squares
 
     cylinder, shift, warm = trace.cylinder, trace.shift, trace.intake_temperature
@@ -235,7 +235,7 @@ def _standard_errors(found: Any, points: int, scale: Array, motored: bool) -> Ar
 
 
 def _compressed(angle: Array, pressure: Array, cylinder: Cylinder, motored: bool) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the samples to fit; ``InputError`` if there are too few."""
+    """Return a mask (n,) of the samples to fit; raises ``InputError`` if there are too few."""
     last = math.radians(LAST_DEG) if motored else burn_begins(angle, pressure, cylinder) - math.radians(BEFORE_BURN_DEG)
     first = FIRST_DEG if cylinder.cycle > 3.0 * math.pi else FIRST_OF_TWO_STROKES_DEG
     inside = (angle >= math.radians(first)) & (angle <= last)
@@ -267,7 +267,7 @@ def _shape(
 
 
 def _doubt(x: Array, pulls: Array, intake_temperature: float, cylinder: Cylinder) -> str:
-    """Return a remark on the most unusual value that a fit needs."""
+    """Return a remark on the most unusual value of a fit, measured by deviations from the priors."""
     said = (
         f"{x[3] + intake_temperature:.0f} K at the begin of the compression",
         f"{math.exp(float(x[4])):.2f} times the usual heat to the walls",

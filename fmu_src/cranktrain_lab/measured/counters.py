@@ -16,20 +16,20 @@ from cranktrain.core.types import Array
 from cranktrain_lab.measured.channels import Channel
 
 TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9}
-"""Units of time, with their length in s."""
+"""Units of time with their length in seconds."""
 _FREQUENCY = re.compile(r"([0-9][0-9.]*(?:[eE]\+?\d+)?)\s*([kMG]?)Hz", re.IGNORECASE)
 _TICKS = re.compile(r"(?i)\b(?:ticks?|counts?|clocks?|clk|counter|takte?|zähler|timer)\b")
 _PREFIX = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}
 BITS = (16, 24, 32, 40, 48, 64)
 """Usual numbers of bits of counters."""
 PROBE, MOST_FALLS = 4096, 0.4
-"""Number of samples tested for times of pulses, and largest fraction of them at which a counter may restart."""
+"""Number of samples to test for times of pulses, and largest fraction of samples at which a counter restarts."""
 LIKE = 30.0
-"""Largest ratio between an interval across a restart and the median interval, with gap of the wheel and speeds."""
+"""Largest ratio of the interval across a counter's restart to the median interval, with wheel gaps and speeds."""
 
 
 def clock_of(text: str) -> float | None:
-    """Return the clock frequency, Hz, from a text such as ``ticks of 80 MHz``; None for other texts."""
+    """Return the clock frequency, Hz, from a text such as ``ticks of 80 MHz``; None if the text is not of this form."""
     match = _FREQUENCY.search(text)
     if match is None or not (_TICKS.search(text) or re.fullmatch(r"\s*1\s*/\s*.*", text)):
         return None
@@ -46,7 +46,7 @@ def second_of(unit: str, clock: float | None = None) -> float | None:
 
 
 def counted_times(channel: Channel, clock: float | None = None) -> tuple[Array, tuple[str, ...]] | None:
-    """Return times of pulses (k,) s that are the samples of a channel, and remarks; None if they are a signal.
+    """Return k times of pulses (s) if a channel's samples are counted times, and remarks; None if they are a signal.
 
     ``InputError`` for times that decrease differently from a counter's restart, or that do not increase in spite of a
     stated ``clock``, Hz.

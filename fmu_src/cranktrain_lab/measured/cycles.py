@@ -21,13 +21,13 @@ from cranktrain.core.types import Array
 
 Kind = TypeVar("Kind", bound=np.generic)
 BLOCK = 1_000_000
-"""Number of samples that are read at once."""
+"""Number of pressure samples that are read at once."""
 HELD = 4_000_000
 """Number of samples of computed rows kept in memory; more go to a temporary file."""
 
 
 class CycleRows:
-    """Rows (count, size) of samples, read block by block; ``numpy.asarray`` returns all as an array.
+    """Rows of samples, one row per cycle, read block by block; ``numpy.asarray`` returns all rows as an array.
 
     ``read`` is a function (first, past the last) → (k, size).
     """
@@ -37,12 +37,12 @@ class CycleRows:
 
     @classmethod
     def of(cls, values: Array) -> CycleRows:
-        """Return rows of an array in memory."""
+        """Return the rows (cycles, samples) of an array in memory."""
         return cls(len(values), values.shape[1], lambda first, last: values[first:last])
 
     @classmethod
     def kept(cls, blocks: Iterable[Array]) -> CycleRows:
-        """Return rows of blocks (k, size) that are expensive to compute, stored in memory or a temporary file."""
+        """Store rows of blocks (k, size) that are costly to compute, in memory or a temporary file. Return the rows."""
         parts, held, size, spill = list[Array](), 0, 0, None
         for block in blocks:
             held, size = held + len(block), block.shape[1]
@@ -58,7 +58,7 @@ class CycleRows:
         return cls(held, size, _in_file(spill, size))
 
     def __len__(self) -> int:
-        """Return the number of rows."""
+        """Return the number of rows, one for each cycle."""
         return self.count
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
@@ -73,11 +73,11 @@ class CycleRows:
             yield first, self.read(first, min(first + step, self.count))
 
     def mapped(self, change: Callable[[int, Array], Array]) -> CycleRows:
-        """Return rows that apply ``change`` (first row number, block (k, size)) whenever they are read."""
+        """Return rows to which ``change`` (first row number, block (k, size)) is applied whenever they are read."""
         return CycleRows(self.count, self.size, lambda first, last: change(first, self.read(first, last)))
 
     def chosen(self, rows: NDArray[np.intp]) -> CycleRows:
-        """Return the rows of these increasing numbers."""
+        """Return the rows with these increasing row numbers."""
 
         def read(first: int, last: int) -> Array:
             own = rows[first:last]
@@ -93,7 +93,7 @@ class CycleRows:
         return np.asarray(total / self.count)
 
     def deviation(self, mean: Array) -> Array:
-        """Return the standard deviation of the rows about their mean, (size,); zeros for a single one."""
+        """Return the standard deviation of the rows about ``mean``, (samples,); zeros for a single row."""
         total = np.zeros(self.size)
         for _, block in self.blocks():
             total += ((block - mean) ** 2).sum(axis=0)
@@ -117,7 +117,7 @@ def _in_file(spill: Any, size: int) -> Callable[[int, int], Array]:
 
 @dataclass(frozen=True)
 class Cycles:
-    """Measured cycles of one cylinder.
+    """Measured pressure cycles of one cylinder.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class Cycles:
                 f"{self.name}: a low-pass of {math.degrees(shortest):.3g} deg is finer than two samples, "
                 f"{math.degrees(2 * step):.3g} deg"
             )
-        order = np.fft.rfftfreq(self.angle.size, step) * shortest  # 1 at the shortest wave
+        order = np.fft.rfftfreq(self.angle.size, step) * shortest  # relative to the order of the shortest wave
         gain = 0.5 * (1.0 + np.cos(math.pi * np.clip((order - 0.8) / 0.4, 0.0, 1.0)))
 
         def passed(_: int, rows: Array) -> Array:
@@ -175,5 +175,5 @@ class Cycles:
 
 
 def period(angle: Array) -> float:
-    """Return the angle of one cycle, rad, that angles (n,) cover."""
+    """Return the angle (rad) of the whole cycle that n sample angles cover."""
     return float(angle[1] - angle[0]) * angle.size

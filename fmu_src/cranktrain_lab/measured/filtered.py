@@ -21,7 +21,7 @@ from cranktrain_lab.measured.tracking import ComplexArray, Orders, Points, check
 from cranktrain_lab.measured.vold_kalman import MOST_UNKNOWNS, POLES, envelopes
 
 OVERLAP, END = 3.0, 1.0
-"""Overlap of pieces, and length left out at each end, as multiples of the reciprocal of the bandwidth."""
+"""Overlap of filtered pieces, and length omitted at each end, as multiples of one over the bandwidth."""
 SAMPLES = 6.0
 """Number of samples per period of the highest order."""
 
@@ -62,7 +62,7 @@ def filtered_orders(
 
 
 def _torsion(place: Rotation, rate: float) -> tuple[Array, Array, float]:
-    """Return times, torsional vibration and step, resampled at about ``rate``, Hz."""
+    """Return the torsional vibration, resampled at about ``rate`` (Hz), with its times and time step."""
     from scipy.interpolate import CubicSpline
 
     count = max(8, math.ceil(float(np.ptp(place.times)) * rate))
@@ -71,7 +71,7 @@ def _torsion(place: Rotation, rate: float) -> tuple[Array, Array, float]:
 
 
 def _in_pieces(phase: Array, values: Array, step: float, orders: Array, bandwidth: float) -> ComplexArray:
-    """Return envelopes (t, o), filtered in pieces that are joined in the middle of their overlap."""
+    """Return envelopes (t, o) of o orders at t times, filtered in pieces that are joined in mid-overlap."""
     a_sample = (2 * orders.size * POLES + 1) * 2 * orders.size
     overlap = math.ceil(OVERLAP / bandwidth / step)
     length = max(4 * overlap, MOST_UNKNOWNS // 4 // a_sample)
@@ -94,7 +94,7 @@ def _binned(
     asked: tuple[Array, float, float],
     words: tuple[str, str],
 ) -> Orders:
-    """Average envelopes in bins of the speed; independent samples are half a decay time apart."""
+    """Average envelopes in bins of speed. Samples half a decay time apart count as independent."""
     orders, bandwidth, step_rpm = asked
     low, high = turning.speed_range
     width = step_rpm * RPM if step_rpm > 0.0 else max(10.0 * RPM, (high - low) / 40.0)

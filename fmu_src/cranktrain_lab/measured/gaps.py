@@ -1,4 +1,4 @@
-"""Gaps of a wheel: their recurrence, the wheel that follows from it, and pulses next to gaps.
+"""Gaps of a toothed wheel: recurrence of gaps, the wheel that follows from it, and pulses next to gaps.
 
 A signal shows after how many teeth its gap recurs. It does not show whether this is a revolution, because a wheel with
 three equal gaps looks like a wheel with a third of the teeth at three times the speed. Only usual wheels are therefore
@@ -26,18 +26,18 @@ USUAL = frozenset(
     ((12, 1), (24, 1), (24, 2), (32, 2), (36, 1), (36, 2), (40, 1), (48, 2), (58, 2), (60, 1), (60, 2), (62, 2),
      (120, 1), (120, 2), (120, 4), (360, 1), (360, 2), (720, 1))
 )  # fmt: skip
-"""Teeth and missing teeth of usual wheels with one gap."""
+"""Numbers of teeth and of missing teeth of usual wheels with one gap."""
 MOST_GAP, FEWEST_GAPS, FEWEST_APART = 4, 3, 8
 """Largest interval of a gap in pitches, least number of gaps for a pattern, and least number of teeth between them."""
 ALIKE, COVERED = 0.7, 0.6
-"""Least fraction of equal distances between gaps, and least fraction of all teeth between such gaps."""
+"""Least fraction of gaps at equal distances, and least fraction of all teeth between gaps at these distances."""
 BESIDE, RATIO = 0.03, 5.0
-"""Limits of a valid pulse next to a gap: deviation in pitches, and as a multiple of the deviation of other teeth."""
+"""Largest deviation of a valid pulse next to a gap, in pitches, and relative to the deviation of other teeth."""
 MOST_GAPS = 6
 
 
 class Gap(NamedTuple):
-    """Recurring gap: teeth from one gap to the next including missing ones, and missing teeth in the gap."""
+    """Recurring gap: number of teeth from one gap to the next with missing teeth, and missing teeth in the gap."""
 
     apart: int
     missing: int
@@ -64,7 +64,7 @@ def recurring_gap(times: Array) -> Gap | None:
 
 
 def recognised(wheel: Wheel, times: Array, where: str) -> tuple[Wheel, list[str]]:
-    """Return the wheel that matches the stated teeth and the recurring gap, and a remark if it differs.
+    """Return the wheel with the stated teeth and the recurring gap, and a remark if it differs from the stated wheel.
 
     Stated teeth may include the missing ones (60) or not (58), and may be counted from gap to gap or per revolution
     with several gaps. ``InputError`` if no number of such gaps gives the stated teeth.
@@ -103,7 +103,7 @@ def untold(wheel: Wheel, where: str) -> list[str]:
 
 
 def wheel_of(gap: Gap | None, speed: float, where: str) -> Wheel:
-    """Return the wheel of a signal without stated teeth; ``InputError`` if the gap does not determine it.
+    """Return the wheel of a signal without stated teeth; raises ``InputError`` if the gap does not determine it.
 
     ``speed``, rev/min, assumes one revolution from gap to gap.
     """
@@ -153,7 +153,7 @@ def _median(values: Array) -> float:
 
 
 def without_wrong(numbered: Numbered, wheel: Wheel, wrong: dict[int, float]) -> Numbered:
-    """Return the pulses without the ``wrong`` ones next to gaps."""
+    """Return the pulses without wrong pulses next to gaps; ``wrong`` are their deviations, see ``beside_gaps``."""
     sector = wheel.sector
     drop = [0 if side == 0 else sector.pulses - 1 for side in wrong]
     keep = ~np.isin(numbered.teeth % sector.teeth, drop)

@@ -1,4 +1,4 @@
-"""Tables of measured orders: reading curves over speed from UFF files and tables, and writing tracked orders.
+"""Text tables of measured orders: reading curves over speed from UFF files and tables, writing tracked orders.
 
 The option ``--measured`` of run-up pictures and reports reads the written table. Its columns are speed_rpm, order,
 amplitude, unit, phase_deg, band (half width of the 95 % band, in the same unit), output, signal, and wheel (teeth such
@@ -36,7 +36,7 @@ def curves_of_file(path: str | Path) -> list[OrderCurve] | None:
 
 
 def order_curves(measurement: Measurement) -> list[OrderCurve]:
-    """Return curves of channels over speed with the order in name or title; ``InputError`` if there are none."""
+    """Return curves of channels over speed with the order in name or title; raises ``InputError`` if there are none."""
     curves = []
     for channel in measurement.channels:
         found = ORDER.search(f"{channel.name} {channel.about}")
@@ -67,7 +67,7 @@ def order_curves(measurement: Measurement) -> list[OrderCurve]:
 def write_orders(
     path: str | Path, found: Sequence[Orders], outputs: Sequence[str] = (), unit: str = "deg", wheel: str = ""
 ) -> Path:
-    """Write tracked orders as a table; angles in ``unit`` ``deg``, others in the unit of their signal.
+    """Write tracked orders as a text table; angles in ``unit`` ``deg``, other signals in their own unit.
 
     ``outputs``: output of a run-up to compare each signal with; by default the signal's unit decides on reading.
     ``wheel``: teeth of the wheel that measured the rotation, such as ``60-2``.

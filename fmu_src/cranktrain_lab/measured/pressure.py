@@ -34,7 +34,7 @@ STEP_DEG = 0.5
 MODEL, POLYTROPIC, INTAKE, KEPT = "compression", "polytropic", "intake", "keep"
 PEGGING = (MODEL, POLYTROPIC, INTAKE, KEPT)
 PEG_RANGE = (-110.0, -50.0)
-"""Range of angles, deg, in which the zero of a single cycle is fitted."""
+"""Range of crank angles, deg, in which the pressure zero of a single cycle is fitted."""
 INTAKE_RANGE = (-190.0, -170.0)
 """Range of angles, deg, in which the cylinder has intake pressure."""
 RESONANCE_FROM = 1500.0
@@ -44,13 +44,13 @@ SPEED_OF_SOUND = 900.0, 450.0
 channel's length.
 """
 EXACT = math.radians(0.1)
-"""Half width of the dead centre's 95 % interval above which a remark reports it."""
+"""Half width of the dead centre's 95 % confidence interval above which a remark reports the interval."""
 UNUSUAL = 2e4, 3e7
 """Limits of the difference between highest and lowest pressure, Pa; other values indicate a wrong unit."""
 
 
 def pascal(channel: Channel, unit: str = "") -> tuple[float, float]:
-    """Return scale and zero of a channel's unit, Pa; ``InputError`` without a unit or with no unit of pressure."""
+    """Return factor and offset (Pa) of a channel's unit; raises ``InputError`` if it is not a unit of pressure."""
     stated = unit or channel.unit
     if not stated:
         raise InputError(f"{channel.source}, channel {channel.name}: states no unit; give one, e.g. bar")
@@ -157,7 +157,7 @@ def _sampled_at(channel: Channel, times: Array) -> Array:
 
 
 def _whole(rows: CycleRows, channel: Channel) -> tuple[CycleRows, list[str]]:
-    """Remove cycles with missing values; ``InputError`` if none remains."""
+    """Remove cycles with missing values; raises ``InputError`` if no cycle remains."""
     good = rows.each(lambda block: np.asarray(np.isfinite(block).all(axis=1)))
     if not good.any():
         raise InputError(f"{channel.source}, channel {channel.name}: every cycle has values that are not numbers")
@@ -256,7 +256,7 @@ def pegged(
 
 
 def _relative_zeros(cycles: Cycles) -> Array:
-    """Return zeros of the cycles relative to their mean, by fitting the scaled and shifted mean compression to each."""
+    """Return each cycle's pressure zero relative to the mean cycle, by fitting the scaled mean compression to it."""
     first = PEG_RANGE[0] if period(cycles.angle) > 3.0 * math.pi else FIRST_OF_TWO_STROKES_DEG
     inside = (cycles.angle >= math.radians(first)) & (cycles.angle <= math.radians(PEG_RANGE[1]))
     shape = cycles.mean[inside]

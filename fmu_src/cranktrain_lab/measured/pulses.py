@@ -25,11 +25,11 @@ from cranktrain_lab.measured.channels import TIME, Channel
 from cranktrain_lab.measured.counters import counted_times, ticks_hint
 
 HYSTERESIS = 0.1
-"""Half width of the hysteresis, as a fraction of the range of the signal."""
+"""Half width of the hysteresis of level crossings, as a fraction of the signal's range."""
 FAINT = 0.02
-"""Range of a stretch, as a fraction of the largest, below which the shaft counts as at rest."""
+"""Range of a stretch of the signal, relative to the largest range, below which the shaft counts as at rest."""
 STRETCH, PROBES = 2**16, 64
-"""Number of samples of a stretch with one level, and number of stretches whose range is evaluated beforehand."""
+"""Number of samples of a stretch with one crossing level, and number of stretches whose range is evaluated first."""
 FEWEST_SAMPLES, STRETCH_OF_PULSES = 4.0, 64
 """Samples per pulse below which pulses are undersampled, and number of pulses over which samples are counted."""
 INTERPOLATED, BY_SAMPLES = 0.0035, 4.8
@@ -54,7 +54,7 @@ _ARMED, _LAST, _BEFORE, _BEFORE2, _PENDING = range(5)
 
 
 class Pulses(NamedTuple):
-    """Times (k,) s of crossings, level and hysteresis used in the channel's unit, and remarks.
+    """Times (s) of a channel's k pulses, with level and hysteresis in the channel's unit, and remarks.
 
     ``spacing`` has the median and the least number of samples per pulse; ``two_levels`` is True for square pulses.
     """
@@ -132,7 +132,7 @@ def timing_error(samples: float, two_levels: bool = False) -> float:
 
 
 def _spacing(places: Array, times: Array, where: str) -> tuple[float, float]:
-    """Return median and least samples per pulse (over ``STRETCH_OF_PULSES``); ``InputError`` if too few (aliasing)."""
+    """Return median and least number of samples per pulse; raises ``InputError`` if they are too few (aliasing)."""
     reach = min(STRETCH_OF_PULSES, places.size - 1)
     means = (places[reach:] - places[:-reach]) / reach
     k = int(np.argmin(means))
@@ -157,7 +157,7 @@ def _has_two_levels(channel: Channel) -> bool:
 def _crossings(
     channel: Channel, level: float | None, hysteresis: float | None, sign: float, cubic: bool
 ) -> tuple[list[Array], tuple[float, float], list[str]]:
-    """Return positions of crossings in samples, the last level and hysteresis used, and remarks."""
+    """Return positions of level crossings (fractional sample numbers), last level and hysteresis, and remarks."""
     memory = np.array([-1.0, math.nan, math.nan, math.nan, math.nan])
     out = np.empty(STRETCH // 2 + 2)
     parts: list[Array] = []
@@ -209,13 +209,13 @@ def _largest_range(channel: Channel) -> float:
 
 
 def _range(values: Array) -> tuple[float, float]:
-    """Return the 2nd and 98th percentile of some 20 000 samples of a block."""
+    """Return the 2nd and 98th percentile of some thousand samples of a block."""
     some = values[:: max(1, values.size // 4099)]
     some = some[np.isfinite(some)]
     if some.size < 2:
         return math.nan, math.nan
     low, high = np.percentile(some, (2.0, 98.0))
-    if high - low < FAINT * (some.max() - some.min()):  # narrow pulses with long pauses
+    if high - low < FAINT * (some.max() - some.min()):  # narrow pulses with long pauses lie outside the percentiles
         low, high = float(some.min()), float(some.max())
     return float(low), float(high)
 
@@ -236,7 +236,7 @@ def _times(channel: Channel, places: Array) -> Array:
 
 @kernel
 def find_crossings(values, first, level, width, cubic, memory, out):
-    """Write positions of rising crossings, in samples from the channel's begin, to ``out``; return their number.
+    """Write positions of rising crossings, in samples from the channel's begin, to ``out``. Return their number.
 
     ``memory`` (5,) is passed from block to block: 1.0 if the signal was below the hysteresis, the last three samples,
     and the position of the last passage of the level since then.
@@ -321,7 +321,7 @@ def refine_crossings(values, first, sign, rows, count):
         while m < reach:
             below = sign * (values[middle - m - 1] - level)
             above = sign * (values[middle + m + 1] - level)
-            # Noise near the level may have either sign; farther out a flank has only one.
+            # Near the crossing level noise may have either sign. Farther out all samples of a flank have one sign.
             if not (-limit < below < 0.2 * limit and -0.2 * limit < above < limit):
                 break
             m += 1

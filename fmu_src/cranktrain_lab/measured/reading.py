@@ -22,7 +22,7 @@ from cranktrain_lab.measured.channels import TIME, Channel, Measurement, Reader
 
 SOURCE = "cranktrain_lab.measured.formats"
 TALKERS = ("nptdms", "nptdms.reader", "nptdms.tdms_segment", "nptdms.types", "nptdms.tdms", "asammdf", "canmatrix")
-"""Loggers of the file-reading packages."""
+"""Names of the loggers of third-party packages that read files."""
 CHECKED, ROUNDED = 4_000_000, 2.0**53
 """Number of values of a file that are checked on opening, and integer above which float64 rounds."""
 EXTRA = "pip install cranktrain[measured]"
@@ -110,7 +110,7 @@ def _on_one_clock(channels: list[Channel]) -> Listing:
 
 
 def _read_file(path: Path) -> Listing:
-    """Return channels and remarks of one file."""
+    """Return the channels of one measurement file, and remarks."""
     kind = file_format(path)
     listing, wrong = None, ""
     with _quiet():

@@ -32,7 +32,7 @@ WRONG, FEW_WRONG = 0.04, 20
 gaps lack many pulses, and a bouncing switch doubles many, but noise has both.
 """
 NAMED = 4
-"""Number of orders listed in a remark on pitch errors."""
+"""Largest number of orders listed in a remark on pitch errors."""
 KEEP, REMOVE = "keep", "remove"
 
 
@@ -96,7 +96,7 @@ class Rotation:
         return float(speed.min()), float(speed.max())
 
     def turned(self, by: float) -> Rotation:
-        """Shift the zero, so that angles decrease by ``by`` rad."""
+        """Shift the zero of the crank angle, so that angles decrease by ``by`` rad."""
         mean = MeanRotation(self.mean.angle - by, self.mean.times)
         return replace(self, angle=self.angle - by, mean=mean)
 
@@ -128,7 +128,7 @@ class Rotation:
         return replace(self.turned(math.tau if swings[1] > swings[0] else 0.0), cycle_known=True)
 
     def against(self, other: Rotation) -> Rotation:
-        """Return the rotation relative to another's mean rotation, for twist between two places; ``InputError``.
+        """Return the rotation relative to another's mean rotation, for twist between two places; raises ``InputError``.
 
         The angle is shifted so that both agree on average.
         """
@@ -248,7 +248,7 @@ def _wheel(wheel: Wheel | None, times: Array, where: str) -> tuple[Wheel, list[s
 def _numbered(
     channel: Channel, asked: tuple[float | None, str | None], wheel: Wheel, found: Pulses, leave_out: bool
 ) -> tuple[Pulses, Numbered, list[str]]:
-    """Number the pulses of the requested edge, or by default of the better one; and remarks.
+    """Number the pulses by tooth, at the requested edge, or by default at the better edge. Return remarks too.
 
     With ``leave_out``, pulses next to gaps that deviate from the pattern of the others are removed.
     """
@@ -281,7 +281,7 @@ def _numbered(
 
 
 def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel) -> Array:
-    """Return pitch errors with order 1 of the residual rotation over all revolutions added."""
+    """Return the teeth's pitch errors plus order 1 of the residual rotation over all revolutions."""
     number = numbered.teeth % wheel.teeth
     corrected = angle + errors[number]
     left = corrected - MeanRotation.of(numbered.times, corrected, CYCLE).at(numbered.times)
@@ -293,7 +293,7 @@ def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Whee
 
 
 def _without_order_one(errors: Array) -> Array:
-    """Return pitch errors without their order 1, which stays in the rotation."""
+    """Return the teeth's pitch errors without order 1, which remains in the rotation."""
     lines = np.fft.rfft(errors)
     if lines.size > 1:
         lines[1] = 0.0
@@ -301,7 +301,7 @@ def _without_order_one(errors: Array) -> Array:
 
 
 def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbered, list[str]]:
-    """Keep the longest stretch between standstills; ``InputError`` if it is shorter than two revolutions."""
+    """Return the longest stretch between standstills; raises ``InputError`` if it is below two revolutions."""
     if not numbered.stops:
         return numbered, []
     ends = [numbered.times[0], *[time for stop in numbered.stops for time in stop], numbered.times[-1]]
@@ -320,7 +320,7 @@ def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbere
 
 
 def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
-    """Return remarks on lost and double pulses and slips; ``InputError`` if there are too many for a wheel."""
+    """Return remarks on lost and double pulses and slips; raises ``InputError`` if there are too many for a wheel."""
     remarks = []
     if min(numbered.lost, numbered.doubled) > max(FEW_WRONG, WRONG * numbered.times.size):
         raise InputError(
@@ -344,7 +344,7 @@ def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
 
 
 def _from_index(numbered: Numbered, wheel: Wheel, marks: Array, names: tuple[str, str]) -> tuple[Numbered, list[str]]:
-    """Number teeth from the index pulse; ``InputError`` if pulses and index disagree."""
+    """Number the teeth from the index pulse on; raises ``InputError`` if pulses and index disagree."""
     where, index = names
     inside = marks[(marks > numbered.times[0]) & (marks < numbered.times[-1])]
     if inside.size < 2:

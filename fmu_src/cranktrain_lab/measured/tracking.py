@@ -41,17 +41,17 @@ STEADY = 0.005
 """Relative change of speed below which the amplitudes of a fit are constant."""
 TREND = 3
 WEIGHT = 0.42
-"""Effective number of points under the window, as a fraction of all."""
+"""Effective number of points in a fit's window, as a fraction of all points in the window."""
 SPARE = 1.25
-"""Least ratio of effective points to unknowns of a fit."""
+"""Least ratio of the effective number of points to the number of unknowns of a fit."""
 SURE = 2.0
-"""Excess of squared coefficients over noise, in standard deviations, above which a line is free to change."""
+"""Excess of an order's squared coefficients over noise, in standard deviations, above which it may vary freely."""
 ABSENT = 0.01
-"""Prior variance of a line that may be noise, as a fraction of the noise variance."""
+"""Prior variance of an order that may be noise, as a fraction of the noise variance."""
 DENSEST = 4
 """Largest number of fits per half window, because in fast ramps a peak could lie between two fits."""
 POOLED = 8
-"""Least number of fits, of a bin and its neighbours, from which variances are also estimated."""
+"""Least number of fits, of a speed bin and its neighbours, from which variances are estimated."""
 MOST_CYCLES = 64
 MOST_FITS = 48
 """Largest number of fits in a bin of speed, spread over the bin's time."""
@@ -70,7 +70,7 @@ class Points(NamedTuple):
 
 
 class FitShape(NamedTuple):
-    """Number of cycles of a fit, polynomial degree of its amplitudes, and fitted half orders (o,)."""
+    """Shape of a fit: number of cycles, polynomial degree of the amplitudes, and the o fitted half orders."""
 
     cycles: int
     degree: int
@@ -105,7 +105,7 @@ class Orders:
 
     @property
     def bands(self) -> tuple[Array, Array]:
-        """Lower and upper end (s, o) of the 95 % band of the amplitudes."""
+        """Lower and upper end of the 95 % band of the amplitudes, (s, o) for each of s speeds and o orders."""
         size = np.abs(self.amplitudes)
         return np.maximum(0.0, size - BAND * self.errors), size + BAND * self.errors
 
@@ -200,7 +200,7 @@ def track(
 def fit_shape(
     points: Points, rotation: Rotation, wanted: Array, cycles: int | None = None, degree: int | None = None
 ) -> FitShape:
-    """Return cycles, degree and lines of fits that determine the wanted orders; ``InputError`` if impossible."""
+    """Return the shape of fits that determine the wanted orders; raises ``InputError`` if that is impossible."""
     low, high = rotation.speed_range
     steady = (high - low) / high < STEADY
     degree = (0 if steady else DEGREE) if degree is None else degree
@@ -257,7 +257,7 @@ def _speeds_at(rotation: Rotation, phase: Array) -> Array:
 
 
 class Fit(NamedTuple):
-    """Result of one fit: amplitudes (o,) and their standard errors.
+    """Result of one fit: amplitudes of o orders, (o,), and their standard errors.
 
     ``squares`` and ``noise`` (degree + 1, o) are mean squares and noise variances of amplitudes and their changes.
     """
@@ -269,7 +269,7 @@ class Fit(NamedTuple):
 
 
 def _fit(points: Points, place: float, shape: FitShape, held: Array | None = None) -> Fit:
-    """Fit all lines at a position; ``held`` are prior variances (degree + 1, o) of amplitudes and their changes.
+    """Fit all o orders at a position; ``held`` are prior variances (degree + 1, o) of amplitudes and their changes.
 
     The amplitude of each line comes from a fit in which this line has no prior and the others have.
     """
@@ -320,7 +320,7 @@ def _fit(points: Points, place: float, shape: FitShape, held: Array | None = Non
 
 
 def _freed(inverse: Array, penalty: Array) -> Array:
-    """Return matrices (o, 2, 2) that convert each line's amplitude with prior to its amplitude without prior.
+    """Return matrices that convert each order's amplitude with prior to its amplitude without prior, (o, 2, 2).
 
     With C a line's 2 x 2 block of the inverse in the fit with priors and p the penalty, C⁻¹ − p is the information of
     the points on this line.
@@ -335,7 +335,7 @@ def _freed(inverse: Array, penalty: Array) -> Array:
 
 
 def _held(fits: list[list[Fit]]) -> list[Array]:
-    """Return prior variances (degree + 1, o) of amplitudes and their changes in each bin, without noise.
+    """Return prior variances, without noise, of o amplitudes and their changes in each speed bin, (degree + 1, o).
 
     If a coefficient may be noise only, an amplitude gets ``ABSENT`` of its noise, and a change gets zero. The larger of
     the values from the bin alone and from the bin with its neighbours is used, so a resonance in one bin stays free.
@@ -356,7 +356,7 @@ def _held(fits: list[list[Fit]]) -> list[Array]:
 
 
 def _around(k: int, fits: list[list[Fit]]) -> range:
-    """Return the bins around bin k, at least its neighbours, that have ``POOLED`` fits (or all bins)."""
+    """Return the speed bins around bin ``k``, at least the neighbours, that have ``POOLED`` fits together."""
     for reach in range(1, len(fits) + 1):
         near = range(max(0, k - reach), min(len(fits), k + reach + 1))
         if sum(len(fits[j]) for j in near) >= POOLED:
@@ -374,14 +374,14 @@ def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
 
 
 def _joined(fits: list[Fit]) -> tuple[ComplexArray, Array, Array]:
-    """Return mean, standard error and coherence of the fits in a bin; neighbouring fits overlap by half a window."""
+    """Return mean, standard error and coherence of the fits in a speed bin; neighbours overlap by half a window."""
     found = np.array([one.amplitudes for one in fits])
     own = np.array([one.errors for one in fits])
     mean = found.mean(axis=0)
     power = np.mean(np.abs(found) ** 2, axis=0)
     coherence = np.where(power > 0.0, np.abs(mean) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
     if len(fits) < 3:
-        noise = 2.0 * np.mean(own**2, axis=0)  # of both components; the scatter of so few fits is not meaningful
+        noise = 2.0 * np.mean(own**2, axis=0)  # both components; the scatter of few fits is not meaningful
         single = np.abs(mean) ** 2 / np.maximum(np.abs(mean) ** 2 + noise, 1e-300)
         return mean, np.sqrt(np.mean(own**2, axis=0) / len(fits)), single
     scatter = np.sqrt(np.sum(np.abs(found - mean) ** 2, axis=0) / (len(fits) - 1) / 2.0)

@@ -29,7 +29,7 @@ MOST_UNKNOWNS = 40_000_000
 def envelopes(
     phase: Array, values: Array, step: float, orders: Array, bandwidth: float, poles: int = POLES
 ) -> NDArray[np.complex128]:
-    """Return complex envelopes (t, o), zero to peak, of orders of a signal sampled uniformly over time.
+    """Return complex envelopes (t, o), zero to peak, of o orders of a signal at t uniform times.
 
     Raises ``InputError`` for a bandwidth not below a quarter of the sampling rate, orders above the Nyquist frequency,
     or a record too long for the memory.

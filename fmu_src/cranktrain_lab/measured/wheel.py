@@ -22,16 +22,16 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 
 REACH = 9
-"""Number of intervals of the local median; less for wheels with few teeth."""
+"""Number of pulse intervals in the local median; fewer for wheels with few teeth."""
 DOUBLE = 0.55
-"""Fraction of the local interval below which an interval is part of a double pulse."""
+"""Ratio to the local median below which a pulse interval is part of a double pulse."""
 CYCLE = 4.0 * math.pi
 MOST_MISSING = 6
 """Number of consecutive missing pulses above which the shaft counts as at rest."""
 GRID = 8
 """Number of values of the mean rotation per cycle."""
 SPLINED = 4.0
-"""Least number of cycles for which the mean rotation is a spline; below it is a parabola."""
+"""Least number of cycles for which the mean rotation is a spline. For fewer cycles it is a parabola."""
 STIFF = 1e-7
 """Weight of sixth differences of the mean rotation's coefficients relative to its values."""
 FEWEST_REVOLUTIONS = 8
@@ -41,7 +41,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Wheel:
-    """Wheel with ``teeth`` per revolution, including the missing ones, and ``missing`` teeth in a gap (60−2).
+    """Toothed wheel with ``teeth`` per revolution, including missing teeth, and ``missing`` teeth in a gap (60−2).
 
     Several equal ``gaps`` are equally spaced.
     """
@@ -60,23 +60,23 @@ class Wheel:
 
     @property
     def pulses(self) -> int:
-        """Number of pulses per revolution."""
+        """Number of pulses of the wheel per revolution."""
         return self.teeth - self.gaps * self.missing
 
     @property
     def sector(self) -> Wheel:
-        """Sector from one gap to the next as a wheel of its own; the wheel itself if it has one gap."""
+        """Sector from one gap to the next as a separate wheel; the wheel itself if it has one gap."""
         return Wheel(self.teeth // self.gaps, self.missing)
 
     @property
     def name(self) -> str:
-        """Teeth and missing teeth in usual notation: 60-2, 60-2-2-2."""
+        """Name of the wheel in usual notation of teeth and missing teeth: 60-2, 60-2-2-2."""
         return f"{self.teeth}" + f"-{self.missing}" * self.gaps
 
 
 @dataclass(frozen=True)
 class Numbered:
-    """Pulses with tooth numbers.
+    """Pulses of a toothed wheel with their tooth numbers.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Numbered:
 
 
 def number_teeth(times: Array, wheel: Wheel, where: str) -> Numbered:
-    """Number the pulses of a wheel; ``InputError`` for fewer than two revolutions or a gap that does not recur.
+    """Number the pulses of a wheel; raises ``InputError`` for fewer than two revolutions or a gap that does not recur.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def _local(intervals: Array, wheel: Wheel) -> Array:
 
 
 def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
-    """Remove double pulses: of two that are too close, the one that fits its neighbours worse."""
+    """Remove double pulses: of two pulses that are too close, remove the pulse that fits the neighbours worse."""
     removed = 0
     for _ in range(3):
         intervals = np.diff(times)
@@ -167,14 +167,14 @@ def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
 def _from_the_gap(
     teeth: Indices, steps: Indices, wheel: Wheel, where: str
 ) -> tuple[Indices, tuple[tuple[int, int], ...]]:
-    """Return tooth numbers counted from the gap, corrected at each gap, and revolutions that do not fit."""
-    candidates = np.flatnonzero(steps == wheel.missing + 1) + 1  # first pulse after a gap
+    """Return tooth numbers counted from the gap and corrected at each gap, and the revolutions that do not fit."""
+    candidates = np.flatnonzero(steps == wheel.missing + 1) + 1  # index of the first pulse after a gap
     if not candidates.size:
         raise InputError(
             f"{where}: no gap of {wheel.missing} missing teeth among {teeth.size} pulses; check teeth and missing"
         )
     phase = teeth[candidates] % wheel.teeth
-    # The gap is at the most frequent tooth of candidates; lost pulses cause others. A slip changes the tooth.
+    # The gap is at the most frequent tooth of the candidates. Lost pulses cause other candidates; a slip moves the gap.
     found: list[int] = []
     slips: list[tuple[int, int]] = []
     shift = 0
@@ -217,13 +217,13 @@ def _absent(teeth: Indices, wheel: Wheel) -> int:
 
 
 def _recurs(teeth: Indices, candidates: Indices, at: int, wheel: Wheel) -> bool:
-    """True if another gap follows this one after a revolution."""
+    """True if a gap follows the gap at pulse ``at`` after one revolution, or if no gap follows at all."""
     behind = teeth[candidates[candidates > at]] - teeth[at]
     return bool(behind.size == 0 or np.any(behind[:4] == wheel.teeth))
 
 
 def learn_errors(numbered: Numbered, wheel: Wheel, window: tuple[float, float] | None, where: str) -> Array:
-    """Learn pitch errors of the teeth, (teeth,) rad with zero mean; errors of missing teeth are zero.
+    """Learn the pitch error of each tooth, (teeth,) rad, with zero mean. Errors of missing teeth are zero.
 
     Each revolution gives every tooth's deviation from the mean rotation over a cycle around it; the error is the mean
     over all revolutions. Raises ``InputError`` for too few revolutions.
@@ -316,7 +316,7 @@ class MeanRotation:
 
     @property
     def inner(self) -> tuple[float, float]:
-        """Range of angles whose mean uses a whole cycle around them, rad; all if there are fewer than two cycles."""
+        """Range of angles (rad) whose mean uses a whole cycle around the angle; all for fewer than two cycles."""
         half = 0.5 * CYCLE if np.ptp(self.angle) > 2.0 * CYCLE else 0.0
         return float(self.angle[0]) + half, float(self.angle[-1]) - half
 
@@ -341,7 +341,7 @@ class MeanRotation:
 
 
 def _rising(times: Array) -> Array:
-    """Check that times (k,) s of the mean rotation increase, and return them; ``InputError``."""
+    """Check that the k times (s) of the mean rotation increase, and return the times; raises ``InputError``."""
     falls = np.diff(times) <= 0.0
     if falls.any():
         raise InputError(

@@ -1,4 +1,4 @@
-"""Amplification matrix of one step of an integrator on a linear system, from its table, in plain NumPy.
+"""Amplification matrix of one step of an integrator on a linear system, from the integrator's table, in NumPy.
 
 A step of h on q̈ + C q̇ + K q = 0 applies a matrix to the state of the method: q, v and, depending on the method, the
 true acceleration a, generalised-α's auxiliary ā, or position and velocity of the previous step. The eigenvalues of this
@@ -21,11 +21,11 @@ from cranktrain.dynamics.time.integrators import carried, family
 from cranktrain.dynamics.time.table import coefficients
 
 System = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]
-"""Stiffness K and damping C, (n, n) over unit mass, at a time."""
+"""Linear system of unit mass: function that returns stiffness K and damping C, (n, n), at a time."""
 
 
 def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArray[Any]:
-    """Return the matrix (k n, k n) of a step from ``t`` to ``t + h`` for k state blocks of size n.
+    """Return the amplification matrix (k n, k n) of a step from ``t`` to ``t + h``, for k state blocks of n values.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def radius(table: Array, h: float, stiffness: complex, damping: complex = 0.0) -
 
 
 def scaled(matrix: NDArray[Any], table: Array, rate: float) -> NDArray[Any]:
-    """Return a step's matrix with scaled blocks: velocities over ``rate`` (1/s), accelerations over its square."""
+    """Return a step's matrix for velocities divided by ``rate`` (1/s), and accelerations by ``rate`` squared."""
     blocks = carried(table)
     scale = np.repeat([rate**power for _, power in blocks], matrix.shape[0] // len(blocks))
     return matrix * scale[None, :] / scale[:, None]

@@ -46,7 +46,7 @@ from cranktrain_lab.stability.rotor import film_law, film_rotor
 from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap, curve
 
 MASS, LOAD = 10.0, 5000.0
-"""Mass (kg) and load (N) of each of the rotor's bearings."""
+"""Mass (kg) and load (N) of the rotor for each bearing."""
 SAME = 0.01
 """Tolerance, in clearances, between final positions of all starts at a speed."""
 COARSE = 0.025
@@ -56,7 +56,7 @@ NEWTON_STEPS = 60
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Result of one start: success, steps of the search, failed sub-steps, and final position.
+    """Result of one cold start: success, steps of the search, failed sub-steps, and the journals' final position.
 
     ``released`` and ``released_rejected`` are success and failed sub-steps of the cycle without a search. ``place``
     (b,) is the complex position of each main journal in space over its clearance after the cycle.
@@ -71,7 +71,7 @@ class Start:
 
 
 def journals(simulation: Simulation, state: Array, angle: float = 0.0) -> np.ndarray:
-    """Return complex positions x + iy (b,) of the main journals in space over their clearance."""
+    """Return positions x + iy of the b main journals in space, divided by their clearance, (b,)."""
     model, n = simulation.model, simulation.model.omega2.size
     u = journal_shapes(model) @ state[offset(POSITION, n) : offset(POSITION, n) + model.ports.shape[1]]
     return np.asarray((u[::2] + 1j * u[1::2]) / model.bearings[:, CLEARANCE] * np.exp(1j * angle))
@@ -94,7 +94,7 @@ def placed(simulation: Simulation, eccentricity: float, direction: float) -> Arr
 
 
 def start(simulation: Simulation, eccentricity: float, direction: float) -> Start:
-    """Start with the journals at a position and run a cycle, then run a cycle from there without a search."""
+    """Start with the journals at a position and run a cycle, then run a second cycle without a search."""
     model, work, inputs = simulation.model, simulation.work, simulation.inputs
     begin = rigid_start(model, float(inputs[0])) if simulation.settings.gas_source == "builtin" else None
     state = placed(simulation, eccentricity, direction)
@@ -114,7 +114,7 @@ def start(simulation: Simulation, eccentricity: float, direction: float) -> Star
 
 
 def _cycle(simulation: Simulation, state: Array) -> tuple[bool, int]:
-    """Run two revolutions from a state; return True on success, and the number of failed (halved) sub-steps."""
+    """Run two revolutions from a state. Return True on success, and the number of failed (halved) sub-steps."""
     work = simulation.work
     simulation.state = state
     work.counters[:] = 0.0
@@ -216,7 +216,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             if speed > 0.0:
                 exact = reynolds_equilibrium(simulation, speed)
                 away = max(away, abs(reached[-1] - exact) / abs(exact))
-    # The last direction equals the first one.
+    # The last direction of the map equals the first direction.
     stable[:, -1], search[:, -1] = stable[:, 0], search[:, 0]
     lost |= {(i, directions.size - 1) for i, j in lost if j == 0}
     rotor = film_rotor(MASS, LOAD, speeds[-1])

@@ -49,23 +49,23 @@ from cranktrain_lab.stability.stability_map import (
 
 SPEED = 2000.0 * RPM
 WAYS = (("gauss-seidel", OWN), ("jacobi", OWN), ("gauss-seidel", "linear"), ("jacobi", "linear"), ("jacobi", "hold"))
-"""Pairs of scheme and reconstruction; the first one fills the map."""
+"""Pairs of scheme and pressure reconstruction. The map's colours belong to the first pair."""
 ALLOWED = 0.005
 """Error of a cycle's work beyond which a communication step counts as too long."""
 PHASES = 7
 """Number of positions of the communication points; odd, so that no symmetry of the cycle hides an error."""
 RUN_IN = 3
-"""Number of communication steps until three samples are known."""
+"""Number of communication steps of the run-in, until three samples are known."""
 STARTS = math.radians(-360.0)
 """Crank angle relative to firing at which runs begin, rad; the valves are open there."""
 PIECE = math.radians(0.1)
 """Step of crank angle for integration of work, rad."""
 FINE = math.radians(0.1)
-"""Step of the run that gives the pressure for theory, rad."""
+"""Step of crank angle of the run that gives the pressure for the theoretical curve, rad."""
 SHORTEST, LONGEST = 0.08, 24.0
 """Range of communication steps, degrees."""
 BRACKET = 1.1
-"""Factor of the search range: from the first estimate divided by it to the estimate multiplied by it."""
+"""Factor of the search range: from the first estimate divided by this factor to the estimate times this factor."""
 
 
 @kernel
@@ -117,13 +117,13 @@ class UniformCrank:
         self.state[TIME] = t_end
 
     def read(self, places: Sequence[int]) -> list[float]:
-        """Return angle, rad, and speed, rad/s."""
+        """Return crank angle (rad) and speed (rad/s) as outputs."""
         return [(self._start + SPEED * self._time, SPEED)[place] for place in places]
 
 
 @cache
 def burn(duration: float) -> CycleSettings:
-    """Return settings of one cylinder of the six, with most of the fuel burnt over a crank angle, rad."""
+    """Return settings of one cylinder of the six, with most of the fuel burnt over the angle ``duration``, rad."""
     settings = load(module_files()["combustion_i6"])
     return replace(settings, firing_angles=(0.0,), premixed_factor=0.0, premixed_duration=duration)
 
@@ -256,7 +256,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     for k, way in enumerate(ways):
         name = ", ".join(way)
         progress(f"longest step: {name}", k / (len(ways) + 1.0))
-        # The boundary is irregular as communication points move across the burn, so both searches have equal bounds.
+        # The boundary is irregular, because communication points move across the burn. Both searches have equal bounds.
         rough = longest_steps(drawn_work, durations, way)
         exact = longest_steps(drawn_work, durations, way, rough)
         coupled = longest_steps(found_work, durations[::every], way, rough[::every])

@@ -29,11 +29,11 @@ from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap,
 MASS, LOAD = 10.0, 2000.0
 """Mass (kg) and load (N) of each bearing."""
 SETTLING, TAIL, LEFT = 20, 10, 0.01
-"""Number of steps within which ringing must end, number of steps evaluated afterwards, and allowed remainder."""
+"""Number of steps within which ringing must end, number of later steps evaluated, and allowed remaining ringing."""
 JOLT = 0.01
 """Initial displacement (jolt) as a fraction of the depth of contact."""
 LEAST_RHO = 1.0e-6
-"""Least spectral radius at infinity in the search for the largest one whose ringing ends."""
+"""Least spectral radius at infinity in the search for the largest radius at which ringing ends."""
 THIN = 1.0e-9
 """Factor on the viscosity that makes the film negligible."""
 
@@ -96,7 +96,7 @@ def ringing(forces: Array) -> float:
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """Compute the map over step and ρ∞."""
+    """Compute the map over the step and the spectral radius at infinity ρ∞."""
     degrees = np.geomspace(0.05, 10.0, 13 if quick else 33)
     rhos = np.linspace(0.0, 1.0, 21 if quick else 51)
     steps, count = np.radians(degrees) / SPEED, SETTLING + TAIL

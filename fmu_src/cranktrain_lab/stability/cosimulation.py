@@ -21,7 +21,7 @@ from cranktrain_lab.stability.two_mass import (
 )
 
 REFERENCE = Coupling("force/displacement", "jacobi", "hold")
-"""Coupling whose stability fills the map."""
+"""Coupling whose stability the map's colours show."""
 DRAWN = (
     REFERENCE,
     Coupling("force/displacement", "jacobi", "linear"),
@@ -35,7 +35,7 @@ DRAWN = (
 LONGEST = 4.0
 """Longest communication step in the search, in units of √(m₁/c)."""
 BRACKET = 1.04
-"""Factor of the search range about the theoretical onset: from it divided to it multiplied by this factor."""
+"""Factor of the search range: from the theoretical onset divided by this factor to the onset times this factor."""
 _EXPLANATION = """\
 A slave that holds or extrapolates its inputs acts on the past: the coupling spring pushes about H/2 late, which \
 feeds energy in like a damper of −c_c H/2. Where this outweighs the dampers the coupled motion grows, though each \
@@ -84,12 +84,12 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
 
 def critical_steps(coupling: Coupling, ratios: Array) -> list[Onset]:
-    """Return the critical communication step of exactly solved slaves, by mass ratio (k,)."""
+    """Return the critical communication step of exactly solved slaves for each of k mass ratios."""
     return [critical_step(TwoMass(m2=float(ratio)), coupling, LONGEST, 1.0e-7) for ratio in ratios]
 
 
 def simulated_steps(coupling: Coupling, ratios: Array, exact: list[Onset]) -> list[Onset]:
-    """Return the critical communication step of integrating slaves, searched about the exact ones if they exist."""
+    """Return the critical communication step of integrating slaves for each of k mass ratios, near ``exact``."""
     found = []
     for ratio, step in zip(ratios, exact, strict=True):
         low, high = (step / BRACKET, step * BRACKET) if math.isfinite(step) else (LONGEST / BRACKET, LONGEST)

@@ -13,7 +13,7 @@ from cranktrain_lab.stability.stability_map import Array, Axis, StabilityMap
 
 UNSTABLE = "#c8553d"
 COLOURS = ("#12355b", "#a02c7a", "#2f7d3c", "#b07a12", "#444444", "#0b7f8a", "#7a3b12", "#5a4fcf")
-"""Colours of curves by label; a numerical curve has the colour of its theoretical curve."""
+"""Colours of curves by label. A numerical curve has the colour of the theoretical curve of the same case."""
 MARKERS = ("o", "s", "^", "D", "v", "P")
 WRAP = 135
 
@@ -90,7 +90,7 @@ def _scale(own: Any, axis: Axis) -> None:
 
 
 def save_map(folder: Path, found: StabilityMap) -> list[Path]:
-    """Write ``NAME.png`` and ``NAME.svg`` into ``folder``; returns their paths."""
+    """Write ``NAME.png`` and ``NAME.svg`` into ``folder``. Return their paths."""
     return [save_figure(map_figure(found), folder / f"{found.name}{suffix}") for suffix in (".png", ".svg")]
 
 

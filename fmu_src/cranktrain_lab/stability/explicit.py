@@ -26,7 +26,7 @@ METHODS = {"rk4": RK4, "central-differences": CENTRAL}
 
 
 class FilmedJournal(NamedTuple):
-    """Journal of ``mass`` (kg) under a downward ``load`` (N), with half its speed (rad/s) and its film's law."""
+    """Journal of ``mass`` (kg) under a downward ``load`` (N), with half of the speed (rad/s) and a film's force law."""
 
     mass: float
     load: float
@@ -54,9 +54,9 @@ def spectral_radius(matrix: Array) -> float:
 
 
 V_X, V_Y = 2, 3
-"""Slots of the velocity in y = [x, y, vx, vy]."""
+"""Indices of the velocities in the state y = [x, y, vx, vy]."""
 OUT, POINT, TOTAL, SLOPE, ROWS = range(5)
-"""Rows of scratch (ROWS, 16): the film law's results, a stage's y, the stages' sum, a stage's ẏ."""
+"""Rows of the scratch array (ROWS, 16): results of the film law, state of a stage, sum of the stages, its rates."""
 
 
 @kernel
@@ -71,7 +71,7 @@ def rates(journal, y, out, slope):
 
 @kernel
 def march(method, h, steps, limit, journal, watched, y, work):
-    """Take up to ``steps`` explicit steps of the journal from ``y`` (4,), which is overwritten; returns steps taken.
+    """Take up to ``steps`` explicit steps of the journal from ``y`` (4,), which is overwritten. Return steps taken.
 
     Stops where |left · (y − start)|, with ``watched`` (2, 4) = [left, start], leaves 1/limit to limit times its first
     value. ``work`` is (ROWS, 16).
@@ -107,7 +107,7 @@ def march(method, h, steps, limit, journal, watched, y, work):
 
 @kernel
 def away_from(watched, y):
-    """Return the amplitude |left · (y − start)| of the watched motion."""
+    """Return the amplitude |left · (y − start)| of the watched eigenmotion at state ``y``."""
     away = 0.0
     for i in range(4):
         away += watched[0, i] * (y[i] - watched[1, i])

@@ -1,4 +1,4 @@
-"""Storage of computed maps, so that an interrupted run continues with the missing ones.
+"""Storage of computed maps, so that an interrupted run continues with the missing maps.
 
 A stored map is valid only for the code that made it. Its digest covers all imports of its module, and the shipped
 engines.
@@ -18,7 +18,7 @@ from cranktrain_lab.stability import MAPS
 from cranktrain_lab.stability.stability_map import StabilityMap, as_record, from_record
 
 Tell = Callable[[str, str, float], None]
-"""Function that is called with the map, its stage and its completed fraction."""
+"""Function to call with a map's name, the stage of its computation and the completed fraction."""
 
 UNDER_WAY = 0.999
 """Largest fraction that the progress of a map may report, because a map is done only when it is stored."""
@@ -32,7 +32,7 @@ def maps(
     workers: int | None = None,
     progress: Tell | None = None,
 ) -> Iterator[tuple[StabilityMap, float]]:
-    """Yield each map by name, read from the store or computed and stored, with its computing time, s (0: read).
+    """Yield each map, read from the store or computed and stored, with the computing time in s (0: read).
 
     Parameters
     ----------

@@ -31,14 +31,14 @@ from cranktrain.engine.file import load_engine
 from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, StabilityMap, curve, deviation, onset
 
 ALLOWED = 0.01
-"""Error above which the truncated body fails."""
+"""Relative error of the receptance above which a truncated body fails."""
 POLYNOMIALS = 240
-"""Number of Ritz functions of the shaft; some two thirds of its modes are accurate."""
+"""Number of Ritz functions of the uniform shaft. Some two thirds of the resulting modes are accurate."""
 DIAMETER, LENGTH, SHEAR_MODULUS, DENSITY = 0.06, 0.8, 80.8e9, 7850.0
 COARSE = 0.025
 """Mesh size of the six's crankshaft in a quick map, m."""
 LEAST, NEAR_RESONANCE = 1.0e-3, 1.0e-6
-"""Search range of limits as fractions of the first omitted frequency: from the first value to 1 minus the second."""
+"""Search range of usable frequencies, relative to the first omitted frequency: LEAST to 1 − NEAR_RESONANCE."""
 BESIDE = 1.0e-7
 """Relative distance from a modal frequency within which the receptance is evaluated next to the frequency."""
 Loads = Sequence[tuple[str, int]]
@@ -132,13 +132,13 @@ def truncation_error(
 
 
 def usable_share(error: Callable[[float], float], tolerance: float) -> Onset:
-    """Return the fraction of the first omitted frequency up to which ``error(share)`` stays within the tolerance."""
+    """Return the fraction of the first omitted frequency up to which ``error(fraction)`` is at most ``ALLOWED``."""
     places = np.array([LEAST, 1.0 - NEAR_RESONANCE])
     return onset(lambda share: error(share) > ALLOWED, places, tolerance, LEAST)
 
 
 def shaft_error(modes: int, x: float, complete: bool) -> float:
-    """Return the error of the uniform shaft in closed form, at x times its first frequency."""
+    """Return the truncated uniform shaft's error in closed form, at x times the shaft's first frequency."""
     omitted = (digamma(modes + 1 + x) - digamma(modes + 1 - x)) / (2.0 * x)
     if not complete:
         return float(omitted / zeta(2))
@@ -147,12 +147,12 @@ def shaft_error(modes: int, x: float, complete: bool) -> float:
 
 
 def shaft_limit(modes: int, complete: bool) -> Onset:
-    """Return the usable fraction of the uniform shaft in closed form."""
+    """Return the usable fraction of the first omitted frequency for the uniform shaft, in closed form."""
     return usable_share(lambda share: shaft_error(modes, share * (modes + 1), complete), 1.0e-9)
 
 
 def limits(body: ReducedBody, counts: Array, loads: Loads, answers: Loads | None, complete: bool) -> list[Onset]:
-    """Return usable fractions (k,) of the first omitted frequency, by number of retained elastic modes."""
+    """Return usable fractions of the first omitted frequency for each of k numbers of retained elastic modes."""
     found = []
     for count in counts.astype(int):
         short = cut(body, count, loads, complete)

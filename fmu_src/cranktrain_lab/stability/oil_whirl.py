@@ -46,17 +46,17 @@ from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, Stabil
 ECCENTRICITY = 0.4
 METHODS = ("generalised-alpha:0.6",)
 OTHERS = ("hht:-0.1", "bdf2")
-"""Methods of every map in addition to backward Euler and the default, and further methods of the full map."""
+"""Integrators of every map in addition to backward Euler and the default, and more for the full map."""
 LOWEST, HIGHEST = 0.7, 3.0
 """Search range of the onset, as ratios of speed to threshold."""
 LEAST = 0.05
-"""Lower bound of the search if whirl has set in at the lowest speed already."""
+"""Lower bound of the search (speed over threshold) if whirl has already set in at the lowest speed."""
 APART = 0.15
-"""Spacing (ln) of the speeds in the first, coarse search."""
+"""Spacing of the logarithms of speed in the first, coarse search."""
 KICK = 1.0e-4
 """Displacement from the orbit for differences over a revolution, in clearances and clearances times ω."""
 NEWTON = 1.0e-11
-"""Newton tolerance, small enough not to disturb differences of size KICK."""
+"""Tolerance of Newton's method, small enough not to disturb differences of size KICK."""
 _TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
@@ -115,7 +115,7 @@ def linear_growth(method: str, step: float, law: MapFilm, film: LinearFilm, mass
 
     count = round(2.0 * math.pi / step)
     h, table = 2.0 * math.pi / SPEED / count, integrator_table(method)
-    # The film is periodic in half a revolution.
+    # In the rotating frame the film is periodic in half a revolution.
     half = count // 2 if count % 2 == 0 else count
     over = np.eye(2 * len(carried(table)))
     for k in range(half):
@@ -136,7 +136,7 @@ def running_growth(method: str, step: float, film: LinearFilm, mass: float) -> f
     # Two-step methods begin with an artificial previous step.
     _revolved(simulation, count)
     for _ in range(2):
-        # The method's closed orbit differs slightly from the film's equilibrium.
+        # The closed orbit of the numerical method differs slightly from the film's equilibrium.
         start, end = simulation.state, _revolved(simulation, count)
         matrix = _map(simulation, count, start, end, at, unit)
         start[at] += unit * np.linalg.solve(np.eye(at.size) - matrix, (end - start)[at] / unit)

@@ -23,7 +23,7 @@ Deviations are relative, in the parameter that was bisected. `cranktrain stabili
 
 
 def page(maps: Sequence[StabilityMap], pictures: Sequence[str]) -> str:
-    """Return the page of some maps, with paths of their pictures relative to the page."""
+    """Return the Markdown page of some maps; ``pictures`` are the pictures' paths relative to the page."""
     parts = [HEAD]
     parts.append("| map | largest difference of what was found from theory |\n| --- | --- |")
     for found in maps:
@@ -46,7 +46,7 @@ def _verdicts(boundary: Boundary) -> str:
 
 
 def shown_deviation(found: StabilityMap) -> str:
-    """Return the largest deviation as text."""
+    """Return a map's largest deviation between theory and product as text."""
     return "no theory" if found.max_deviation is None else f"{100.0 * found.max_deviation:.2g} %"
 
 

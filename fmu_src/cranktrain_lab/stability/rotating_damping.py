@@ -49,9 +49,9 @@ DISC, NATURAL = 50.0, 2.0 * math.pi * 50.0
 OUTER = 0.02
 """Outer damping c_e over m ω_n, a damping ratio of 0.01."""
 HOLD = 1e7
-"""Ratio of the stiffness of the journals' bearings to the shaft's."""
+"""Ratio of the bearings' stiffness to the shaft's stiffness."""
 USUAL_STEP, EULER_STEP = 2.5, 0.25
-"""Steps in degrees of rotation: the usual one, and one at which backward Euler shows the instability at all."""
+"""Steps in degrees of rotation: the usual step, and a step so small that backward Euler shows the instability."""
 SLOWEST, FASTEST = 0.1, 40.0
 """Search range of a method's onset, as ratios of speed to ω_n."""
 KICK = 1.0e-8
@@ -62,7 +62,7 @@ LATERAL = [0, 1, 6, 7]
 
 
 class Laval:
-    """Laval rotor in the running model.
+    """Laval rotor (disc on an elastic shaft) in the running model.
 
     Parameters
     ----------

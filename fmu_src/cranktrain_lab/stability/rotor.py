@@ -25,7 +25,7 @@ from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
 
 NOTHING = 1.0e-7
-"""Mass (kg) and inertia of nominally massless parts, because zero cannot be inverted."""
+"""Mass (kg) and inertia (kg m²) of nominally massless parts, because zero cannot be inverted."""
 SPAN = 0.064
 """Distance of the outer bearings from the mass centre, m."""
 SPEED = 2000.0 * RPM
@@ -33,7 +33,7 @@ SPEED = 2000.0 * RPM
 
 
 def rotor_engine(bearings: int = 2) -> Engine:
-    """Return an engine with the in-line six's oil and main bearing, and with a massless rod."""
+    """Return an engine with oil and main bearings of the shipped in-line six, and with a massless rod."""
     engine = load_engine("diesel_i6")
     width = engine.crankshaft.main_widths[0]
     return replace(
@@ -126,7 +126,7 @@ class LinearFilm:
 
 
 def film_law(bearing: Array) -> MapFilm:
-    """Return the film law of a bearing's parameters, with its map."""
+    """Return the film's force law, with its map, for a bearing's parameters."""
     clearance, factor, height, load = (float(bearing[k]) for k in (CLEARANCE, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD))
     return MapFilm(clearance, factor, height, load, impedance_map(float(bearing[KAPPA2])))
 
@@ -148,6 +148,6 @@ def film_at(eccentricity: float, law: MapFilm, speed: float = SPEED) -> LinearFi
 
 
 def modal_places(simulation: Simulation, modes: list[int], blocks: list[int]) -> NDArray[np.intp]:
-    """Return state indices (blocks, modes) of some modes: position, velocity and other data of integrators."""
+    """Return state indices (blocks, modes) of some modes in some blocks, such as positions and velocities."""
     n = simulation.model.omega2.size
     return np.array([[offset(block, n) + k for k in modes] for block in blocks])

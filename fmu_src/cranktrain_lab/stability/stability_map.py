@@ -104,11 +104,11 @@ class Onset(float):
         return math.isfinite(self) and not self.below
 
     def scaled(self, factor: float) -> Onset:
-        """Return the onset in another unit."""
+        """Return the onset with its values multiplied by ``factor``, for another unit."""
         return Onset(factor * self, self.below, factor * self.limit)
 
     def __str__(self) -> str:
-        """Return the verdict as text for a curve."""
+        """Return the verdict of the search as text for a curve's point."""
         if math.isinf(self):
             return f"stable to {self.limit:.4g}"
         return f"{'below ' if self.below else ''}{float(self):.4g}"
@@ -156,7 +156,7 @@ def bisected(fails: Callable[[float], bool], low: float, high: float, tolerance:
 
 
 def deviation(numerical: Array, theory: Array) -> float:
-    """Return the largest relative difference of two boundaries (k,); ``nan`` if neither has a point.
+    """Return the largest relative difference of two boundaries at k points; ``nan`` if neither has a point.
 
     It is infinite if only one of them has a point, because a missing boundary is no agreement.
     """
@@ -190,7 +190,7 @@ def as_record(found: StabilityMap) -> dict[str, Any]:
 
 
 def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
-    """Restore a map from :func:`as_record`; ``KeyError``, ``TypeError`` or ``ValueError`` for invalid data."""
+    """Restore a map from :func:`as_record`; raises ``KeyError``, ``TypeError`` or ``ValueError`` for invalid data."""
     plain = dict(record)
     axes = plain.pop("axes")
     for which in ("rows", "columns"):

@@ -42,12 +42,12 @@ from cranktrain_lab.stability.stability_map import (
 )
 
 MASS = 10.0
-"""kg a bearing: a seventh of the six's crank, its flywheel aside. Light enough that no film whirls."""
+"""Mass of the journal, kg: a seventh of the six's crank without flywheel, so light that no film whirls."""
 LOAD = 1000.0
-"""Load (N) of the model that the bearing's data are read from; the journal is then placed at the wanted
-eccentricity."""
+"""Load (N) of the model from which the bearing's data are read. The journal is placed at each eccentricity
+afterwards."""
 STEPS, LIMIT = 4000, 100.0
-"""Largest number of explicit steps, and factor of growth or decay of the fastest motion at which they end."""
+"""Largest number of explicit steps, and factor of growth or decay of the fastest motion at which stepping ends."""
 KICK = 1.0e-4
 """Initial velocity of the fastest motion over the surface speed, small enough for a linear film force."""
 RADIUS = 1.0 + 1.0e-9
@@ -55,7 +55,7 @@ RADIUS = 1.0 + 1.0e-9
 BLOW = 30.0
 """Factor of the sudden increase of the journal's load."""
 LONGEST, LEAST = 90.0, 1.0e-3
-"""Longest step of the running model that is tried, degrees, and the shortest, for films that reject 0.1 degrees."""
+"""Longest and shortest step of the running model that are tried, degrees (some films reject 0.1 degrees)."""
 
 
 BRACKET, LEAST_SHARE = np.array([0.5, 5.0]), 1.0e-3
@@ -78,7 +78,7 @@ def theoretical_limit(method: str, system: Array) -> Onset:
 
 
 def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> Onset:
-    """Return the longest step, s, at which the fastest motion decays with the method in the nonlinear film."""
+    """Return the longest step (s) at which an explicit method lets the fastest motion in the nonlinear film decay."""
     system = journal_system(film, mass)
     left, right = _fastest(system)
     shortest = 1.0 / float(np.abs(np.linalg.eigvals(system)).max())
@@ -120,7 +120,7 @@ def _fastest(system: Array) -> tuple[Array, Array]:
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:
-    """Compute the map over step and film stiffness."""
+    """Compute the stability map over step and film stiffness."""
     count, tried = (8, 21) if quick else (20, 61)
     eccentricities = 1.0 - np.geomspace(0.9, 0.02, count)
     law = film_law(film_rotor(MASS, LOAD).model.bearings[0])

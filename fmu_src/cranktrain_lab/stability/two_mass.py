@@ -1,4 +1,4 @@
-"""Two masses as separate simulations, coupled by a minimal master.
+"""Two masses as separate simulations, coupled by a minimal co-simulation master.
 
     m₁ ẍ₁ = −c₁ x₁ − d₁ ẋ₁ + F,   m₂ ẍ₂ = −c₂ x₂ − d₂ ẋ₂ − F,   F = c_c (x₂ − x₁) + d_c (ẋ₂ − ẋ₁)
 
@@ -34,16 +34,16 @@ from cranktrain_lab.stability.stability_map import Onset, onset
 DECOMPOSITIONS = {"force/displacement": 0, "displacement/displacement": 1}
 SEQUENCES = {"jacobi": 0, "gauss-seidel 1-2": 1, "gauss-seidel 2-1": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "quadratic": 2}
-# Coupled state: x₁, v₁, x₂, v₂, then for each slave's two inputs the present values and those at the last two points.
+# Coupled state: x₁, v₁, x₂, v₂, then two inputs of each slave, at present and at the last two points.
 SIZE = 16
 _FIRST_INPUT, _SECOND_INPUT = 4, 10
 INTEGRATOR = integrator_table("sdirk4")
-"""Integrator of the slaves. All its stages are implicit, so it needs no initial acceleration."""
+"""Integrator of the slaves. All stages are implicit, so the integrator needs no initial acceleration."""
 INNER_STEP = 0.15
-"""Step of this integrator in units of 1/ω of the slave's fastest motion."""
+"""Step of the slaves' integrator in units of 1/ω of the slave's fastest motion."""
 SHORTEST_SHARE, SCANNED, LEAST_SHARE = 2.0e-2, 90, 1.0e-6
-"""Search for instability: first communication step over the longest, number of steps, and the shortest step over the
-longest, to which the search continues if the first step is unstable."""
+"""Search for instability: shortest communication step over the longest, number of steps, and the least ratio to which
+the search continues if the shortest step is unstable."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class TwoMass:
 
 @dataclass(frozen=True)
 class Coupling:
-    """Coupling of the two masses; ``InputError`` for an unknown one."""
+    """Coupling of the two masses; raises ``InputError`` for an unknown one."""
 
     decomposition: str = "force/displacement"
     sequence: str = "jacobi"
@@ -177,7 +177,7 @@ def _propagation(motion: Array, inputs: Array, step: float, degree: int) -> tupl
     system[:2, :2] = motion * step
     system[:2, 2:4] = inputs * step
     for k in range(degree):
-        # A chain of integrators generates τ^k/k!.
+        # A chain of integrators generates the inputs τ^k/k!.
         system[2 + 2 * k : 4 + 2 * k, 4 + 2 * k : 6 + 2 * k] = np.eye(2)
     flow = expm(system)
     answers = [math.factorial(k) * flow[:2, 2 + 2 * k : 4 + 2 * k] for k in range(degree + 1)]
@@ -187,7 +187,7 @@ def _propagation(motion: Array, inputs: Array, step: float, degree: int) -> tupl
 def _integrated(motion: Array, inputs: Array, step: float, degree: int, inner: int) -> tuple[Array, list[Array]]:
     """Return flow and responses as :func:`_propagation`, for a slave with ``inner`` steps of its integrator."""
     h, n = step / inner, degree + 2
-    # The state also contains powers of the time within a step, which act as forces.
+    # The state also contains powers of the time within a step, because these powers act as forces.
     damping = np.zeros((n, n))
     damping[0, 0] = -motion[1, 1]
 

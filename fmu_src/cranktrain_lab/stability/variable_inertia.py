@@ -52,19 +52,18 @@ THROW, NATURAL = 0.5, 100.0
 LENGTH = 1.0e4
 """Ratio of rod length to throw, at which the rod's obliquity changes the inertia by 1e-4."""
 STIFF = 1.0e12
-"""Stiffness of the bearings, N/m, high enough to have no effect."""
+"""Stiffness of the bearings, N/m, so high that the bearings have no effect."""
 STEP = math.radians(2.5)
 INTEGRATOR = "sdirk4"
-"""Step of the runs, and an integrator whose stages are all implicit: it needs no acceleration to
-start with."""
+"""Integrator of the runs. All stages are implicit, so the integrator needs no initial acceleration."""
 KICK = 1.0e-4
-"""Initial displacement (rad), and initial velocity over Ω, of the displaced runs."""
+"""Initial displacement (rad), and initial velocity over Ω, of runs for the monodromy matrix."""
 GROWS = 1.0e-4
-"""Least growth over half a turn that counts as unstable; numerical errors are smaller."""
+"""Least growth over half a turn that counts as unstable. Numerical errors are smaller."""
 BANDS = {1: (0.6, 1.15), 2: (1.85, 2.01)}
-"""Ranges of ν that contain the bands about 1 and 2 for the ε of the map."""
+"""Ranges of ν = ω_n/Ω that contain the instability bands about 1 and 2 for all ε of the map."""
 WIDER = np.array([1.5, 3.0, 6.0])
-"""Distances from the middle of a band, in half widths, at which a stable motion is searched, one after the other."""
+"""Distances from the middle of an instability band, in half widths, at which a stable motion is searched in turn."""
 ZOOMS, ZOOMED = 6, 41
 """Nested grids of ν in which an exact edge is found, each between two neighbours of the previous grid."""
 _EXPLANATION = """\
@@ -120,7 +119,7 @@ class SingleCrank:
         return np.column_stack((displaced - rest, hastened - rest)) / kick
 
     def after(self, nu: float, lead: float, rate: float, half_turns: int = 1) -> Array:
-        """Return φ and φ̇/Ω (2,) a number of half turns after initial values ``lead`` and ``rate``."""
+        """Return φ and φ̇/Ω, (2,), after some half turns from the initial values ``lead`` and ``rate``."""
         simulation = self.simulation
         speed = NATURAL / nu
         wobble = 2.0 * self.epsilon / nu**2
@@ -176,7 +175,7 @@ def floquet(epsilon: float, nu: Array, steps: int = 400) -> tuple[Array, Array]:
 
 def exact_band(epsilon: float, band: int) -> tuple[float, float]:
     """Return lower and upper ν of a band of instability, from the exact monodromy matrix; NaN if there is none."""
-    # The trace is −2 at the edges of the first band, +2 at those of the second.
+    # The trace is −2 at the edges of the first band, and +2 at the edges of the second band.
     sign = -1.0 if band % 2 else 1.0
 
     def beyond(nu: Array) -> Array:
@@ -246,7 +245,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
             for side in (0, 1):
                 edges[band, side][:, i] = exact[side], found[side]
     theory, simulated = [], []
-    # A band is one curve along its lower edge and back along its upper edge.
+    # The curve of a band goes along the band's lower edge and back along the upper edge.
     rows = np.concatenate((shares[::-1], shares))
     for band in BANDS:
         both = np.concatenate((edges[band, 0][:, ::-1], edges[band, 1]), axis=1)

@@ -11,7 +11,7 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 
 CYCLES = 6
-"""Number of cycles of a run, after which the transient due to its own method and step has decayed."""
+"""Number of cycles of a run, after which the transient due to the run's method and step has decayed."""
 GRID_DEG = 1.0
 COMMUNICATION_DEG = 3.0
 """Interval of stored outputs, degrees (or the next multiple of the step), so that output costs are equal."""
@@ -55,12 +55,12 @@ class Case:
 
     @property
     def step_deg(self) -> float:
-        """Internal step, degrees."""
+        """Step of the integrator, degrees of crank angle."""
         return round(math.degrees(self.levels.step), 9)
 
     @property
     def kept_deg(self) -> float:
-        """Degrees between stored outputs."""
+        """Crank angle between stored outputs, degrees."""
         if self.interval_deg is not None:
             return self.interval_deg
         if self.coupled_deg is not None:
@@ -74,11 +74,11 @@ class Case:
 
     @property
     def simulated(self) -> float:
-        """Simulated seconds."""
+        """Simulated time of the run, s."""
         return self.cycles * self.period
 
     def parameters(self) -> dict[str, Any]:
-        """Return the choice in numbers and names, as stored in points."""
+        """Return the case's settings as numbers and names, as stored in points of the study."""
         levels = self.levels
         found: dict[str, Any] = {
             "speed_rpm": round(self.speed / RPM, 6),

@@ -26,9 +26,9 @@ KINDS = {
 }
 MARKS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*")
 LEAST = 1.0e-9
-"""Least error in charts; smaller ones are drawn at this value."""
+"""Least error in charts. Smaller errors are drawn at this value."""
 FARTHEST = 30.0
-"""Largest error in charts; larger ones only mean a useless result and are not drawn."""
+"""Largest error in charts. Larger errors mean a useless result and are not drawn."""
 MARK = 6.0
 """Half the size of a mark, in points, for placing labels."""
 PLACES = (

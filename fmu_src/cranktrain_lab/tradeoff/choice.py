@@ -9,7 +9,7 @@ from cranktrain_lab.tradeoff.study import Study
 
 ACCURACIES = (0.1, 0.01, 0.001)
 NAMED = 4
-"""Largest number of runs with unsettled start that are listed."""
+"""Largest number of runs that the text lists because their start is not periodic."""
 
 
 def choice_text(study: Study) -> str:
@@ -37,7 +37,7 @@ def choice_text(study: Study) -> str:
 
 
 def unsettled_lines(points: Sequence[Point]) -> list[str]:
-    """Return lines on runs or references of a scene that began in a motion that is not periodic."""
+    """Return text lines on runs and reference runs of a scene whose initial motion is not periodic."""
     doubtful = [point for point in points if point.unsettled is not None]
     if not doubtful:
         return []
@@ -51,7 +51,7 @@ def unsettled_lines(points: Sequence[Point]) -> list[str]:
 
 
 def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
-    """Return lines of recommended choices for an accuracy."""
+    """Return text lines with the recommended choices for an accuracy (relative error)."""
     lines = []
 
     def cheapest(what: str, chosen: Callable[[Point], bool], alone: bool = False) -> None:
@@ -59,7 +59,7 @@ def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
         among = [point for point in points if chosen(point) and point.usable]
         if not among:
             return
-        # A level that lacks an output has errors for its own outputs only.
+        # A fidelity level that lacks an output has errors for its other outputs only.
         shown = {name for point in among for name, value in point.error.items() if value is not None}
         complete = [point for point in among if all(point.error[name] is not None for name in shown)]
         best = _cheapest(complete, accuracy, lambda point: point.worst)

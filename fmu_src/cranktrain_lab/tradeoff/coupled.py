@@ -1,4 +1,4 @@
-"""Run of a case coupled with the combustion by the reference master, in this process without FMUs."""
+"""Run of a case coupled with the combustion by the co-simulation master, in this process without FMUs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def has_combustion(engine: Engine) -> bool:
 
 
 def coupled_rows(simulation: Simulation, case: Case, rows: Array) -> float:
-    """Fill ``rows`` (k, outputs) by a coupled run of a simulation at its start; returns processor seconds."""
+    """Fill ``rows`` (k, outputs) by a coupled run of a simulation at its start. Return processor seconds."""
     assert case.scheme is not None and case.exchange is not None and case.coupled_deg is not None
     settings = load(module_files()[module_of_engine(COMBUSTION, case.engine.name)])
     gas = CombustionSimulation(settings)

@@ -53,7 +53,7 @@ class StudyScene:
         return self.at(self.settings)
 
     def at(self, settings: Settings) -> Case:
-        """Return the scene at other levels."""
+        """Return the scene with other fidelity levels."""
         return level_case(self.engine, self.speed, settings, self.cutoff_hz)
 
 
@@ -63,7 +63,7 @@ LONGEST_DEG = (6.0, 12.0)
 FIXED_DEG = (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5, 0.25)
 CUTOFFS_HZ = (500.0, 700.0, 1000.0, 1500.0, 2000.0, 3000.0, 4500.0, 6000.0, 9000.0)
 MESHES = (0.030, 0.025, 0.018, 0.014, 0.011)
-"""Largest element edges, m; the last one is the reference."""
+"""Largest element edges, m. The mesh with the last edge is the reference."""
 FILM_GRIDS = ((24, 6), (32, 8), (48, 8), (64, 12))
 COUPLED_DEG = (0.5, 1.0, 2.0, 4.0, 6.0, 12.0)
 COUPLED_REFERENCE_DEG = 0.125
@@ -71,7 +71,7 @@ WAYS = (
     ("gauss-seidel", OWN), ("jacobi", OWN), ("jacobi", "hold"), ("jacobi", "linear"), ("jacobi", "quadratic"),
     ("gauss-seidel", "hold"), ("gauss-seidel", "linear"), ("iterative", OWN), ("iterative", "linear"),
 )  # fmt: skip
-"""Pairs of the master's scheme and reconstruction."""
+"""Pairs of scheme and pressure reconstruction of the co-simulation master."""
 TRACES_DEG = (0.1, 0.5, 1.0, 2.0)
 TRACE_STEP_DEG = 0.25
 """Step of runs that compare pressure traces, fine enough for the orders that a coarse trace distorts."""
@@ -116,9 +116,9 @@ def modes(scene: StudyScene, quick: bool) -> Entries:
 
 
 def ladder(scene: StudyScene, quick: bool) -> Entries:
-    """Return entries of crank levels, compared with the top level and with the next one."""
+    """Return entries of crank levels, each compared with the top level and with the next finer level of the crank."""
     case = scene.case
-    # From the scene's settings: the bearings follow the crank's level.
+    # Settings start from the scene's settings, because the default bearing level depends on the crank level.
     entries = _ladder(scene, "ladder", "crank", list(CRANKS), lambda level: replace(scene.settings, crank=level))
     if quick or scene.engine.block is None:
         return entries
@@ -129,7 +129,7 @@ def ladder(scene: StudyScene, quick: bool) -> Entries:
 
 
 def bearings(scene: StudyScene, quick: bool) -> Entries:
-    """Return entries of bearing levels, compared with the top and the next level, and of table and film resolution."""
+    """Return entries of bearing levels, compared with the top and next finer level, and of table and film grids."""
     plain = not scene.engine.rollers_only
     levels = bearing_levels(scene.engine)
     if quick and plain:
@@ -149,7 +149,7 @@ def bearings(scene: StudyScene, quick: bool) -> Entries:
 
 
 def coupling(scene: StudyScene, quick: bool) -> Entries:
-    """Return entries of communication steps of a master that sends pressures, and of their reconstruction."""
+    """Return entries of communication steps of a master that sends pressures, and of the pressures' reconstruction."""
     base = scene.case
     fine = replace(base.settings, step=math.radians(COUPLED_REFERENCE_DEG), reconstruction="linear")
     reference = replace(base, settings=fine, coupled_deg=COUPLED_REFERENCE_DEG, interval_deg=1.0)
@@ -188,7 +188,7 @@ def schemes(scene: StudyScene, quick: bool) -> Entries:
 
 
 def mesh(scene: StudyScene, quick: bool) -> Entries:
-    """Return entries of the solid crank's mesh, compared with the finest; slow if a mesh is not cached."""
+    """Return entries of the solid crank's mesh, compared with the finest mesh. Meshing is slow if nothing is cached."""
     if quick:
         return []
     case = scene.case
@@ -232,7 +232,7 @@ FAMILIES: dict[str, Callable[[StudyScene, bool], Entries]] = {
 def _ladder(
     scene: StudyScene, family: str, kind: str, levels: Sequence[str], settings: Callable[[str], Settings]
 ) -> Entries:
-    """Return entries of each level compared with the top one and, if different, with the next one."""
+    """Return entries of each level, compared with the top level and, if different, with the next finer level."""
     cases = [scene.at(settings(level)) for level in levels]
     entries = []
     for k, level in enumerate(levels[:-1]):

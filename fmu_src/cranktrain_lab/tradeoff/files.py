@@ -24,7 +24,7 @@ FIRST_COLUMNS = ("scene", "error_kind", "speed_rpm", "crank", "bearings", "block
 
 
 def write_files(study: Study, folder: Path) -> list[Path]:
-    """Write charts (PNG and SVG), page, points and choice; returns their paths."""
+    """Write charts (PNG and SVG), page, points and choice. Return their paths."""
     scenes = [scene.name for scene in study.scenes]
     families = list(dict.fromkeys(point.family for point in study.points))
     figures = {family: family_figure(study.points, family, scenes) for family in families}

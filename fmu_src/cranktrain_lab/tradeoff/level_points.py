@@ -16,7 +16,7 @@ from cranktrain_lab.tradeoff.point import NUMERICAL
 from cranktrain_lab.tradeoff.reference import reference_case
 
 SLOW_CYCLES = {DEAR: 2, DEAREST: 2}
-"""Number of cycles of runs with films solved online, evaluated over the second."""
+"""Number of cycles of runs with films solved online; only the second cycle is evaluated."""
 QUICK_STEPS = {
     "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5),
     "esdirk47": (6.0, 5.0, 4.0, 3.0, 2.5),
@@ -40,7 +40,7 @@ STEPS = {
     "esdirk4": _FOURTH_ORDER,
     **dict.fromkeys(("esdirk5", "esdirk47", "esdirk57"), (10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5)),
 }
-"""Steps in degrees of each listed integrator; others use those of ``sdirk2``."""
+"""Steps in degrees of each listed integrator. Integrators that are not listed use the steps of ``sdirk2``."""
 
 
 def integrator_steps(quick: bool) -> list[tuple[str, float]]:

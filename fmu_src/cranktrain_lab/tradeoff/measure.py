@@ -43,7 +43,7 @@ from cranktrain_lab.tradeoff.point import OTHERS, OUTPUTS, Point
 
 
 class Begun(NamedTuple):
-    """Initial motion of runs of a model, with memory of its force laws and settling error."""
+    """Initial motion of a model's runs, with the memory of force laws (such as friction) and the settling error."""
 
     motion: Motion
     memory: Array
@@ -56,15 +56,15 @@ _SETTLED: dict[str, Begun] = {}
 HIGH_ORDERS = (12.0, 40.0)
 """Range of orders of pulley torsion with a separate error, because a coarse pressure trace affects them."""
 FINE_SAMPLES = 7200
-"""Samples by which a trace of straight lines is handed to the model, whose own spline hardly rounds its kinks then."""
+"""Samples of a trace of straight lines, so many that the model's spline through them hardly rounds the kinks."""
 SETTLE = 1.0e-4
-"""Settling error at the start of runs."""
+"""Largest settling error of the motion at which runs start."""
 SLOW = 5.0
-"""Duration, s, above which a run is not repeated, because it averages the drift of the machine's speed."""
+"""Duration, s, above which a run is not repeated, because a long run averages over drifts of the machine's speed."""
 
 
 class Recorded(NamedTuple):
-    """Outputs over all cycles, ends of intervals of ``interval`` degrees, and the cost.
+    """Outputs of a run over all cycles, at the ends of intervals of ``interval`` degrees, and the run's cost.
 
     ``values`` (2 + b, or 3 + 2b, samples): torsion, axial motion and least films of a solver that knows no more, else
     also shaft torque and vertical bearing forces. ``unsettled`` is what the motion at the start lacks of one that
@@ -95,7 +95,7 @@ class Entry:
 
 
 def run(case: Case, say: Progress | None = None) -> Recorded:
-    """Run a case; ``SolverError`` if it fails, ``InputError`` for an invalid case."""
+    """Run a case; raises ``SolverError`` if it fails, ``InputError`` for an invalid case."""
     simulation, unsettled = _started(case, say or (lambda stage: None))
     bearings = len(case.engine.crankshaft.main_widths)
     names = ["pulley.torsion", "pulley.axial"]
@@ -108,10 +108,10 @@ def run(case: Case, say: Progress | None = None) -> Recorded:
         h = case.simulated / count
         per_cycle = count // case.cycles
         begin = time.process_time()
-        for first in range(0, count, per_cycle):  # an interrupt is seen between cycles
+        for first in range(0, count, per_cycle):  # cycle by cycle, so that an interrupt takes effect between cycles
             done = simulation.series(h, first + 1, series[first : first + per_cycle])
             if done < per_cycle:
-                simulation.step((first + done + 1) * h)  # says why
+                simulation.step((first + done + 1) * h)  # raises the error with its reason
         used = time.process_time() - begin
     else:
         used = (_coupled if case.scheme is None else coupled_rows)(simulation, case, series)
@@ -138,7 +138,7 @@ def _started(case: Case, say: Progress) -> tuple[Simulation, float | None]:
     simulation = Simulation(case.engine, made.body, settings, gas, made.parts)
     simulation.inputs[0] = case.speed
     if case.coupled_deg is not None:
-        # The first pressures are those of the first angle: there is no model yet to ask.
+        # The first pressures are those at the initial crank angle, because no model exists yet.
         trace = GasTrace.from_engine(case.engine)
         share = 1.0 - trace.falloff * (case.speed / trace.best_speed - 1.0) ** 2
         table = spline_coefficients(trace.motored + share * (trace.fired - trace.motored))
@@ -151,7 +151,7 @@ def _started(case: Case, say: Progress) -> tuple[Simulation, float | None]:
 
 
 def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | None) -> float | None:
-    """Set a simulation at its start to a settled cycle of its model; returns ``Recorded.unsettled``.
+    """Set an initialized simulation to a settled cycle of its model. Return ``Recorded.unsettled``.
 
     The cycle is that of the default method and step. The dearest films start from rest: a cycle of them takes minutes.
     Raises ``KeyboardInterrupt`` where the cycles before it are interrupted.
@@ -181,12 +181,12 @@ def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | 
 
 
 def _memory(simulation: Simulation) -> slice:
-    """Return the slice of the state with the memory of laws and added connections, such as spline friction."""
+    """Return the slice of the state with the memory of force laws and added connections, such as spline friction."""
     return slice(int(memory_offset(simulation.model, 0)), int(motion_size(simulation.model)))
 
 
 def _coupled(simulation: Simulation, case: Case, series: Array) -> float:
-    """Run with a master that sends pressures, store outputs in ``series``; returns processor seconds."""
+    """Run with a master that sends pressures, store outputs in ``series``. Return processor seconds."""
     inner = round(case.kept_deg / (case.coupled_deg or case.kept_deg))
     h = case.simulated / (len(series) * inner)
     begin = time.process_time()
@@ -279,7 +279,7 @@ def differences(values: Array, interval: float, exact: Array, exact_interval: fl
 
 
 def named_errors(errors: Array, bearings: int, films: bool) -> dict[str, float | None]:
-    """Return errors by names of ``OUTPUTS`` and ``OTHERS``; of films and forces that of the worst main."""
+    """Return errors by names of ``OUTPUTS`` and ``OTHERS``. For films and forces the worst main bearing counts."""
 
     def worst(rows: Array) -> float | None:
         finite = rows[np.isfinite(rows)]
@@ -292,7 +292,7 @@ def named_errors(errors: Array, bearings: int, films: bool) -> dict[str, float |
 
 
 def settling(got: Recorded, case: Case, films: bool) -> float | None:
-    """Change in the last cycle of the output of ``OUTPUTS`` that changed most; None after one cycle."""
+    """Return the largest relative change of ``OUTPUTS`` in the last cycle, or None if the run has one cycle."""
     if case.cycles < 2:
         return None
     count = round(720.0 / got.interval)
@@ -303,12 +303,12 @@ def settling(got: Recorded, case: Case, films: bool) -> float | None:
 
 
 def high_order_error(values: Array, interval: float, exact: Array, exact_interval: float, cycles: int) -> float:
-    """Relative error of pulley torsion over the orders of ``HIGH_ORDERS`` alone, in the last cycle."""
+    """Return the relative error of pulley torsion in the orders of ``HIGH_ORDERS``, in the last cycle."""
 
     def lines(rows: Array, every: float) -> Array:
         per_cycle = round(720.0 / every)
         cycle = rows[0, (cycles - 1) * per_cycle : cycles * per_cycle]
-        # Samples are ends of intervals: the first lies one interval after the cycle's start.
+        # Samples lie at ends of intervals, so the first sample is one interval after the cycle's start.
         found = np.fft.rfft(cycle) / per_cycle
         turned = found * np.exp(-2j * math.pi * np.arange(found.size) / per_cycle)
         low, high = (round(2.0 * order) for order in HIGH_ORDERS)
@@ -326,7 +326,7 @@ def measured(
     say: Progress | None = None,
     advance: Callable[[], None] | None = None,
 ) -> list[Point]:
-    """Measure entries and return their points; stored runs are not repeated, and each run is stored at once.
+    """Measure entries and return their points. Stored runs are not repeated, and each run is stored at once.
 
     ``say`` is told each run before it starts, ``advance`` is called after each that was run or was not needed.
     """

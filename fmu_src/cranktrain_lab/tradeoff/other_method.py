@@ -26,7 +26,7 @@ class OtherMethod(Protocol):
 
     @property
     def key(self) -> str:
-        """All that decides its runs besides the case: its choices and its sources."""
+        """Text that identifies the method in the store, from its settings and source files."""
 
     def run(self, case: Case, started: Started) -> tuple[Array, float, dict[str, int]]:
         """Run a case.
@@ -39,8 +39,8 @@ class OtherMethod(Protocol):
         Raises
         ------
         Unstable, SolverError, InputError
-            a run that leaves all bounds, one that fails, a model that the method does not know
+            a run that diverged, a run that failed, a model that the method does not support
         """
 
     def judged(self, case: Case, started: Started) -> tuple[str, dict[str, Any]]:
-        """Status of a run that came to its end, ``ok`` or ``unstable``, and what else a point says of it."""
+        """Return the status of a completed run (``ok`` or ``unstable``), and further parameters of its point."""

@@ -14,7 +14,7 @@ from cranktrain_lab.tradeoff.point import MODEL, Point
 def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
     """Return indices of the non-dominated choices, cheapest first.
 
-    A choice is dominated by another that is no worse in both and better in one; of equal ones the first stays.
+    A choice is dominated by a choice that is no worse in both and better in one. Of equal choices the first is kept.
     """
     front: list[int] = []
     for index in sorted(range(len(costs)), key=lambda k: (costs[k], errors[k], k)):
@@ -24,9 +24,9 @@ def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
 
 
 def marked(points: Sequence[Point]) -> list[Point]:
-    """The points with ``pareto`` set, each within its scene and kind of error; the error is the largest one.
+    """Return points with ``pareto`` set, by cost and largest error, within each scene and kind of error.
 
-    Differences to a next level up have no front: each is compared with something else.
+    Errors against the next finer level have no front, because each level has another reference.
     """
     groups: dict[tuple[str, str], list[int]] = defaultdict(list)
     for index, point in enumerate(points):
@@ -41,12 +41,12 @@ def marked(points: Sequence[Point]) -> list[Point]:
 
 
 def with_fronts(points: Sequence[TotalPoint]) -> list[TotalPoint]:
-    """The points of one speed with the families in whose Pareto front each is."""
+    """Return the points of one speed, with ``front`` set to the output families in whose Pareto front a point is."""
     fronts = {family: set(map(id, front(points, family))) for family in FAMILIES}
     return [replace(p, front=tuple(name for name, found in fronts.items() if id(p) in found)) for p in points]
 
 
 def front(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
-    """Points of a speed that no other beats in cost and total error of a family, the cheapest first."""
+    """Return the Pareto front of a speed's points in cost and total error of an output family, cheapest first."""
     own = shown(points, family)
     return [own[k] for k in pareto_front([p.cost or 0.0 for p in own], [p.total(family) or 0.0 for p in own])]

@@ -11,10 +11,10 @@ OUTPUTS = ("pulley_torsion", "pulley_axial", "bearing_film")
 OTHERS = ("shaft_torque", "bearing_force")
 """Further outputs whose errors are stored."""
 NUMERICAL, MODEL, TOP, INPUT = "numerical", "model", "top", "input"
-"""Kinds of error: against the same model with a finer step; the next level up; the top of the ladder, or the finest of
-what is varied; the same model with inputs known exactly."""
+"""Kinds of error, by reference: the same model with a finer step; the next finer level; the top level, or the finest
+value of a varied setting; the same model with exact inputs."""
 UNSETTLED = ("start_unsettled", "reference_start_unsettled")
-"""Parameters of a point whose run or reference began in a motion that does not repeat."""
+"""Names of parameters of a point whose run or reference run started from a motion that is not periodic."""
 
 
 @dataclass(frozen=True)
@@ -47,24 +47,24 @@ class Point:
 
     @property
     def worst(self) -> float | None:
-        """Largest of the available errors, or None."""
+        """Largest of the point's errors, or None if no output has an error."""
         found = [value for value in self.error.values() if value is not None]
         return max(found) if found else None
 
     @property
     def solver(self) -> str:
-        """Name of the other solver that ran it; empty for the stage solver."""
+        """Name of the solver that ran the point, if it is not the stage solver, else empty."""
         return str(self.parameters.get("solver", ""))
 
     @property
     def unsettled(self) -> float | None:
-        """Settling error of the start of the run or of its reference, the larger; None where both starts repeat."""
+        """Larger settling error of the starts of run and reference run. None if both starts are periodic."""
         found = [self.parameters[name] for name in UNSETTLED if self.parameters.get(name) is not None]
         return max(found, default=None)
 
     @property
     def group(self) -> tuple[str, str]:
-        """Scene and kind of error; points with equal ones can be compared."""
+        """Scene and kind of error of the point. Points are compared within the same group only."""
         return str(self.parameters.get("scene", "")), str(self.parameters["error_kind"])
 
     @property
@@ -73,7 +73,7 @@ class Point:
         return self.status == "ok" and self.seconds_per_simulated_second is not None and self.worst is not None
 
     def as_dict(self) -> dict[str, Any]:
-        """The point as JSON holds it."""
+        """Return the point as a dictionary for JSON."""
         return asdict(self)
 
 

@@ -14,14 +14,14 @@ from cranktrain_lab.tradeoff.measure import Progress, differences, named_errors,
 
 INTEGRATOR = "esdirk4"
 STEPS_DEG = {"linear": 0.0625, "impedance": 0.0625, "held": 0.0625, "roller": 0.0625, "table": 0.25, "reynolds": 0.5}
-"""Steps of references by bearing level; half as fine in a quick study."""
+"""Steps (degrees) of reference runs by bearing level. A quick study uses twice these steps."""
 COARSEST_DEG = 0.5
 SLOWEST_RATE, FASTEST_RATE = 2.0, 16.0
-"""A halving is taken to divide the error by no less, and by no more, than first and fourth order do."""
+"""Limits of the assumed ratio of errors when the step is halved: methods of first and of fourth order."""
 
 
 def reference_case(case: Case, quick: bool = False) -> Case:
-    """Return the reference of the numerical error: the case's own model with a fine step."""
+    """Return the reference case for the numerical error, which is the same model with a fine step."""
     level = case.levels.bearings
     step = STEPS_DEG.get(level, COARSEST_DEG) * (2.0 if quick else 1.0)
     fine = replace(
@@ -34,7 +34,7 @@ def reference_case(case: Case, quick: bool = False) -> Case:
 
 
 def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict[str, float | None]:
-    """Error of a reference by those with two and four times its step (Richardson), by the names of the outputs.
+    """Estimate a reference run's error, by output, from runs with two and four times its step (Richardson).
 
     With the differences e₂ of the steps 4h and 2h, and e₁ of 2h and h, the ratio r = e₂/e₁ is what a halving gains;
     what is left at h is e₁/(r − 1), with r bounded below by 2. Where halving gains nothing it is the larger of both.

@@ -21,7 +21,7 @@ from cranktrain_lab.tradeoff.point import OUTPUTS, Point
 from cranktrain_lab.tradeoff.reference import error_estimate, reference_case
 
 REPEATS = 3
-"""Runs of a point in a full study, whose median is its cost."""
+"""Number of runs of a point in a full study. The median of their times is the point's cost."""
 
 Estimates = dict[str, dict[str, float | None]]
 
@@ -38,7 +38,7 @@ class Study:
     estimates: Estimates
 
     def as_dict(self) -> dict[str, Any]:
-        """The study as JSON holds it; the reference's error is the largest of all scenes."""
+        """Return the study as a dictionary for JSON, with the largest reference error of all scenes."""
         worst: dict[str, float | None] = {}
         for name in OUTPUTS:
             found = [value for entry in self.estimates.values() if (value := entry.get(name)) is not None]
@@ -50,13 +50,13 @@ class Study:
 
 
 def default_scenes(quick: bool) -> list[StudyScene]:
-    """The six at 2000 rev/min; in a full study also near its resonance, and the V8 at its nominal speed."""
+    """Return default scenes: the shipped six at 2000 rev/min; full studies add its resonance, and the V8."""
     wanted = [("diesel_i6", 2000.0)] if quick else [("diesel_i6", 2000.0), ("diesel_i6", 2200.0), ("diesel_v8", 1800.0)]
     return [StudyScene(f"{name} {rpm:g}", load_engine(name), rpm * RPM, Settings()) for name, rpm in wanted]
 
 
 def scenes_of(path: str | Path | Scene, quick: bool) -> list[StudyScene]:
-    """Scenes of a scene file: each of its speeds, in a quick study the first; its levels where it fixes them."""
+    """Return scenes of a scene file, one per speed (quick: the first speed only), at the levels that the file fixes."""
     scene = load_scene(path)
     if scene.pressure is not None:
         warnings.warn(
@@ -74,7 +74,7 @@ def scenes_of(path: str | Path | Scene, quick: bool) -> list[StudyScene]:
 
 
 def chosen_families(names: Sequence[str] | None, quick: bool) -> list[str]:
-    """Families to be measured; ``InputError`` for one that does not exist."""
+    """Return the functions of the families to measure; raises ``InputError`` for an unknown family name."""
     for name in names or ():
         if name not in FAMILIES:
             raise InputError(f"--family '{name}' does not exist; {nearest(name, FAMILIES)}")
@@ -90,7 +90,7 @@ def study(
     progress: Callable[[float], None] | None = None,
     others: Callable[[StudyScene, bool], Sequence[Entry]] | None = None,
 ) -> Study:
-    """Measure the families in the scenes; stored runs are not repeated.
+    """Measure the families of choices in the scenes. Runs in the store are not repeated.
 
     Parameters
     ----------

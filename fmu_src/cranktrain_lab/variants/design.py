@@ -1,4 +1,4 @@
-"""Designs, which define the values of each variant and are reproducible from seed and number.
+"""Designs of a study, which define the values of each variant and are reproducible from seed and variant number.
 
     latin-hypercube   n variants; each value's range is cut into n equal parts, and each part occurs once
     sobol             n variants of a scrambled Sobol sequence; n a power of 2 keeps its balance
@@ -31,7 +31,7 @@ MOST = 10_000_000
 
 @dataclass(frozen=True)
 class Design:
-    """Choice of variants: method, number n, levels of a grid, and seed."""
+    """Design of a study: sampling method, number n of variants, levels of a grid, and seed."""
 
     method: str = "latin-hypercube"
     n: int = 100
@@ -39,7 +39,7 @@ class Design:
     seed: int = 1
 
     def count(self, distributions: Sequence[Distribution]) -> int:
-        """Return the number of variants."""
+        """Return the number of variants of this design for these varied values."""
         if self.method == "grid":
             return math.prod(self._sizes(distributions))
         return self.n * (len(distributions) + 2) if self.method == "sensitivity" else self.n
@@ -55,7 +55,7 @@ class Design:
             raise InputError(f"the design has {self.count(distributions)} variants, more than {MOST}; take fewer")
 
     def values(self, distributions: Sequence[Distribution]) -> Array:
-        """Return values (variants, d) in SI, reproducible for the same design."""
+        """Return values (variants, d) in SI of each variant and of the d varied values, reproducible for a design."""
         if self.method == "grid":
             axes = [one.levels(size) for one, size in zip(distributions, self._sizes(distributions), strict=True)]
             return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
@@ -66,7 +66,7 @@ class Design:
         return [len(one.values) if one.kind == "values" else self.levels for one in distributions]
 
     def _points(self, d: int) -> Array:
-        """Return points (variants, d) of the open unit cube."""
+        """Return points (variants, d) of the open unit cube, one coordinate for each of the d varied values."""
         rng = np.random.default_rng(self.seed)
         if self.method == "random":
             return rng.random((self.n, d))
@@ -83,5 +83,5 @@ class Design:
 
 
 def _open(points: Array) -> Array:
-    """Move points away from 0 and 1, where quantiles of a normal distribution are infinite."""
+    """Move points of the unit cube away from 0 and 1, where quantiles of a normal distribution are infinite."""
     return np.clip(points, 1e-12, 1.0 - 1e-12)

@@ -28,16 +28,16 @@ KINDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "lognormal": (("factor",), ("median",)),
     "values": (("values",), ()),
 }
-"""Required and optional numbers of each distribution."""
+"""Names of the required and optional parameters of each distribution."""
 LARGEST = 1e100
-"""Limit of numbers of distributions, so that differences and squares are finite."""
+"""Largest magnitude of a distribution's parameters, so that differences and squares are finite."""
 CENTRES = {"triangular": "mode", "normal": "mean", "lognormal": "median"}
-"""Number of each distribution that defaults to the engine's own value."""
+"""Name of the parameter of each distribution that defaults to the engine's own value."""
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """Distribution of one value.
+    """Distribution of one varied value.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Distribution:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and largest value; infinite if unbounded."""
+        """Least and largest value of the distribution; infinite if unbounded."""
         if self.kind == "values":
             return min(self.values), max(self.values)
         known = dict(self.numbers)
@@ -71,7 +71,7 @@ class Distribution:
         return np.asarray(_frozen(self.kind, known).ppf(share), dtype=float)
 
     def levels(self, count: int) -> Array:
-        """Return grid values, with both ends if the distribution is bounded, else at centres of equal probability."""
+        """Return ``count`` grid values: with both ends if the distribution is bounded, else of equal probability."""
         if self.kind == "values":
             return np.array(self.values)
         if count == 1:
@@ -96,7 +96,7 @@ def _frozen(kind: str, known: dict[str, float]) -> Any:
 
 
 def checked(kind: str, numbers: dict[str, float], values: tuple[float, ...], where: str) -> Distribution:
-    """Return the distribution of these numbers in SI; ``InputError`` is one line that starts with ``where``."""
+    """Return the distribution with these parameters (SI); the message of an ``InputError`` starts with ``where``."""
     for name, value in (*numbers.items(), *(("values", value) for value in values)):
         if not abs(value) < LARGEST:
             raise InputError(f"{where}: {name} {value:g} (SI) is no number of an engine; give one below {LARGEST:g}")

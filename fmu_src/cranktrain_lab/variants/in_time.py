@@ -25,13 +25,13 @@ HIGHEST_ORDER = 24.0
 
 
 def split_output(output: str) -> tuple[str, str]:
-    """Split an output into word and name; the word is empty for half of the peak-to-peak value."""
+    """Split an output such as ``mean NAME`` into word and name. No word means half of the peak-to-peak value."""
     word, _, name = output.strip().partition(" ")
     return (word, name.strip()) if word in WORDS and name else ("", output.strip())
 
 
 def time_outputs(engine: Engine, outputs: Sequence[str]) -> dict[str, str]:
-    """Return the single outputs of a study's list, with their units; ``InputError`` for an unknown output."""
+    """Return the single outputs of a study's list, with their units; raises ``InputError`` for an unknown output."""
     found: dict[str, str] = {}
     for output in outputs:
         word, name = split_output(output)
@@ -49,13 +49,13 @@ class TimeAnswers:
         self._speeds, self._outputs, self._settle = speeds, tuple(outputs), settle
         self._starts: list[CycleStart] = []
         runs = SteadyRuns(self._job(made))
-        # The second run identifies the slowest modes, so each variant needs fewer cycles.
+        # A second run of the base engine identifies its slowest modes, so each variant needs fewer cycles.
         for speed in speeds.tolist():
             first = runs.at(speed, [])
             self._starts.append(runs.at(speed, [first.start]).start)
 
     def answer(self, made: Assembly) -> dict[str, Array]:
-        """Return outputs of a variant, (s,) each; ``InputError``, ``SolverError``."""
+        """Return each output of a variant at its s speeds, (s,); raises ``InputError``, ``SolverError``."""
         runs, found = SteadyRuns(self._job(made)), []
         same = runs.simulation.model.omega2.size
         for speed, start in zip(self._speeds.tolist(), self._starts, strict=True):

@@ -42,7 +42,7 @@ from cranktrain_lab.variants.torsional import (
 from cranktrain_lab.variants.two_mass import OUTPUTS, two_mass_answer
 
 SHAPING = ("crankshaft", "material", "thrust", "reduction")
-"""Tables of an engine file from which a crank of beams or discs is made."""
+"""TOML tables of the engine file that determine a crank of beams or discs."""
 
 
 @dataclass(frozen=True)
@@ -56,16 +56,16 @@ class Output:
 
 
 class Model(Protocol):
-    """Model that computes variants."""
+    """Model that computes the variants of a study."""
 
     outputs: tuple[Output, ...]
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """Return outputs at these values (SI), (s,) or (1,) each; raises errors of the package on failure."""
+        """Return each output at these values (SI), at the s speeds (s,) or once (1,); raises errors of the package."""
 
 
 def model_of(study: Study, say: Callable[[str], None] = lambda stage: None) -> Model:
-    """Return the model of a study; ``InputError`` for an impossible study."""
+    """Return the model of a study; raises ``InputError`` for an impossible study."""
     if study.model == ENGINE:
         return EngineModel(study, say)
     if study.model == TWO_MASS:
@@ -85,7 +85,7 @@ class TwoMassModel:
         self.outputs, self._study = tuple(Output(name, "1") for name in study.outputs), study
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """See :class:`Model`."""
+        """Return each output of a variant at these values (SI), at the s speeds (s,) or once (1,)."""
         known = dict(values)
         for key, formula in self._study.derived:
             known[key] = places.formula_value(formula, cast("Engine", None), known, f"derived.'{key}'")
@@ -100,7 +100,7 @@ class FunctionModel:
         self.outputs, self._study = tuple(Output(name, "1") for name in study.outputs), study
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """See :class:`Model`."""
+        """Return each output of a variant at these values (SI), at the s speeds (s,) or once (1,)."""
         assert self._study.function is not None
         found = self._study.function(dict(values))
         if missing := [output.name for output in self.outputs if output.name not in found]:
@@ -135,7 +135,7 @@ class EngineModel:
             names = time_outputs(engine, study.outputs)
         self.reshaping = self._shaping_values()
         self._settings = self._checked(settings)
-        # All other faults have been refused before.
+        # Faults of the study file have been refused before, so only the engine can fail here.
         self._base = assemble(engine, settings, say=say, inherit=levels.inherit)
         self._bare = None if self.reshaping or self._on_bearings() or levels.retune else self._bare_crank(engine)
         self._last: tuple[Any, Any] | None = None
@@ -155,7 +155,7 @@ class EngineModel:
             self._runs = TimeAnswers(self.assembly_of(engine, study.load), self._speeds, list(names), levels.settle)
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
-        """See :class:`Model`."""
+        """Return each output of a variant at these values (SI), at the s speeds (s,) or once (1,)."""
         engine, load = variant_engine(self._study, values)
         made = self.assembly_of(engine, load)
         if not self._torsional:
@@ -168,7 +168,7 @@ class EngineModel:
         ``body`` is the variant's running crank if known, apart from damping ratios in the engine file.
         """
         fitted = fitted_engine(engine, self._base.settings)
-        own = fitted if self._torsional else engine  # a run in time adds the damper's housing itself
+        own = fitted if self._torsional else engine  # a run in time adds the housing of the damper by itself
         if body is None:
             body = self._running(fitted, engine)
         elif self._torsional and engine.damping.torsional_ratios:
@@ -177,7 +177,7 @@ class EngineModel:
 
     @property
     def inherited(self) -> Decay | None:
-        """Damping that the crank inherits from the level above."""
+        """Damping that the crank inherits from the next finer crank level."""
         return self._decay
 
     def _running(self, fitted: Engine, engine: Engine) -> Any:
@@ -192,7 +192,7 @@ class EngineModel:
         return body
 
     def _reshaped(self, engine: Engine) -> Any:
-        """Return the bare crank of a variant; the last one is reused if all its data are equal."""
+        """Return the bare crank of a variant. The last variant's crank is reused if all its data are equal."""
         if self._on_bearings() or self._study.levels.retune:
             return self._bare_crank(engine)
         made_from = tuple(getattr(engine, table) for table in SHAPING)
@@ -208,12 +208,12 @@ class EngineModel:
         return crank.bare_crank(fitted, level, solid)
 
     def _on_bearings(self) -> bool:
-        """True if varied values change a torsional crank's tuned stiffness, but not its finite elements."""
+        """True if varied values change the tuned stiffness of a torsional crank, but not its finite elements."""
         own = ("main_bearing", "main_roller") if self._engine.reduction.torsional_source == "solid-on-bearings" else ()
         return self._torsional and any(one.key.partition(".")[0] in own for one in self._study.varied)
 
     def _inherited(self) -> Decay | None:
-        """Return the base engine's damping in motion at the level above."""
+        """Return the damping in motion of the base engine at the next finer crank level."""
         records = self._base.body.records
         if "inherited_damping" not in records:
             return None
@@ -221,7 +221,7 @@ class EngineModel:
         return Decay(hz, ratio, float(records["inherited_at"][0]))
 
     def _shaping_values(self) -> tuple[str, ...]:
-        """Return varied and derived values that change the bare crank."""
+        """Return keys of the varied and derived values that change the bare crank."""
         keys = [one.key for one in self._study.varied] + [key for key, _ in self._study.derived]
         solid = crank_level(self._study.levels.crank).needs_solid(self._engine)
         found = []
@@ -243,7 +243,7 @@ class EngineModel:
         return tuple(found)
 
     def _checked(self, settings: Settings) -> Settings:
-        """Return settings with all defaults resolved; ``InputError`` if variants would need remade parts."""
+        """Return settings with all defaults resolved; raises ``InputError`` if variants would need remade parts."""
         from cranktrain.structure.assembly import checked
 
         settings = checked(self._engine, settings)
@@ -267,7 +267,7 @@ class EngineModel:
 
 
 def variant_engine(study: Study, values: Mapping[str, float]) -> tuple[Engine, float]:
-    """Return the checked engine of a variant, and its load; ``InputError``."""
+    """Return the checked engine of a variant, and its load; raises ``InputError``."""
     assert study.engine is not None
     engine, names, load = study.engine, dict[str, float](), study.load
     for key, value in values.items():

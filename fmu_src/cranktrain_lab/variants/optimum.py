@@ -1,4 +1,4 @@
-"""Search for the variant with the least value of one output under limits of others.
+"""Search for the variant with the least value of one output, within limits of other outputs.
 
 Differential evolution (:func:`scipy.optimize.differential_evolution`) searches the box of the varied values without
 derivatives, because the largest value over speeds is not differentiable where two peaks are equal, and the optimum
@@ -34,17 +34,17 @@ from cranktrain_lab.variants.running import Means, answers, study_digest, varian
 from cranktrain_lab.variants.study import Aim, Study
 
 REFINED = 0.25
-"""Fraction of the evaluations for refinement of the best variant."""
+"""Fraction of a search's evaluations that is reserved for refinement of the best variant."""
 DECADE = 10.0
 MEMBERS = 8
-"""Members of the population per value, and half of the least total number."""
+"""Members of the population per varied value. The population has at least twice this number."""
 AT_BOUND = 1e-3
-"""Distance from an end, as a fraction of the range, below which an optimum counts as at the end."""
+"""Distance of an optimum from an end of a value's range, as a fraction of the range, below which it is reported."""
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """Result of a search, in SI, with the worst value of each output over the speeds.
+    """Result of an optimisation, in SI, with the worst value of each output over the speeds.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Box:
             self._ends.append((low, high, low > 0.0 and high / low > DECADE))
 
     def values(self, point: Array) -> Array:
-        """Return values (d,) at a point."""
+        """Return the d varied values, (d,), at a point of the unit cube."""
         found = [
             low * (high / low) ** x if geometric else low + x * (high - low)
             for x, (low, high, geometric) in zip(np.clip(point, 0.0, 1.0).tolist(), self._ends, strict=True)
@@ -90,7 +90,7 @@ class Box:
 
 
 class Search:
-    """Evaluations of one search, with each variant computed once, stored and ranked."""
+    """Evaluations of one optimum search. Each variant is computed once, stored and ranked."""
 
     def __init__(self, aim: Aim, box: Box, files: VariantFiles, outputs: tuple[Output, ...]) -> None:
         self._aim, self._box, self._files, self._outputs = aim, box, files, outputs
@@ -145,7 +145,7 @@ class Search:
                 for o in self._outputs}  # fmt: skip
 
     def excess(self, outputs: Mapping[str, float]) -> Array:
-        """Return the excess (limits,) of outputs over their limits, relative to each limit; negative if within."""
+        """Return the excess (limits,) of each limited output, relative to its limit; negative within the limit."""
         found = [0.0 - 1.0]
         for limit in self._aim.limits:
             value = outputs[limit.output]
@@ -155,7 +155,7 @@ class Search:
         return np.array(found)
 
     def rank(self, outputs: Mapping[str, float]) -> float:
-        """Return the rank of outputs: −1 … 1 within all limits, 2 … 3 beyond, 4 for a failed variant."""
+        """Return the rank of a variant's outputs: −1 … 1 within all limits, 2 … 3 beyond a limit, 4 for a failure."""
         if not outputs or not all(math.isfinite(value) for value in outputs.values()):
             return 4.0
         beyond = float(np.maximum(self.excess(outputs), 0.0).sum())
@@ -165,7 +165,7 @@ class Search:
         return value / (self.scale + abs(value))
 
     scale = 1.0
-    """Scale of the minimised output."""
+    """Scale of the minimised output in ranks."""
 
 
 def find_optimum(
@@ -219,7 +219,7 @@ def find_optimum(
 
 
 def _before(study: Study, model: Model, search: Search) -> dict[str, float]:
-    """Return outputs of the engine's own values; empty if a value has none."""
+    """Return outputs at the engine's own values; empty if a varied value is not in the engine."""
     own = {one.key: one.own for one in study.varied if one.own is not None}
     if len(own) < len(study.varied):
         return {}
@@ -251,7 +251,7 @@ def _search(study: Study, search: Search) -> None:
 
 
 def _refine(search: Search, rule: str, d: int) -> None:
-    """Refine the best variant by one rule within the remaining evaluations."""
+    """Refine the best variant by one optimisation method (``rule``) within the remaining evaluations."""
     point = np.array([_inverse(search._box, k, value) for k, value in enumerate(search.best[1].tolist())])
     limit = max(search.left // 2, d + 2)
     try:

@@ -34,7 +34,7 @@ from cranktrain_lab.variants.study import FUNCTION, Study
 AHEAD = 3
 """Number of variants queued for each worker."""
 _here = threading.local()
-"""Study and model of a worker."""
+"""Study and model in the present worker process or thread."""
 
 
 @dataclass
@@ -60,7 +60,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Means:
-    """Settings of execution: number of processes or address of a Dask scheduler, and whether to replace a folder."""
+    """Settings of execution: number of processes or Dask scheduler's address, and whether to replace the folder."""
 
     workers: int | None = None
     scheduler: str | None = None
@@ -85,7 +85,7 @@ def run_variants(
     tell: Callable[[str, float], None] = lambda text, share: None,
     outcome: Outcome | None = None,
 ) -> VariantFiles:
-    """Run the variants that the folder lacks, and store each when it is finished.
+    """Run the variants whose results are not yet in the folder, and store each when it is finished.
 
     ``say`` is called with stages of making the model, ``tell`` with the state of the work and the completed fraction.
 
@@ -96,7 +96,7 @@ def run_variants(
     SolverError
         lost workers, or failure of all variants
     """
-    parquet()  # what is lacking is told before the model is made
+    parquet()  # a missing package is reported before the model is made
     outcome, began = Outcome() if outcome is None else outcome, time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)
@@ -131,7 +131,7 @@ def run_variants(
 
 
 def _about(study: Study) -> dict[str, Any]:
-    """Return the facts of a study that its files store."""
+    """Return facts of a study (engine, method, number, seed) that are stored in its result files."""
     return {
         "title": study.title, "engine": study.engine.name if study.engine else study.model, "version": __version__,
         "crank": study.levels.crank, "method": study.design.method, "n": study.design.n, "seed": study.design.seed,
@@ -146,7 +146,7 @@ def _progress(tell: Callable[[str, float], None], outcome: Outcome, count: int, 
 
 
 def answers(submit: Callable[[Array], Future[Any]], values: Array, left: list[int], workers: int) -> Iterator[Any]:
-    """Yield numbers of variants with their results as they finish; only few are submitted at a time."""
+    """Yield the number and result of each variant when it finishes; only a few variants are submitted at a time."""
     waiting: dict[Future[Any], int] = {}
     numbers = iter(left)
     try:
@@ -193,7 +193,7 @@ class _Here:
 
 @contextmanager
 def _cluster(study: Study, address: str) -> Iterator[tuple[Callable[[Array], Future[Any]], int]]:
-    """Provide workers of a Dask cluster; ``InputError`` if there is none."""
+    """Provide workers of a Dask cluster; raises ``InputError`` if there is none."""
     if study.model == FUNCTION:
         raise InputError("a function of a script runs in its own process; leave scheduler out")
     with cluster(address) as (client, number):

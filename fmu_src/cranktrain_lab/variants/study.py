@@ -1,4 +1,4 @@
-"""Checked study of variants: varied values with distributions, wanted outputs, and model.
+"""Checked study of variants: varied values with distributions, requested outputs, and model.
 
 Values are named as in an engine file, ``table.key`` or ``table.key[2]``. ``load`` is the fraction of the full-load
 burn. A name without a dot is an additional value for formulas of ``[derived]``.
@@ -44,7 +44,7 @@ class Varied:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of an output in SI; infinite on an unlimited side."""
+    """Lower and upper limit of an output in SI; infinite on a side without limit."""
 
     output: str
     at_least: float = -math.inf
@@ -53,7 +53,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Aim:
-    """Aim of an optimisation: output, limits, and settings of the search."""
+    """Aim of an optimisation: output to minimise, limits of other outputs, and settings of the search."""
 
     minimize: str
     limits: tuple[Limit, ...] = ()
@@ -158,7 +158,7 @@ def study_of(
 
 
 def _levels(read: StudyTable) -> Levels:
-    """Return the fidelity levels; ``InputError`` for an unknown crank level."""
+    """Return the fidelity levels; raises ``InputError`` for an unknown crank level."""
     crank_level(read.crank)
     return Levels(
         read.crank, read.bearings, read.big_ends, read.damper, read.inherit, read.settle, read.reshape, read.retune

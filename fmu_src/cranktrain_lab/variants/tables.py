@@ -1,4 +1,4 @@
-"""Tables of a study file, read by ``cranktrain vary`` and ``cranktrain optimize``.
+"""TOML tables of a study file, read by ``cranktrain vary`` and ``cranktrain optimize``.
 
 engine = "diesel_i6"                 # a shipped engine, or the path of an engine file, from the study's folder
 outputs = ["twist", "damper.heat", "shaft.stress"]
@@ -46,7 +46,7 @@ _Amount = float | str
 
 
 class SpeedsTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
-    """Table of uniformly spaced speeds, rev/min."""
+    """TOML table of uniformly spaced speeds, rev/min."""
 
     first: _Rpm
     last: _Rpm
@@ -56,7 +56,7 @@ class SpeedsTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
 
 
 class VaryTable(Table, kw_only=True):
-    """Table of a value's distribution: numbers in SI, texts with unit ("30 kg") or relative to the engine ("-10 %")."""
+    """TOML table of a value's distribution: numbers in SI, or texts with unit ("30 kg") or relative ("-10 %")."""
 
     distribution: Literal[tuple(KINDS)] = "uniform"  # type: ignore[valid-type]
     low: _Amount | None = None
@@ -71,14 +71,14 @@ class VaryTable(Table, kw_only=True):
 
 
 class FormulaTable(Table, kw_only=True):
-    """Table of a value that follows from others by a formula in SI."""
+    """TOML table of a value that follows from other values by a formula in SI."""
 
     formula: str
     note: str = ""
 
 
 class DesignTable(Table, kw_only=True):
-    """Table of the choice of variants."""
+    """TOML table of the choice of variants."""
 
     method: Literal[METHODS] = METHODS[0]  # type: ignore[valid-type]
     n: Annotated[int, between(1, 10_000_000, "variants")] = 100
@@ -87,7 +87,7 @@ class DesignTable(Table, kw_only=True):
 
 
 class ParetoTable(Table, kw_only=True):
-    """Table of the outputs that a Pareto front minimises."""
+    """TOML table of the outputs that a Pareto front minimises."""
 
     minimize: list[str]
 
@@ -95,7 +95,7 @@ class ParetoTable(Table, kw_only=True):
 
 
 class LimitTable(Table, kw_only=True):
-    """Table of an output's limits, as numbers in SI or texts with a unit."""
+    """TOML table of an output's limits, as numbers in SI or texts with a unit."""
 
     at_most: _Amount | None = None
     at_least: _Amount | None = None
@@ -104,7 +104,7 @@ class LimitTable(Table, kw_only=True):
 
 
 class OptimizeTable(Table, kw_only=True):
-    """Table of the output to minimise, and of limits."""
+    """TOML table of the output to minimise, and of limits."""
 
     minimize: str
     limits: dict[str, LimitTable] = field(default_factory=dict)

@@ -41,7 +41,7 @@ SHAFT, STRESS, FREQUENCY = "shaft.torque", "shaft.stress", "frequency"
 UNITS_OF = {TWIST: "rad", TORSION: "rad", HEAT: "W", TORQUE: "N m", SHAFT: "N m", STRESS: "Pa", FREQUENCY: "Hz"}
 OF_DAMPER, OF_SHAFT, OF_ORDERS = (HEAT, TORQUE), (SHAFT, STRESS), (TWIST, TORSION)
 _FINER = 2
-"""Ratio of samples per cycle for peaks to samples of the model, which gives 32 per period of the highest order."""
+"""Ratio of samples per cycle for peaks to the model's samples, which gives 32 samples per period of the top order."""
 _NAME = re.compile(r"([a-z.]+?)(?:\.order)?(?:\[([0-9.]+)\])?")
 
 
@@ -100,7 +100,7 @@ class SolvedOrders(NamedTuple):
 
 
 def structure_of(made: Assembly, highest: float = HIGHEST_ORDER) -> ShaftOrders:
-    """Return the linear structure of one variant for orders up to ``highest``; ``InputError``."""
+    """Return the linear structure of one variant for orders up to ``highest``; raises ``InputError``."""
     return ShaftOrders(made.engine, made.body, made.settings, GasTrace.from_engine(made.engine), highest)
 
 
@@ -133,7 +133,7 @@ def against_frame(solved: SolvedOrders, speeds: Array, row: Array) -> ComplexArr
 def torsional_answer(
     made: Assembly, speeds: Array, outputs: tuple[str, ...], structure: ShaftOrders | None = None
 ) -> dict[str, Array]:
-    """Return outputs of one variant, (s,) each or (1,) for a frequency; ``made`` includes the damper's housing.
+    """Return each output of one variant at s speeds, (s,), frequencies (1,); ``made`` includes the damper's housing.
 
     ``structure`` is the linear structure of ``made`` if known.
 
@@ -168,7 +168,7 @@ def torsional_answer(
 def _one(
     output: str, orders: dict[str, ComplexArray], found: dict[str, Array], hz: Array, structure: ShaftOrders
 ) -> Array:
-    """Return one output by name."""
+    """Return one output of a variant by the output's name, from its solved orders."""
     name, match = base_name(output), _NAME.fullmatch(output)
     number = match[2] if match else None
     if name == FREQUENCY:
@@ -209,5 +209,5 @@ def _piece_torques(made: Assembly, structure: ShaftOrders, motion: ComplexArray)
 
 
 def with_load(made: Assembly, load: float) -> Assembly:
-    """Return the assembly at another fraction of the full-load burn."""
+    """Return the assembly with pressures of another load, given as a fraction of the full-load burn."""
     return made if made.settings.gas_load == load else replace(made, settings=replace(made.settings, gas_load=load))

@@ -21,13 +21,13 @@ from numpy.polynomial import Polynomial
 from cranktrain.core.errors import InputError
 
 VALUES = {"inertia_ratio": 0.1, "frequency_ratio": 1.0 / 1.1, "damping_ratio": 0.1678, "force_frequency": 1.0}
-"""Default values: Den Hartog's optimum for an inertia ratio of 0.1."""
+"""Default values of the two-mass model: Den Hartog's optimal damper for an inertia ratio of 0.1."""
 AMPLITUDE, AMPLIFICATION, AT = OUTPUTS = ("amplitude", "amplification", "peak_frequency")
 """Outputs, all ratios: amplitude at ``force_frequency``, largest amplitude over all frequencies, and its frequency."""
 
 
 def two_mass_answer(values: Mapping[str, float]) -> dict[str, float]:
-    """Return outputs by name; ``InputError`` for impossible values."""
+    """Return the two-mass model's outputs by name; raises ``InputError`` for impossible values."""
     known = {**VALUES, **values}
     mu, f, zeta, g = (known[name] for name in VALUES)
     if not (mu > 0.0 and f >= 0.0 and zeta > 0.0 and g > 0.0):
@@ -49,6 +49,6 @@ def _squares(mu: float, f: float, zeta: float) -> tuple[Polynomial, Polynomial]:
     """Return numerator and denominator of the squared amplitude as polynomials of x = g²."""
     x = Polynomial([0.0, 1.0])
     fluid, own = 4.0 * zeta**2 * x, x - f**2
-    if f == 0.0:  # all terms have a common factor x
+    if f == 0.0:  # all terms of both polynomials have a common factor x
         return 4.0 * zeta**2 + x, 4.0 * zeta**2 * (x - 1.0 + mu * x) ** 2 + x * (x - 1.0) ** 2
     return fluid + own**2, fluid * (x - 1.0 + mu * x) ** 2 + (mu * f**2 * x - (x - 1.0) * own) ** 2

@@ -1,1 +1,1 @@
-"""Watch: detect changes of an engine's measured torsion and find the defect that explains them."""
+"""Watch of an engine: detect changes of the measured torsion, and find the defect that explains a change."""

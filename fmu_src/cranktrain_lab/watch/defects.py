@@ -23,17 +23,17 @@ from cranktrain.engine.parts import Damper
 from cranktrain.loads.gas_pressure import GasTrace
 
 MISFIRE, DAMPER, SHAFT, LOAD, ZERO = "misfire", "damper", "shaft", "load", "zero"
-"""Kinds of changes."""
+"""Kinds of defects and harmless changes."""
 MISFIRES = (0.5, 1.0)
 LOSSES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97)
-"""Severities at which a defect's signature is computed; it is interpolated between them."""
+"""Severities at which a defect's signature is computed. Between them signatures are interpolated."""
 LOADS = (0.25, 0.5, 1.0)
 ANGLES = (0.01, 0.05)
-"""Shifts of an encoder, rad."""
+"""Shifts of an encoder's zero at which the signature is computed, rad."""
 
 
 class Case(NamedTuple):
-    """Engine in one state, with gas pressures and displacement of the encoder's zero, rad."""
+    """Engine in one state (healthy or with a defect), with gas pressures and shift of the encoder's zero, rad."""
 
     engine: Engine
     gas: GasTrace
@@ -66,7 +66,7 @@ class Defect:
 
 
 def defects_of(engine: Engine, damper: bool) -> tuple[Defect, ...]:
-    """Return all changes that can be considered for an engine; ``damper``: True if it is fitted."""
+    """Return all defects and harmless changes that an engine can have; ``damper``: True if a damper is fitted."""
     found = [
         Defect(f"{MISFIRE}[{k + 1}]", f"misfire of cylinder {k + 1}", MISFIRE, MISFIRES, _misfire(k))
         for k in range(engine.n_cylinders)
@@ -161,7 +161,7 @@ def _of_shafts(engine: Engine) -> list[Defect]:
 
 
 def _of_shaft(shaft: int) -> Callable[[Case, float], Case]:
-    """Return the change that reduces stiffness and points of stiffness of a drive-line shaft, counted from 0."""
+    """Return the change that reduces the stiffness (or its curve) of a drive-line shaft, counted from 0."""
 
     def softer(case: Case, severity: float) -> Case:
         line, rest = case.engine.drive_line_chain, 1.0 - severity

@@ -37,17 +37,17 @@ from cranktrain.core.types import Array
 from cranktrain_lab.watch.scatter import Scatter, groups
 
 DRAWS = 20_000
-"""Number of draws without a change."""
+"""Number of random draws of recordings of an unchanged engine."""
 LOW = 0.2
-"""Error of a signature that is independent of the order's amplitude, because rods couple orders that differ by two."""
+"""Amplitude-independent part of a signature's error, because rods couple orders that differ by two."""
 LEFT = 1e-3
-"""Probability of the residual below which a defect does not explain a change."""
+"""Least probability of the residual for which a defect explains a measured change."""
 SHARE = 0.9
-"""Detection rate for which the smallest severity is reported."""
+"""Detection rate of a defect for which the smallest detectable severity is reported."""
 
 
 class Path(NamedTuple):
-    """Path of a defect's signatures over severity.
+    """Signatures of a defect (changes of the orders) at increasing severity.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Path(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """Result for one defect and a measured change.
+    """Result of testing whether one defect explains a measured change.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Verdict:
 
     @property
     def explained(self) -> bool:
-        """True if the residual of the most likely defect is explained by scatter."""
+        """True if scatter explains the residual that the most likely defect leaves."""
         return self.findings[0].left >= LEFT
 
 
@@ -132,13 +132,13 @@ class Detector:
         self.threshold = float(np.quantile(self._largest, 1.0 - rate))
 
     def _whitened(self, changes: Array) -> Array:
-        """Whiten changes (k, s, 2 o) to (k, s · 2 o)."""
+        """Whiten k changes of o complex orders at s speeds, (k, s, 2 o), to rows (k, s · 2 o)."""
         return np.stack(
             [solve_triangular(root, changes[:, j].T, lower=True).T for j, root in enumerate(self._roots)], axis=1
         ).reshape(changes.shape[0], -1)
 
     def _drawn(self, rng: np.random.Generator) -> Array:
-        """Draw whitened changes (b, N) without a cause, with random variances as uncertain as the estimated ones."""
+        """Draw b whitened changes (b, N) of a healthy engine, with variances as uncertain as estimated variances."""
         scatter, (s, whole, count) = self.scatter, self._directions.shape
         degrees, half = scatter.noise_degrees, whole // 2
         noise = scatter.noise[:half] * (degrees / rng.chisquare(degrees, (DRAWS, half)))
@@ -150,11 +150,11 @@ class Detector:
         return self._whitened(rows)
 
     def ratios(self, rows: Array) -> Array:
-        """Return generalised likelihood ratios (b, paths) of whitened changes (b, N)."""
+        """Return generalised likelihood ratios (b, paths) of b whitened changes (b, N) for each defect's path."""
         return np.stack([_along(white, rows)[0] for white in self._white], axis=1)
 
     def judge(self, watched: Array) -> Verdict:
-        """Return the verdict on the mean (s, 2 o) of watched recordings, rad."""
+        """Return the verdict on the mean orders of watched recordings, rad, (s, 2 o) for s speeds and o orders."""
         change = (watched - self._healthy)[None]
         row = self._whitened(change)
         statistics, places = zip(*(_along(white, row) for white in self._white), strict=True)
@@ -177,7 +177,7 @@ class Detector:
         return Verdict(probability <= self.rate, probability, tuple(order))
 
     def _score(self, change: Array, signature: Array) -> tuple[float, float]:
-        """Return log-likelihood of the residual after a signature (s, 2 o), and probability of so large a residual."""
+        """Return log-likelihood of a change's residual after a signature, and probability of so large a residual."""
         root = self._wider(signature)
         left = np.linalg.solve(root, (change - signature)[:, :, None])[..., 0]
         square = float(np.sum(left**2))
@@ -193,7 +193,7 @@ class Detector:
         return np.asarray(np.linalg.cholesky(whole))
 
     def smallest(self, k: int) -> float:
-        """Return the smallest severity of path ``k`` that is detected at the rate ``SHARE``, or NaN."""
+        """Return the smallest severity of defect path ``k`` that is detected at the rate ``SHARE``, or NaN."""
         path, white = self.paths[k], self._white[k]
         need = math.sqrt(self.threshold) + float(norm.ppf(SHARE))
         sizes = np.linalg.norm(white, axis=1)
@@ -204,7 +204,7 @@ class Detector:
         return math.nan
 
     def apart(self, k: int, severity: float) -> list[tuple[str, float]]:
-        """Return paths with the probability that path ``k`` at a severity is mistaken for them.
+        """Return, for each other defect's path, the probability that path ``k`` at a severity is mistaken for it.
 
         If the nearest points of two signatures are d standard deviations apart, the measured change is nearer to the
         wrong signature with probability Φ(−d/2).

@@ -24,7 +24,7 @@ OUTPUTS = (TORSION, FLYWHEEL, TWIST)
 
 
 class Place(NamedTuple):
-    """Operating points: output of torsion, speeds (s,) rad/s and orders (o,)."""
+    """Operating points of a watch: output of torsion, s speeds (rad/s) and o orders."""
 
     output: str
     speeds: Array

@@ -22,7 +22,7 @@ from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER
 from cranktrain_lab.watch.model import ComplexArray, Place
 
 NEAR = 0.02
-"""Relative difference of speeds up to which they are one operating point."""
+"""Relative difference up to which two speeds belong to one operating point."""
 BEYOND = 0.05
 """Relative distance outside the engine's speed range up to which speeds are accepted."""
 
@@ -42,7 +42,7 @@ class Recordings(NamedTuple):
 
 
 class _File(NamedTuple):
-    """Recording of one file: order → speeds (k,) and complex amplitudes (k,)."""
+    """Recording of one file: for each order its k speeds and complex amplitudes."""
 
     name: str
     points: dict[float, tuple[Array, ComplexArray]]
@@ -83,7 +83,7 @@ def read_recordings(
 
 
 def _read(path: str | Path, output: str) -> _File:
-    """Read one file's orders of an output; ``InputError``."""
+    """Read one file's orders of an output; raises ``InputError``."""
     name, found = Path(path).name, read_measured_orders(path)
     assert isinstance(found, MeasuredOrders)
     if output not in found:
@@ -136,7 +136,7 @@ def _check_speeds(engine: Engine, speeds: Array, name: str) -> None:
 def _at_points(
     file: _File, place: Place, own: ComplexArray, corrected: Callable[[Place], ComplexArray]
 ) -> ComplexArray:
-    """Return orders (s, o) of a recording at the operating points."""
+    """Return a recording's o orders at the s operating points, (s, o)."""
     all_speeds = np.unique(np.concatenate([file.points[order][0] for order in place.orders.tolist()]))
     moved = not np.isin(all_speeds, place.speeds).all()
     there = corrected(place._replace(speeds=all_speeds)) if moved else None

@@ -1,4 +1,4 @@
-"""Scatter of healthy recordings by noise of each order and by changes of load, encoder zero and cylinders' burn.
+"""Scatter of healthy recordings, by noise of each order and by varying load, encoder zero and cylinders' burn.
 
 At each operating point the orders of a recording, as real vectors y of real and imaginary parts, are
 
@@ -26,7 +26,7 @@ LEAST = 1e-9
 
 
 class Scatter(NamedTuple):
-    """Variances of one recording.
+    """Variances of one recording about the healthy mean.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class Scatter(NamedTuple):
     noise_degrees: float
 
     def covariance(self, directions: Array) -> Array:
-        """Return the covariance (s, 2 o, 2 o) of one recording; ``directions`` (s, 2 o, 2 + c) are g, z and h."""
+        """Return a recording's covariance (s, 2 o, 2 o) at s speeds; ``directions``: changes by load, zero, burn."""
         own = self.effects[groups(directions.shape[2])]
         return np.asarray(np.diag(self.noise) + (directions * own) @ directions.transpose(0, 2, 1))
 
 
 def groups(count: int) -> NDArray[np.intp]:
-    """Return the index of the variance of each of ``count`` directions: load, zero, then all cylinders in common."""
+    """Return the index of each direction's variance: load, encoder zero, then one variance for all cylinders."""
     return np.minimum(np.arange(count), 2)
 
 
@@ -57,7 +57,7 @@ def real_rows(orders: NDArray[np.complex128]) -> Array:
 
 
 def scatter_of(healthy: Array, directions: Array) -> Scatter:
-    """Estimate the scatter of healthy recordings (n, s, 2 o), n > 1; ``directions`` as in :class:`Scatter`."""
+    """Estimate the scatter of n > 1 healthy recordings of o orders at s speeds, (n, s, 2 o)."""
     n, s, whole = healthy.shape
     away = (healthy - healthy.mean(axis=0)) * np.sqrt(n / (n - 1.0))
     least = (LEAST * float(np.sqrt(np.mean(healthy**2)))) ** 2
@@ -83,6 +83,6 @@ def scatter_of(healthy: Array, directions: Array) -> Scatter:
 
 
 def _pooled(variances: Array, half: int, least: float) -> Array:
-    """Average the variances of real and imaginary part of each order."""
+    """Average the variances of real and imaginary part of each order, at least ``least``."""
     both = np.maximum(0.5 * (variances[:half] + variances[half:]), least)
     return np.concatenate((both, both))

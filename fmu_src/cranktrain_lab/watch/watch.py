@@ -36,12 +36,12 @@ LIKELY = 0.05
 TURN = math.radians(30.0)
 """Largest angle, rad, between the encoder's zero and firing dead centre of the first cylinder."""
 STEP = 0.02
-"""Step of the load for the derivative of orders by the load."""
+"""Step of the load (fraction of full load) for the derivative of orders by the load."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Settings of a watch.
+    """Settings of a watch of an engine.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Watch:
         self._by_burn = [-path.changes[1] / path.severities[1] for path in misfires] if len(misfires) > 1 else []
 
     def _path(self, answers: TorsionalAnswers, defect: Defect) -> detectors.Path:
-        """Return the signatures of a defect, up to the severity at which the model fails."""
+        """Return the signatures of a defect at increasing severity, up to the severity at which the model fails."""
         kept, changes = [0.0], [np.zeros_like(self.own)]
         for severity in defect.severities:
             try:
@@ -123,7 +123,7 @@ class Watch:
         return float(angles[np.argmax((np.exp(-1j * np.outer(angles, self.place.orders)) @ products).real)])
 
     def detector(self, healthy: ComplexArray, count: int, rate: float, seed: int = 1) -> Detector:
-        """Return the detector from ``healthy`` recordings (n, s, o) for ``count`` watched ones; ``InputError``."""
+        """Return the detector from n ``healthy`` recordings (n, s, o), for ``count`` watched ones; ``InputError``."""
         mean = healthy.mean(axis=0)
         turned = real_rows(1j * self.place.orders * mean)
         directions = np.stack((self._by_load, turned, *self._by_burn), axis=-1)
@@ -228,7 +228,7 @@ def _report(watched: Watch, read: Recordings, found: Detector, verdict: Verdict)
 
 
 def said(verdict: Verdict, rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Return the result in sentences."""
+    """Return the result of a watch in sentences."""
     chance = f"{verdict.probability:.2g}" if verdict.probability > 0.0 else f"below {1.0 / detectors.DRAWS:.0e}"
     if not verdict.alarm:
         return [f"No change: scatter alone is as large with a probability of {chance}."]

@@ -44,13 +44,13 @@ from cranktrain_lab.wear.schedule import HOUR, Block, block_at, same_until
 from cranktrain_lab.wear.shells import Shells, Wear, WornFilms, new_shells
 
 INCREMENT = 0.25
-"""Default increment a."""
+"""Default increment a: largest wear of a point in a time step, as a fraction of the roughness."""
 SETTLED = 0.01
 """Remaining wear, as a fraction of the new surfaces' roughness, below which wear has ended."""
 CYCLES, FIRST_CYCLES = 2, 4
-"""Number of cycles of an increment, of which the last is evaluated, and of the first increment at a point."""
+"""Number of cycles of an increment (the last is evaluated), and of the first increment at an operating point."""
 MOST = 5000
-"""Largest number of increments of a history."""
+"""Largest number of time increments of a wear history."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class Running:
         return films.run(cycles)
 
     def increment(self, wear: Wear) -> float | None:
-        """Return the longest time step (s) at these rates; None if wear has ended."""
+        """Return the longest time step (s) at these wear rates, or None if wear has ended."""
         sigma = self.engine.plain_mains.roughness
         rate, decrease = float(wear.rate.max()), float(wear.decrease.max())
         if rate == 0.0:
@@ -130,7 +130,7 @@ class Running:
         return self.choices.increment * min(sigma / rate, 1.0 / decrease if decrease > 0.0 else math.inf)
 
     def worn(self, shells: Shells, wear: Wear, step: float) -> Shells:
-        """Return the shells after a time step, s."""
+        """Return the shells after a time step (s) of this wear."""
         law, bearing = self.choices.law, self.engine.plain_mains
         depths = step * wear.smoothing
         sigma = np.array([law.smoothed(bearing, float(s), float(d)) for s, d in zip(shells.sigma, depths, strict=True)])
@@ -197,12 +197,12 @@ class _March:
 
     @property
     def block(self) -> tuple[Block, float]:
-        """Block at the present time (the last one at the end), and its end time."""
+        """Schedule block at the present time (at the end the last block), and the block's end time, s."""
         number, stop = block_at(self.blocks, min(self.time, self.end * (1.0 - 1e-9)))
         return self.blocks[number], stop
 
     def advance(self) -> str | None:
-        """Add a row and return it in words; None at the end."""
+        """Add a row to the history. Return the row in words, or None at the end."""
         if self.time >= self.end * (1.0 - 1e-12) and self.history.time.size:
             return None
         block, stop = self.block
@@ -224,7 +224,7 @@ class _March:
         return self._record(block)
 
     def _pass_calmly(self, stop: float) -> None:
-        """Skip time without wear: the rest of the block, or all time once no block has wear."""
+        """Skip time without wear: the rest of the present block, or all remaining time if no block causes wear."""
         while True:
             block, end = self.block
             if block not in self.calm or self.time >= stop:
@@ -236,9 +236,9 @@ class _March:
             self.work, self.time = self.work + step * self.calm[block], self.time + step
 
     def _record(self, block: Block) -> str:
-        """Add a row of the present state and cycle, and return it in words."""
+        """Add a row of the present shells and cycle to the history. Return the row in words."""
         running, wear, shells = self.running, self.wear, self.shells
-        assert wear is not None  # the cycle has been run
+        assert wear is not None  # the cycle of this block has been run
         values = {
             "time": self.time, "speed": block.speed, "gas_load": block.load, "sigma": shells.sigma,
             "volume": shells.volumes(0.5 * running.engine.plain_mains.diameter), "contact_work": self.work,
@@ -255,7 +255,7 @@ class _March:
 
 
 def _begun(running: Running, blocks: Sequence[Block], path: Path | None) -> WearHistory:
-    """Return the history in a file of the same engine and choices, or an empty one; ``InputError`` for others."""
+    """Return the history in a file of equal engine and choices, or an empty history; ``InputError`` for other files."""
     shells, engine = running.new_shells(), running.engine
     attributes: dict[str, Any] = {
         "engine": engine.name, "crank": running.choices.crank, "digest": running.digest,

@@ -13,11 +13,11 @@ from cranktrain_lab.wear.records import WearHistory
 
 PICTURES = ("wear_profiles.png", "wear_over_time.png")
 SHOWN = 6
-"""Number of times whose profiles are drawn."""
+"""Largest number of times at which shell profiles are drawn."""
 
 
 def save_wear_pictures(folder: Path, history: WearHistory, title: str) -> list[Path]:
-    """Write ``wear_profiles.png`` and ``wear_over_time.png`` into ``folder``; returns their paths."""
+    """Write ``wear_profiles.png`` and ``wear_over_time.png`` into ``folder``. Return their paths."""
     figures = profiles_figure(history, title), over_time_figure(history, title)
     return [save_figure(figure, folder / name) for name, figure in zip(PICTURES, figures, strict=True)]
 
@@ -78,7 +78,7 @@ def over_time_figure(history: WearHistory, title: str) -> Any:
 
 
 def plot_over_time(ax: Any, history: WearHistory, values: Any, quantity: str, unit: str) -> None:
-    """Draw values (s, b) over the time; jumps show changes of speed in the schedule."""
+    """Draw values of b bearings at s times, (s, b), over the time. Jumps show changes of speed in the schedule."""
     for k, number in enumerate(history.bearings):
         ax.plot(history.hours, values[:, k], lw=1.4, label=f"main {number:.0f}")
     ax.set(xlabel="time / h", ylabel=f"{quantity} / {unit}")

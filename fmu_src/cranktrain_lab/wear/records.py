@@ -27,7 +27,7 @@ OVER_TIME: dict[str, str] = {
 
 @dataclass(frozen=True)
 class WearHistory:
-    """Wear history of b bearings at s times; SI.
+    """Wear history of b bearings at s times, in SI units.
 
     Attributes
     ----------
@@ -69,35 +69,35 @@ class WearHistory:
 
     @property
     def hours(self) -> Array:
-        """Times (s,), h."""
+        """Times of the s rows of the history, h."""
         return np.asarray(self.time / HOUR)
 
     @property
     def contact_share(self) -> Array:
-        """Fraction (s, b) of the bearings' mean load that asperities carry."""
+        """Fraction of each bearing's mean load that asperities carry, (s, b) for s times and b bearings."""
         return np.asarray(self.contact_load / self.load)
 
     @property
     def deepest(self) -> Array:
-        """Largest worn depth (s, b), m."""
+        """Largest worn depth of each bearing, m, (s, b) for s times and b bearings."""
         return np.asarray((self.profile - self.profile[0]).max(axis=2))
 
     def with_row(self, worn: Array, settled: bool, **values: Any) -> WearHistory:
-        """Return the history with one more row; ``values`` are those of ``OVER_TIME``."""
+        """Return the history with one more row; ``values`` have the names of ``OVER_TIME``."""
         added: dict[str, Any] = {
             name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME
         }
         return replace(self, worn=worn, settled=settled, **added)
 
     def save(self, path: str | Path) -> Path:
-        """Write the file, completely or not at all; ``InputError`` for an invalid path, ``StoreError``."""
+        """Write the history's file, whole or not at all; raises ``InputError`` for an invalid path, ``StoreError``."""
         units = OVER_TIME | {"bearings": "1", "zeta": "1", "weight": "m", "worn": "m"}
         datasets = {name: (np.asarray(getattr(self, name)), unit) for name, unit in units.items()}
         return write_wear(path, datasets, {**self.attributes, "settled": int(self.settled)})
 
     @classmethod
     def load_file(cls, path: str | Path) -> WearHistory:
-        """Read a file of :meth:`save`; ``StoreError`` for another or a damaged file."""
+        """Read a file that :meth:`save` wrote; raises ``StoreError`` for another or a damaged file."""
         data, attributes = read_wear(path)
         wanted = {one.name for one in fields(cls)} - {"attributes", "settled"}
         if missing := sorted(wanted - set(data)):

@@ -37,7 +37,7 @@ def run_in_over_time(
     say: Callable[[str], None] = lambda text: None,
     follow: Callable[[float], None] = lambda share: None,
 ) -> tuple[WearHistory, dict[str, Any]]:
-    """Compute wear of an engine's main bearings over time; returns the history, and its figures for JSON.
+    """Compute wear of an engine's main bearings over time. Return the history, and its figures for JSON.
 
     Raises ``InputError`` without hours and schedule, with both schedule and speed, for an engine without plain mains, a
     file of another history, or an ``out`` that exists.
@@ -69,7 +69,7 @@ def run_in_over_time(
 def _blocks(
     engine: Engine, hours: float | None, schedule: str | Path | Sequence[Block] | None, speed_rpm: float | None
 ) -> Sequence[Block]:
-    """Return the schedule; ``InputError`` if it is missing or ambiguous."""
+    """Return the blocks of the schedule; raises ``InputError`` if the schedule is missing or ambiguous."""
     if hours is not None and not 0.0 < hours < math.inf:
         raise InputError(f"run-in: {hours:g} hours take no time; give a number above zero")
     if schedule is not None:
@@ -85,7 +85,7 @@ def _blocks(
 
 
 def envelope(history: WearHistory, row: int = -1) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return increasing |ζ| (m,), and the deepest relief of all shells and both ends at each, m."""
+    """Return m increasing |ζ| across a shell, and the deepest relief (m) of all shells and both ends at each |ζ|."""
     deepest = history.profile[row].max(axis=0)
     deepest = np.maximum(deepest, deepest[::-1])
     half = history.zeta >= 0.0

@@ -1,4 +1,4 @@
-"""Running in of a straight shell: the relief by wear at which its edges no longer touch.
+"""Running in of a straight shell: the relief by wear at which the shell's edges no longer touch.
 
 Films are thinnest at the lowest speed of the full-load range. Each pass runs the engine at level ``reynolds``, finds
 the least gap of every slice ζ over one cycle, all mains and both ends, and wears the shell where this gap is less than
@@ -38,9 +38,9 @@ from cranktrain.store.whole_file import whole_file
 from cranktrain.structure import assembly
 
 PASSES, CYCLES, PER_CYCLE = 9, 3, 288
-"""Number of passes, cycles of a run (the last one is evaluated), and samples per cycle."""
+"""Number of passes, cycles of a run (the last cycle is evaluated), and samples per cycle."""
 WEAR, WANTED = 0.7, 0.5
-"""Fraction of the missing gap that a pass wears, and required gap as a fraction of the roughness."""
+"""Fraction of the missing gap that one pass wears off, and required gap as a fraction of the roughness."""
 SLICES = 101
 SMOOTHING = np.array([0.25, 0.5, 0.25])
 
@@ -56,7 +56,7 @@ def run_in(
     say: Callable[[str], None] = lambda stage: None,
     follow: Callable[[float], None] = lambda share: None,
 ) -> dict[str, Any]:
-    """Run in the shells of an engine's mains; returns results for JSON, and writes engine file ``out`` if given.
+    """Run in the shells of an engine's mains. Return results for JSON, and write engine file ``out`` if given.
 
     Raises ``InputError`` for an engine without plain mains, a speed that is not positive, or an ``out`` that exists.
 
@@ -127,7 +127,7 @@ def _put_profile(simulation: Simulation, zeta: Array, worn: Array) -> None:
 
 
 def least_gaps(simulation: Simulation, zeta: Array, worn: Array, cycles: int) -> Array:
-    """Run ``cycles`` and return the least gap (m) of slices at ±ζ in the last one, over all mains and both ends."""
+    """Run ``cycles`` cycles. Return the last cycle's least gap (m) at each |ζ|, over all mains and both ends."""
     clearance = simulation.engine.plain_mains.clearance
     begin, h = simulation.time, 4.0 * math.pi / simulation.inputs[0] / PER_CYCLE
     least = np.full(zeta.size, np.inf)
@@ -143,7 +143,7 @@ def least_gaps(simulation: Simulation, zeta: Array, worn: Array, cycles: int) ->
 
 
 def fitted_profile(zeta: Array, worn: Array) -> tuple[float, float, float]:
-    """Fit depth (m), fraction and exponent of the profile to a worn shape by least squares; straight: depth 0."""
+    """Fit depth (m), fraction and exponent of a profile to a worn shape by least squares. Depth 0 is straight."""
     if not worn.max() > 0.0:
         return 0.0, 0.5, 2.0
     best, least = (float(worn[-1]), 1.0, 2.0), math.inf

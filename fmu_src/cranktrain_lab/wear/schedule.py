@@ -50,7 +50,7 @@ def read_schedule(path: str | Path) -> tuple[Block, ...]:
 
 
 def _columns(table: TextRows, name: str) -> list[str]:
-    """Return the kinds of the columns."""
+    """Return the kind of each column of a schedule table."""
     kinds = [kind_of(column, KINDS) for column in table.names]
     for column, kind in zip(table.names, kinds, strict=True):
         if not kind:
@@ -63,7 +63,7 @@ def _columns(table: TextRows, name: str) -> list[str]:
 
 
 def _block(where: str, cells: dict[str, str], table: TextRows) -> Block:
-    """Return the block of a line; ``InputError`` for a missing or invalid value."""
+    """Return the block of one line of a schedule table; raises ``InputError`` for a missing or invalid value."""
     limits = {
         "duration": (1e-6, LONGEST_HOURS, "hours"),
         "speed": (SLOWEST_RPM, FASTEST_RPM, "rev/min"),

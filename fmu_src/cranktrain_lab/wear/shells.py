@@ -40,12 +40,12 @@ from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
 ANGLES = 120
 """Number of meridians of a wear map (every 3 degrees, a fifth of a contact arc)."""
 PER_CYCLE = 288
-"""Number of samples per cycle."""
+"""Number of samples per cycle for the wear."""
 
 
 @dataclass(frozen=True)
 class Shells:
-    """State of b shells.
+    """Wear state of b bearing shells.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Shells:
 
     @property
     def profiles(self) -> Array:
-        """Relief (b, n) of the shells used by films, m."""
+        """Relief (m) of b shells at n points across the width, (b, n), as films use it."""
         worn = self.worn.max(axis=1)
         if self.alike:
             deepest = worn.max(axis=0)
@@ -87,7 +87,7 @@ def new_shells(bearing: PlainBearing, count: int, alike: bool = False) -> Shells
 
 @dataclass(frozen=True)
 class Wear:
-    """Wear of b shells over one cycle; values are means over the cycle unless stated otherwise.
+    """Wear of b shells over one cycle. Values are means over the cycle unless stated otherwise.
 
     Attributes
     ----------
@@ -135,13 +135,13 @@ class WornFilms:
         self.angles = np.array([np.cos(angle), np.sin(angle)])
 
     def put(self, shells: Shells) -> None:
-        """Use these shells in the films from now on."""
+        """Use these worn shells in the simulation's films from now on."""
         self.shells, self.profiles = shells, shells.profiles
         for bore, profile, sigma in zip(self.bores, self.profiles, shells.sigma, strict=True):
             put_shell(bore, self.bearing, shells.zeta, profile, float(sigma))
 
     def run(self, cycles: int) -> Wear:
-        """Run ``cycles`` cycles and return the wear of the last one."""
+        """Run ``cycles`` cycles and return the wear of the last cycle."""
         simulation = self.simulation
         first, h = simulation.time, 4.0 * math.pi / simulation.inputs[0] / PER_CYCLE
         tally = _Tally(self)
@@ -176,7 +176,7 @@ class _Tally:
         ]
 
     def add(self) -> None:
-        """Add the present sample."""
+        """Add the simulation's present sample to the sums."""
         films, simulation = self.films, self.films.simulation
         cos, sin = simulation.model.films.numbers[[COS, SIN]]
         for i, number in enumerate(films.numbers):
@@ -192,7 +192,7 @@ class _Tally:
             self.friction[i] += abs(torque) * self.speed / PER_CYCLE
 
     def wear(self) -> Wear:
-        """Return the wear of the cycle."""
+        """Return the wear of the cycle whose samples were added."""
         films, bearing = self.films, self.films.bearing
         rate, decrease, pressure = self.maps[:, RATE], self.maps[:, DECREASE], self.maps[:, PRESSURE]
         area = films.shells.weight * (math.pi * bearing.diameter / ANGLES)
@@ -227,6 +227,6 @@ def put_shell(bore: RigidBore, bearing: PlainBearing, zeta: Array, profile: Arra
     line = bore.contact.line
     line[RELIEF] = np.interp(line[LINE_ZETA], zeta, profile)
     line[REACH2] = (c + line[RELIEF] - HIGHEST * sigma) ** 2
-    # A part of the width is skipped by a test of its two ends, so both get the nearest reach between them.
+    # The film skips a part of the width by a test of the part's two ends, so both ends get the part's nearest reach.
     parts = line[REACH2].reshape(-1, SLICES)
     parts[:, [0, -1]] = parts.min(axis=1, keepdims=True)

@@ -18,10 +18,10 @@ from cranktrain_lab.explore.inside.cycle import FRAME_DEG, BearingLook
 
 SHELL, JOURNAL = "on the shell", "on the journal"
 SIDES = (SHELL, JOURNAL)
-"""Axes of a polar load diagram: of the shell, and of the crank."""
+"""Choices of axes of a polar load diagram: axes of the shell, and axes of the crank."""
 HEIGHT = 380
 _ROOM = 1.12
-"""Ratio of a square chart's half width to its largest value."""
+"""Ratio of a square chart's half width to the largest value of its curve."""
 _DEG, _KN, _MPA, _MM = 180.0 / math.pi, 1.0e-3, 1.0e-6, 1.0e3
 
 
@@ -61,7 +61,7 @@ class _Square:
         self._corners.data = {"x": [-reach, reach], "y": [-reach, reach]}
 
     def mark(self, value: complex, arm: bool) -> None:
-        """Mark the present value, with a line from the origin if ``arm``."""
+        """Mark the value at the present crank angle, with a line from the origin if ``arm``."""
         self.point.data = {"x": [value.real], "y": [value.imag]}
         self.arm.data = {"x": [0.0, value.real], "y": [0.0, value.imag]} if arm else {"x": [], "y": []}
 
@@ -139,7 +139,7 @@ class FilmChart:
         self._colours = LinearColorMapper(palette="Viridis256", low=0.0, high=1.0)
         names = ("left", "right", "bottom", "top", "p")
         self.cells: ColumnDataSource = ColumnDataSource({name: [] for name in names})
-        colour = {"field": "p", "transform": self._colours}  # also for lines, to hide seams between cells
+        colour = {"field": "p", "transform": self._colours}  # edges have the colour too, to hide seams between cells
         quads = self.plot.quad(
             left="left", right="right", bottom="bottom", top="top", source=self.cells,
             line_color=colour, fill_color=colour,
@@ -179,7 +179,7 @@ class FilmChart:
 
 
 def single_line(pressure: Array) -> bool:
-    """True if the largest pressure (n, m) is on a single axial line, so that the film is not resolved."""
+    """True if the largest of n × m nodal pressures is alone on one axial line, so the film is not resolved."""
     i, j = np.unravel_index(int(pressure.argmax()), pressure.shape)
     beside = np.pad(pressure[i], 1)[[j, j + 2]]
     return bool(pressure[i, j] > 0.0 and 1.0 - beside.mean() / pressure[i, j] > NOT_RESOLVED)

@@ -24,7 +24,7 @@ LARGEST = 60_000
 
 @dataclass(frozen=True, eq=False)
 class CrankSurface:
-    """Surface of p points at f crank angles (SI).
+    """Surface of the crankshaft with p points at f crank angles (SI).
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class CrankSurface:
         )  # fmt: skip
 
     def limits(self, stress: str) -> tuple[float, float]:
-        """Return the ends of the colour scale over the whole cycle, Pa."""
+        """Return lower and upper end (Pa) of a stress's colour scale, which is the same over the whole cycle."""
         values = self.stresses[stress]
         top = float(np.quantile(np.abs(values), USUAL_STRESS))
         return (-top if stress == PRINCIPAL else 0.0), top
@@ -71,7 +71,7 @@ class CrankSurface:
 
     @property
     def reduced(self) -> CrankSurface:
-        """Return the same motion with the least number of shapes for display."""
+        """Return the surface with the same motion, stored with the least number of shapes for display."""
         coordinates, shapes = self._moving.principal_motions()
         return replace(self, coordinates=coordinates, shapes=shapes)
 
@@ -114,7 +114,7 @@ def coarser(surface: CrankSurface, most: int) -> CrankSurface:
     cells = int((len(surface.points) * most / len(surface.triangles)) ** 0.5)
     while True:
         cube = np.floor((surface.points - low) * (cells / spread)).astype(np.int64) @ (1, 1 << 20, 1 << 40)
-        # Points are ordered by stress, so the first of each cube has the largest.
+        # Points are ordered by stress, so the first point of each cube has the largest stress.
         _, first, group = np.unique(cube[order], return_index=True, return_inverse=True)
         kept = order[first]
         number = np.empty(len(cube), dtype=np.int32)

@@ -30,7 +30,7 @@ from cranktrain_lab.explore.inside.film_record import FilmPressure
 FRAME_DEG = 5
 """Crank angle between frames, degrees."""
 LOOK = "cycle"
-"""Value of the attribute ``look`` in files of this module."""
+"""Value of the attribute ``look`` that identifies files written by this module."""
 AGAIN = "make it anew: 'Look inside', then 'Save this cycle'"
 _SIZES = ("diameter", "width", "clearance")
 _CURVES = ("shell", "journal", "orbit")
@@ -75,7 +75,7 @@ class BearingLook:
 
 @dataclass(frozen=True, eq=False)
 class InsideCycle:
-    """Cycle for display.
+    """Cycle of a run for display.
 
     Attributes
     ----------
@@ -101,11 +101,11 @@ class InsideCycle:
         return self.speed / RPM
 
     def level_of(self, bearing: BearingLook) -> str:
-        """Return the bearing level of a bearing."""
+        """Return the fidelity level of a bearing."""
         return self.levels["big_ends" if bearing.name.startswith(BIG_END) else "bearings"]
 
     def save(self, path: str | Path) -> Path:
-        """Write the cycle; ``InputError`` for an existing file."""
+        """Write the cycle; raises ``InputError`` for an existing file."""
         target = Path(path)
         if target.exists():
             raise InputError(f"{target}: exists already and is not overwritten; give another name")
@@ -189,7 +189,7 @@ def _stored(data: Mapping[str, Any], attributes: Mapping[str, Any]) -> InsideCyc
 def bearing_looks(
     run: Sampled, engine: Engine, films: Mapping[str, FilmPressure] | None = None
 ) -> tuple[BearingLook, ...]:
-    """Return all bearings over the last cycle of a run; ``films`` by bearing name; ``InputError``."""
+    """Return all bearings over the last cycle of a run; ``films`` by bearing name; raises ``InputError``."""
     report = bearing_report(run, engine)
     return tuple(_look(one, engine, (films or {}).get(one.name)) for one in report.bearings)
 
@@ -198,7 +198,7 @@ def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> Bea
     order = np.argsort(found.angle)
     of_rod = found.family == BIG_END
     bearing = engine.big_end_bearing if of_rod else engine.main_bearing
-    if found.specific_load is None:  # rollers and knuckle pins have none
+    if found.specific_load is None:  # rollers and knuckle pins have no specific load
         bearing = None
     sizes = (0.0, 0.0, 0.0) if bearing is None else (bearing.diameter, bearing.width, bearing.clearance)
     shell = found.on_rod if found.on_rod is not None else found.on_shell
@@ -208,7 +208,7 @@ def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> Bea
 
 @dataclass(frozen=True)
 class Repeated:
-    """Run for reports made from one periodic recorded cycle, with some samples of the cycle before."""
+    """Run for reports, made of one periodic recorded cycle and some samples of the cycle before it."""
 
     time: Array
     angle: Array

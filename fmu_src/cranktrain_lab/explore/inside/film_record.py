@@ -61,7 +61,7 @@ class FilmPressure:
         return complex(0.5 * width * radius * (around @ across))
 
     def at(self, samples: Any) -> FilmPressure:
-        """Return the pressure at some of the crank angles."""
+        """Return the film pressure at some of the crank angles (indices ``samples``)."""
         faces = self.faces if len(self.faces) == 1 else self.faces[samples]
         return FilmPressure(self.pressure[samples], faces, self.sides)
 
@@ -111,7 +111,7 @@ class FilmWatch:
             self._seen.setdefault(name, []).append((pressure, faces))
 
     def _solved(self, name: str, row: int, number: int, bore: RigidBore) -> tuple[Array, Array]:
-        """Solve a film again at its present state; returns pressure (n, m) Pa and faces (n,) rad in axes at rest."""
+        """Solve a film again at its present state. Return pressure (n, m) Pa and faces (n,) rad in axes at rest."""
         simulation = self._simulation
         laws = simulation.model.laws
         numbers = laws.numbers.copy()
@@ -141,17 +141,17 @@ def elastic_pressure(bore: ElasticBore, number: int) -> Array:
 
 
 def elastic_cells(bore: ElasticBore) -> tuple[Array, Array]:
-    """Return faces (n,) rad around and sides (m + 1,) across of the cells of an elastic film's nodes."""
+    """Return cell faces around (n,), rad, and m + 1 cell sides across the width of an elastic film's nodes."""
     faces = np.arctan2(bore.film.trig[:, elastic.FACE_SIN], bore.film.trig[:, elastic.FACE_COS])
     zetas = bore.film.lines[:, elastic.ZETA]
     return faces, cell_sides(zetas[1:-1])
 
 
 def rigid_sides(bore: RigidBore) -> Array:
-    """Return sides (m + 1,) across of the cells of a rigid bore's nodes."""
+    """Return the m + 1 cell sides across the width for the m nodes of a rigid bore."""
     return cell_sides(bore.grid.axial[rigid.ZETA, : bore.grid.axial.shape[1] - 1])
 
 
 def cell_sides(zetas: Array) -> Array:
-    """Return cell sides (m + 1,) half way between nodes at ``zetas`` (m,), and at the ends of the shell."""
+    """Return m + 1 cell sides: half way between the m nodes at ``zetas``, and at the ends of the shell."""
     return np.concatenate(([-1.0], 0.5 * (zetas[1:] + zetas[:-1]), [1.0]))

@@ -92,7 +92,7 @@ class LookInside:
 
 
 def _at_frames(film: FilmPressure | None, sample: Callable[[int], int]) -> FilmPressure | None:
-    """Return a film at the frames of a page."""
+    """Return a recorded film at the frames that a page shows."""
     if film is None:
         return None
     frames: list[int] = [sample(frame) for frame in range(720 // FRAME_DEG)]

@@ -32,7 +32,7 @@ ENLARGEMENTS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 class InsideView:
-    """View with slider, choices and charts of a cycle; without a cycle a line of instructions.
+    """View with slider, choices and charts of a cycle, or with a line of instructions if there is no cycle.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class InsideView:
 
     @property
     def look(self) -> BearingLook:
-        """The chosen bearing."""
+        """Bearing that the charts show."""
         assert self.cycle is not None
         return next(one for one in self.cycle.bearings if one.name == self.bearing.value)
 

@@ -1,4 +1,4 @@
-"""Named arrays of a file as channels, with search for time arrays and sampling rates."""
+"""Conversion of named arrays of a file to channels, with search for time arrays and sampling rates."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _step(group: str, scalars: Mapping[str, float]) -> float:
 
 
 def _start(one: Named, scalars: Mapping[str, float]) -> float:
-    """Return the time of an array's first sample, s, from single numbers of the array or group, else its own start."""
+    """Return the time (s) of an array's first sample, from single numbers of its group, else the array's own start."""
     groups = (one.name, _group(one.name))
     own = {name.rpartition("/")[2].lower(): value for name, value in scalars.items() if _group(name) in groups}
     return next((own[name] for name in START_NAMES if math.isfinite(own.get(name, math.nan))), one.start)

@@ -33,7 +33,7 @@ ROWS, MOST_LINES, LONGEST = 100_000, 200, 1 << 20
 
 
 class Segment(NamedTuple):
-    """Contents of a segment's header.
+    """Contents of the header of a LabVIEW file's segment.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ def _parts(file: TextIO, first: Segment, sign: str, about: dict[str, list[str]],
 
 
 def _last(values: Values, column: int) -> int:
-    """Return the number of rows up to the last one with a value in a column."""
+    """Return the number of rows up to the last row that has a value in this column."""
     absent = int(values.missing[column])
     if not absent:
         return values.size

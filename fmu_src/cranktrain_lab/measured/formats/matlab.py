@@ -50,7 +50,7 @@ def _variable(path: Path, name: str) -> Any:
 
 
 def _later(path: Path, name: str, k: int, held: dict[str, list[Named]]) -> Any:
-    """Return a reader of the k-th array of a variable, which loads it when needed; ``held`` caches the last one."""
+    """Return a reader of the k-th array of a variable, which loads it when needed; ``held`` caches one variable."""
 
     def read(first: int, last: int, column: int) -> Array:
         if name not in held:

@@ -101,7 +101,7 @@ def _began(file: Any, name: str) -> int | None:
 
 
 def _reader(file: Any, leaf: int, of_time: bool) -> Any:
-    """Return a reader of a column's rows, which caches the last row group; dates are seconds after the first one."""
+    """Return a reader of a column's rows, which caches the last row group; dates are seconds after the first date."""
     counts = [file.metadata.row_group(k).num_rows for k in range(file.metadata.num_row_groups)]
     ends = np.concatenate(([0], np.cumsum(counts))).tolist()
     last_read: dict[int, Array] = {}
@@ -134,7 +134,7 @@ def _floats(values: Any) -> Array:
 
 
 class _Seconds:
-    """Converter of dates, times of day, durations or their texts to seconds after the first one."""
+    """Converter of dates, times of day, durations or their texts to seconds after the first value."""
 
     zero: int | None = None
     last: int | None = None

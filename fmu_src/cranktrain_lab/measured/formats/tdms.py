@@ -94,7 +94,7 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
 
 
 def _instant(value: Any) -> int | None:
-    """Return a stated time, ns since 1970 UTC; None without one, or before :data:`EARLIEST`."""
+    """Return a stated time, ns since 1970 UTC; None if there is no time, or a time before ``EARLIEST``."""
     if not isinstance(value, np.datetime64) or np.isnat(value):
         return None
     found = int(value.astype("datetime64[ns]").astype(np.int64))

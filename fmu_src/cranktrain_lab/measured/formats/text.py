@@ -27,7 +27,7 @@ WHAT, REMEDY = "table of measured signals", "export it again with one column a c
 LARGE = 4_000_000
 """Largest number of values of a table in memory; a larger table is stored in a temporary file of float64."""
 PIECE = 1_000_000
-"""Number of values read from this file at once."""
+"""Number of values read from the temporary file at once."""
 RATE = re.compile(
     r"(?i)\b(?:fs|rate|sampl\w*(?:[ _]?rate|[ _]?freq\w*)?|abtastrate)\b\s*[:=]?\s*([0-9.eE+]+)\s*(k?hz|1/s)?"
 )

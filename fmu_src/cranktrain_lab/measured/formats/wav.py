@@ -12,7 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain_lab.measured.channels import Channel, Reader
 
 CHECKED = 20_000_000
-"""Number of samples that are checked for clipping at full scale."""
+"""Number of samples of a file that are checked for clipping at full scale."""
 FULL = {"int16": 2.0**15, "int32": 2.0**31, "int64": 2.0**63, "uint8": 2.0**7}
 
 

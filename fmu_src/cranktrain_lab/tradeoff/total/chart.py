@@ -1,4 +1,4 @@
-"""Pictures of total error against cost: all choices with their Pareto front, and the parts of its errors.
+"""Pictures of total error against cost: all choices, their Pareto front, and the parts of the errors on this front.
 
 Left: total error over cost; colour tells the bearings, the mark's form the crank, a filled mark a flexible block; a
 line joins the steps of one model. Right: the choices of the front, and the default, one a row, with their parts.
@@ -18,22 +18,22 @@ from cranktrain_lab.tradeoff.total.choice import ACCURACIES, percent, rate
 from cranktrain_lab.tradeoff.total.study import TotalStudy
 
 COLOURS = ("#8a8f98", "#c58b00", "#1f77b4", "#2ca02c", "#8e44ad", "#d62728", "#17a2a2", "#7f4f24")
-"""Of bearing levels, the lowest first."""
+"""Colours of bearing levels, the lowest level first."""
 MARKS = ("v", "D", "s", "o", "P", "X")
-"""Of crank levels, the lowest first."""
+"""Marks (matplotlib) of crank levels, the lowest level first."""
 PART_STYLES = {"model": ("s", "#1f77b4"), "numerical": ("o", "#e07b00"), "settling": ("^", "#2ca02c")}
 INK, PALE = "#22262b", "#9aa1aa"
 FARTHEST = 10.0
-"""Errors above this only mean that the answer is lost, so they are drawn at the top edge."""
+"""Largest relative error in charts. Larger errors mean a useless result and are drawn at the top edge."""
 LEAST = 1.0e-5
-"""Parts below it are drawn there."""
+"""Least relative error in charts. Smaller parts of an error are drawn at this value."""
 GAIN = 0.98
-"""A choice of the front is named if its error is below this fraction of the error of the choice named before."""
+"""Ratio of errors of two neighbours on the Pareto front above which the more expensive one gets no label."""
 COST = "processor seconds per simulated second of a settled cycle"
 
 
 def total_figure(study: TotalStudy, scene: str, family: Family) -> Any:
-    """Picture of one family at one scene."""
+    """Return the figure of one output family in one scene (an engine at one speed)."""
     from matplotlib.figure import Figure
 
     points = at_scene(study.points, scene)
@@ -67,7 +67,7 @@ def total_figure(study: TotalStudy, scene: str, family: Family) -> Any:
 
 
 def worth_naming(points: Sequence[TotalPoint], family: str) -> list[TotalPoint]:
-    """Choices of a front, the cheapest first, less those that come hardly closer than the one named before."""
+    """Return the choices of a Pareto front to label, cheapest first; each must reduce the error by ``GAIN`` or more."""
     named: list[TotalPoint] = []
     for point in points:
         if not named or (point.total(family) or 0.0) < GAIN * (named[-1].total(family) or 0.0):
@@ -76,7 +76,7 @@ def worth_naming(points: Sequence[TotalPoint], family: str) -> list[TotalPoint]:
 
 
 def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequence[TotalPoint]) -> None:
-    """All choices, the front through the best of them, the default ringed."""
+    """Draw the total errors of all choices over cost, the Pareto front ``listed``, and a ring around the default."""
     colours, marks = _colours(), _marks()
     for model in dict.fromkeys((p.levels, p.integrator) for p in points):
         line = sorted((p for p in points if (p.levels, p.integrator) == model), key=lambda p: -p.step_deg)
@@ -106,7 +106,7 @@ def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequ
 
 
 def plot_parts(ax: Any, rows: Sequence[TotalPoint], family: str, numbers: dict[int, str]) -> None:
-    """Parts of the total error of each choice, one choice per row, the cheapest at the top."""
+    """Draw the parts of the total error of each choice, one choice per row, the cheapest at the top."""
     for k, point in enumerate(rows):
         parts = point.errors[family]
         if parts is None:
@@ -129,7 +129,7 @@ def plot_parts(ax: Any, rows: Sequence[TotalPoint], family: str, numbers: dict[i
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_xscale("log")
     low, high = ax.get_xlim()
-    ax.set_xlim(low, high * (high / low) ** 0.2)  # room for the figures at the right
+    ax.set_xlim(low, high * (high / low) ** 0.2)  # room for the percentages at the right
     _percents(ax.xaxis, high)
     ax.set_xlabel("error and its parts", fontsize=9)
     ax.set_title("choices on the front" + _besides(rows, numbers), fontsize=9, loc="left", color=INK)
@@ -142,7 +142,7 @@ def _besides(rows: Sequence[TotalPoint], numbers: dict[int, str]) -> str:
 
 
 def _row_texts(point: TotalPoint, number: str) -> list[tuple[str, int, str]]:
-    """Texts left of a row: each with the place of its right end, in points from the axis, and its weight."""
+    """Return texts left of a row, each with its right end (points from the axis) and its font weight."""
     default = " (default)" if point.default else ""
     return [(number, -7, "bold"), (rate(point.cost), -24, "normal"), (f"{point.label}{default}", -76, "normal")]
 
@@ -165,7 +165,7 @@ def _marks() -> dict[str, str]:
 
 
 def _legend(figure: Any, points: Sequence[TotalPoint]) -> None:
-    """One line of keys below both pictures."""
+    """Draw a line of legend keys below both charts of a figure."""
     from matplotlib.lines import Line2D
 
     def key(label: str, **style: Any) -> Any:
@@ -196,7 +196,7 @@ def _legend(figure: Any, points: Sequence[TotalPoint]) -> None:
 
 
 def _percents(axis: Any, highest: float = math.inf) -> None:
-    """Ticks in per cent, as far as the highest."""
+    """Label the ticks of an axis in per cent, up to the value ``highest``."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()

@@ -1,4 +1,4 @@
-"""Recommended choice for an accuracy: the cheapest measured choice with a total error within it, by family."""
+"""Recommended choice for an accuracy: the cheapest one whose total error in an output family is within it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NONE = "–"
 
 
 def cheapest(points: Iterable[TotalPoint], accuracies: dict[str, float]) -> TotalPoint | None:
-    """Cheapest point whose total error is within the accuracy in every family that is named; None where none is."""
+    """Return the cheapest point whose total errors are within the accuracy of each family; None if there is none."""
     within = []
     for point in points:
         totals = {family: total for family in accuracies if (total := point.total(family)) is not None}
@@ -23,12 +23,12 @@ def cheapest(points: Iterable[TotalPoint], accuracies: dict[str, float]) -> Tota
 
 
 def closest(points: Iterable[TotalPoint], family: str) -> TotalPoint | None:
-    """Point with the least total error of a family; None where none has its outputs."""
+    """Return the point with the least total error in a family; None if no point has outputs of this family."""
     return min(shown(points, family), key=lambda p: p.total(family) or 0.0, default=None)
 
 
 def table_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
-    """A row for each family that was measured: its title, and what to take for each of ``ACCURACIES``."""
+    """Return a row for each measured family: its title, and the recommended choice for each of ``ACCURACIES``."""
     rows = []
     for name, family in FAMILIES.items():
         best = closest(points, name)
@@ -43,18 +43,18 @@ def table_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
 
 
 def said(point: TotalPoint, family: str) -> str:
-    """A choice with its cost and total error, for people."""
+    """Format a choice as text with its cost and its total error in a family."""
     return f"{point.label}: {rate(point.cost)}, {percent(point.total(family))}"
 
 
 def rate(cost: float | None) -> str:
-    """A cost for people, two digits and no exponent."""
+    """Format a cost (processor seconds per simulated second) with two digits and no exponent."""
     value = float(f"{cost or 0.0:.2g}")
     return f"{value:.0f} s/s" if value >= 10.0 else f"{value:g} s/s"
 
 
 def percent(value: float | None) -> str:
-    """An error for people, with two digits."""
+    """Format a relative error in per cent with two digits."""
     if value is None:
         return NONE
     shown = 100.0 * value
@@ -62,9 +62,9 @@ def percent(value: float | None) -> str:
 
 
 def default_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
-    """The default in each family: its error, whether it is on the front, and cheaper choices that are as close.
+    """Return a row per family on the default choice: its errors, and a cheaper choice that is as accurate, if any.
 
-    The last row is of all families together: what is as close in each of them for less.
+    The last row is for all families together, with the cheapest choice that is as accurate in each of them.
     """
     rows = []
     own = next((p for p in points if p.default), None)
@@ -94,7 +94,7 @@ HEADER = ("outputs", *(f"for {100 * accuracy:g} %" for accuracy in ACCURACIES))
 
 
 def choice_text(study: TotalStudy) -> str:
-    """Text for each scene: the best model, what to take for each accuracy, and how the default stands."""
+    """Return a text on each scene: best model, recommended choice for each accuracy, and errors of the default."""
     lines = [
         "What to choose for a total error, from the measured points. Errors are RMS of the difference over the last",
         "cycle over the RMS of the alternating part, against the best model there is; cost is in processor seconds per",

@@ -1,13 +1,13 @@
 """Distance of two runs in an output family, and the parts of a total error.
 
-Of each member m (an output, or the axes of one vector) the RMS of the difference over the RMS of the reference's
-alternating part, and of these the largest,
+For each member m (an output, or the axes of one vector) the RMS of the difference is divided by the RMS of the
+reference's alternating part. The distance is the largest of these ratios,
 
     |y − z| = max_m  ( Σ_axes mean (y − z)² / Σ_axes var y_ref )^½ .
 
-Of families whose means are a matter of the run's past the alternating parts alone are compared. Cycles are taken as
-Fourier series over 720° at the reference's samples, whatever their own are, so that with the one scale in all of them
-this is a norm: distances add up along any way of runs.
+In families whose means depend on the history of a run, only alternating parts are compared. Cycles are resampled by
+Fourier series over 720° at the reference's samples. All distances have the same scale, so they obey the triangle
+inequality.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from cranktrain.studies.total_error.point import Split
 
 
 def split(family: Family, engine: Engine, last: Cycle, after: Cycle, fine: Cycle, reference: Cycle) -> Split | None:
-    """Total error of a run and its parts; None where a model lacks the outputs.
+    """Return the total error of a run in a family, and its parts; None if one of the models lacks the family's outputs.
 
     Parameters
     ----------
     last, after : the run's last cycle and the one that would follow
     fine : last cycle of the same model with a fine step
-    reference : that of the best model, likewise
+    reference : last cycle of the best model with a fine step
     """
     found = [
         distance(family, engine, one, other, reference)
@@ -62,14 +62,14 @@ def distance(family: Family, engine: Engine, one: Cycle, other: Cycle, reference
 
 
 def resampled(values: Array, count: int) -> Array:
-    """A periodic cycle of samples at the ends of even intervals, (n,), at so many of them, by its Fourier series."""
+    """Resample a periodic cycle, given at the ends of n equal intervals, at ``count`` intervals by Fourier series."""
     n = values.size
     if n == count:
         return values
-    lines = np.fft.rfft(np.roll(values, 1)) / n  # the end of a cycle is its start
+    lines = np.fft.rfft(np.roll(values, 1)) / n  # the last sample, at the end of the cycle, is also its start
     kept = np.zeros(count // 2 + 1, dtype=complex)
     most = min(n, count) // 2
     kept[: most + 1] = lines[: most + 1]
     if min(n, count) % 2 == 0 and n != count:
-        kept[most] *= 0.5 if n < count else 2.0  # Nyquist's line is two in the finer series
+        kept[most] *= 0.5 if n < count else 2.0  # the Nyquist line splits into two in the finer series
     return np.roll(np.fft.irfft(kept * count, count), -1)

@@ -1,4 +1,4 @@
-"""Everything that the study of total error writes into its folder, each file whole or not at all."""
+"""Output files of the total-error study, each written completely or not at all."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TEXTS = {
 
 
 def write_files(study: TotalStudy, folder: Path) -> list[Path]:
-    """A chart for each scene and family (PNG and SVG), page, points, choice and figures for plans; their paths."""
+    """Write charts (PNG and SVG), page, points, recommended choices and a JSON document. Return their paths."""
     written = []
     for scene, family in study.pictures:
         figure = total_figure(study, scene, FAMILIES[family])
@@ -48,7 +48,7 @@ def write_files(study: TotalStudy, folder: Path) -> list[Path]:
 
 
 def points_csv(points: tuple[TotalPoint, ...]) -> str:
-    """All points as a table: label, cost, total error and its parts by family."""
+    """Return all points as CSV text, with label, cost, and the total error and its parts for each family."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     levels = ("crank", "bearings", "block", "integrator", "step_deg", "speed_rpm", "default", "status", "cycles")
@@ -61,7 +61,7 @@ def points_csv(points: tuple[TotalPoint, ...]) -> str:
 
 
 def document(study: TotalStudy) -> dict[str, Any]:
-    """What ships of a study, as JSON holds it; every scene is of the same engine with no damper and the full load."""
+    """Return the study for JSON, as shipped with the program. All scenes must have the same engine."""
     engine = study.scenes[0].engine
     return {
         "command": COMMAND,
@@ -75,7 +75,7 @@ def document(study: TotalStudy) -> dict[str, Any]:
 
 
 def document_text(found: dict[str, Any]) -> str:
-    """A document as text, a point a line."""
+    """Format the document of a study as JSON text, with one line for each point."""
     head = json.dumps({name: value for name, value in found.items() if name != "points"}, indent=1, allow_nan=False)
     points = ",\n".join(json.dumps(point, allow_nan=False) for point in found["points"])
     return head[:-2] + ',\n "points": [\n' + points + "\n]}\n"

@@ -1,4 +1,4 @@
-"""Settled runs: their last cycle, its change by one more cycle, and the cost of a cycle.
+"""Settled runs of the total-error study: last cycle, its change by one more cycle, and cost per simulated time.
 
 A run continues until its outputs repeat, as in ``cranktrain simulate``. A reference run has expensive cycles; it starts
 from the settled motion of the same run with a long step on the usual grid. Cycles without correction follow, with all
@@ -35,20 +35,21 @@ from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.total_error.families import Cycle, wanted
 
 FINE_SETTLE = 3.0e-4
-"""Largest settling error of reference runs."""
+"""Largest settling error of reference runs, as a fraction."""
 FINE_GRID = ElasticGrid(96, 16, 0.3)
-"""Nodes of elastic films of the reference: least films within 3 % of those of 96 x 24, the six at 2000 rev/min."""
+"""Grid of elastic films in reference runs. Least film heights differ by up to 3 % from a grid of 96 x 24 (the
+shipped six at 2000 rev/min)."""
 TIMED_SECONDS, TIMED_CYCLES, FEWEST_CYCLES = 0.4, 20, 3
-"""Plain cycles are timed for so many processor seconds, at most and at least so many of them; a slow one once."""
+"""Processor seconds, largest and least number of cycles in the timing of cycles without correction."""
 COARSE_DEG = 4.0
-"""Step of the run that one of a fine step begins from."""
+"""Step (degrees) of the coarse run whose settled motion is the start of a reference run."""
 SLOW = 2.0
-"""Processor seconds of a cycle that is not repeated."""
+"""Processor seconds of a cycle above which the cycle is timed only once."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One settled run; ``fine_grid``: of the elastic films, where there are any; ``goes_on``: by plain cycles."""
+    """Input of one settled run; ``fine_grid``: use ``FINE_GRID``; ``goes_on``: add cycles without correction."""
 
     engine: Engine
     speed: float
@@ -64,12 +65,12 @@ class Settled:
 
     Attributes
     ----------
-    last, after : its last cycle and the plain one after that, see :data:`.families.Cycle`; of a run that does not go on
-        both are the last
-    cost : processor seconds per simulated second of a settled cycle with all films solved anew; of a run that does not
-        go on the mean of those that it took
+    last, after : last cycle, and the cycle without correction that follows, see :data:`.families.Cycle`; both are the
+        last cycle if none follows
+    cost : processor seconds per simulated second of a settled cycle with all films solved anew; the mean of the whole
+        run if no cycle follows
     seconds : processor seconds of the whole run until its outputs repeated
-    cycles, repeats : cycles of that run, and after how many it repeats, 0 where it does not
+    cycles, repeats : number of cycles of this run, and period of its motion in cycles, 0 if it is not periodic
     """
 
     last: Cycle
@@ -81,7 +82,7 @@ class Settled:
 
 
 def settled(job: Job, store: Kept, say: Progress | None = None) -> Settled:
-    """Return a run from the store, or run it; ``CranktrainError`` for a failed run (failures are stored too)."""
+    """Return a run from the store, or run it; raises ``CranktrainError`` for a failed run (failures are stored too)."""
     key = digest(__file__, job)
     failed = store.entry(key)
     if failed is not None:
@@ -101,7 +102,7 @@ def settled(job: Job, store: Kept, say: Progress | None = None) -> Settled:
 
 
 def _run(job: Job, say: Progress) -> dict[str, Array]:
-    """Arrays that are kept of a run."""
+    """Run a job and return the arrays to store: output names, last and following cycle, and figures of cost."""
     made = assemble(job.engine, job.settings, say=say)
     parts = made.parts
     if job.fine_grid and parts.bore is not None:
@@ -130,7 +131,7 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
 
 
 def _begun(made: Assembly, settings: Settings, parts: Parts, speed: float) -> Simulation:
-    """A simulation at its start."""
+    """Return an initialized simulation at a shaft speed (rad/s)."""
     simulation = Simulation(made.engine, made.body, settings, None, parts)
     simulation.inputs[0] = speed
     simulation.initialize()
@@ -138,7 +139,7 @@ def _begun(made: Assembly, settings: Settings, parts: Parts, speed: float) -> Si
 
 
 def _go_on_from(simulation: Simulation, other: Simulation) -> None:
-    """Start from the motion of another simulation of the same model, with film memory if the sizes agree."""
+    """Set the state of ``simulation`` to the motion of ``other`` (same model), with film memory if the grids agree."""
     state, known = simulation.state, other.state
     put_motion(state, motion_of(known, simulation.model.omega2.size))
     state[SHAFT_ANGLE] = known[SHAFT_ANGLE]
@@ -151,7 +152,7 @@ def _go_on_from(simulation: Simulation, other: Simulation) -> None:
 
 
 def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, float]:
-    """Outputs (samples, outputs) of the first of some plain cycles, and the cost of one in simulated time."""
+    """Run cycles without correction. Return outputs (samples, outputs) of the first cycle, and cost per second."""
     first, costs = np.empty((0, 0)), list[float]()
     rows = np.empty((per_cycle, simulation.outputs.size))
     while not _enough(costs):
@@ -159,7 +160,7 @@ def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, flo
         begin = time.process_time()
         done = simulation.series(h, taken + 1, rows)
         while done < per_cycle:
-            simulation.step((taken + done + 1) * h)  # says why
+            simulation.step((taken + done + 1) * h)  # raises the error with its reason
             rows[done] = simulation.outputs
             done += 1
         costs.append(time.process_time() - begin)
@@ -169,7 +170,7 @@ def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, flo
 
 
 def _enough(costs: list[float]) -> bool:
-    """Whether these processor times are enough to determine the cost of a cycle."""
+    """True if these processor times of cycles suffice to determine the cost of a cycle."""
     if not costs:
         return False
     if costs[0] > SLOW or len(costs) >= TIMED_CYCLES:

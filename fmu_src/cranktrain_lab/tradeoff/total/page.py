@@ -1,4 +1,4 @@
-"""The study of total error as one HTML file: no network, no library; point at a mark for its figures and parts."""
+"""Total-error study as one HTML file without network requests; pointing at a mark shows cost and error parts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cranktrain_lab.tradeoff.total.study import TotalStudy
 
 
 def page(study: TotalStudy) -> str:
-    """The page's text, with the points inside."""
+    """Return the HTML text of the page, which contains the points of the study."""
     data = {
         "points": [point.as_dict() for point in study.points],
         "scenes": [scene.name for scene in study.scenes],

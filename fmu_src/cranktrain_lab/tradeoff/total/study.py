@@ -1,4 +1,4 @@
-"""Study of total error: every model and step of a scene against the best model, with parts of each error."""
+"""Total-error study: each model and step is compared with the best model, and its error is split into parts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cranktrain_lab.tradeoff.total.distance import split
 from cranktrain_lab.tradeoff.total.measure import FINE_SETTLE, Job, Settled, settled
 
 SPEEDS_RPM = (1000.0, 2000.0)
-"""Speeds of the six where no scene is given."""
+"""Default speeds, rev/min, of the shipped six-cylinder engine if no scene is given."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class TotalStudy:
 
     @property
     def pictures(self) -> list[tuple[str, str]]:
-        """Scenes with those families that have a point there."""
+        """Pairs of scene and family for which at least one point has a total error."""
         return [
             (scene.name, family)
             for scene in self.scenes
@@ -43,7 +43,7 @@ class TotalStudy:
 
 
 def total_scenes(quick: bool) -> list[StudyScene]:
-    """The six at two speeds; in a quick study at the second."""
+    """Return the default scenes: the shipped six-cylinder engine at ``SPEEDS_RPM``; quick: at the last speed only."""
     engine = load_engine("diesel_i6")
     speeds = SPEEDS_RPM[1:] if quick else SPEEDS_RPM
     return [StudyScene(f"{engine.name} {rpm:g}", engine, rpm * RPM, Settings()) for rpm in speeds]
@@ -56,12 +56,12 @@ def total_study(
     say: Callable[[str], None] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> TotalStudy:
-    """Measure all choices in the scenes; what is in the store is not run again.
+    """Measure all models and steps in the scenes; runs that are in the store are not repeated.
 
     Parameters
     ----------
-    say : told each run before it starts
-    progress : called with the share of runs done, weighed by what they cost about
+    say : called with the name of each run before it starts
+    progress : called with the fraction of runs done, weighted by their approximate cost
     """
     work = _Work(quick, store or Kept("total"), say or (lambda stage: None), progress or (lambda share: None))
     plans = [(scene, models(scene, quick)) for scene in scenes]
@@ -76,23 +76,23 @@ def total_study(
 
 
 BEST_WEIGHT = 8.0
-"""Work of the best model's run beside one of its level at the usual step."""
+"""Approximate work of the reference run, relative to a run of the same model at the usual step."""
 
 
 def _weight(model: Model) -> float:
-    """Return the approximate work of a run relative to one with springs and dampers."""
+    """Return the approximate work of a model's run relative to a run with springs and dampers as bearings."""
     return model.work * (1.0 if model.settings.block == "ground" else 1.5)
 
 
 class _Work:
-    """Runs of a study as they are done: the store, and how far it is."""
+    """Runs of a study, with their store, and the work done so far for progress reports."""
 
     def __init__(self, quick: bool, store: Kept, say: Callable[[str], None], progress: Callable[[float], None]) -> None:
         self.quick, self.store, self.say, self.progress = quick, store, say, progress
         self.total, self.done = 1.0, 0.0
 
     def best(self, scene: StudyScene) -> tuple[Cycle, Best]:
-        """Last cycle of the best model, on a fine grid with a fine step; in a quick study as its level usually runs."""
+        """Return last cycle and description of the best model's run; full studies use a fine grid and a fine step."""
         top = best_model(scene)
         method = Method(FINE, top.usual.step_deg) if self.quick else top.fine
         settings = top.at(method)
@@ -104,7 +104,7 @@ class _Work:
         return run.last, Best(top.name, method.integrator, method.step_deg, finer, run.cost)
 
     def points(self, scene: StudyScene, model: Model, reference: Cycle) -> list[TotalPoint]:
-        """Points of a model at its steps."""
+        """Return the measured points of a model, one for each integrator and step."""
         fine = self._settled(scene, model, model.fine, FINE_SETTLE, f"{model.name}, fine")
         self._advance(2.0 * _weight(model))
         found = []
@@ -118,7 +118,7 @@ class _Work:
     def _point(
         self, scene: StudyScene, model: Model, method: Method, run: Settled | str, fine: Settled | str, reference: Cycle
     ) -> TotalPoint:
-        """Point of a run; one that failed, itself or in its fine run, says why."""
+        """Return the point of a run; its status is the reason if this run or the fine run failed."""
         s, known = model.settings, dict[str, Any]()
         failed = next((one for one in (run, fine) if isinstance(one, str)), None)
         errors: dict[str, Any] = dict.fromkeys(FAMILIES)
@@ -142,7 +142,7 @@ class _Work:
     def _settled(
         self, scene: StudyScene, model: Model, method: Method, settle: float | None, what: str
     ) -> Settled | str:
-        """A run, or why it failed."""
+        """Return a settled run of a model, or the error message if the run failed."""
         self.say(f"{scene.name}: {what}")
         job = Job(scene.engine, scene.speed, model.at(method))
         if settle is not None:

@@ -89,7 +89,7 @@ def pareto_front(costs: Array) -> NDArray[Any]:
     front: list[int] = []
     kept = np.zeros((0, costs.shape[1]))
     for k in order.tolist():
-        # Earlier rows are no worse in the first cost, so a row is dominated by one of the front or joins it.
+        # Earlier rows are no worse in the first cost, so a row is dominated by a row of the front or joins the front.
         if not np.any(np.all(kept <= costs[k], axis=1)):
             front.append(k)
             kept = np.vstack((kept, costs[k]))

@@ -35,7 +35,7 @@ class Variants:
 
     @classmethod
     def load(cls, folder: str | Path) -> Variants:
-        """Load variants from a folder that ``vary`` wrote, complete or not; ``StoreError``."""
+        """Load variants from a folder that ``vary`` wrote, complete or not; raises ``StoreError``."""
         return cls(VariantFiles.open(folder))
 
     @property
@@ -65,7 +65,7 @@ class Variants:
 
     @property
     def failed(self) -> dict[int, str]:
-        """Numbers of the failed variants, with the reasons."""
+        """Numbers of the failed variants, each with the reason of its failure."""
         reasons = self._files.column(REASON)
         return {int(n): str(why) for n, why in zip(self.numbers, reasons, strict=True) if why}
 
@@ -84,14 +84,14 @@ class Variants:
         return np.stack([self[name] for name in self.names], axis=1)
 
     def output(self, name: str) -> Column:
-        """Return an output with its unit; ``InputError``."""
+        """Return an output with its unit; raises ``InputError``."""
         found = next((column for column in self._files.columns if column.name == name), None)
         if found is None:
             raise InputError(f"variants have no output '{name}'; {nearest(name, self.outputs)}")
         return found
 
     def curve(self, name: str) -> Array:
-        """Return an output over the speeds, (n, s); ``InputError`` for an output with a single value."""
+        """Return an output over the speeds, (n, s); raises ``InputError`` for an output with a single value."""
         if not self.output(name).over_speed:
             raise InputError(f"output '{name}' has one value, not one for each speed; take variants['{name}']")
         return self._files.curve(name)
