@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 from typing import Literal, get_args, get_origin
 
-from some import some
 import numpy as np
 import pytest
 from mypy import api
+from some import some
 
 import cranktrain as ct
 from cranktrain.cli import main as command_line
@@ -113,7 +113,9 @@ def test_a_question_is_a_value():
 
 
 def test_keywords_bear_engineers_units():
-    fields = [(verb, one) for verb in FUNCTIONS if verb not in ("measured", "export", "bearing") for one in known(verb).fields]
+    fields = [
+        (verb, one) for verb in FUNCTIONS if verb not in ("measured", "export", "bearing") for one in known(verb).fields
+    ]
     options = [(verb, one.name, one.names[0].removeprefix("--")) for verb, one in fields if one.names and one.number]
     for verb, name, option in some(one for one in options if one[2] in UNITS):
         assert name.endswith(f"_{UNITS[option]}"), (verb, option)
