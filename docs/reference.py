@@ -19,11 +19,11 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[1]
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-IN_HAND = "cranktrain.results.views"
+VIEWS = "cranktrain.results.views"
 BEHIND_THE_FACE = (
-    "cranktrain.results.run.Run", f"{IN_HAND}.series.Series", f"{IN_HAND}.time_series.TimeSeries",
-    f"{IN_HAND}.over_speed.OrdersOverSpeed", f"{IN_HAND}.over_speed.Campbell", f"{IN_HAND}.found.Found",
-    f"{IN_HAND}.found.Frequencies",
+    "cranktrain.results.run.Run", f"{VIEWS}.series.Series", f"{VIEWS}.time_series.TimeSeries",
+    f"{VIEWS}.over_speed.OrdersOverSpeed", f"{VIEWS}.over_speed.Campbell", f"{VIEWS}.found.VerbResult",
+    f"{VIEWS}.found.Frequencies",
 )  # fmt: skip
 """What functions of the library take and return besides its own names."""
 LINK = re.compile(r"\]\((?!https?:|#)([^)]+)\)")

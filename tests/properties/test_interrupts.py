@@ -103,7 +103,7 @@ def interruptible():
     ],
 )
 def test_the_exit_code_is_that_of_the_signal(monkeypatch, capsys, number, ending, said):
-    monkeypatch.setattr(engines, "run", ended_by(number, ending))
+    monkeypatch.setattr(engines, "answer", ended_by(number, ending), raising=False)
     monkeypatch.setattr(files, "WRITTEN", [])
     before = signal.getsignal(signal.SIGINT)
     assert main(["engines", "--json"]) == 128 + number
@@ -116,7 +116,7 @@ def test_files_that_were_written_before_are_named(monkeypatch, capsys, tmp_path)
             place.write_text("x")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(engines, "run", run)
+    monkeypatch.setattr(engines, "answer", run, raising=False)
     monkeypatch.setattr(files, "WRITTEN", [])
     assert main(["engines"]) == 130
     assert "written before: " in (said := capsys.readouterr().err) and "first.txt" in said
@@ -126,7 +126,7 @@ def test_memory_that_is_not_enough_is_no_fault_of_the_program(monkeypatch, capsy
     def run(options):
         raise MemoryError("Unable to allocate 73. TiB")
 
-    monkeypatch.setattr(engines, "run", run)
+    monkeypatch.setattr(engines, "answer", run, raising=False)
     assert main(["engines"]) == 2
     assert "the memory is not enough (Unable to allocate 73. TiB)" in capsys.readouterr().err
 
@@ -282,7 +282,7 @@ import signal, sys
 from cranktrain.cli import engines
 from cranktrain.cli.main import main
 signal.signal(signal.SIGINT, signal.default_int_handler)
-engines.run = lambda options: exec("signal.raise_signal({int(number)})")
+engines.answer = lambda options: exec("signal.raise_signal({int(number)})")
 sys.exit(main(["engines"]))
 """
     command = [sys.executable, "-c", script]
@@ -295,13 +295,13 @@ def test_a_second_signal_while_the_first_is_told_changes_nothing(tmp_path):
     """A terminal's user presses twice."""
     script = """
 import os, signal, sys
-from cranktrain.cli import ending, main
+from cranktrain.cli import main
 from cranktrain.cli.signals import outside
 signal.signal(signal.SIGINT, outside)
 told = main.interrupted
 main.interrupted = lambda stop: (signal.raise_signal(signal.SIGINT), told(stop))[1]
 from cranktrain.cli import engines
-engines.run = lambda options: signal.raise_signal(signal.SIGINT)
+engines.answer = lambda options: signal.raise_signal(signal.SIGINT)
 sys.exit(main.main(["engines"]))
 """
     command = [sys.executable, "-c", script]

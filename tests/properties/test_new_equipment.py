@@ -220,8 +220,8 @@ def test_a_new_engine_runs_in_its_block(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (["--damper", "ruber"], "--damper 'ruber' is not known; did you mean 'rubber'?"),
-        (["--flywheel", "dual"], "--flywheel 'dual' is not known"),
+        (["--damper", "ruber"], "--damper 'ruber' does not exist; did you mean 'rubber'?"),
+        (["--flywheel", "dual"], "--flywheel 'dual' does not exist"),
         (["--layout", "boxer4", "--mounts"], "--mounts: there is no parametric block for a boxer"),
         (["--layout", "v12", "--mounts"], "(--rod-mm)"),
     ],

@@ -91,7 +91,7 @@ def test_cycles_are_exactly_those_asked_for():
         assert run.time.size == cycles * run.per_cycle + 1 and run.settling.cycles == cycles
         assert bool(run.settling.left) == (cycles > 1)
     assert "unknown after 1 cycle;" in simulate(engine, rigid_crank(engine), settings, 2000 * RPM, 1).settling.text
-    with pytest.raises(InputError, match="settling must lie between 0 and 1"):
+    with pytest.raises(InputError, match="settling error must lie between 0 and 1"):
         simulate(engine, rigid_crank(engine), settings, 2000 * RPM, settle=0.0)
 
 

@@ -1,4 +1,4 @@
-"""The bound on the work of a communication step: unseen below it, kept and told beyond it, a failure at the worst."""
+"""The bound on the work_limit must be 0: unseen below it, kept and told beyond it, a failure at the worst."""
 
 import math
 import warnings
@@ -107,5 +107,5 @@ def test_a_run_warns_and_counts():
 
 @pytest.mark.parametrize("limit", [-1.0, math.nan, math.inf])
 def test_a_limit_that_is_none_is_refused(limit):
-    with pytest.raises(InputError, match="work of a communication step"):
+    with pytest.raises(InputError, match="work_limit must be 0"):
         begun(work_limit=limit)

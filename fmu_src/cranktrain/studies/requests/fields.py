@@ -38,7 +38,7 @@ class Option:
     Attributes
     ----------
     metavar : placeholder of the value
-    help : of the option; ``{default}`` stands for the default
+    help : of the option, or a function that makes it from a register; ``{default}`` stands for the default
     name : of the option; by default that of the field, ``--no-`` before it where the default is True
     words : valid words at run time, where a register may have more than the type tells; or a function of these
     bare : value of an option that is given without one
@@ -50,7 +50,7 @@ class Option:
     """
 
     metavar: str | tuple[str, ...] = ""
-    help: str = ""
+    help: str | Callable[[], str] = ""
     name: str = ""
     words: tuple[str, ...] | Callable[[], Iterable[str]] | None = None
     bare: Any = None
@@ -157,7 +157,8 @@ class Field:
     def help(self) -> str:
         """Help in the words of the command line."""
         default = f"{self.default:g}" if isinstance(self.default, float) else str(self.default)
-        return self.option.help.replace("{default}", default)
+        text = self.option.help
+        return (text if isinstance(text, str) else text()).replace("{default}", default)
 
     @property
     def kind(self) -> str:

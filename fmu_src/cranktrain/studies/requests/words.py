@@ -97,7 +97,7 @@ Mains = Annotated[
     MainsWord,
     Option(
         "LEVEL",
-        f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
+        lambda: f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
         words=mains,
     ),
 ]
@@ -227,9 +227,9 @@ Method = Annotated[
         "backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2", "sdirk3", "sdirk4",
         "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57",
     ],
-    Option("NAME", _integrators(), words=INTEGRATORS.keys, convert=_method),
+    Option("NAME", _integrators, words=INTEGRATORS.keys, convert=_method),
 ]  # fmt: skip
-Step = Annotated[float, between(0.001, 30.0, "deg of crank angle"), Option("DEG", _steps())]
+Step = Annotated[float, between(0.001, 30.0, "deg of crank angle"), Option("DEG", _steps)]
 StepError = Annotated[
     float,
     Option("ERROR", "adaptive steps: --step-deg is divided until the error of a step is below this, e.g. 1e-4"),
