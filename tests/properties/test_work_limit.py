@@ -1,4 +1,4 @@
-"""The bound on the work_limit must be 0: unseen below it, kept and told beyond it, a failure at the worst."""
+"""The bound on the work of a communication step: unseen below it, kept and told beyond it, a failure at the worst."""
 
 import math
 import warnings
