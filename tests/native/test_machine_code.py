@@ -234,7 +234,7 @@ def test_an_interrupt_ends_what_emits_and_keeps_nothing_half_made(tmp_path):
         command_line.send_signal(signal.SIGINT)
         said = command_line.stderr.read()
     assert command_line.returncode == 130
-    assert said.count("\n") == 1 and "interrupted; what was finished is kept" in said
+    assert said.count("\n") == 1 and "interrupted; finished parts are kept" in said
     assert {path.name for path in (tmp_path / "cache").rglob("*") if path.is_file()} <= {"lock"}
 
 

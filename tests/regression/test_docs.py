@@ -68,7 +68,7 @@ def test_files_exist(name):
     assert [file for file in named if not any((ROOT / folder / file).is_file() for folder in FOLDERS)] == []
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", sorted(FILES.keys() - {"CONTRIBUTING.md"}))  # test_contributing runs those
 def test_commands_are_understood(name):
     for command in COMMAND.findall(FILES[name]):
         words = shlex.split(command)

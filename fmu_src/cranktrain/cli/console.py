@@ -27,7 +27,14 @@ _LEFT = ("shape", "to which number", "value", "unit or norm", "verdict", "quanti
 
 
 class Interrupted(KeyboardInterrupt):
-    """An interrupt that says what was kept and how to go on, in one line."""
+    """Interrupt that states in one line what was kept and how to go on.
+
+    ``found`` is the result so far, which the command line shows; None where there is none to show.
+    """
+
+    def __init__(self, text: str, found: Any = None) -> None:
+        super().__init__(text)
+        self.found = found
 
 
 def one_of(option: str, value: str, valid: Collection[str]) -> None:

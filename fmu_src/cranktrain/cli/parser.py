@@ -111,7 +111,12 @@ def run_verb(module: Any, function: Callable[..., Any], options: argparse.Namesp
     """
     known = verb_of(function)
     subject = [getattr(options, known.subject.name)] if known.subject is not None else []
-    found = getattr(module, "answer", known.function)(*subject, question(known, options))
+    try:
+        found = getattr(module, "answer", known.function)(*subject, question(known, options))
+    except KeyboardInterrupt as stop:
+        if not options.json and getattr(stop, "found", None) is not None:
+            module.show(stop.found)  # type: ignore[attr-defined]
+        raise
     if not options.json:
         module.show(found)
     return module.told(found) if hasattr(module, "told") else found

@@ -56,7 +56,7 @@ def calibrate(named: str | Path | Engine, ask: Calibrate) -> VerbResult:
         raise InputError(f"{ask.out}: not written; the values found are not a valid engine: {report['refused']}")
     if report["interrupted"]:
         kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
-        raise Interrupted(f"interrupted; {kept}")
+        raise Interrupted(f"interrupted; {kept}", report)
     return report
 
 

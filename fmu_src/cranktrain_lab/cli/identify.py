@@ -95,7 +95,7 @@ def identify(named: str | Path | Engine, ask: Identify) -> VerbResult:
         raise InputError(f"{ask.out}: not written; the values found are not a valid engine: {report['refused']}")
     if report["interrupted"]:
         kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
-        raise Interrupted(f"interrupted; {kept}")
+        raise Interrupted(f"interrupted; {kept}", VerbResult.of(report, "identify"))
     return VerbResult.of(report, "identify")
 
 

@@ -129,7 +129,7 @@ def law(
     tangent : function of the same arguments that returns (by displacement, by velocity): two numbers, for several axes
         two tuples of rows; None: central differences
     scale : motion that counts like one clearance in the convergence test, m or rad, one value or one for each axis;
-       None: 50 µm and 1 mrad
+        None: 50 µm and 1 mrad
     compiled : True: refuse a function that numba cannot compile; False: call it in Python; None: compile if possible
     name : name in engine files; None: that of the function
 

@@ -67,7 +67,10 @@ def _steps() -> str:
 
 def _method(name: str) -> str:
     """An integrator by name, which may have a parameter, ``hht:-0.2``; ``InputError``."""
-    integrator_table(name)
+    try:
+        integrator_table(name)
+    except InputError as error:  # the field's name stands before it
+        raise InputError(str(error).removeprefix("integrator ")) from None
     return name
 
 
