@@ -115,7 +115,7 @@ def test_the_whole_help_of_every_verb_is_on_the_site(site):
 def test_descriptions_of_the_library_stand_beside_their_types(site):
     """The first attribute of ``Assembly``, a parameter of a verb's function, and no role of another tool."""
     text = words(site / "reference" / "library.html")
-    assert re.search(r"engine \( ?Engine ?\) – engine as passed to :func:`assemble`", text)
+    assert re.search(r"engine \( ?Engine ?\) – engine as passed to assemble", text)
     assert re.search(r"speed_rpm \( ?float ?\) – rev/min, at least 20", text)
     for page in site.rglob("*.html"):
         assert not re.search(r":(mod|func|class|meth|attr|data): ?<code>", page.read_text("utf-8")), page.name
