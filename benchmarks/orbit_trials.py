@@ -123,7 +123,6 @@ def _true(engine: Engine, clearance: float, warm: float) -> Engine:
     return replace(engine, main_bearing=replace(engine.main_bearing, clearance=clearance), oil=oil)
 
 
-# In one piece: a true engine, where and how it is measured, and where the files go.
 def _measured(
     engine: Engine, bearing: int, speeds: Array, given: argparse.Namespace, rng: np.random.Generator, folder: Path
 ) -> Path:

@@ -33,7 +33,6 @@ def annand(p, t, v, piston_speed, bore):
     return 0.49 * conductivity / bore * (p / (287.0 * t) * piston_speed * bore / viscosity) ** 0.7
 
 
-# In one piece: a cylinder, its charge and its heat.
 def trace(
     cylinder,
     rpm,

@@ -63,7 +63,6 @@ def make(path, how):
         Path(path).write_text(text.replace(found[0], INCH.format(n=found[1])))
 
 
-# In one piece: a crank is drawn along its axis.
 def other_crank(
     occ, angles=(0, 180, 180, 0), web="rectangle", nose=True, flange=True, split=False, holes=False, pins=()
 ):

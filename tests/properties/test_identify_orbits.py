@@ -67,7 +67,6 @@ def orbit_of(engine, bearing, **levels):
     return Series(mean, np.array([own.amplitudes[name] for name in names])).at(ANGLES)
 
 
-# In one piece: what a test varies of the file, by name.
 def write_orbit(
     folder, orbit, noise=0.5, seed=1, unit="um", factor=1e6, place=9.0 - 5.0j, angles=ANGLES, turn=0.0, name="orbit.csv"
 ):

@@ -138,7 +138,6 @@ def test_published_flexible_slider_crank():
 
 
 @pytest.mark.slow
-# In one piece: the machine twice, once as a topology and once as equations, which share every number.
 def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_side_says():
     """Newton's and Euler's equations of both cranks, rods and pistons in the plane, large turns and all, by Radau."""
     speed, distance, throw, length, centre = 2000.0 * math.pi / 30.0, 0.53, 0.05, 0.2, 0.07

@@ -489,7 +489,6 @@ def test_a_belt_drives_an_alternator_by_the_difference_of_its_tensions():
     assert np.abs(gained - drives).max() < 0.05 * np.ptp(drives)
 
 
-# In one piece: the engine's run, the other equations, and both compared.
 def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
     """Newton's and Euler's equations of two discs in space, teeth with backlash between them, by SciPy's Radau.
 

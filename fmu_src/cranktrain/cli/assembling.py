@@ -19,7 +19,6 @@ def engines() -> dict[str, str]:
     return {name: load_engine(name).title for name in engine_names()}
 
 
-# In one piece: all that an assembly is made from, by keyword.
 def assemble(
     engine: str | Path | Engine,
     settings: Settings,

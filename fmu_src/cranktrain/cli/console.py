@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from shutil import get_terminal_size
-from typing import Any, TypeVar
+from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 
-from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.visible_text import unfiltered, visible
 from cranktrain.results.columns import pages
 from cranktrain.store.waits import LINES, waits
 
-TypeOf = TypeVar("TypeOf", bound=Callable[[str], Any])
 USUAL_WIDTH = 120
 """Characters of a line where neither a terminal nor COLUMNS says how many there are."""
 BESIDE = 3
@@ -35,12 +33,6 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, text: str, found: Any = None) -> None:
         super().__init__(text)
         self.found = found
-
-
-def one_of(option: str, value: str, valid: Collection[str]) -> None:
-    """Refuse a word that is not among the valid ones with ``InputError`` that names the nearest."""
-    if value not in valid:
-        raise InputError(f"{option} '{value}' does not exist; {nearest(value, valid)}")
 
 
 def say(text: str) -> None:

@@ -90,8 +90,10 @@ def _reader(one: Field) -> Callable[[str], Any]:
 def question(known: Verb, options: argparse.Namespace) -> Question:
     """The question that parsed options ask; ``InputError``."""
     for one in known.fields:
-        if isinstance(value := getattr(options, one.name), str) and one.words:
-            one.refuse(value, one.names[0] if one.names else one.name)
+        value = getattr(options, one.name)
+        for word in value if isinstance(value, list) else [value]:
+            if isinstance(word, str) and one.words:
+                one.refuse(word, one.names[0] if one.names else one.name)
     return known.ask(**{one.name: getattr(options, one.name) for one in known.fields})
 
 

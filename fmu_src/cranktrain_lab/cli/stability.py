@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cranktrain.cli import console
-from cranktrain.cli.console import Interrupted, bars, one_of
+from cranktrain.cli.console import Interrupted, bars
 from cranktrain.cli.functions import verb_alone
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import between
@@ -19,6 +19,7 @@ from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import check_place, marked, whole_file
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import Option, Question
+from cranktrain_lab.stability import MAPS
 
 PAGE = marked("page of cranktrain's stability maps", "cranktrain stability")
 DESCRIPTION = """\
@@ -39,7 +40,8 @@ class Stability(Question):
     """Question of :func:`stability`."""
 
     map: Annotated[
-        Sequence[str] | None, Option("NAME", "this map only (may be given more than once)", repeated=True)
+        Sequence[str] | None,
+        Option("NAME", "this map only (may be given more than once)", words=MAPS.keys, repeated=True),
     ] = None
     quick: Annotated[bool, Option(help="coarse maps: all of them within three minutes")] = False
     output: Annotated[words.File, Option("FOLDER", "folder for pictures (default out/stability)")] = "out/stability"
@@ -56,11 +58,8 @@ class Stability(Question):
 def stability(ask: Stability) -> VerbResult:
     """Compute or read the maps, and draw them."""
     from cranktrain.results.figures import check_folder
-    from cranktrain_lab.stability import MAPS
 
     names = list(dict.fromkeys(ask.map or MAPS))
-    for name in names:
-        one_of("--map", name, MAPS)
     if ask.page is not None and not Path(ask.page).parent.is_dir():
         raise InputError(f"--page {ask.page}: there is no folder {Path(ask.page).parent}; make it first")
     if ask.page is not None:

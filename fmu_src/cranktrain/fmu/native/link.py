@@ -77,7 +77,7 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
         if _is_made(made, kind):
             return made
     command = compiler(row)
-    with _alone(private_folder("native", folder_of(kind))):
+    with _alone(private_folder("native", folder_of(kind)), say):
         if not _is_made(target, kind):
             programs = _all_programs(kind.split("+"), say, emit)
             say(f"{kind}: library for {row.folder}")
@@ -94,7 +94,7 @@ def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]
     programs = [_program(kind, share) for kind in kinds for share in shares_of(kind)]
     with ExitStack() as stack:
         for folder in dict.fromkeys(program.parent for program in programs):
-            stack.enter_context(_alone(folder))
+            stack.enter_context(_alone(folder, say))
         lacking = [program for program in programs if not program.with_suffix(".json").is_file()]
         if lacking and not emit:
             raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
@@ -115,8 +115,11 @@ def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]
 
 @contextmanager
 def _process(module: Sequence[str], **given: Any) -> Iterator[subprocess.Popen[Any]]:
-    """Python process that runs a module with arguments; it is killed at the end of the block if it still runs."""
-    with subprocess.Popen([sys.executable, "-m", *module], **given) as process:
+    """Python process that runs a module with arguments; it is killed at the end of the block if it still runs.
+
+    It is in a session of its own, because an interrupt from a terminal is the caller's to answer.
+    """
+    with subprocess.Popen([sys.executable, "-m", *module], start_new_session=True, **given) as process:
         try:
             yield process
         finally:
@@ -148,11 +151,18 @@ def checked_platform(platform: str) -> Platform:
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Context with a lock that admits one process at a time to a folder, if the system can lock files."""
+def _alone(folder: Path, say: Progress) -> Iterator[None]:
+    """Context with a lock that admits one process at a time to a folder, if the system can lock files.
+
+    ``say`` is told if another process has the lock, which may be for a minute or two.
+    """
     with (folder / "lock").open("w") as stream:
         if fcntl is not None:
-            fcntl.flock(stream, fcntl.LOCK_EX)
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                say("waiting for another process that makes the same machine code")
+                fcntl.flock(stream, fcntl.LOCK_EX)
         yield
 
 
