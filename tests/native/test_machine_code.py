@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import h5py
@@ -223,19 +224,39 @@ sys.exit(command.main(["--kind", "cranktrain"]))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_an_interrupt_ends_what_emits_and_keeps_nothing_half_made(tmp_path):
-    """A signal for the command alone, not for the processes that it started."""
+@pytest.mark.parametrize("whole", [False, True], ids=["the command", "a terminal's group"])
+def test_an_interrupt_ends_what_emits_and_keeps_nothing_half_made(tmp_path, whole):
+    """A signal for the command alone, or one for all processes of its session, as a terminal sends it."""
     if shutil.which("cc") is None:
         pytest.skip("no C compiler here")
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "CRANKTRAIN_CACHE": str(tmp_path / "cache")}
     given = [sys.executable, "-c", MADE, str(tmp_path / "none")]
-    with subprocess.Popen(given, env=environment, stderr=subprocess.PIPE, text=True) as command_line:
+    own = {"start_new_session": True, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(given, env=environment, **own) as command_line:
         assert "machine code of the kernels is made" in command_line.stderr.readline()
-        command_line.send_signal(signal.SIGINT)
+        time.sleep(2.0 * whole)  # its processes have begun
+        (os.killpg if whole else os.kill)(command_line.pid, signal.SIGINT)
         said = command_line.stderr.read()
     assert command_line.returncode == 130
     assert said.count("\n") == 1 and "interrupted; finished parts are kept" in said
     assert {path.name for path in (tmp_path / "cache").rglob("*") if path.is_file()} <= {"lock"}
+
+
+def test_who_waits_for_another_process_says_so(tmp_path):
+    said, inside = [], threading.Event()
+
+    def second():
+        with link._alone(tmp_path, said.append):
+            inside.set()
+
+    with link._alone(tmp_path, said.append):
+        other = threading.Thread(target=second)
+        other.start()
+        while not said and not inside.is_set():
+            time.sleep(0.01)
+        assert not inside.is_set() and said == ["waiting for another process that makes the same machine code"]
+    other.join(10.0)
+    assert inside.is_set() and len(said) == 1
 
 
 def test_a_compiler_of_another_platform_is_not_taken(monkeypatch):
