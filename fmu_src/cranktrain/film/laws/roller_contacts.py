@@ -208,16 +208,23 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
     # Initial guess: contact in the direction of the load, plus the approach of many rollers.
     place += direction * (half + (5.0 * size / (bearing.rollers * bearing.contact_stiffness)) ** 0.9)
     step_limit = half + 10.0 * float(np.linalg.norm(place)) + 1.0e-9
+    least, nearest = math.inf, place
     for iteration in range(ITERATIONS):
+        last = iteration == ITERATIONS - 1
+        if last:  # in a soft direction a search may pass the balance and creep beside it
+            place = nearest
         out = force_at(bearing, place, first_angle, slices)
         residual = load + out[:4]
+        error = float(np.linalg.norm(residual))
+        if error < least:
+            least, nearest = error, place
         stiffness = -out[BY_PLACE:WORK].reshape(4, 4)
         # Rounding limits the accuracy of small loads: the approach is a small difference of position and clearance.
         digits = abs(0.5 * bearing.clearance) + float(np.abs(place).max())
         rounding = 1.0e-15 * float(np.trace(stiffness)) * digits
         # The last iteration has a looser tolerance, because a small load in a soft direction converges slowly.
-        share = CREEPING if iteration == ITERATIONS - 1 else RESIDUAL
-        if np.linalg.norm(residual) <= share * size + rounding:
+        share = CREEPING if last else RESIDUAL
+        if error <= share * size + rounding:
             angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
             loads = roller_loads(bearing, place, first_angle, slices)
             return LoadedBearing(place, stiffness, angles, loads, float(out[PRESSURE]), iteration)
