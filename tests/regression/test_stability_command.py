@@ -55,9 +55,11 @@ def calls(monkeypatch, tmp_path):
 
         return compute
 
-    maps = {name: maker(name) for name in ("first", "second", "third")}
-    monkeypatch.setattr(stability, "MAPS", maps)
-    monkeypatch.setattr(kept_maps, "MAPS", maps)
+    # In place, for modules that are imported while the test runs.
+    for name in list(stability.MAPS):
+        monkeypatch.delitem(stability.MAPS, name)
+    for name in ("first", "second", "third"):
+        monkeypatch.setitem(stability.MAPS, name, maker(name))
     monkeypatch.setattr(kept_maps, "map_digest", lambda name: name)
     monkeypatch.setattr(kept, "cache_folder", lambda: tmp_path / "cache")
     return made
