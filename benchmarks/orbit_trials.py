@@ -90,7 +90,7 @@ def run(name: str, given: argparse.Namespace, folder: Path) -> None:
         try:
             true = _true(engine, clearance, warm)
             path = _measured(true, middle, speeds, given, rng, folder)
-            found = ct.identify(name, path, level="time", crank=given.crank, bootstrap=0)
+            found = ct.identify(name, path, method="time", crank=given.crank, bootstrap=0)
         except CranktrainError as error:
             print(f"{name}, trial {trial}: {error}", file=sys.stderr)
             continue

@@ -3,7 +3,7 @@
     python -m benchmarks.step_crank [--engine diesel_i6] [--sizes-mm 18 14 10 8]
     python -m benchmarks.step_crank --engine single_petrol --layout single --sizes-mm 16 12 8 6 5
 
-The engine's own geometry is written as STEP, turned and shifted, and goes through what ``cranktrain new --step`` does.
+The engine's own geometry is written as STEP, turned and shifted, and goes through what ``cranktrain new --cad`` does.
 ``dimensions`` has each dimension in mm, given and found, ``dimensions_off_mm`` the largest difference, and
 ``by_dimensions_percent`` how far the frequencies of a crank of the found dimensions are off, at the largest size.
 Both meshes have the same largest edge. ``difference_percent`` is the largest difference of the first ten elastic

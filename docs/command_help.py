@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import argparse
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from itertools import groupby
-from pathlib import Path
 
 ALIGNED = re.compile(r"^\s|\S {2,}\S")
 """A line that is arranged by hand."""
 WIDTH = 80
-OPTION = re.compile(r"^ {2}(\S.*?)(?: {2,}(.*))?$")
 
 
-def page(root: Path) -> str:
-    """Sections of all verbs, and of the FMU's build."""
+def page() -> str:
+    """Sections of all verbs."""
     sections = [f"## cranktrain {name}\n\n{of_parser(parser)}" for name, parser in verbs()]
     head = "# Command line\n\nEach section is the verb's own `--help`. `cranktrain --help` lists the verbs:\n\n"
     names = "".join(
         f"| [{name}](#cranktrain-{name}) | {_cell(_first(parser))} |\n" for name, parser in verbs()
     )  # fmt: skip
-    return f"{head}| verb | |\n| --- | --- |\n{names}\n" + "\n".join([*sections, _build(root)])
+    return f"{head}| verb | |\n| --- | --- |\n{names}\n" + "\n".join(sections)
 
 
 def verbs() -> Iterator[tuple[str, argparse.ArgumentParser]]:
@@ -31,9 +27,15 @@ def verbs() -> Iterator[tuple[str, argparse.ArgumentParser]]:
     from cranktrain.cli.main import _parser
     from cranktrain.cli.verbs import VERBS
 
-    for action in _parser(*VERBS)._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            yield from action.choices.items()
+    choices = _choices(_parser(*VERBS))
+    for name in VERBS:
+        family, _, kind = name.partition(" ")
+        yield name, _choices(choices[family])[kind] if kind else choices[name]
+
+
+def _choices(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """Parsers of a parser's verbs by name."""
+    return next(dict(one.choices) for one in parser._actions if isinstance(one, argparse._SubParsersAction))
 
 
 def of_parser(parser: argparse.ArgumentParser) -> str:
@@ -82,22 +84,3 @@ def _cell(text: str) -> str:
 def _escaped(text: str) -> str:
     """A plain text in Markdown."""
     return re.sub(r"([\\`*_\[\]<>])", r"\\\1", text).replace(r"\<", "&lt;").replace(r"\>", "&gt;")
-
-
-def _build(root: Path) -> str:
-    """The FMU's build, which is a script of its own, from what it prints."""
-    command = [sys.executable, str(root / "build_fmu.py"), "--help"]
-    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    usage, about, *groups = re.split(r"\n\n", text.strip())
-    parts = ["## python build_fmu.py", _prose(about), f"```text\n{usage.removeprefix('usage: ')}\n```"]
-    for group in groups:
-        title, *lines = group.splitlines()
-        rows: list[tuple[str, str]] = []
-        for line in lines:
-            option = OPTION.match(line)
-            if option:
-                rows.append((option[1], option[2] or ""))
-            elif rows:
-                rows[-1] = (rows[-1][0], f"{rows[-1][1]} {line.strip()}")
-        parts.append(_table(title.rstrip(":"), [row for row in rows if not row[0].startswith("-h")]))
-    return "\n\n".join(parts) + "\n"

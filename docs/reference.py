@@ -32,7 +32,7 @@ LINK = re.compile(r"\]\((?!https?:|#)([^)]+)\)")
 def on_files(files: Any, config: Any) -> Any:
     """Add the generated pages."""
     pages = {
-        "reference/command_line.md": command_help.page(ROOT),
+        "reference/command_line.md": command_help.page(),
         "reference/library.md": library(),
         "reference/fmu_variables.md": fmu_variables(),
         "contributing.md": of_the_root("CONTRIBUTING.md"),

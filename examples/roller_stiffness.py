@@ -1,7 +1,7 @@
 """Stiffness of roller main bearings by three routes, as a Markdown note: contacts, closed forms, elastic ring.
 
 ``python examples/roller_stiffness.py > docs/roller_bearing.md`` makes the note in ``docs/``. The bearings are of two
-sizes that suit the mains of a V8 of 12.6 l; those of an engine file go through ``cranktrain roller --engine``.
+sizes that suit the mains of a V8 of 12.6 l; those of an engine file go through ``cranktrain bearing roller --engine``.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ Outer rings are half a roller thick and a quarter wider than the rollers are lon
 across than the ring and fixed all around. All of this is chosen; nothing was fitted. Stiffnesses are tangents at the load,
 one roller on its line. For any other bearing and for those of an engine file:
 
-    cranktrain roller --rollers 22 --length-mm 28 --roller-diameter-mm 20 --pitch-mm 170 --clearance-um 60 --load 40000 --ring
-    cranktrain roller --engine diesel_v8 --load 40000
+    cranktrain bearing roller --rollers 22 --length-mm 28 --roller-diameter-mm 20 --pitch-mm 170 --clearance-um 60 --load-n 40000 --ring
+    cranktrain bearing roller --engine diesel_v8 --load-n 40000
 """  # noqa: E501 - a command in one line
 
 READING = """\

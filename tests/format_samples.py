@@ -54,7 +54,7 @@ def main(folder: Path) -> None:
     run = ct.simulate(ENGINE, speed_rpm=2000, cycles=1, integrator="esdirk4", step_deg=6.0, **LEVELS)
     run.save(folder / "run.h5")
     speeds = {"from_rpm": 1000, "to_rpm": 1400, "step_rpm": 200}
-    ct.runup(ENGINE, **speeds, output=folder / "run_up.h5", steady="linear", **LEVELS)
+    ct.runup(ENGINE, **speeds, output=folder / "run_up.h5", method="linear", **LEVELS)
     body = ct.rigid_body("wheel", 5.0, np.diag([0.03, 0.03, 0.05]), (0, 0, 0), {"gear": (0, 0, 0.1)})
     for name in ("body.h5", "body.npz", "body"):
         export_body(folder / name, body)

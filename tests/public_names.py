@@ -51,24 +51,29 @@ def _is_plain(value: Any) -> bool:
 
 
 def command_line() -> Iterator[str]:
-    """Verbs, their arguments, options and choices; options of ``build_fmu.py``."""
-    import build_fmu
-
+    """Verbs, their arguments, options and choices; those of ``build_fmu.py`` are those of ``fmu``."""
     from cranktrain.cli.main import _parser
     from cranktrain.cli.verbs import VERBS
 
     whole = _parser(*VERBS)
     yield from _options("", whole)
-    (verbs,) = (one.choices for one in whole._actions if isinstance(one, argparse._SubParsersAction))
-    for verb, parser in sorted(verbs.items()):
+    for verb, parser in sorted(parsers_of(whole)):
         yield from _options(verb, parser)
-    yield from _options("build_fmu.py", build_fmu._parser())
+
+
+def parsers_of(whole: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Parsers of verbs, and of the kinds of a family, by name."""
+    for action in whole._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, parser in action.choices.items():
+                yield name, parser
+                yield from ((f"{name} {kind}", one) for kind, one in parsers_of(parser))
 
 
 def _options(verb: str, parser: argparse.ArgumentParser) -> Iterator[str]:
     yield verb or "cranktrain"
     for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
+        if isinstance(action, argparse._SubParsersAction) or action.help == argparse.SUPPRESS:
             continue
         for name in sorted(action.option_strings) or [str(action.metavar or action.dest)]:
             yield f"{verb} {name}".strip()

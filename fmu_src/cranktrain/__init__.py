@@ -19,16 +19,17 @@ if TYPE_CHECKING:  # typing takes longer to load than all else that the command 
     from typing import Any
 
 _VERBS = {
-    "damper_optimum": "damper", "new_engine": "new", "run_scene": "run",
-    **{name: name for name in (
-        "bearing_loads", "campbell", "export", "fatigue", "film_table", "modal", "picture", "plan",
-        "plot_runup", "reduce", "report", "roller", "runup", "simulate", "stress",
-    )},
+    "bearing_loads": ("bearing_loads", "BearingLoads"), "campbell": ("campbell", "CampbellDiagram"),
+    "damper_optimum": ("damper", "DamperOptimum"), "export": ("export", "Export"), "fatigue": ("fatigue", "Fatigue"),
+    "film_table": ("film_table", "FilmTable"), "modal": ("modal", "Modal"), "new_engine": ("new", "NewEngine"),
+    "picture": ("picture", "Picture"), "plan": ("plan", ""), "plot": ("plot", "Plot"), "reduce": ("reduce", "Reduce"),
+    "report": ("report", "Report"), "roller": ("roller", "Roller"), "run_scene": ("plan", "RunScene"),
+    "runup": ("runup", "Runup"), "simulate": ("simulate", "Simulate"), "stress": ("stress", "Stress"),
 }  # fmt: skip
-"""Functions of verbs, and the modules that hold them."""
+"""Functions of verbs, the modules that hold them, and their questions."""
 NAMES = {
-    **{name: f"cli.{module}" for name, module in _VERBS.items()},
-    "Simulate": "cli.simulate",
+    **{name: f"cli.{module}" for name, (module, _) in _VERBS.items()},
+    **{question: f"cli.{module}" for module, question in _VERBS.values() if question},
     "Assembly": "structure.assembly",
     "Body": "dynamics.topology.values",
     "Connection": "dynamics.topology.values",
@@ -56,6 +57,8 @@ NAMES = {
 }
 """Names of the library and the modules that hold them, those of the laboratory in full."""
 
+_FORMER = {"calibrate": "identify", "plot_runup": "plot"}
+"""Names before the first release, and those of now."""
 __all__ = ["__version__", *NAMES]
 
 
@@ -75,7 +78,8 @@ def __getattr__(name: str) -> Any:
         globals()[name] = _installed_version()
         return globals()[name]
     if name not in NAMES:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        now = f"; it is called {_FORMER[name]} now" if name in _FORMER else ""
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'{now}")
     module = import_module(NAMES[name] if name in lab.NAMES else f"{__name__}.{NAMES[name]}")
     value = getattr(module, name)
     globals()[name] = value

@@ -5,7 +5,6 @@ All of it is loaded when it is asked for; no module of this package imports the 
 
 CLI = "cranktrain_lab.cli"
 FUNCTIONS = {
-    "calibrate": f"{CLI}.calibrate:calibrate",
     "couple": f"{CLI}.couple:couple",
     "explore": f"{CLI}.explore:explore_page",
     "harness": f"{CLI}.harness:harness",
@@ -25,7 +24,6 @@ NAMES = {
     **{
         name: f"{CLI}.{name}"
         for name in (
-            "calibrate",
             "couple",
             "harness",
             "identify",
@@ -35,6 +33,14 @@ NAMES = {
             "watch",
         )
     },
+    "AnalyseMeasured": f"{CLI}.measured",
+    "Couple": f"{CLI}.couple",
+    "RunHarness": f"{CLI}.harness",
+    "Identify": f"{CLI}.identify",
+    "RunIn": f"{CLI}.run_in",
+    "Stability": f"{CLI}.stability",
+    "TradeOff": f"{CLI}.tradeoff",
+    "Watch": f"{CLI}.watch",
     "explore": "cranktrain_lab.library.explore",
     "optimize": "cranktrain_lab.library.variants",
     "read_measured": "cranktrain_lab.measured.reading",
@@ -51,4 +57,4 @@ FILE_KINDS = {
 ORDER_CURVES = "cranktrain_lab.measured.order_table:curves_of_file"
 """Reader of measured orders from files that are no text tables."""
 STEP_FILES = "cranktrain_lab.cli.new_from_step"
-"""Module of ``new --step``."""
+"""Module of ``new --cad``."""

@@ -114,8 +114,8 @@ def test_an_oil_that_was_built_in_python_with_a_grade_has_its_law():
 
 def test_a_bearing_takes_an_oil_by_its_grade(capsys):
     """As with the two viscosities and the density of the grade; both in one command are refused in one line."""
-    bearing = ["bearing", "--diameter-mm", "60", "--width-mm", "25", "--clearance-um", "30", "--speed", "3000"]
-    bearing += ["--load", "10000", "--inlet-temperature-c", "90", "--json"]
+    bearing = ["bearing", "plain", "--diameter-mm", "60", "--width-mm", "25", "--clearance-um", "30", "--speed", "3000"]
+    bearing += ["--load-n", "10000", "--inlet-temperature-c", "90", "--json"]
     typical = GRADES["5W-30"]
     density = typical.density * (1.0 - EXPANSION * (HOT - COOL))
     own = ["--oil-viscosity-40", str(typical.warm), "--oil-viscosity-100", str(typical.hot)]

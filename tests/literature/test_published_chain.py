@@ -24,7 +24,7 @@ RESONANCE = 2150
 def run_up(folder, table, rule, low, high):
     """Sums of orders (s, 2) of the torques cylinder 6 to flywheel and pulley to gear, N m; the run-up."""
     path = folder / "run_up.h5"
-    steady = ["--steady", rule] if rule else ["--workers", "1", "--outputs", "flywheel.torsion"]
+    steady = ["--method", rule] if rule else ["--workers", "1", "--outputs", "flywheel.torsion"]
     code = main([
         "runup", str(MWM / "mwm.toml"), "--crank", "torsional", "--mesh", str(MWM / table), "--no-inherit", *steady,
         "--from", str(low), "--to", str(high), "--step", "50", "--highest-order", "12", "--output", str(path),

@@ -91,7 +91,7 @@ def test_without_a_home_nobody_can_know_the_folder(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "arguments", [("reduce", "diesel_i6"), ("modal", "diesel_i6"), ("film-table", "--length-ratio", "0.4")]
+    "arguments", [("reduce", "diesel_i6"), ("modal", "diesel_i6"), ("bearing", "table", "--length-ratio", "0.4")]
 )
 def test_a_cache_that_cannot_be_written_is_refused_before_the_work(folder, capsys, monkeypatch, arguments):
     def work(*given):

@@ -308,10 +308,10 @@ def test_an_engine_file_without_a_place_for_a_value_is_refused_before_the_search
     engine, targets = tmp_path / "own.toml", tmp_path / "targets.toml"
     engine.write_text(own_hand(engine_path("diesel_i6").read_text("utf-8"), form), "utf-8")
     targets.write_text(TARGETS, "utf-8")
-    assert main(["calibrate", str(engine), str(targets), "--out", str(tmp_path / "new.toml")]) == 2
+    assert main(["identify", str(engine), str(targets), "--output", str(tmp_path / "new.toml")]) == 2
     said = capsys.readouterr().err.splitlines()[-1]
     assert "flywheel.mass: is not written as mass = " in said
-    assert main(["calibrate", "diesel_i6", str(targets), "--out", str(targets)]) == 2
+    assert main(["identify", "diesel_i6", str(targets), "--output", str(targets)]) == 2
     assert targets.read_text("utf-8") == TARGETS
     assert not (tmp_path / "new.toml").exists()
 

@@ -58,7 +58,7 @@ def test_a_damaged_run_up_is_refused_by_every_reader(tmp_path, capsys, harm, nam
     if (harm.__name__, name) == ("not_a_number", "amplitudes"):  # a speed may lack an amplitude
         assert np.isnan(RunUp.load(path).amplitudes["pulley.torsion"]).any()
         return
-    for call in (("export", path, "--to", tmp_path / "t.csv"), ("plot-runup", path, "--plots", tmp_path / "new")):
+    for call in (("export", path, "--to", tmp_path / "t.csv"), ("plot", path, "--plots", tmp_path / "new")):
         assert "up.h5" in refused(capsys, *call)
     assert not (tmp_path / "t.csv").exists()
 
@@ -120,7 +120,7 @@ def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys
     """A negative count of cycles would be drawn as one."""
     run_up(tmp_path / "up.h5")
     with_value(tmp_path / "up.h5", name, value)
-    for call in (("export", "up.h5", "--to", "t.csv"), ("plot-runup", "up.h5", "--plots", "new")):
+    for call in (("export", "up.h5", "--to", "t.csv"), ("plot", "up.h5", "--plots", "new")):
         call = [tmp_path / one if "." in one or one == "new" else one for one in call]
         assert "up.h5: holds numbers that no run-up has" in refused(capsys, *call)
     with pytest.raises(StoreError, match="holds numbers that no run-up has"):
@@ -154,7 +154,7 @@ def test_a_run_up_of_numbers_beyond_measure_is_refused(tmp_path, capsys, name, v
     """They would overflow where they are drawn."""
     run_up(tmp_path / "up.h5")
     with_value(tmp_path / "up.h5", name, value)
-    assert "up.h5" in refused(capsys, "plot-runup", tmp_path / "up.h5", "--plots", tmp_path / "new")
+    assert "up.h5" in refused(capsys, "plot", tmp_path / "up.h5", "--plots", tmp_path / "new")
 
 
 def test_names_that_are_nested_too_deeply_are_refused(tmp_path, capsys):

@@ -79,7 +79,7 @@ def test_firing_orders_keep_the_intervals(name, count):
 
 
 def test_live_answers_are_those_of_a_linear_run_up():
-    """Turned knobs give the orders of ``runup --crank torsional --steady linear`` of an engine with these values."""
+    """Turned knobs give the orders of ``runup --crank torsional --method linear`` of an engine with these values."""
     engine = load_engine("v12_petrol")
     live = LiveTorsion(engine)
 

@@ -374,7 +374,7 @@ def differing(first, second):
 
 
 def test_harmonic_balance_comes_from_a_process_of_its_own():
-    """The answer belongs to the choice that was asked last, and is that of ``runup --steady harmonic-balance``."""
+    """The answer belongs to the choice that was asked last, and is that of ``runup --method harmonic-balance``."""
     from cranktrain_lab.explore.balance import Balance
     from cranktrain_lab.explore.knobs import LOAD, Chosen
 

@@ -15,7 +15,7 @@ from cranktrain.film.table.database import TableSettings, slab_names
 from cranktrain.store.film_tables import film_table, load_film_table, table_path
 
 SETTINGS = TableSettings(0.5, tilt=False)
-COMMAND = [sys.executable, "-m", "cranktrain.cli.main", "film-table"]
+COMMAND = [sys.executable, "-m", "cranktrain.cli.main", "bearing", "table"]
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def test_a_table_of_wrong_shape_or_values_is_refused_in_one_line(kept, tmp_path,
     path.write_bytes(kept.read_bytes())
     with h5py.File(path, "r+") as file:
         change(file["data"])
-    with pytest.raises(StoreError, match=f"^{path}: {says}.*--rebuild") as caught:
+    with pytest.raises(StoreError, match=f"^{path}: {says}.*--anew") as caught:
         film_table(SETTINGS, path)
     assert "\n" not in str(caught.value)
 
@@ -112,7 +112,7 @@ def test_a_killed_build_leaves_no_process_and_loses_no_kept_slab(tmp_path):
     part = path.with_name("killed.h5.part")
     settings = TableSettings(0.35, resolution="coarse")
     build = subprocess.Popen(
-        [*COMMAND, "--length-ratio", "0.35", "--resolution", "coarse", "--jobs", "2", "--output", str(path)],
+        [*COMMAND, "--length-ratio", "0.35", "--resolution", "coarse", "--workers", "2", "--output", str(path)],
         start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     deadline = time.monotonic() + 3600
@@ -159,7 +159,7 @@ def test_a_part_of_another_table_is_put_aside_with_a_word(tmp_path):
 
 
 def test_other_geometry_schema_and_foreign_files_are_refused_in_one_line(kept, tmp_path):
-    with pytest.raises(StoreError, match=r"made for L/D 0.5.*wanted L/D 0.6.*--rebuild") as refusal:
+    with pytest.raises(StoreError, match=r"made for L/D 0.5.*wanted L/D 0.6.*--anew") as refusal:
         film_table(TableSettings(0.6, tilt=False), kept)
     assert "\n" not in str(refusal.value)
     with pytest.raises(StoreError, match=r"groove none.*wanted.*groove circumferential"):
@@ -229,7 +229,7 @@ def test_the_command_prints_what_a_machine_reads(kept):
         (["--length-ratio", "wide"], "--length-ratio"),
         ([], "--length-ratio"),
         (["--length-ratio", "0.5", "--groove", "axial"], "groove"),
-        (["--length-ratio", "0.5", "--jobs", "0"], "--jobs"),
+        (["--length-ratio", "0.5", "--workers", "0"], "--workers"),
     ],
 )
 def test_the_command_refuses_in_one_line(arguments, says):

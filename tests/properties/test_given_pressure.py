@@ -102,11 +102,11 @@ def test_a_function_of_the_speed_is_that_of_each_run():
         np.testing.assert_allclose(gas.at(speed, 1.0).fired, [base(x) * speed / 300.0 for x in gas.at(300.0, 1).angles])
     run_up = ct.runup(
         engine.with_(connection=None, body=None, frame=None), from_rpm=2000, to_rpm=3000, step_rpm=1000,
-        crank="torsional", bearings="held", inherit=False, steady="linear", pressure=pressure, load=1.0,
+        crank="torsional", bearings="held", inherit=False, method="linear", pressure=pressure, load=1.0,
     )  # fmt: skip
     one = ct.runup(
         engine.with_(connection=None, body=None, frame=None), from_rpm=3000, to_rpm=3000, step_rpm=1000,
-        crank="torsional", bearings="held", inherit=False, steady="linear", load=1.0,
+        crank="torsional", bearings="held", inherit=False, method="linear", load=1.0,
         pressure=lambda angle: pressure(angle, 100.0 * math.pi),
     )  # fmt: skip
     assert run_up["pulley.torsion", 2.0][-1] == pytest.approx(one["pulley.torsion", 2.0][-1], rel=1e-9)

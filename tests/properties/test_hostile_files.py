@@ -89,7 +89,8 @@ def test_names_that_no_file_can_have_are_missing_files(tmp_path, monkeypatch, ca
     for words in ([*run, "index.csv"], [*run, f"{long}.csv"], [*run, f"{long}/b.csv:1,2"],
                   ["measured", f"{long}.csv"], ["export", f"{long}.h5", "--to", "a.csv"],
                   ["modal", "diesel_i6", "--mesh", f"{long}.msh"], ["modal", "diesel_i6", "--body", f"{long}.toml"],
-                  ["run", f"{long}.toml"], ["vary", f"{long}.toml"], ["calibrate", "diesel_i6", f"{long}.toml"],
+                  ["plan", "--run", f"{long}.toml"], ["vary", f"{long}.toml"],
+                  ["identify", "diesel_i6", f"{long}.toml"],
                   ["optimize", f"{long}.toml"]):  # fmt: skip
         assert main(words) == 2, words
         assert "fault of this program" not in capsys.readouterr().err

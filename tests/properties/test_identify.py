@@ -95,7 +95,7 @@ def test_values_are_found_again_from_a_higher_level_and_written_with_their_inter
     """Data by harmonic balance with noise; the linear fit is corrected. 3 standard deviations, and 5 % of damping."""
     write_orders(tmp_path / "orders.csv", truth[2])
     path = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY + "\n[hold_out]\nspeeds_rpm = [3000, 4500]\n")
-    report = ct.identify(four, path, out=tmp_path / "new.toml", bootstrap=50, above="none")
+    report = ct.identify(four, path, output=tmp_path / "new.toml", bootstrap=50, above="none")
     found = {row["key"]: row for row in report["parameters"]}
     engine = load_engine(four)
     wanted = {**TRUE, "pulley.polar_inertia": TRUE["pulley.polar_inertia"] * engine.pulley.polar_inertia}
@@ -396,7 +396,7 @@ def test_peak_to_peak_amplitudes_are_doubted_in_a_sentence(four, truth, tmp_path
         text = f"[parameters]\nload = {{ low = 0.5, high = {high} }}\n{ORDERS_OF_PULLEY}orders = [4, 6]\n"
         (line,) = quick(four, measured(tmp_path, text), level="linear")["doubts"]
         assert re.search(said, line)
-    options = ["--level", "linear", "--above", "none", "--no-profile", "--bootstrap", "0"]
+    options = ["--method", "linear", "--above", "none", "--no-profile", "--bootstrap", "0"]
     assert main(["identify", str(four), str(tmp_path / "measured.toml"), *options]) == 0
     assert "Doubtful: load lies at its upper bound" in capsys.readouterr().out
 
@@ -444,7 +444,7 @@ def test_an_existing_file_is_kept_and_the_command_exits_with_2(four, truth, tmp_
     write_orders(tmp_path / "orders.csv", truth[3])
     path, kept = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), tmp_path / "kept.toml"
     kept.write_text("mine", "utf-8")
-    assert main(["identify", str(four), str(path), "--out", str(kept), "--json"]) == 2
+    assert main(["identify", str(four), str(path), "--output", str(kept), "--json"]) == 2
     assert "exists and is not overwritten" in json.loads(capsys.readouterr().out)["error"]["what"]
     assert kept.read_text("utf-8") == "mine"
 
@@ -461,7 +461,7 @@ def test_an_interrupt_keeps_the_best_and_says_so(four, truth, tmp_path, monkeypa
         return own(self, values)
 
     monkeypatch.setattr(TorsionalModel, "answers", answers)
-    assert main(["identify", str(four), str(path), "--out", str(tmp_path / "best.toml")]) == 130
+    assert main(["identify", str(four), str(path), "--output", str(tmp_path / "best.toml")]) == 130
     told = capsys.readouterr()
     assert "the best values so far are in" in told.err
     assert "The search was interrupted" in told.out
@@ -501,7 +501,7 @@ def test_an_interrupt_in_a_higher_level_keeps_what_the_linear_one_found(four, tr
         raise KeyboardInterrupt
 
     monkeypatch.setattr(TorsionalModel, "balanced", balanced)
-    assert main(["identify", str(four), str(path), "--out", str(tmp_path / "best.toml")]) == 130
+    assert main(["identify", str(four), str(path), "--output", str(tmp_path / "best.toml")]) == 130
     assert "the best values so far are in" in capsys.readouterr().err
     found = load_engine(tmp_path / "best.toml").pulley.polar_inertia
     assert found == pytest.approx(TRUE["pulley.polar_inertia"] * load_engine(four).pulley.polar_inertia, rel=0.02)
@@ -517,7 +517,9 @@ def test_an_interrupt_of_the_intervals_keeps_the_values(four, truth, tmp_path, m
         raise KeyboardInterrupt
 
     monkeypatch.setattr(f"cranktrain_lab.identification.identify.{part}", interrupted)
-    assert main(["identify", str(four), str(path), "--out", str(new), "--level", "linear", "--above", "none"]) == 130
+    assert (
+        main(["identify", str(four), str(path), "--output", str(new), "--method", "linear", "--above", "none"]) == 130
+    )
     assert "the best values so far are in" in capsys.readouterr().err
     found = load_engine(new).pulley.polar_inertia
     assert found == pytest.approx(TRUE["pulley.polar_inertia"] * load_engine(four).pulley.polar_inertia, rel=0.02)

@@ -91,7 +91,7 @@ def test_the_step_to_a_crank_that_bends_is_in_the_interval_of_a_torsional_fit(be
     """Films hold the journals: a crank in motion is stiffer than the torsional one by formula. No residual says so."""
     name, path = bending
     alone, held = (
-        ct.identify(name, path, level="linear", bootstrap=0, profile=False, above=above) for above in ("none", "next")
+        ct.identify(name, path, method="linear", bootstrap=0, profile=False, above=above) for above in ("none", "next")
     )
     found, wide = stiffness(alone), stiffness(held)
     assert found["value"] == wide["value"]
@@ -185,7 +185,7 @@ def test_a_crank_that_bends_finds_its_own_stiffness_though_the_linear_level_reso
         values = model.in_time(np.array(TRUE), "beam", 1e-3)
     path = written(tmp_path, name, values, 0.003)
     path.write_text(TEXT.replace('"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }\n', ""), "utf-8")
-    report = ct.identify(name, path, level="time", crank="beam", bootstrap=0, profile=False, above="none")
+    report = ct.identify(name, path, method="time", crank="beam", bootstrap=0, profile=False, above="none")
     row = stiffness(report)
     assert abs(math.log(row["value"] / TRUE[0])) < min(0.03 * row["deviation_percent"], 0.005)
 

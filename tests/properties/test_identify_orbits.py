@@ -85,7 +85,7 @@ def in_time(engine, folder, text, **more):
     """Rows of the parameters by key, and the report, by runs in time of a beam crank."""
     path = folder / "measured.toml"
     path.write_text(text, "utf-8")
-    report = ct.identify(engine, path, level="time", crank="beam", bootstrap=0, **{"above": "none", **more})
+    report = ct.identify(engine, path, method="time", crank="beam", bootstrap=0, **{"above": "none", **more})
     return {row["key"]: row for row in report["parameters"]}, report
 
 

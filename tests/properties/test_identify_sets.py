@@ -162,8 +162,8 @@ source = "test"
 "pulley.polar_inertia" = { low = 0.045, high = 0.06, unit = "kg m^2" }
 """
     (tmp_path / "six.targets.toml").write_text(text, "utf-8")
-    one = ct.calibrate("diesel_i6", tmp_path / "six.targets.toml", out=tmp_path / "one.toml", evaluations=20000)
-    other = ct.identify("diesel_i6", tmp_path / "six.targets.toml", out=tmp_path / "other.toml")
+    one = ct.identify("diesel_i6", tmp_path / "six.targets.toml", output=tmp_path / "one.toml", evaluations=20000)
+    other = ct.identify("diesel_i6", tmp_path / "six.targets.toml", output=tmp_path / "other.toml")
     assert not one["confirmed"] and one["targets"] == other["targets"]
     assert [row["value"] for row in one["parameters"]] == [row["value"] for row in other["parameters"]]
     assert (tmp_path / "one.toml").read_text("utf-8") == (tmp_path / "other.toml").read_text("utf-8")

@@ -88,13 +88,13 @@ def test_the_numbers_of_a_level_error_are_those_of_its_line():
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        (["--crank", "torsional", "--steady", "linear"], "Error of these levels: not measured with --steady; "),
+        (["--crank", "torsional", "--method", "linear"], "Error of these levels: not measured with --method; "),
         (["--crank", "beam", "--bearings", "linear"], "best model here"),
     ],
 )
 def test_a_run_up_says_in_one_line_and_in_json_how_far_its_levels_are_off(words, line, tmp_path, capsys):
     run = ["runup", "diesel_i6", "--from", "1980", "--to", "2000", *words, "--no-inherit", "--workers", "1"]
-    run = run[:-2] if "--steady" in words else run
+    run = run[:-2] if "--method" in words else run
     assert main([*run, "--output", str(tmp_path / "a.h5")]) == 0
     [shown] = [one for one in capsys.readouterr().out.splitlines() if line in one]
     assert main([*run, "--output", str(tmp_path / "b.h5"), "--json"]) == 0

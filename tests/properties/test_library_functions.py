@@ -24,7 +24,7 @@ from cranktrain.studies import constant_speed
 
 UNITS = {"speed": "rpm", "from": "rpm", "to": "rpm"}
 """Options of a quantity in engineers' units, whose keywords say which."""
-STEADY = {"from_rpm": 4000, "to_rpm": 8000, "step_rpm": 500, "crank": "torsional", "steady": "linear", "inherit": False}
+STEADY = {"from_rpm": 4000, "to_rpm": 8000, "step_rpm": 500, "crank": "torsional", "method": "linear", "inherit": False}
 RIGID = {"speed_rpm": 4000, "cycles": 1, "crank": "rigid", "bearings": "held", "step_deg": 10}
 ALONE = {
     "engines": "engines", "bearing": "Bearing", "schema": "schema", "vary": "vary", "optimize": "optimize",
@@ -162,7 +162,7 @@ def test_other_functions_refuse_alike():
         (lambda: ct.film_table(length_ratio=0.4, relief=[1, 2]), "relief has 2 values; give 3"),
         (lambda: ct.campbell("single_petrol", crank="rigid"), "crank rigid has no natural frequencies"),
         (lambda: ct.campbell("single_petrol", crank="torsional", from_rpm=3000, to_rpm=2000), "from_rpm 3000"),
-        (lambda: ct.runup("single_petrol", **{**STEADY, "ramp_rpm_per_s": 100.0}), "steady does not go with"),
+        (lambda: ct.runup("single_petrol", **{**STEADY, "ramp_rpm_per_s": 100.0}), "method does not go with"),
         (lambda: ct.assemble("single_petrol", {"crank": "rigid"}), "settings are"),
         (lambda: ct.load_run(3), "is no path"),
     ):
@@ -257,7 +257,7 @@ def test_what_a_function_finds_is_what_the_verb_prints(tmp_path, monkeypatch, ca
         ),
         (
             lambda: ct.roller(rollers=12, length_mm=20, load_n=5000),
-            ["roller", "--rollers", "12", "--length-mm", "20", "--load", "5000"],
+            ["bearing", "roller", "--rollers", "12", "--length-mm", "20", "--load-n", "5000"],
         ),
         (lambda: ct.export("run.h5", to="run.csv"), ["export", "run.h5", "--to", "again.csv"]),
     ]  # fmt: skip

@@ -191,7 +191,7 @@ def test_runup_compares_with_measured_orders_and_refuses_other_speeds_at_once(tm
 
     monkeypatch.chdir(tmp_path)
     path = measured_file(tmp_path)
-    command = ["runup", "diesel_i6", "--step", "40", "--steady", "linear", "--crank", "torsional", "--bearings", "held",
+    command = ["runup", "diesel_i6", "--step", "40", "--method", "linear", "--crank", "torsional", "--bearings", "held",
                "--measured", str(path)]  # fmt: skip
     assert main([*command, "--from", "600", "--to", "900"]) == 2
     assert "no speed in common" in capsys.readouterr().err and not (tmp_path / "diesel_i6_runup.h5").exists()

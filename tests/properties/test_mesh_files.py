@@ -322,7 +322,7 @@ def test_four_node_tetrahedra_with_their_triangles(tmp_path):
         ("crank.pch", "a Nastran punch file holds DMIG KAAX, no mesh: name it in a superelement's .toml"),
         ("crank.op4", "a Nastran OUTPUT4 file holds matrices, no mesh"),
         ("crank.sub", "an Ansys superelement file holds matrices, no mesh"),
-        ("crank.step", "CAD, no mesh: 'cranktrain new NAME --step crank.step' meshes it"),
+        ("crank.step", "CAD, no mesh: 'cranktrain new NAME --cad crank.step' meshes it"),
         ("crank.stl", "mesh format '.stl' is not known: use .msh, .inp, .unv"),
     ],
 )

@@ -93,7 +93,7 @@ def test_the_limit_of_twist_is_that_of_the_shear_stress(tmp_path):
 def peaks(engine, damper):
     """Largest amplitude, deg, of orders above those that the engine turns unevenly by, over its speeds."""
     low, high = (speed / RPM for speed in engine.speeds)
-    levels = {"crank": "torsional", "steady": "linear", "inherit": False}
+    levels = {"crank": "torsional", "method": "linear", "inherit": False}
     found = ct.runup(engine, from_rpm=low, to_rpm=high, step_rpm=(high - low) / 60.0, damper=damper, **levels)
     return {n: found["pulley.torsion", n].to("deg").max() for n in (4, 4.5, 6, 8, 9)}
 

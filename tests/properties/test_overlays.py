@@ -90,7 +90,7 @@ def test_other_kinds_too_many_files_and_missing_outputs_are_refused():
 
 def test_the_command_lays_files_of_one_kind_over_each_other(tmp_path, capsys):
     up = [str(run_up(engine).save(tmp_path / f"{engine}.h5")) for engine in ("one", "two")]
-    assert main(["plot-runup", *up, "--plots", str(tmp_path / "out")]) == 0
+    assert main(["plot", *up, "--plots", str(tmp_path / "out")]) == 0
     picture = tmp_path / "out" / file_name(TORSION)
     assert capsys.readouterr().out.split() == [str(picture)] and picture.stat().st_size > 1000
     engine = [
@@ -108,7 +108,7 @@ def test_the_command_lays_files_of_one_kind_over_each_other(tmp_path, capsys):
     single = str(tmp_path / "single.h5")
     assert main([*engine, "--output", single]) == 0
     capsys.readouterr()
-    assert main(["plot-runup", single, "--outputs", "bearing[1].force.y", "--plots", str(tmp_path / "out")]) == 0
+    assert main(["plot", single, "--outputs", "bearing[1].force.y", "--plots", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.split() == [str(tmp_path / "out" / "overlay_bearing_1_force_y.png")]
     for words, said in (
         ([*up, "--engine", "diesel_i6"], "--engine goes with one run-up"),
@@ -119,7 +119,7 @@ def test_the_command_lays_files_of_one_kind_over_each_other(tmp_path, capsys):
         ([*up, "--orders", "7"], "order 7 is not in this run-up"),
         ([up[0], str(tmp_path / "none.h5")], "none.h5: no such file"),
     ):
-        assert main(["plot-runup", *words, "--plots", str(tmp_path / "new")]) == 2
+        assert main(["plot", *words, "--plots", str(tmp_path / "new")]) == 2
         [line] = capsys.readouterr().err.splitlines()
         assert said in line
     assert not list((tmp_path / "new").glob("*.png"))

@@ -278,7 +278,7 @@ def test_what_cannot_have_an_own_law_says_so(tmp_path):
     with pytest.raises(InputError, match="connection 't': an FMU cannot carry the own law 'turning'"):
         ct.build_fmu(engine, tmp_path)
     with pytest.raises(InputError, match="steady states in the frequency domain cannot include"):
-        ct.runup(engine, from_rpm=3000, to_rpm=4000, step_rpm=500, crank="torsional", steady="linear", inherit=False)
+        ct.runup(engine, from_rpm=3000, to_rpm=4000, step_rpm=500, crank="torsional", method="linear", inherit=False)
     assert not list(tmp_path.iterdir())
     (tmp_path / "own.toml").write_text(engine.to_toml(), "utf-8")
     command = [sys.executable, "-m", "cranktrain.cli.main", "simulate", "own.toml", "--speed", "4000"]

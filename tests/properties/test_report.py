@@ -59,7 +59,7 @@ def resonance(names=(TORSION,), zeta=0.05, engine="diesel_i6"):
     return RunUp(
         speeds=speeds, orders=orders, amplitudes={name: scale[name] * response for name in names}, extremes=extremes,
         cycles=none, repeats=none, left=0.0 * speeds,
-        attributes={"engine": engine, "crank": "torsional", "steady": "linear"},
+        attributes={"engine": engine, "crank": "torsional", "method": "linear"},
     )  # fmt: skip
 
 
@@ -361,7 +361,7 @@ def test_remedies_can_be_pasted_with_the_path_as_it_was_given(found):
     """A shell reads every command as the program does; paths with blanks and quotes stay one word."""
     name, folder = "my engines/it's one.toml", "made of it"
     running = ("--pressure", "traces of it.csv", "--load", "0.5")
-    asked = Asked(name, None, [folder], running=running, again=("--pictures", folder, "--quick"))
+    asked = Asked(name, None, [folder], running=running, again=("--results", folder, "--quick"))
     poor = replace(found, asked=asked, run_up=None, pictures={}, damped=None)
     commands = [one for text in missing(poor).values() for one in text.split(" && ") if one.startswith("cranktrain ")]
     assert len(commands) > 10
@@ -371,7 +371,7 @@ def test_remedies_can_be_pasted_with_the_path_as_it_was_given(found):
         assert options.engine == name
         if verb in ("runup", "simulate", "stress", "fatigue", "report"):
             assert (options.pressure, options.load) == ("traces of it.csv", 0.5)
-        if verb not in ("report", "bearing-loads", "plot-runup"):
+        if verb not in ("report", "bearing-loads", "plot"):
             assert options.output.startswith(f"{folder}/diesel_i6_")
     bare = replace(ENGINE, damper=None, crank_strength=None, big_end_bearing=None)
     lacking = missing(replace(poor, engine=bare))
@@ -492,10 +492,10 @@ def test_heat_of_the_damper_and_fatigue_are_judged(found):
 
 
 def test_speeds_that_are_no_range_and_foreign_files_are_refused(tmp_path, capsys):
-    assert main(["report", "diesel_i6", "--speeds", "2000", "800", "--output", str(tmp_path / "a.html")]) == 2
-    assert "--speeds 2000 800: is no range within 20 to 20000 rev/min" in capsys.readouterr().err
+    assert main(["report", "diesel_i6", "--from", "2000", "--to", "800", "--output", str(tmp_path / "a.html")]) == 2
+    assert "--from 2000 --to 800: is no range within 20 to 20000 rev/min" in capsys.readouterr().err
     (tmp_path / "diesel_i6_fatigue.json").write_text('{"fillets": 3}')
-    assert main(["report", "diesel_i6", "--pictures", str(tmp_path), "--output", str(tmp_path / "a.html")]) == 2
+    assert main(["report", "diesel_i6", "--results", str(tmp_path), "--output", str(tmp_path / "a.html")]) == 2
     assert "is no result of 'cranktrain fatigue --output'" in capsys.readouterr().err
 
 

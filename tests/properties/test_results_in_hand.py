@@ -22,7 +22,7 @@ def run():
 
 @pytest.fixture(scope="module")
 def run_up():
-    choices = {"crank": "torsional", "steady": "linear", "inherit": False}
+    choices = {"crank": "torsional", "method": "linear", "inherit": False}
     return ct.runup("single_petrol", from_rpm=4000, to_rpm=8000, step_rpm=500, **choices)
 
 
@@ -196,7 +196,7 @@ def test_xarray_holds_units_and_axes(run, run_up, diagram):
 def test_a_run_up_a_sweep_and_a_plot_in_ten_lines(tmp_path):
     """Only public names. A heavier flywheel moves less at order 0.5."""
     engine = ct.load_engine("single_petrol")
-    steady = {"crank": "torsional", "steady": "linear", "inherit": False}
+    steady = {"crank": "torsional", "method": "linear", "inherit": False}
     run_up = ct.runup(engine, from_rpm=4000, to_rpm=8000, step_rpm=500, **steady)
     largest = {}
     for times in (1, 2, 4):

@@ -331,8 +331,8 @@ def test_a_ramp_that_sets_out_too_low_and_ways_that_exclude_each_other_are_refus
     for options, refusal in (
         (("--from", "120", "--ramp", "500"), "begin higher, or take a slower ramp"),
         (("--ramp", "50"), "on a ramp steps of 5 deg resolve orders to 18; take --step-deg 3.75 or less"),
-        (("--ramp", "50", "--steady", "linear"), "--steady does not go with --ramp"),
-        (("--steady", "linear", "--refine"), "--refine goes with steady cycles in time"),
+        (("--ramp", "50", "--method", "linear"), "--method does not go with --ramp"),
+        (("--method", "linear", "--refine"), "--refine goes with steady cycles in time"),
     ):
         assert main([*RUN, *options, "--output", path]) == 2
         assert refusal in capsys.readouterr().err
@@ -341,7 +341,7 @@ def test_a_ramp_that_sets_out_too_low_and_ways_that_exclude_each_other_are_refus
 
 def test_the_frequency_domain_has_the_same_peaks(tmp_path, capsys):
     path = str(tmp_path / "steady.h5")
-    assert main([*RUN, "--steady", "harmonic-balance", "--output", path, "--json"]) == 0
+    assert main([*RUN, "--method", "harmonic-balance", "--output", path, "--json"]) == 0
     balanced = told(capsys)
     assert main([*RUN, "--workers", "1", "--output", path, "--json"]) == 2  # its file is of another run-up
     capsys.readouterr()
@@ -350,7 +350,7 @@ def test_the_frequency_domain_has_the_same_peaks(tmp_path, capsys):
     for order in ("6", "9"):
         one, other = (np.array(said["torsion_orders_deg"][order]) for said in (balanced, in_time))
         assert np.abs(one - other).max() < 0.01 * other.max()
-    assert main([*RUN, "--steady", "linear", "--output", path, "--json"]) == 2
+    assert main([*RUN, "--method", "linear", "--output", path, "--json"]) == 2
     assert "holds steady cycles" in told(capsys)["error"]["what"]
 
 

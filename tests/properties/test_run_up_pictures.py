@@ -235,7 +235,7 @@ def test_humps_have_no_label(uneven):
 
 
 def test_two_scales_at_once_are_refused(capsys):
-    assert main(["plot-runup", "none.h5", "--log", "--linear"]) == 2
+    assert main(["plot", "none.h5", "--log", "--linear"]) == 2
     assert capsys.readouterr().err.strip() == "cranktrain: --log and --linear ask for two scales; leave one of them out"
 
 
@@ -322,13 +322,13 @@ def test_assurance_is_one_of_a_shape_with_itself_in_any_phase():
 def test_verb_draws_a_file_and_says_what_it_lacks(run_up, tmp_path, capsys):
     strange = replace(run_up, attributes=dict(run_up.attributes) | {"engine": "gone"})
     path = strange.save(tmp_path / "up.h5")
-    assert main(["plot-runup", str(path), "--plots", str(tmp_path / "out")]) == 0
+    assert main(["plot", str(path), "--plots", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert "no Campbell diagram" in said.err and "--engine" in said.err
     names = {place.name for place in (tmp_path / "out").iterdir()}
     assert {"torsion_orders.png", "axial_orders.png", "waterfall.png", "axial_harmonics.png"} <= names
     assert names <= set(figures.file_names())
-    assert main(["plot-runup", str(tmp_path / "none.h5")]) == 2
+    assert main(["plot", str(tmp_path / "none.h5")]) == 2
 
 
 def complete_run_up(run_up):
@@ -397,7 +397,7 @@ def test_run_up_in_the_frequency_domain_with_its_pictures(tmp_path, capsys):
     """From the command line; the six's order 6 within 1 % of its linear critical speed."""
     out, folder = tmp_path / "up.h5", tmp_path / "pictures"
     asked = ["runup", "diesel_i6", "--from", "2200", "--to", "2500", "--step", "10", "--crank", "torsional"]
-    chosen = ["--steady", "harmonic-balance", "--no-inherit", "--output", str(out), "--plots", str(folder), "--json"]
+    chosen = ["--method", "harmonic-balance", "--no-inherit", "--output", str(out), "--plots", str(folder), "--json"]
     assert main([*asked, *chosen]) == 0
     said = json.loads(capsys.readouterr().out)
     assert {"torsion_orders.png", "campbell.png"} <= {path.name for path in folder.iterdir()}

@@ -137,7 +137,7 @@ def test_a_wrong_unit_of_the_file_is_the_reason_that_is_named(tmp_path, monkeypa
     assert main(["new", "four", "--step", "four.step", "--bore-mm", "82.5"]) == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
     assert "main journals of 1524 mm for a bore of 82.5 mm (60 in the file, which states inches)" in said
-    assert said.endswith("--step-unit mm") and not list(Path().glob("four*.toml"))
+    assert said.endswith("--cad-unit mm") and not list(Path().glob("four*.toml"))
     made = step_engine(find_crank(read_step("four.step", "mm"), Given()), Stated(bore=0.0825))
     assert made.dimensions.crankshaft.main_diameter == pytest.approx(0.06, abs=HUNDREDTH)
 
@@ -149,7 +149,7 @@ ODD = [
     ({"cut": 60.0}, r"1 pins of 50 mm, and no main journal behind the last pin \(a part of a crank\?\)"),
     ({"twice": True}, r"holds 2 solids, the largest of \d+, 120 cm\^3"),
     ({"shells": True}, "holds no solid, but 12 open shells with 12 faces"),
-    ({"scale": 1e-3}, r"the solid is 0.45\d* mm long, .* --step-unit m, mm, in"),
+    ({"scale": 1e-3}, r"the solid is 0.45\d* mm long, .* --cad-unit m, mm, in"),
     ({"other": {"flange": False}}, r"neither end has a flange .*: state where the pulley is, --pulley-end -z or \+z"),
 ]
 
@@ -183,7 +183,7 @@ def test_broken_files_are_told(tmp_path, change, says):
 def test_what_the_file_leaves_open_is_stated_by_options(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     step("c.step", other={"flange": False, "angles": (0, 180)}, scale=1e-3)
-    first = "new two --step c.step --step-unit m"
+    first = "new two --cad c.step --cad-unit m"
     for options, says in (
         ("", "--pulley-end -z or +z"),
         ("--pulley-end=+y", "the crank lies along z; give -z or +z"),

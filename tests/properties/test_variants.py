@@ -29,7 +29,7 @@ from cranktrain_lab.variants.tables import StudyTable
 pytest.importorskip("pyarrow")
 SPEEDS = {"single_petrol": (3000.0, 9000.0), "v12_petrol": (2000.0, 6500.0)}
 STEP = 500.0
-LINEAR = {"crank": "torsional", "steady": "linear", "inherit": False, "load": 1.0}
+LINEAR = {"crank": "torsional", "method": "linear", "inherit": False, "load": 1.0}
 FORMULA = {"reduction.torsional_source": "ker-wilson"}
 
 

@@ -173,7 +173,7 @@ def files(four, tmp_path_factory):
 
 
 def ask(measured, healthy, engine="four_petrol", **more):
-    return ct.watch(engine, measured, healthy=healthy, level="linear", inherit=False, **more)
+    return ct.watch(engine, measured, healthy=healthy, method="linear", inherit=False, **more)
 
 
 def test_a_misfire_is_found_from_files(files):

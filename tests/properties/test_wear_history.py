@@ -133,7 +133,18 @@ def test_pictures_and_table(history, tmp_path):
 
 def test_the_command_writes_history_table_and_engine(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    command = ["run-in", "four_petrol", "--crank", "beam", "--hours", "0.02", "--table", "t.csv", "--out", "new.toml"]
+    command = [
+        "run-in",
+        "four_petrol",
+        "--crank",
+        "beam",
+        "--hours",
+        "0.02",
+        "--table",
+        "t.csv",
+        "--output",
+        "new.toml",
+    ]
     assert main([*command, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     new = load_engine(tmp_path / "new.toml").plain_mains

@@ -9,11 +9,11 @@ import pytest
 
 from cranktrain.cli.main import main
 
-GIVEN = ("bearing", "--length-ratio", "0.5", "--eccentricity", "0.6")
+GIVEN = ("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "0.6")
 MACHINE = ("--diameter-mm", "80", "--width-mm", "40", "--clearance-um", "40", "--viscosity", "0.01", "--speed", "2000")
-LOADED = ("bearing", *MACHINE, "--load", "5000")
+LOADED = ("bearing", *MACHINE, "--load-n", "5000")
 OIL = ("--inlet-temperature-c", "80", "--oil-viscosity-40", "100", "--oil-viscosity-100", "11")
-WARM = ("bearing", *MACHINE[:6], *MACHINE[8:], "--load", "5000", *OIL)
+WARM = ("bearing", *MACHINE[:6], *MACHINE[8:], "--load-n", "5000", *OIL)
 
 
 def run(capsys, *arguments):
@@ -40,7 +40,7 @@ def test_the_load_that_belongs_to_an_eccentricity_returns_it(capsys):
     given = run(capsys, *GIVEN)
     omega, psi = 2000.0 * math.pi / 30.0, 1e-3
     load = given["sommerfeld"] * 0.04 * 0.08 * 0.01 * omega / psi**2
-    back = run(capsys, "bearing", *MACHINE, "--load", repr(load), "--grid", "96", "16")
+    back = run(capsys, "bearing", *MACHINE, "--load-n", repr(load), "--grid", "96", "16")
     assert list(back) == [
         "eccentricity", "attitude_deg", "min_film_um", "stiffness", "damping", "whirl_threshold", "flow",
         "friction_torque", "p_max", "seconds",
@@ -99,7 +99,7 @@ def test_squeeze_starts_from_the_steady_film(capsys):
 @pytest.mark.parametrize("motion", [("--squeeze-only",), ("--squeeze", "0.3"), ("--tilt", "0.2", "0")])
 @pytest.mark.parametrize("ratio", ["0.25", "1"])
 def test_a_film_that_conserves_oil_is_that_of_reynolds_rupture_where_it_is_fed(capsys, ratio, motion):
-    given = ("bearing", "--length-ratio", ratio, "--eccentricity", "0.7", *motion)
+    given = ("bearing", "plain", "--length-ratio", ratio, "--eccentricity", "0.7", *motion)
     fed = () if "--squeeze-only" in motion else ("--supply", "widest-gap")
     one = run(capsys, *given, *fed, "--grid", "192", "32")
     other = run(capsys, *given, "--cavitation", "mass-conserving", "--grid", "192", "32")
@@ -116,8 +116,8 @@ def test_a_film_that_conserves_oil_is_that_of_reynolds_rupture_where_it_is_fed(c
 
 @pytest.mark.parametrize("load", ["100", "5000", "100000"])
 def test_equilibrium_of_a_film_that_conserves_oil(capsys, load):
-    one = run(capsys, "bearing", *MACHINE, "--load", load)
-    other = run(capsys, "bearing", *MACHINE, "--load", load, "--cavitation", "mass-conserving")
+    one = run(capsys, "bearing", *MACHINE, "--load-n", load)
+    other = run(capsys, "bearing", *MACHINE, "--load-n", load, "--cavitation", "mass-conserving")
     assert list(other) == list(one)
     for key in ("eccentricity", "min_film_um", "flow", "friction_torque", "p_max"):
         assert other[key] == pytest.approx(one[key], rel=5e-3), key
@@ -125,9 +125,9 @@ def test_equilibrium_of_a_film_that_conserves_oil(capsys, load):
     for key in ("stiffness", "damping"):
         np.testing.assert_allclose(other[key], one[key], atol=0.02 * np.abs(one[key]).max())
     # A groove in a narrow place feeds less than the wide gap behind it holds: less oil leaves at the ends.
-    grooved = run(capsys, "bearing", *MACHINE, "--load", load, "--grooves", "two-axial")
+    grooved = run(capsys, "bearing", *MACHINE, "--load-n", load, "--grooves", "two-axial")
     starved = run(
-        capsys, "bearing", *MACHINE, "--load", load, "--grooves", "two-axial", "--cavitation", "mass-conserving"
+        capsys, "bearing", *MACHINE, "--load-n", load, "--grooves", "two-axial", "--cavitation", "mass-conserving"
     )
     assert starved["flow"] < (1.001 if load == "100" else 0.95) * grooved["flow"]
     assert starved["eccentricity"] == pytest.approx(grooved["eccentricity"], rel=5e-3)
@@ -139,7 +139,7 @@ def test_several_speeds_give_a_stribeck_curve(capsys):
         "--roughness-um", "0.8", "--asperity-density", "3000", "--asperity-radius-um", "20", "--contact-modulus-gpa",
         "60", "--hardness-mpa", "200", "--boundary-friction", "0.12", "--grid", "96", "12",
     )  # fmt: skip
-    given = ("bearing", *MACHINE[:8], "--load", "20000", *rough, "--speed")
+    given = ("bearing", *MACHINE[:8], "--load-n", "20000", *rough, "--speed")
     curve = run(capsys, *given, "0.1", "50", "300", "3000")["curve"]
     assert [found["speed_rpm"] for found in curve] == [0.1, 50.0, 300.0, 3000.0]
     friction = [found["friction_coefficient"] for found in curve]
@@ -179,13 +179,13 @@ def test_rough_surfaces_oil_under_pressure_and_an_elastic_bore(capsys):
     machine = ("--diameter-mm", "80", "--width-mm", "30", *MACHINE[4:], "--grid", "72", "10")
     rough = ("--roughness-um", "1.2", "--boundary-friction", "0.08")
     oil = ("--pressure-law", "roelands", "--pressure-viscosity", "15", "--compressibility", "dowson-higginson")
-    plain = run(capsys, "bearing", *machine, "--load", "10000", "--cavitation", "mass-conserving")
-    thick = run(capsys, "bearing", *machine, "--load", "10000", *oil)
+    plain = run(capsys, "bearing", "plain", *machine, "--load-n", "10000", "--cavitation", "mass-conserving")
+    thick = run(capsys, "bearing", "plain", *machine, "--load-n", "10000", *oil)
     assert thick["min_film_um"] > 1.01 * plain["min_film_um"]
-    everything = run(capsys, "bearing", *machine, "--load", "10000", *rough, *oil, "--bore", "diesel_i6")
+    everything = run(capsys, "bearing", "plain", *machine, "--load-n", "10000", *rough, *oil, "--bore", "diesel_i6")
     assert everything["bore_displacement_um"] > 2.0 and 0.0 <= everything["contact_load"] < 10000
     assert everything["contact_friction_torque"] < everything["friction_torque"]
-    placed = run(capsys, "bearing", *machine, "--eccentricity", str(plain["eccentricity"]))
+    placed = run(capsys, "bearing", "plain", *machine, "--eccentricity", str(plain["eccentricity"]))
     assert placed["load"] == pytest.approx(10000, rel=1e-3)
     assert placed["min_film_um"] == pytest.approx(plain["min_film_um"], rel=1e-3)
 
@@ -229,7 +229,7 @@ def test_tables_for_people(capsys):
 
 def test_help_states_the_norms(capsys):
     with pytest.raises(SystemExit) as ended:
-        main(["bearing", "--help"])
+        main(["bearing", "plain", "--help"])
     assert ended.value.code == 0
     text = capsys.readouterr().out
     for part in ("So = F psi^2/(B D eta omega)", "deps/dt", "M psi^2/(B^2 D eta omega)", "omega_s sqrt(c m/W)"):
@@ -240,12 +240,12 @@ def test_help_states_the_norms(capsys):
     ("arguments", "says"),
     [
         (("bearing",), "needs --eccentricity"),
-        (("bearing", "--eccentricity", "0.5"), "also needs --length-ratio"),
-        (("bearing", "--load", "5"), "also needs --diameter-mm"),
-        (("bearing", "--length-ratio", "0.5", "--eccentricity", "1"), "surfaces touch"),
-        (("bearing", "--length-ratio", "0.5", "--eccentricity", "-0.1"), "not within 0 to 1"),
-        (("bearing", "--length-ratio", "0", "--eccentricity", "0.5"), "length ratio 0"),
-        ((*GIVEN, "--load", "100"), "--load does not go with --eccentricity"),
+        (("bearing", "plain", "--eccentricity", "0.5"), "also needs --length-ratio"),
+        (("bearing", "plain", "--load-n", "5"), "also needs --diameter-mm"),
+        (("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "1"), "surfaces touch"),
+        (("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "-0.1"), "not within 0 to 1"),
+        (("bearing", "plain", "--length-ratio", "0", "--eccentricity", "0.5"), "length ratio 0"),
+        ((*GIVEN, "--load-n", "100"), "--load does not go with --eccentricity"),
         ((*LOADED, "--tilt", "0", "0.1"), "--tilt does not go with --load"),
         ((*GIVEN, "--tilt", "0.5", "0"), r"edge touch .* less than 0\.4 is possible"),
         ((*GIVEN, "--cavitation", "raynolds"), "did you mean 'reynolds'"),
@@ -254,7 +254,10 @@ def test_help_states_the_norms(capsys):
         ((*GIVEN, "--supply", "none", "--cavitation", "mass-conserving"), "runs dry"),
         ((*GIVEN, "--supply", "widest-gap", "--cavitation", "full"), "use 'none'"),
         ((*GIVEN, "--supply", "widest-gap", "--squeeze-only"), "use 'none'"),
-        (("bearing", "--length-ratio", "0.5", "--eccentricity", "nan"), "--eccentricity is not a finite number"),
+        (
+            ("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "nan"),
+            "--eccentricity is not a finite number",
+        ),
         ((*GIVEN, "--squeeze", "1e400"), "--squeeze is not a finite number"),
         ((*GIVEN, "--grid", "96", "-16"), "6 to 512"),
         ((*GIVEN, "--grid", "8", "16"), "12 to 4096"),
@@ -280,7 +283,7 @@ def test_help_states_the_norms(capsys):
         ((*LOADED, "--bore", "diesel_i6"), r"elastic bore is of \d.* mm\^2, this bearing of"),
         ((*GIVEN, "--roughness-um", "1"), "--roughness-um does not go with --eccentricity"),
         (("bearing", *LOADED[1:-2], "--eccentricity", "0.5", "--moment-nm", "1", "0"), "--moment-nm does not go with"),
-        (("bearing", "--diameter-mm", "85", "--eccentricity", "0.5"), "also needs --width-mm"),
+        (("bearing", "plain", "--diameter-mm", "85", "--eccentricity", "0.5"), "also needs --width-mm"),
         (("bearing", *LOADED[1:-2], "--eccentricity", "0"), "eccentricity 0 must be above zero"),
         (("bearing", *LOADED[1:-2], "--eccentricity", "1.2"), "give less than 1"),
         ((*LOADED, "--cavitation", "mass-conserving", "--grooves", "two-axial", "--groove-deg", "180"), "overlap"),

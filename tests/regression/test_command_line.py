@@ -199,7 +199,7 @@ def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
 @pytest.mark.parametrize("verb", [*VERBS])
 def test_help_of_each_verb(verb, capsys):
     with pytest.raises(SystemExit) as end:
-        main([verb, "--help"])
+        main([*verb.split(), "--help"])
     assert end.value.code == 0
     assert f"usage: cranktrain {verb}" in capsys.readouterr().out
 
@@ -208,7 +208,7 @@ def test_help_lists_every_verb(capsys):
     with pytest.raises(SystemExit) as end:
         main(["--help"])
     assert end.value.code == 0
-    listed = re.findall(r"^    (\S+)", capsys.readouterr().out, re.MULTILINE)
+    listed = re.findall(r"^  ([a-z-]+(?: [a-z]+)?) ", capsys.readouterr().out, re.MULTILINE)
     assert {*VERBS} <= {*listed}
 
 

@@ -1,6 +1,5 @@
 """What the documents say holds: links lead somewhere, commands are understood, code runs, the site builds."""
 
-import argparse
 import html
 import json
 import re
@@ -9,10 +8,11 @@ from pathlib import Path
 
 import pytest
 from browser import needs_browser, shown
+from public_names import parsers_of
 
 import cranktrain
 import cranktrain as ct
-from cranktrain.cli.main import _parser
+from cranktrain.cli.main import _parser, _verb
 from cranktrain.cli.verbs import VERBS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,7 +72,7 @@ def test_files_exist(name):
 def test_commands_are_understood(name):
     for command in COMMAND.findall(FILES[name]):
         words = shlex.split(command)
-        _parser(*words[:1]).parse_args(words)
+        _parser(_verb(words)).parse_args(words)
 
 
 @pytest.fixture(scope="module")
@@ -101,8 +101,7 @@ def test_equations_are_mathml(site):
 def test_the_whole_help_of_every_verb_is_on_the_site(site):
     """Every option with its help; nothing of it depends on how wide the page is."""
     text = re.sub(r"\s", "", words(site / "reference" / "command_line.html"))
-    (verbs,) = (one.choices for one in _parser(*VERBS)._actions if isinstance(one, argparse._SubParsersAction))
-    for name, parser in verbs.items():
+    for name, parser in parsers_of(_parser(*VERBS)):
         shape = parser._get_formatter()
         for part in [parser.description, *(shape._expand_help(one) for one in parser._actions if one.help)]:
             if part != "show this help message and exit":

@@ -114,7 +114,7 @@ def test_a_bearing_is_that_of_the_command_line(capsys):
     bearing = ct.Bearing(diameter_mm=100, width_mm=50, clearance_um=50, speed_rpm=3000, viscosity_mpas=10)
     found = bearing.equilibrium(load_n=5000)
     options = ["--diameter-mm", "100", "--width-mm", "50", "--clearance-um", "50", "--speed", "3000"]
-    assert main(["bearing", *options, "--viscosity", "0.01", "--load", "5000", "--json"]) == 0
+    assert main(["bearing", "plain", *options, "--viscosity", "0.01", "--load-n", "5000", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     del printed["seconds"]
     assert printed == found

@@ -65,14 +65,14 @@ def test_a_result_replaces_results_only(tmp_path, capsys, make, says):
 @pytest.mark.parametrize(
     ("arguments", "file"),
     [
-        (("film-table", "--length-ratio", "0.4", "--rebuild", "--output", "thesis.txt"), "thesis.txt"),
-        (("film-table", "--length-ratio", "0.4", "--output", "film.h5"), "film.h5.part"),
+        (("bearing", "table", "--length-ratio", "0.4", "--anew", "--output", "thesis.txt"), "thesis.txt"),
+        (("bearing", "table", "--length-ratio", "0.4", "--output", "film.h5"), "film.h5.part"),
         ((*RUN, "--plots", "."), "orbits.png"),
         (("stability", "--output", "."), "oil_whirl.svg"),
         (("stability", "--output", ".", "--page", "notes.md"), "notes.md"),
-        (("run", "scene.toml", "--output", "thesis.txt"), "thesis.txt"),
-        (("calibrate", "diesel_i6", "diesel_i6", "--out", "mine.toml"), "mine.toml"),
-        (("run-in", "diesel_i6", "--out", "mine.toml"), "mine.toml"),
+        (("plan", "--run", "scene.toml", "--output", "thesis.txt"), "thesis.txt"),
+        (("identify", "diesel_i6", "diesel_i6", "--output", "mine.toml"), "mine.toml"),
+        (("run-in", "diesel_i6", "--output", "mine.toml"), "mine.toml"),
     ],
 )
 def test_every_verb_refuses_what_is_not_its_own_before_the_work(tmp_path, capsys, monkeypatch, arguments, file):

@@ -65,7 +65,7 @@ def test_simulate_follows_each_cylinder_and_interpolates_the_map(place, capsys):
 
 def test_run_ups_take_the_pressure_of_each_speed(place, capsys):
     """In the frequency domain the map's end is its own file; the middle lies between, and differs from both."""
-    given = ("runup", "diesel_i6", "--from", "1000", "--to", "2000", "--step", "500", *TORSIONAL, "--steady", "linear")
+    given = ("runup", "diesel_i6", "--from", "1000", "--to", "2000", "--step", "500", *TORSIONAL, "--method", "linear")
     sizes = []
     for name in ("map", "map/1000.csv", "map/2000.csv"):
         found, _ = ran(capsys, *given, "--pressure", name, "--output", f"{name.replace('/', '_')}.h5")

@@ -1,4 +1,4 @@
-"""``cranktrain roller``: its keys and units, what belongs together, and wrong input in one line with exit code 2."""
+"""``cranktrain bearing roller``: keys, units, what belongs together; wrong input in one line with exit code 2."""
 
 import json
 import math
@@ -8,7 +8,7 @@ import pytest
 from cranktrain.cli.main import main
 from cranktrain.engine.file import engine_path, load_engine
 
-GIVEN = ("roller", "--rollers", "16", "--length-mm", "10")
+GIVEN = ("bearing", "roller", "--rollers", "16", "--length-mm", "10")
 REAL = (*GIVEN, "--roller-diameter-mm", "10", "--pitch-mm", "70")
 ALWAYS = ("deflection_um", "q_max_n", "stiffness_n_per_mm", "tilt_stiffness_nm_per_rad")
 
@@ -29,7 +29,7 @@ def refused(capsys, *arguments):
 
 
 def test_the_issues_example(capsys):
-    result = run(capsys, *GIVEN, "--clearance-um", "0", "--load", "5000")
+    result = run(capsys, *GIVEN, "--clearance-um", "0", "--load-n", "5000")
     assert tuple(result)[:4] == ALWAYS
     assert result["deflection_um"] == pytest.approx(7.598255, rel=1e-6)
     assert result["q_max_n"] == pytest.approx(1276.2842, rel=1e-6)
@@ -43,8 +43,8 @@ def test_the_issues_example(capsys):
 
 
 def test_the_standards_contact_is_softer(capsys):
-    ours = run(capsys, *GIVEN, "--load", "5000")
-    iso = run(capsys, *GIVEN, "--load", "5000", "--law", "iso16281")
+    ours = run(capsys, *GIVEN, "--load-n", "5000")
+    iso = run(capsys, *GIVEN, "--load-n", "5000", "--law", "iso16281")
     assert iso["q_max_n"] == pytest.approx(ours["q_max_n"], rel=1e-9)
     assert iso["deflection_um"] == pytest.approx(7.8566, rel=1e-4)
 
@@ -52,32 +52,32 @@ def test_the_standards_contact_is_softer(capsys):
 def test_stiffness_is_the_slope_of_the_deflection(capsys):
     for options in ((), ("--clearance-um", "40"), ("--clearance-um", "-10"), ("--position", "between")):
         low, middle, high = (
-            run(capsys, *REAL, "--load", str(load), "--profile", "iso16281", *options) for load in (4999, 5000, 5001)
+            run(capsys, *REAL, "--load-n", str(load), "--profile", "iso16281", *options) for load in (4999, 5000, 5001)
         )
         slope = 2.0 / (high["deflection_um"] - low["deflection_um"]) * 1e3
         assert middle["stiffness_n_per_mm"] == pytest.approx(slope, rel=1e-4)
 
 
 def test_tilting_stiffness_is_the_slope_of_the_moment(capsys):
-    low, high = (run(capsys, *REAL, "--load", "5000", "--moment-nm", moment) for moment in ("-1e-3", "1e-3"))
+    low, high = (run(capsys, *REAL, "--load-n", "5000", "--moment-nm", moment) for moment in ("-1e-3", "1e-3"))
     slope = 2e-3 / (high["tilt_mrad"] - low["tilt_mrad"]) * 1e3
     assert low["tilt_stiffness_nm_per_rad"] == pytest.approx(slope, rel=1e-4)
 
 
 def test_clearance_moves_the_journal_and_loads_fewer_rollers(capsys):
-    tight, loose = (run(capsys, *GIVEN, "--clearance-um", c, "--load", "5000") for c in ("0", "60"))
+    tight, loose = (run(capsys, *GIVEN, "--clearance-um", c, "--load-n", "5000") for c in ("0", "60"))
     assert loose["displacement_um"] - loose["deflection_um"] == pytest.approx(30.0)
     assert loose["loaded_rollers"] < tight["loaded_rollers"] and loose["q_max_n"] > tight["q_max_n"]
 
 
 def test_no_load(capsys):
-    result = run(capsys, *GIVEN, "--clearance-um", "40", "--load", "0")
+    result = run(capsys, *GIVEN, "--clearance-um", "40", "--load-n", "0")
     assert [result[key] for key in ALWAYS] == [0.0] * 4
     assert result["load_factor"] is None and math.copysign(1.0, result["stiffness_n_per_mm"]) == 1.0
 
 
 def test_position_of_the_rollers_matters_by_what_is_said(capsys):
-    on, beside = (run(capsys, *GIVEN, "--load", "500", "--clearance-um", "60", "--position", p) for p in
+    on, beside = (run(capsys, *GIVEN, "--load-n", "500", "--clearance-um", "60", "--position", p) for p in
                   ("roller", "between"))  # fmt: skip
     told = beside["stiffness_n_per_mm"] / on["stiffness_n_per_mm"] - 1.0
     assert on["stiffness_variation"] == pytest.approx(told, rel=1e-9) and abs(told) > 0.01
@@ -85,14 +85,14 @@ def test_position_of_the_rollers_matters_by_what_is_said(capsys):
 
 def test_ring(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
-    result = run(capsys, *REAL, "--load", "5000", "--ring")
+    result = run(capsys, *REAL, "--load-n", "5000", "--ring")
     for key in ("stiffness_n_per_mm", "tilt_stiffness_nm_per_rad"):
         assert 0.7 * result[key] < result["ring"][key] < result[key]
 
 
 def test_mains_of_an_engine(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
-    result = run(capsys, "roller", "--engine", "diesel_v8", "--load", "40000")
+    result = run(capsys, "roller", "--engine", "diesel_v8", "--load-n", "40000")
     rollers = load_engine("diesel_v8").main_roller
     assert [entry["main"] for entry in result["mains"]] == list(range(1, len(rollers.rollers) + 1))
     for entry, stiffness in zip(result["mains"], rollers.stiffness, strict=True):
@@ -104,7 +104,7 @@ def test_mains_of_an_engine(capsys, monkeypatch, tmp_path):
         "--roller-diameter-mm", 1e3 * rollers.roller_diameter[0], "--pitch-mm", 1e3 * rollers.pitch_diameter[0],
         "--clearance-um", 1e6 * rollers.clearance[0], "--profile", rollers.profile[0], "--law", rollers.law,
     )  # fmt: skip
-    alone = run(capsys, "roller", *map(str, own), "--load", "40000")
+    alone = run(capsys, "roller", *map(str, own), "--load-n", "40000")
     for key in ALWAYS:
         assert alone[key] == pytest.approx(result["mains"][0][key], rel=1e-9)
 
@@ -120,37 +120,46 @@ def test_an_engine_file_with_more_clearance_than_travel_is_refused(capsys, tmp_p
 
 
 def test_table_for_people(capsys):
-    assert main([*REAL, "--load", "5e6"]) == 0
+    assert main([*REAL, "--load-n", "5e6"]) == 0
     shown = capsys.readouterr()
     assert "radial stiffness / (N/mm)" in shown.out
     assert "warning: contact pressure" in shown.err and "4000 MPa" in shown.err
 
 
 WRONG = [
-    ((*GIVEN, "--load", "5000", "--clearance-um", "500"), "--clearance-um: clearance of 500 um is larger than the"),
-    ((*GIVEN, "--load", "5000", "--clearance-um", "nan"), "--clearance-um is not a finite number"),
-    ((*GIVEN, "--load", "-5"), "--load -5 is not within"),
-    ((*GIVEN, "--load", "inf"), "--load inf is not within"),
-    ((*GIVEN, "--load", "5", "--law", "palmgrem"), "--law 'palmgrem' does not exist; did you mean 'palmgren'?"),
-    ((*GIVEN, "--load", "5", "--position", "betwen"), "did you mean 'between'?"),
-    ((*GIVEN, "--load", "5", "--profile", "iso16281"), "--profile iso16281 needs --roller-diameter-mm"),
-    ((*REAL, "--load", "5", "--profile", "iso1628"), "did you mean 'iso16281'?"),
-    ((*REAL, "--load", "5", "--profile", "0.5"), "--profile: 0.5 is not within 0 to 0.01"),
-    ((*GIVEN, "--load", "5", "--slices", "1"), "--slices 1 is not within"),
-    ((*GIVEN, "--load", "5", "--pitch-mm", "40"), "--rollers: 16 of 10 mm overlap on a pitch circle of 40 mm; at most"),
-    (("roller", "--length-mm", "10", "--load", "5"), "--rollers is missing"),
-    (("roller", "--rollers", "2", "--length-mm", "10", "--load", "5"), "--rollers 2 is too few to centre a journal"),
+    ((*GIVEN, "--load-n", "5000", "--clearance-um", "500"), "--clearance-um: clearance of 500 um is larger than the"),
+    ((*GIVEN, "--load-n", "5000", "--clearance-um", "nan"), "--clearance-um is not a finite number"),
+    ((*GIVEN, "--load-n", "-5"), "--load -5 is not within"),
+    ((*GIVEN, "--load-n", "inf"), "--load inf is not within"),
+    ((*GIVEN, "--load-n", "5", "--law", "palmgrem"), "--law 'palmgrem' does not exist; did you mean 'palmgren'?"),
+    ((*GIVEN, "--load-n", "5", "--position", "betwen"), "did you mean 'between'?"),
+    ((*GIVEN, "--load-n", "5", "--profile", "iso16281"), "--profile iso16281 needs --roller-diameter-mm"),
+    ((*REAL, "--load-n", "5", "--profile", "iso1628"), "did you mean 'iso16281'?"),
+    ((*REAL, "--load-n", "5", "--profile", "0.5"), "--profile: 0.5 is not within 0 to 0.01"),
+    ((*GIVEN, "--load-n", "5", "--slices", "1"), "--slices 1 is not within"),
     (
-        ("roller", "--rollers", "9", "--length-mm", "-3", "--load", "5"),
+        (*GIVEN, "--load-n", "5", "--pitch-mm", "40"),
+        "--rollers: 16 of 10 mm overlap on a pitch circle of 40 mm; at most",
+    ),
+    (("bearing", "roller", "--length-mm", "10", "--load-n", "5"), "--rollers is missing"),
+    (
+        ("bearing", "roller", "--rollers", "2", "--length-mm", "10", "--load-n", "5"),
+        "--rollers 2 is too few to centre a journal",
+    ),
+    (
+        ("bearing", "roller", "--rollers", "9", "--length-mm", "-3", "--load-n", "5"),
         "--length-mm: -3 mm is not within 0.01 to",
     ),
-    (GIVEN, "--load"),
-    (("roller", "--engine", "diesel_i6", "--load", "5"), "engine 'diesel_i6' has no [main_roller]"),
-    ((*GIVEN, "--engine", "diesel_i6", "--load", "5"), "--rollers: the engine file gives it"),
+    (GIVEN, "--load-n"),
+    (("bearing", "roller", "--engine", "diesel_i6", "--load-n", "5"), "engine 'diesel_i6' has no [main_roller]"),
+    ((*GIVEN, "--engine", "diesel_i6", "--load-n", "5"), "--rollers: the engine file gives it"),
     ((*GIVEN, "--speed", "2000"), "--speed runs an engine; name it by --engine"),
-    (("roller", "--engine", "diesel_v8", "--speed", "2000", "--load", "5"), "--load: the engine gives it"),
-    (("roller", "--engine", "diesel_i6", "--speed", "2000"), "engine 'diesel_i6' has no [main_roller]"),
-    ((*GIVEN, "--load", "5", "--out", "own.toml"), "--out goes with --speed"),
+    (
+        ("bearing", "roller", "--engine", "diesel_v8", "--speed", "2000", "--load-n", "5"),
+        "--load-n: the engine gives it",
+    ),
+    (("bearing", "roller", "--engine", "diesel_i6", "--speed", "2000"), "engine 'diesel_i6' has no [main_roller]"),
+    ((*GIVEN, "--load-n", "5", "--output", "own.toml"), "--output goes with --speed"),
 ]
 
 

@@ -146,7 +146,7 @@ def test_an_interrupt_keeps_what_is_complete(scene, tmp_path, capsys, monkeypatc
         return honest(model, case, *arguments, **more)
 
     monkeypatch.setattr(SceneModel, "run", interrupted)
-    assert main(["run", path, "--all-levels", "--output", str(output), "--json"]) == 130
+    assert main(["plan", path, "--run", "--all-levels", "--output", str(output), "--json"]) == 130
     result = json.loads(capsys.readouterr().out)
     assert result["interrupted"]
     assert [level["status"] for level in result["levels"]] == ["ok", "ok", "interrupted"]
@@ -225,9 +225,9 @@ def test_a_budget_that_is_missed_is_said_and_no_error(scene, capsys):
         ({}, "speeds_rpm = [1000]\n", "not a TOML file"),
     ],
 )
-@pytest.mark.parametrize("verb", ["plan", "run"])
+@pytest.mark.parametrize("verb", [["plan"], ["plan", "--run"]])
 def test_wrong_scenes_end_in_one_line(verb, keys, tables, says, tmp_path, capsys):
-    assert main([verb, write(tmp_path / "scene.toml", tables, **keys)]) == 2
+    assert main([*verb, write(tmp_path / "scene.toml", tables, **keys)]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
     assert printed.err.count("\n") == 1 and "scene.toml: " in printed.err
@@ -249,8 +249,8 @@ def test_wrong_options_end_in_one_line(tmp_path, capsys):
     path = write(tmp_path / "scene.toml")
     for arguments, says in (
         (["plan", str(tmp_path / "none.toml")], "no such scene file; give the path of a scene.toml"),
-        (["run", path, "--with-ehd"], "--all-levels"),
-        (["run", path, "--output", str(tmp_path)], "is a folder"),
+        (["plan", path, "--run", "--with-ehd"], "--all-levels"),
+        (["plan", path, "--run", "--output", str(tmp_path)], "is a folder"),
     ):
         assert main(arguments) == 2
         error = capsys.readouterr().err

@@ -66,7 +66,7 @@ def calls(monkeypatch, tmp_path):
 
 
 def run(tmp_path, *options):
-    return main(["stability", "--jobs", "1", "--output", str(tmp_path / "out"), *options])
+    return main(["stability", "--workers", "1", "--output", str(tmp_path / "out"), *options])
 
 
 def test_json_holds_every_map_with_its_picture(calls, tmp_path, capsys):
@@ -111,7 +111,7 @@ def test_kept_maps_are_not_computed_again(calls, tmp_path):
     # A coarse map is another one.
     assert run(tmp_path, "--quick", "--map", "first") == 0
     assert calls["first"] == 2
-    assert run(tmp_path, "--rebuild", "--map", "first") == 0
+    assert run(tmp_path, "--anew", "--map", "first") == 0
     assert calls["first"] == 3
 
 
@@ -133,7 +133,7 @@ def test_a_kept_map_that_is_broken_is_computed_anew(calls, tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "meant"),
-    [(("--map", "oil_whril"), "oil_whirl"), (("--map", "secnd"), "valid"), (("--jobs", "0"), "256")],
+    [(("--map", "oil_whril"), "oil_whirl"), (("--map", "secnd"), "valid"), (("--workers", "0"), "1024")],
 )
 def test_bad_choices_end_with_one_line(tmp_path, capsys, options, meant):
     assert main(["stability", "--output", str(tmp_path), *options]) == 2

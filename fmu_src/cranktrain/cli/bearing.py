@@ -36,12 +36,12 @@ HEAT = (
     "oil_grade",
 )
 LOADED = (
-    "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg",
+    "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load_n", "moment_nm", "grooves", "groove_deg",
     *HEAT, *SURFACES, "pressure_law", "pressure_viscosity", "compressibility", "bore",
 )  # fmt: skip
 UNITS = (*LOADED[:5], *HEAT)
 NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5], "place": LOADED[:5]}
-FOREIGN = {"eccentricity": LOADED, "load": GIVEN, "place": ("load", "moment_nm", "grooves", "groove_deg", *GIVEN[2:])}
+FOREIGN = {"eccentricity": LOADED, "load": GIVEN, "place": ("load_n", "moment_nm", "grooves", "groove_deg", *GIVEN[2:])}
 OIL_DENSITY = 860.0
 Above = Annotated[float, POSITIVE]
 TIMED_RUNS, TIMED_SECONDS = 15, 0.02
@@ -65,7 +65,7 @@ journal in a bore at rest:
 With --squeeze-only omega stands for deps/dt in all these norms. attitude_deg and friction are null without load.
 seconds: wall time of the solution alone, with kernels loaded (median of up to 15 runs).
 
-By load: --diameter-mm, --width-mm, --clearance-um (radial), --viscosity (Pa s), --speed (rev/min), --load (N); x along
+By load: --diameter-mm, --width-mm, --clearance-um (radial), --viscosity (Pa s), --speed (rev/min), --load-n; x along
 the load, y 90 deg ahead in the sense of rotation: eccentricity (over c), attitude_deg, min_film_um, stiffness (N/m) and
 damping (N s/m) as rows of 2 x 2 matrices -dF/dx and -dF/dx', whirl_threshold omega_s sqrt(c m/W) of a rigid rotor with
 mass m per bearing (null: stable at every speed, 0: at no speed), flow (m^3/s, out of both ends), friction_torque (N m,
@@ -139,7 +139,7 @@ class ByLoad(Question):
     clearance_um: Annotated[Above | None, Option("UM", "radial clearance")] = None
     viscosity: Annotated[Above | None, Option("PAS", "dynamic viscosity, Pa s")] = None
     speed: Annotated[Above | Sequence[Above] | None, Option("RPM", "rev/min; several give a Stribeck curve")] = None
-    load: Annotated[float | None, Option("N")] = None
+    load_n: Annotated[float | None, Option("N", "load, N", was="--load")] = None
     moment_nm: Annotated[Sequence[float] | None, Option(("MX", "MY"), "moment of the load about x and y", count=2)] = (
         None
     )
@@ -218,8 +218,10 @@ def bearing(ask: PlainBearing) -> VerbResult:
     form = "eccentricity" if ask.eccentricity is not None else "load"
     if form == "eccentricity" and ask.length_ratio is None and any(_given_of(ask, UNITS)):
         form = "place"
-    if form == "load" and ask.load is None:
-        raise InputError("bearing needs --eccentricity (with --length-ratio) or --load (with the bearing's dimensions)")
+    if form == "load" and ask.load_n is None:
+        raise InputError(
+            "bearing needs --eccentricity (with --length-ratio) or --load-n (with the bearing's dimensions)"
+        )
     what = "load" if form == "load" else "eccentricity"
     if foreign := _given_of(ask, FOREIGN[form]):
         raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}; leave one out")
@@ -234,9 +236,11 @@ def bearing(ask: PlainBearing) -> VerbResult:
         raise InputError(f"bearing with --{what} also needs {', '.join(missing)}")
     speeds = several(ask.speed)
     if len(speeds) > 1:
-        return VerbResult.of({"curve": [{"speed_rpm": speed, **_loaded(ask, speed)} for speed in speeds]}, "bearing")
+        return VerbResult.of(
+            {"curve": [{"speed_rpm": speed, **_loaded(ask, speed)} for speed in speeds]}, "bearing plain"
+        )
     norm = "eccentricity" if form == "eccentricity" else "load"
-    return VerbResult.of(_given(ask) if form == "eccentricity" else _loaded(ask, speeds[0]), "bearing", norm=norm)
+    return VerbResult.of(_given(ask) if form == "eccentricity" else _loaded(ask, speeds[0]), "bearing plain", norm=norm)
 
 
 def show(found: VerbResult) -> None:
@@ -320,7 +324,7 @@ def _loaded(ask: PlainBearing, speed_rpm: float) -> dict[str, Any]:
         given["bore"] = elastic_bore(load_engine(ask.bore), flexible=False)
     moment = None if ask.moment_nm is None else (ask.moment_nm[0], ask.moment_nm[1])
     bearing = Bearing(**{name: value for name, value in given.items() if value is not None})
-    result, seconds = _timed(bearing.analysis(ask.load, moment, _option, ask.eccentricity or 0.0))
+    result, seconds = _timed(bearing.analysis(ask.load_n, moment, _option, ask.eccentricity or 0.0))
     return {**result, "seconds": seconds}
 
 

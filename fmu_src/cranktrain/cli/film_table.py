@@ -1,4 +1,4 @@
-"""The verb ``film-table``: make the film table of one L/D, or say what the kept one is worth."""
+"""The verb ``bearing table``: make the film table of one L/D, or say what the kept one is worth."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal
 
 from cranktrain.cli.console import Interrupted, bar, say
 from cranktrain.cli.functions import verb_alone
-from cranktrain.core.typed_file import between
 from cranktrain.film.contact.gap import SMOOTH, STRAIGHT
 from cranktrain.film.table.database import GROOVES, RESOLUTIONS, TableSettings
 from cranktrain.film.table.law import SHARE_MARGIN
@@ -59,10 +58,8 @@ class FilmTable(Question):
     resolution: Annotated[
         Literal["coarse", "default", "fine"], Option("NAME", ", ".join(RESOLUTIONS), words=RESOLUTIONS.keys)
     ] = "default"
-    rebuild: Annotated[bool, Option(help="compute even where a stored table exists")] = False
-    jobs: Annotated[
-        int | None, between(1, 256, "processes"), Option("N", "processes (default: as many as processors)")
-    ] = None
+    anew: Annotated[bool, Option(help="compute even where a stored table exists", was="--rebuild")] = False
+    workers: words.Workers | None = None
     output: Annotated[words.File | None, Option("FILE.h5", "where the table is kept (default: the cache)")] = None
 
 
@@ -77,7 +74,7 @@ def film_table(ask: FilmTable) -> VerbResult:
     try:
         with bar(f"film table, L/D {settings.length_ratio:g}") as advance:
             table, path, solved = film_tables.film_table(
-                settings, ask.output, rebuild=ask.rebuild, workers=ask.jobs,
+                settings, ask.output, rebuild=ask.anew, workers=ask.workers,
                 progress=lambda done, total: advance(done / total) if advance else None,
                 say=lambda text: say(f"cranktrain: {text}"),
             )  # fmt: skip
@@ -99,7 +96,7 @@ def film_table(ask: FilmTable) -> VerbResult:
         **{f"{key}_error": value for key, value in errors.items()},
         **{f"{key}_error_to_0.95": value for key, value in usual.items()},
     }
-    return VerbResult.of(result, "film-table", usual=usual)
+    return VerbResult.of(result, "bearing table", usual=usual)
 
 
 def show(result: VerbResult) -> None:

@@ -79,6 +79,13 @@ class Verb(NamedTuple):
         """Fields of the question."""
         return fields_of(self.ask)
 
+    def refuse_former(self, named: Mapping[str, Any]) -> None:
+        """Refuse a keyword's name before the first release with the present one; ``InputError``."""
+        for one in self.fields:
+            was = one.option.was.lstrip("-").replace("-", "_")
+            if was and was in named and was not in {other.name for other in self.fields}:
+                raise InputError(f"{self.function.__name__}: '{was}' is called '{one.name}' now; write {one.name}")
+
     def answer(self, ask: Question, *subject: Any) -> Any:
         """Answer a question silently but for warnings and a line for each long step; errors name keywords."""
         with quiet():
@@ -127,6 +134,7 @@ def _library_function(function: Callable[..., Any], ask: Any, about: str, subjec
 
     @wraps(function)
     def called(*given: Any, **named: Any) -> Any:
+        known.refuse_former(named)
         bound = _bound(function.__name__, expected, given, named)
         if subject is not None:
             subject.check(first := bound.pop(subject.name))

@@ -14,18 +14,20 @@ import argparse
 import json
 import os
 import re
+import shutil
 import signal
 import sys
+import textwrap
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 from cranktrain.cli import streams
 from cranktrain.cli.exit_codes import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
-from cranktrain.cli.verbs import FUNCTIONS, VERBS
-from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.cli.verbs import FAMILIES, FORMER, FUNCTIONS, GROUPS, VERBS
+from cranktrain.core.errors import CranktrainError, InputError, nearest
 from cranktrain.core.user_file import user_path
 from cranktrain.core.visible_text import visible_streams
 
@@ -95,7 +97,7 @@ def _interrupted_by(stopped: Sequence[signal.Signals]) -> int:
 
 def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
     """Run the verb, and print what it found where JSON is wanted; an exit code."""
-    options = with_homes(_parser(*arguments[:1]).parse_args(arguments))
+    options = with_homes(_parser(_verb(arguments)).parse_args(arguments))
     if options.plain:
         result = options.verb(options)
         if options.json:
@@ -145,28 +147,80 @@ class _Version(argparse.Action):
 
 
 def _parser(*asked: str) -> _Parser:
-    """Parser of all verbs; of those that are not asked for, whose modules take time to load, it knows the lines."""
-    whole = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
+    """Parser of all verbs; of those that are not asked for, whose modules take time to load, it knows the names."""
+    whole = _Parser(
+        prog="cranktrain", usage="cranktrain [-h] [--version] VERB ...", epilog=_listed_verbs(),
+        description="Crankshaft dynamics of an engine.", formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
     whole.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
-    verbs = whole.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
-    for name, line in VERBS.items():
-        line = line.replace("%", "%%")  # argparse takes a bare % for a format
+    verbs = whole.add_subparsers(
+        metavar="VERB", required=True, parser_class=_Parser, help=argparse.SUPPRESS, prog="cranktrain"
+    )
+    kinds = {}
+    for family in FAMILIES:
+        text = "\n".join(_rows({name: line for name, line in VERBS.items() if name.startswith(f"{family} ")}))
+        parser = verbs.add_parser(
+            family, description=text, formatter_class=argparse.RawDescriptionHelpFormatter,
+            usage=f"cranktrain {family} [-h] KIND ...",
+        )  # fmt: skip
+        kinds[family] = parser.add_subparsers(
+            metavar="KIND", required=True, parser_class=_Parser, help=argparse.SUPPRESS, prog=f"cranktrain {family}"
+        )
+    for name in VERBS:
+        family, _, kind = name.partition(" ")
+        place = kinds[family] if kind else verbs
         if name in asked:
-            _add_verb(verbs, name, line)
+            _add_verb(place, name)
         else:
-            verbs.add_parser(name, help=line)
+            place.add_parser(kind or name)
     return whole
 
 
-def _add_verb(verbs: Any, name: str, line: str) -> None:
+def _listed_verbs() -> str:
+    """List of the verbs by group."""
+    groups = (f"{title}:\n" + "\n".join(_rows(lines)) for title, lines in GROUPS.items())
+    return "\n\n".join((*groups, "cranktrain VERB --help tells all of a verb."))
+
+
+def _rows(lines: dict[str, str]) -> Iterator[str]:
+    """Names of verbs with their lines, as wide as the terminal."""
+    width = max(60, shutil.get_terminal_size().columns - 2)
+    for name, line in lines.items():
+        yield textwrap.fill(line, width, initial_indent=f"  {name:<16}", subsequent_indent=" " * 18)
+
+
+def _verb(arguments: Sequence[str]) -> str:
+    """Verb that is asked for, or no text; ``InputError`` for one that does not exist or is called otherwise now."""
+    word, kind = [*arguments, "", ""][:2]
+    if not word or word.startswith("-"):
+        return ""
+    if word in FAMILIES:
+        if kind in FAMILIES[word]:
+            return f"{word} {kind}"
+        if kind in ("-h", "--help"):
+            return ""
+        said = f"'{kind}' is none" if kind and not kind.startswith("-") else "which one is missing"
+        kinds = FAMILIES[word]
+        raise InputError(
+            f"{word}: {said}; give {', '.join(kinds[:-1])} or {kinds[-1]}, e.g. cranktrain {word} {kinds[0]}"
+        )
+    if word in FORMER:
+        raise InputError(f"'{word}' is called '{FORMER[word]}' now; write cranktrain {FORMER[word]}")
+    if word not in VERBS:
+        names = [name.partition(" ")[0] for name in VERBS]
+        raise InputError(f"there is no verb '{word}'; {nearest(word, list(dict.fromkeys(names)))}")
+    return word
+
+
+def _add_verb(place: Any, name: str) -> None:
     """Add the parser of a verb whose options are the fields of a question."""
     from cranktrain.cli import parser
     from cranktrain.cli.functions import verb_of
 
     function = parser.function_of(FUNCTIONS[name])
     known, module = verb_of(function), sys.modules[function.__module__]
-    sub = verbs.add_parser(
-        name, help=line, description=known.about, formatter_class=argparse.RawDescriptionHelpFormatter
+    sub = place.add_parser(
+        name.rpartition(" ")[2], description=known.about, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_question(sub, known)
     keys = (

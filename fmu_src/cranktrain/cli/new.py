@@ -28,7 +28,7 @@ DESCRIPTION = f"""\
 Write a complete engine file from a layout and a few sizes.
 
 Every value follows from a stated rule of practice, which its note names; the file runs at once. Put in what is known.
-With --step FILE the crankshaft of a STEP file gives layout and dimensions; its mesh NAME_crank.msh with named surfaces
+With --cad FILE the crankshaft of a STEP file gives layout and dimensions; its mesh NAME_crank.msh with named surfaces
 and a picture of what was found, NAME_crank.png, are written beside the engine file.
 Layouts: {", ".join(LAYOUTS)}.
 """
@@ -50,11 +50,12 @@ class FromStep(Question):
     """A STEP file, and what states the things that it leaves open."""
 
     heading = "crankshaft from CAD"
-    step: Annotated[
+    cad: Annotated[
         words.File | None,
         Option(
             "FILE",
             "STEP file (.step, .stp) of the crankshaft alone, in any place and unit; layout and stroke follow from it",
+            was="--step",
         ),
     ] = None
     main_diameter_mm: Annotated[
@@ -74,8 +75,9 @@ class FromStep(Question):
     mesh_size_mm: Annotated[
         float | None, between(0.1, 1000.0, "mm"), Option("MM", "largest element edge (default 0.17 of the bore)")
     ] = None
-    step_unit: Annotated[
-        str | None, Option("UNIT", "unit of the coordinates, where the file states a wrong one: mm, m, in")
+    cad_unit: Annotated[
+        str | None,
+        Option("UNIT", "unit of the coordinates, where the file states a wrong one: mm, m, in", was="--step-unit"),
     ] = None
 
 
@@ -131,7 +133,7 @@ def new_engine(name: str | Path, ask: NewEngine) -> Engine:
     from cranktrain.studies.design.rules import document
 
     name = str(name)
-    if ask.step is not None:
+    if ask.cad is not None:
         return load_engine(answer(name, ask)["file"])
     check_name(name, "name")
     text = document(name, _sizes(ask), equipment_of(ask)).text
@@ -145,10 +147,10 @@ def answer(named: str, ask: NewEngine) -> VerbResult:
     name = named[:-5] if named.lower().endswith(".toml") else named
     check_name(name, "NAME")
     path = Path(f"{name}.toml")
-    for own in (path, *(cad.step_files(name) if ask.step else ())):
+    for own in (path, *(cad.step_files(name) if ask.cad else ())):
         if own.exists() and not ask.force:
             raise InputError(f"{own}: exists; give --force to replace it, or take another name")
-    if ask.step is not None:
+    if ask.cad is not None:
         made = cad.engine_of_step(ask, name, equipment_of(ask))
         report = _report(made.sizes, path, equipment_of(ask)) | cad.step_report(made, name)
         return VerbResult.of(report, "new")
@@ -169,7 +171,7 @@ def _sizes(ask: NewEngine) -> Sizes:
     """Sizes of an engine without a STEP file."""
     cad.check_no_step_options(ask)
     if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(ask, key) is None]:
-        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
+        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --cad FILE with a crankshaft")
     assert ask.layout and ask.bore_mm and ask.stroke_mm
     return sizes(
         layout(ask.layout, ask.bank_angle_deg),
@@ -195,7 +197,7 @@ def _report(s: Sizes, path: Path, equipped: Equipment) -> dict[str, Any]:
         "next": [
             f"cranktrain modal {path} --crank beam",
             f"cranktrain runup {path} --from {s.lowest / RPM:g} --to {s.rated / RPM:g} --step {_step(s):g} "
-            f"--crank torsional --steady harmonic-balance {'--damper ' if equipped.damper else ''}--plots {path.stem}",
+            f"--crank torsional --method harmonic-balance {'--damper ' if equipped.damper else ''}--plots {path.stem}",
             *([f"cranktrain simulate {path} --speed {s.best / RPM:g} --block flexible --step-deg 0.5"]
               if equipped.mounts else []),
         ],

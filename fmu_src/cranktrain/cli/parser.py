@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NoReturn
 
 from cranktrain.cli.functions import Verb, verb_of
 from cranktrain.core.errors import InputError
@@ -58,7 +58,22 @@ def _add_field(place: Any, one: Field) -> None:
         if not name:
             place.add_argument(one.name, **settings)
         else:
-            place.add_argument(name, dest=one.name, required=one.required, **settings)
+            place.add_argument(*filter(None, (option.short, name)), dest=one.name, required=one.required, **settings)
+    if option.was:
+        place.add_argument(
+            option.was, nargs="*", action=_Renamed, default=argparse.SUPPRESS, help=argparse.SUPPRESS, says=one.renamed
+        )
+
+
+class _Renamed(argparse.Action):
+    """Refuse an option's former name with its present one."""
+
+    def __init__(self, says: str, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._says = says
+
+    def __call__(self, *_: Any) -> NoReturn:
+        raise InputError(self._says)
 
 
 def _number_of_values(one: Field) -> dict[str, Any]:

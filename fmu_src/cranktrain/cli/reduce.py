@@ -24,7 +24,7 @@ DESCRIPTION = "Make and check the reduced crankshaft, and block, kept in the cac
 class Reduce(words.Meshes):
     """Question of :func:`reduce`."""
 
-    rebuild: Annotated[bool, Option(help="compute even where a stored model exists")] = False
+    anew: Annotated[bool, Option(help="compute even where a stored model exists", was="--rebuild")] = False
     output: Annotated[
         words.File | None, Option("FILE", "also write the crankshaft: .h5, .npz, or a folder of Matrix Market files")
     ] = None
@@ -51,7 +51,7 @@ def reduce(named: str | Path | Engine, ask: Reduce) -> VerbResult:
             raise InputError("--block-output needs --block flexible; on ground there is no block")
         check_body_place(ask.block_output)
     table = table_crank(engine, mesh)
-    body, seconds = bare_crankshaft(engine, mesh, ask.rebuild, checked=True) if table is None else (table, 0.0)
+    body, seconds = bare_crankshaft(engine, mesh, ask.anew, checked=True) if table is None else (table, 0.0)
     own = table is not None or (mesh and is_body(mesh))
     result = {
         "path": str(mesh if own else stored_path(engine, mesh)),
@@ -111,7 +111,7 @@ def _block_quality(engine: Engine, own: MeshFile | None, ask: Reduce) -> tuple[d
     from cranktrain.structure.block.reduction import running_block, stored_path
     from cranktrain.structure.fem.own_body import is_body
 
-    body = checked_block(engine, own, ask.rebuild)
+    body = checked_block(engine, own, ask.anew)
     result = {
         "path": str(own if own and is_body(own) else stored_path(engine, own)),
         "modes": body.n_modes,

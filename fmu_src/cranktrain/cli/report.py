@@ -46,10 +46,11 @@ RUNNING = ("drive_line", "pressure", "pressure_unit", "pressure_tdc_deg", "load"
 AGAIN = (
     "output",
     "run_up",
-    "pictures",
+    "results",
     "make",
     "measured",
-    "speeds",
+    "from_rpm",
+    "to_rpm",
     "orders",
     "log",
     "linear",
@@ -67,13 +68,14 @@ class Report(words.Pressures, words.Charts):
     run_up: Annotated[
         words.File | None, Option("FILE", "result of 'cranktrain runup' of the engine: orders with films, axial motion")
     ] = None
-    pictures: Annotated[
+    results: Annotated[
         Sequence[words.File],
         Option(
             "FOLDER",
             "folder that other verbs wrote pictures and results into, by --plots or --output; may be given several "
             "times",
             repeated=True,
+            was="--pictures",
         ),
     ] = ()
     make: Annotated[
@@ -92,13 +94,13 @@ class Report(words.Pressures, words.Charts):
             "as 'cranktrain measured' writes them, or curves over speed of a UFF file",
         ),
     ] = None
-    speeds: Annotated[
-        Sequence[words.Rpm] | None,
-        Option(
-            ("LOW", "HIGH"),
-            "range of speeds, rev/min (default: that of oil.temperature_speeds, and a sixth beyond)",
-            count=2,
-        ),
+    from_rpm: Annotated[
+        words.Rpm | None,
+        Option("RPM", "lowest speed, rev/min (default: lowest of oil.temperature_speeds)", "--from", was="--speeds"),
+    ] = None
+    to_rpm: Annotated[
+        words.Rpm | None,
+        Option("RPM", "highest speed, rev/min (default: a sixth above that of oil.temperature_speeds)", "--to"),
     ] = None
     load: words.Share | None = None
     quick: Annotated[bool, Option(help="torsion at fewer speeds, linear, without inherited damping")] = False
@@ -169,15 +171,15 @@ def _name(named: str | Path | Engine, ask: Report) -> str:
 
 def _asked(name: str, ask: Report, engine: Engine) -> Asked:
     """What the options ask for, with their words; full load is told to verbs that would balance the engine's own."""
-    from cranktrain.studies.report.findings import Asked, check_speeds
+    from cranktrain.studies.report.findings import Asked, speed_bounds
 
-    folders = [Path(folder) for folder in ask.pictures]
+    folders = [Path(folder) for folder in ask.results]
     if ask.make is not None:
         folders.append(Path(ask.make))
     full = ("--load", "1") if ask.load is None and engine.load is not None else ()
     return Asked(
         name, ask.run_up, folders, ask.quick, ask.measured,
-        None if ask.speeds is None else check_speeds(*ask.speeds),
+        speed_bounds(engine, ask.from_rpm, ask.to_rpm),
         1.0 if ask.load is None else ask.load,
         (*_words(ask, RUNNING), *full), tuple(_words(ask, AGAIN)), ask.make is not None,
         words.orders_of(ask.orders), ask.logarithmic, ask.peak_to_peak,
@@ -192,7 +194,7 @@ def _words(ask: Report, fields: Sequence[str]) -> Iterator[str]:
             yield option_of(field)
         elif field == "orders":
             yield from (option_of(field), ",".join(f"{one:g}" for one in value)) if value else ()
-        elif field == "pictures":
+        elif field == "results":
             for folder in value:
                 yield from (option_of(field), folder)
         elif value not in (None, False):

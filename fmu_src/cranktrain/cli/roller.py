@@ -66,10 +66,10 @@ Results:
 as linear springs with their stiffness at the load. With --engine the bearings are those of the engine's [main_roller],
 each under the same load, with their rings; "mains" has one entry for each.
 
---engine with --speed instead of --load: the rollers in a run at full load in the engine's default block. Results are
+--engine with --speed instead of --load-n: the rollers in a run at full load in the engine's default block. Results are
 their mean stiffness over a settled cycle, along and across the load, in axes that turn with the crank and in axes at
-rest; and the stand-in springs for level linear, 'modal' and 'calibrate', which yield on average as the rollers do, in
-series with the elastic stiffness of the free crankshaft at the journal. --out writes an engine file with these springs.
+rest; and the stand-in springs for level linear, 'modal' and 'identify', which yield on average as the rollers do, in
+series with the elastic stiffness of the free crankshaft at the journal. --output writes an engine file with them.
 """
 
 
@@ -89,13 +89,14 @@ class Roller(Question):
     load_n: Annotated[
         float | None,
         between(0.0, 1.0e9, "N; give its size, the direction does not count"),
-        Option("N", "radial load, N", "--load"),
+        Option("N", "radial load, N", was="--load"),
     ] = None
     speed_rpm: Annotated[
-        words.Rpm | None, Option("RPM", "with --engine instead of --load: speed of a run, rev/min", "--speed")
+        words.Rpm | None, Option("RPM", "with --engine instead of --load-n: speed of a run, rev/min", "--speed")
     ] = None
-    out: Annotated[
-        words.File | None, Option("FILE", "with --speed: new engine file with the stand-ins; nothing is overwritten")
+    output: Annotated[
+        words.File | None,
+        Option("FILE", "with --speed: new engine file with the stand-ins; nothing is overwritten", was="--out"),
     ] = None
     moment_nm: Annotated[float, Option("NM", "moment in the plane of the load (default 0)")] = 0.0
     law: Annotated[
@@ -108,7 +109,7 @@ class Roller(Question):
         30
     )
     ring: Annotated[bool, Option(help="also outer ring and housing in finite elements")] = False
-    rebuild: Annotated[bool, Option(help="compute rings even where stored ones exist")] = False
+    anew: Annotated[bool, Option(help="compute rings even where stored ones exist", was="--rebuild")] = False
 
 
 @verb_alone(Roller, DESCRIPTION)
@@ -116,15 +117,15 @@ def roller(ask: Roller) -> VerbResult:
     """Solve one bearing, or those of an engine; ``InputError`` for what is none."""
     if ask.speed_rpm is not None:
         return _running(ask, ask.speed_rpm)
-    if ask.out is not None:
-        raise InputError("--out goes with --speed, which derives the values that it writes; leave it out")
+    if ask.output is not None:
+        raise InputError("--output goes with --speed, which derives the values that it writes; leave it out")
     if ask.load_n is None:
-        raise InputError("--load is missing; give the radial load in N, or --speed with --engine")
+        raise InputError("--load-n is missing; give the radial load in N, or --speed with --engine")
     if ask.engine is not None:
         return _mains(ask, ask.engine)
     bearing = _given(ask)
     title = f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {ask.load_n:g} N"
-    return VerbResult.of(_solved(bearing, ask, ask.ring), "roller", title=title)
+    return VerbResult.of(_solved(bearing, ask, ask.ring), "bearing roller", title=title)
 
 
 def show(found: VerbResult) -> None:
@@ -145,7 +146,7 @@ def _running(ask: Roller, speed_rpm: float) -> VerbResult:
             raise InputError(
                 f"--{name.removesuffix('_n').replace('_', '-')}: the engine gives it; leave it or --speed out"
             )
-    new = None if ask.out is None else new_path(Path(ask.out))
+    new = None if ask.output is None else new_path(Path(ask.output))
     engine = load_engine(ask.engine)
     report = running_rollers(engine, speed_rpm, say=lambda stage: say(f"cranktrain: {stage}"))
     report["file"] = None if new is None else str(with_stand_ins(ask.engine, new, report))
@@ -154,7 +155,7 @@ def _running(ask: Roller, speed_rpm: float) -> VerbResult:
     if new is not None:
         say(f"{new} written")
     title = f"{report['engine']}: main roller bearings at {speed_rpm:g} rev/min, full load"
-    return VerbResult.of(report, "roller", title=title)
+    return VerbResult.of(report, "bearing roller", title=title)
 
 
 def _given(ask: Roller) -> RollerBearing:
@@ -231,7 +232,7 @@ def _mains(ask: Roller, named: str | Path | Engine) -> VerbResult:
         mains.append({"main": engine.roller_mains[i] + 1, **solved[bearing], "engine_file": linear})
     law = next(iter(solved)).law
     title = f"{engine.title}: main roller bearings, {ask.load_n:g} N on each, contacts by {law}"
-    return VerbResult.of({"engine": engine.name, "load_n": ask.load_n, "mains": mains}, "roller", title=title)
+    return VerbResult.of({"engine": engine.name, "load_n": ask.load_n, "mains": mains}, "bearing roller", title=title)
 
 
 def _solved(bearing: RollerBearing, ask: Roller, with_ring: bool) -> dict[str, Any]:
@@ -282,7 +283,7 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, ask: Roll
     from cranktrain.structure.block.roller_ring import elastic_ring_stiffness, ring_compliance, ring_for
 
     ring = ring_for(bearing)
-    compliance = ring_compliance(ring, first, lambda stage: say(f"cranktrain: {stage}"), ask.rebuild)
+    compliance = ring_compliance(ring, first, lambda stage: say(f"cranktrain: {stage}"), ask.anew)
     springs = slice_stiffness(bearing, loaded.place, first, ask.slices)
     stiffness = elastic_ring_stiffness(compliance, roller_slices(bearing, ask.slices)[0], springs, first)
     return {

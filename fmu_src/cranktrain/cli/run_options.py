@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from cranktrain.studies.constant_speed import Request
 
 
+SPEEDS = ("speed_rpm", "from_rpm", "to_rpm")
+"""Fields whose options do not tell the unit."""
+
+
 class Asked(NamedTuple):
     """What a verb is asked to run: an engine, its (first) run, settings with nothing left open, measured pressures."""
 
@@ -104,7 +108,7 @@ def gas_of(request: Request, engine: Engine, speeds_rpm: Sequence[float] = ()) -
 
 def option_of(field: str) -> str:
     """What the command line calls a field of a request."""
-    return "--speed" if field == "speed_rpm" else "--" + field.replace("_", "-")
+    return "--" + (field.removesuffix("_rpm") if field in SPEEDS else field.replace("_", "-"))
 
 
 def tell_unread(engine: Engine, settings: Settings) -> None:

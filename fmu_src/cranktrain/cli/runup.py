@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cranktrain.cli import console
 from cranktrain.cli.console import Interrupted, labelled_bar, say
 from cranktrain.cli.functions import verb
-from cranktrain.cli.plot_runup import draw, pictures_folder, told_deviations
+from cranktrain.cli.plot import draw, pictures_folder, told_deviations
 from cranktrain.cli.run_options import asked_of, assembled, balances, note_axial_path, own_data
 from cranktrain.core.errors import CranktrainError, InputError, SolverError
 from cranktrain.core.typed_file import between
@@ -50,7 +50,7 @@ EndSpeed = Annotated[float, between(-20000.0, 20000.0, "rev/min")]
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunUpQuestion(words.Settled, words.Running):
+class Runup(words.Settled, words.Running):
     """Question of :func:`runup`."""
 
     from_rpm: Annotated[EndSpeed, Option("RPM", "first speed, rev/min, at least 20", "--from")]
@@ -90,17 +90,19 @@ class RunUpQuestion(words.Settled, words.Running):
             "--ramp",
         ),
     ] = None
-    steady: Annotated[
+    method: Annotated[
         Literal["linear", "harmonic-balance"] | None,
-        Option("RULE", "in the frequency domain: linear or harmonic-balance; needs --crank torsional"),
+        Option(
+            "METHOD", "in the frequency domain: linear or harmonic-balance; needs --crank torsional", was="--steady"
+        ),
     ] = None
-    workers: Annotated[int | None, between(1, 1024, ""), Option("N", "processes (default: one a processor)")] = None
+    workers: words.Workers | None = None
     scheduler: Annotated[
         str | None, Option("ADDRESS", "run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
     ] = None
     anew: Annotated[bool, Option(help="run all speeds, and replace a file of another run-up")] = False
     output: Annotated[words.File | None, Option("FILE.h5", "result file (default: ENGINE_runup.h5)")] = None
-    plots: Annotated[words.File | None, Option("DIR", "write the pictures of cranktrain plot-runup there")] = None
+    plots: Annotated[words.File | None, Option("DIR", "write the pictures of cranktrain plot there")] = None
     measured: Annotated[
         words.File | None,
         Option(
@@ -111,8 +113,8 @@ class RunUpQuestion(words.Settled, words.Running):
     ] = None
 
 
-@verb(RunUpQuestion, DESCRIPTION)
-def runup(named: str | Path | Engine, ask: RunUpQuestion) -> OrdersOverSpeed:
+@verb(Runup, DESCRIPTION)
+def runup(named: str | Path | Engine, ask: Runup) -> OrdersOverSpeed:
     """Run the speeds, with a report of what they show; their file stays only where one is named."""
     from cranktrain.results.views.over_speed import OrdersOverSpeed
 
@@ -124,12 +126,12 @@ def runup(named: str | Path | Engine, ask: RunUpQuestion) -> OrdersOverSpeed:
     return OrdersOverSpeed.of(run_up, said)
 
 
-def answer(engine: str, ask: RunUpQuestion) -> VerbResult:
+def answer(engine: str, ask: Runup) -> VerbResult:
     """Run the speeds that the file does not hold, and say what all of them show."""
     return _found(engine, replace(ask, output=ask.output or f"{load_engine(engine).name}_runup.h5"))[1]
 
 
-def _found(named: str | Path | Engine, ask: RunUpQuestion) -> tuple[RunUp, VerbResult]:
+def _found(named: str | Path | Engine, ask: Runup) -> tuple[RunUp, VerbResult]:
     """The run-up, which is in its file, and what it shows; an interrupt says what its file keeps."""
     try:
         return _computed(named, ask)
@@ -158,7 +160,7 @@ def _keeps(path: Path, count: int, anew: bool) -> str:
     return f"{path} keeps {count} speeds" + (f"; run {command} again to continue from there" if count else "")
 
 
-def _computed(named: str | Path | Engine, ask: RunUpQuestion) -> tuple[RunUp, VerbResult]:
+def _computed(named: str | Path | Engine, ask: Runup) -> tuple[RunUp, VerbResult]:
     """The run-up, which is in its file, and what it shows."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.orders.deviations import check_speeds_measured
@@ -174,7 +176,7 @@ def _computed(named: str | Path | Engine, ask: RunUpQuestion) -> tuple[RunUp, Ve
     speeds = run_up_speeds(ask.from_rpm, ask.to_rpm, ask.step_rpm)
     asked = engine, request, settings, gas = asked_of(named, ask, ask.from_rpm, ask.to_rpm)
     _check(ask)
-    if ask.steady is None:
+    if ask.method is None:
         check_far_end(engine)
     path = Path(str(ask.output))
     check_run_up_target(path)
@@ -186,7 +188,7 @@ def _computed(named: str | Path | Engine, ask: RunUpQuestion) -> tuple[RunUp, Ve
         replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
     made = assembled(asked, ask.inherit)
     job = None
-    if ask.steady is None:
+    if ask.method is None:
         job = job_of(request, made, gas, _outputs(ask.outputs, made), ask.highest_order)
         job = replace(job, balanced=balances(ask, engine))
     outcome = _outcome(ask, request, made, gas, job, speeds, path)
@@ -203,7 +205,7 @@ def _computed(named: str | Path | Engine, ask: RunUpQuestion) -> tuple[RunUp, Ve
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
-    if ask.steady is not None and has_sections(engine):
+    if ask.method is not None and has_sections(engine):
         said["shaft_stress"] = shaft_stresses(engine, found)
     if measured is not None:
         said["deviations"] = told_deviations(found, measured)
@@ -234,19 +236,19 @@ def show(said: VerbResult) -> None:
     print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
 
 
-def _check(ask: RunUpQuestion) -> None:
+def _check(ask: Runup) -> None:
     """Refuse what does not go together."""
-    if ask.steady is not None and ask.ramp_rpm_per_s is not None:
-        raise InputError("--steady does not go with --ramp; leave one of them out")
-    ways = [name for name in ("steady", "ramp") if getattr(ask, WAYS[name]) is not None]
+    if ask.method is not None and ask.ramp_rpm_per_s is not None:
+        raise InputError("--method does not go with --ramp; leave one of them out")
+    ways = [name for name in ("method", "ramp") if getattr(ask, WAYS[name]) is not None]
     only = [name for name in ("refine", "scheduler", "workers") if getattr(ask, name)]
     if ways and only:
         raise InputError(f"--{only[0]} goes with steady cycles in time, not with --{ways[0]}; leave one of them out")
-    if ask.steady is not None and ask.outputs:
-        raise InputError("--steady gives the pulley's torsion only; leave out --outputs")
+    if ask.method is not None and ask.outputs:
+        raise InputError("--method gives the pulley's torsion only; leave out --outputs")
 
 
-def _unlike(ask: RunUpQuestion) -> str:
+def _unlike(ask: Runup) -> str:
     """One line where the run-up is of another kind than the measured runs, whose level errors are known."""
     from cranktrain.studies.planning.level_error import NOT_MEASURED
 
@@ -257,7 +259,7 @@ def _unlike(ask: RunUpQuestion) -> str:
 
 
 def _outcome(
-    ask: RunUpQuestion,
+    ask: Runup,
     request: Request,
     made: Assembly,
     gas: Gas | None,
@@ -276,14 +278,14 @@ def _outcome(
     if balances(ask, made.engine):
         attributes["load"] = words.BALANCED
     outcome, began = Outcome(workers=1), time.perf_counter()
-    if (ask.steady or ask.ramp_rpm_per_s) and not ask.anew:
+    if (ask.method or ask.ramp_rpm_per_s) and not ask.anew:
         check_replaced(path)
     if job is None:
         from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
         orders = [0.5 * k for k in range(1, int(2.0 * ask.highest_order + 1e-9) + 1)]
         outcome.run_up = frequency_run_up(
-            made.engine, made.body, made.settings, np.array(speeds), orders, str(ask.steady), gas,
+            made.engine, made.body, made.settings, np.array(speeds), orders, str(ask.method), gas,
             balanced=balances(ask, made.engine), failed=outcome.failed,
         )  # fmt: skip
         for failed in outcome.failed:

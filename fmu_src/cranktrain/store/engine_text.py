@@ -112,9 +112,9 @@ def put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:
 def new_path(path: Path) -> Path:
     """Path of a new engine file; ``InputError`` if the file exists or its name does not end in .toml."""
     if path.exists():
-        raise InputError(f"{path}: exists and is not overwritten; give another name with --out")
+        raise InputError(f"{path}: exists and is not overwritten; give another name with --output")
     if ending(path) != ".toml":
-        raise InputError(f"{path}: an engine file ends in .toml; give such a name with --out")
+        raise InputError(f"{path}: an engine file ends in .toml; give such a name with --output")
     check_place(path)
     return path
 

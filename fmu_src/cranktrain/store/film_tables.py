@@ -35,7 +35,7 @@ from cranktrain.store.side_by_side import side_by_side
 from cranktrain.store.whole_file import check_kept, check_place
 
 DATASETS = ("aligned", "tilted", "pressure", "axes", "aligned_error", "tilted_error")
-REMEDY = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
+REMEDY = "delete it, or build it anew by 'cranktrain bearing table --anew'"
 KEEP_EVERY = 2.0
 """Seconds between two writings of the part file of a film table; a killed build loses at most this much work."""
 

@@ -173,7 +173,7 @@ def read_film_table(
     Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made for other settings than
     ``wanted``.
     """
-    remedy = "delete it, or build it anew by 'cranktrain film-table --rebuild'"
+    remedy = "delete it, or build it anew by 'cranktrain bearing table --anew'"
     with opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
         if str(file.attrs["digest"]) != digest:
             made_for = str(file.attrs["made_for"])

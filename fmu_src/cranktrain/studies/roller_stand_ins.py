@@ -208,7 +208,7 @@ def with_stand_ins(engine: str | Path | Engine, out: str | Path, report: dict[st
     load = "full load" if report["load"] == 1.0 else f"{report['load']:g} of full load"
     note = (
         f"level linear; as compliant, in series with the crankshaft, as the rollers are on average over a cycle at "
-        f"{report['rpm']:g} rev/min and {load}, cranktrain roller --engine --speed"
+        f"{report['rpm']:g} rev/min and {load}, cranktrain bearing roller --engine --speed"
     )
     changes = {}
     for row, entry in enumerate(report["mains"], 1):

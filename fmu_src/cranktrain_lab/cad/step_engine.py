@@ -93,7 +93,7 @@ def _check_unit(found: RecognisedCrank, diameter: float, bore: float | None) -> 
     fitting = [unit for unit, size in UNITS.items() if low <= size * in_file <= high]
     beside = f"for a bore of {1e3 * bore:g} mm" if bore is not None else "as no engine has them"
     remedy = (
-        f"the numbers are in another unit than the file states: --step-unit {' or '.join(fitting)}"
+        f"the numbers are in another unit than the file states: --cad-unit {' or '.join(fitting)}"
         if fitting
         else "check --bore-mm and the file"
     )

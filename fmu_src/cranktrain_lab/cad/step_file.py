@@ -68,7 +68,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
     """
     source = Path(path).expanduser()
     if unit is not None and unit not in UNITS:
-        raise InputError(f"--step-unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
+        raise InputError(f"--cad-unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
     _check_text(source)
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy, target = Path(folder) / "crank.step", Path(folder) / "surface.npz"
@@ -88,7 +88,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
     if not LEAST_LENGTH <= factor * length <= LARGEST_LENGTH:
         raise InputError(
             f"{path}: the solid is {factor * length:.4g} mm long, crankshafts are {LEAST_LENGTH:g} to "
-            f"{LARGEST_LENGTH:g} mm: state the unit of its coordinates, --step-unit {', '.join(UNITS)}"
+            f"{LARGEST_LENGTH:g} mm: state the unit of its coordinates, --cad-unit {', '.join(UNITS)}"
         )
     return solid._replace(nodes=factor * solid.nodes, volume=factor**3 * solid.volume, scale=factor)
 

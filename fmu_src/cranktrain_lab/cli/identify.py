@@ -7,21 +7,28 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cranktrain.cli.console import Interrupted, labelled_bar, say, show_rows
-from cranktrain.cli.functions import verb, verb_of
+from cranktrain.cli.functions import verb
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import between
+from cranktrain.core.user_file import ending
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.results.views.found import VerbResult
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import Option, Question
+from cranktrain_lab.cli import targets
 from cranktrain_lab.identification.tables import LEVELS, NEXT, NONE
 
 DESCRIPTION = """\
 Find parameters of an engine from measured data: damping, damper, inertias, shafts, load, with 95 % intervals.
 
 MEASURED is a file that lists measured orders, torques, orbits of journals, frequencies, decays and shapes, and the
-parameters sought, with bounds and what is known of them before. A file of [targets] alone is a calibration.
+parameters sought, with bounds and what is known of them before.
+
+A file of [targets] alone lists published frequencies to be met, with tolerances, the values that may change, within
+bounds, and those derived from these; the name of a shipped engine stands for its own targets file. Trying a bearing,
+mass or inertia takes milliseconds, a changed dimension one more mesh. Of each frequency are given its deviation from
+the target, and the sensitivity d ln f / d ln p: its change, in per cent, for one per cent of a value.
 
 linear            linear run-up of the torsional crank, all speeds and orders at once
 harmonic-balance  the same with the rods' exact torques and the damper's law (default)
@@ -44,15 +51,21 @@ class Identify(Question):
     """Question of :func:`identify`."""
 
     measured: Annotated[
-        words.File, Option("MEASURED", "path of a .toml file of measured data and sought parameters", place=True)
+        words.File,
+        Option(
+            "MEASURED",
+            "path of a .toml file of measured data and sought parameters, or of targets; or name of a shipped engine "
+            "that has targets",
+            place=True,
+        ),
     ]
     _: KW_ONLY
-    out: Annotated[words.File | None, Option("FILE", "engine file to write; an existing file is not overwritten")] = (
-        None
-    )
-    level: Annotated[
+    output: Annotated[
+        words.File | None, Option("FILE", "engine file to write; an existing file is not overwritten", was="--out")
+    ] = None
+    method: Annotated[
         Literal["linear", "harmonic-balance", "time"],
-        Option("LEVEL", f"last level: {', '.join(LEVELS)} (default {LEVELS[1]})", words=LEVELS),
+        Option("METHOD", f"last level: {', '.join(LEVELS)} (default {LEVELS[1]})", words=LEVELS, was="--level"),
     ] = "harmonic-balance"
     crank: Annotated[
         words.CrankWord, Option("LEVEL", "crank of runs in time (default torsional)", words=CRANKS.keys)
@@ -72,41 +85,47 @@ class Identify(Question):
     bootstrap: Annotated[int, between(0, 100_000, ""), Option("N", "draws (default 400)")] = 400
     profile: Annotated[bool, Option(help="intervals by the covariance alone, which is faster")] = True
     seed: Annotated[int, between(0, 2**32 - 1, ""), Option("N", "seed of starts and draws (default 1)")] = 1
+    evaluations: Annotated[
+        int,
+        between(1, 10_000_000, ""),
+        Option(
+            "N",
+            "of targets alone: limit of the search (default 20000; a search with new bodies takes half of it more)",
+        ),
+    ] = 20000
 
 
 @verb(Identify, DESCRIPTION)
 def identify(named: str | Path | Engine, ask: Identify) -> VerbResult:
     """Identify, and write the engine file."""
+    from cranktrain_lab.calibration.targets import targets_path
     from cranktrain_lab.identification import identify as study
     from cranktrain_lab.identification.ladder import Ask
-
-    read, _ = study.read_measured_file(ask.measured)
-    if read.targets and not read.has_sets:
-        return _calibrated(named, ask)
-    with labelled_bar("identify") as (tell, follow):
-        report = study.identify(
-            named, ask.measured, ask.out,
-            request=study.Request(
-                Ask(ask.level, ask.crank, ask.settle, ask.seed, ask.above), ask.bootstrap, ask.profile
-            ),
-            say=tell, follow=lambda share, cost: follow(share),
-        )  # fmt: skip
-    if report["refused"]:
-        raise InputError(f"{ask.out}: not written; the values found are not a valid engine: {report['refused']}")
-    if report["interrupted"]:
-        kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
-        raise Interrupted(f"interrupted; {kept}", VerbResult.of(report, "identify"))
-    return VerbResult.of(report, "identify")
-
-
-def _calibrated(named: str | Path | Engine, ask: Identify) -> VerbResult:
-    """A file of targets alone: the calibration, by the same search and with its report."""
-    from cranktrain_lab.cli import calibrate
     from cranktrain_lab.identification.targets_alone import with_confidence
 
-    question = calibrate.Calibrate(ask.measured, out=ask.out, seed=ask.seed)
-    report = verb_of(calibrate.calibrate).function(named, question)
-    return VerbResult.of(with_confidence(report), "identify", calibrated=report)
+    place: str | Path = ask.measured if ending(ask.measured) else targets_path(ask.measured)
+    read, _ = study.read_measured_file(place)
+    beside = dict[str, Any]()
+    if read.targets and not read.has_sets:
+        calibration = targets.calibrated(named, place, ask.output, ask.seed, ask.evaluations)
+        report = with_confidence(calibration)
+        beside["calibrated"] = calibration
+    else:
+        with labelled_bar("identify") as (tell, follow):
+            report = study.identify(
+                named, place, ask.output,
+                request=study.Request(
+                    Ask(ask.method, ask.crank, ask.settle, ask.seed, ask.above), ask.bootstrap, ask.profile
+                ),
+                say=tell, follow=lambda share, cost: follow(share),
+            )  # fmt: skip
+    found = VerbResult.of(report, "identify", **beside)
+    if report["refused"]:
+        raise InputError(f"{ask.output}: not written; the values found are not a valid engine: {report['refused']}")
+    if report["interrupted"]:
+        kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
+        raise Interrupted(f"interrupted; {kept}", found)
+    return found
 
 
 def show(report: VerbResult) -> None:
@@ -114,9 +133,7 @@ def show(report: VerbResult) -> None:
     if "calibrated" not in report.beside:
         _show(report)
         return
-    from cranktrain_lab.cli import calibrate
-
-    calibrate.show(report.beside["calibrated"])
+    targets.show(report.beside["calibrated"])
     rows = [
         (p["key"], f"{p['value']:.4g}", p["unit"],
          "" if p["deviation_percent"] is None else f"{p['deviation_percent']:.2g} %")

@@ -196,7 +196,7 @@ class AnalyseMeasured(RotationOptions, OrderOptions, PressureOptions):
         words.File,
         Option(
             "FILE.csv",
-            "write orders for --measured of plot-runup and report, or mean pressures for --pressure",
+            "write orders for --measured of plot and report, or mean pressures for --pressure",
         ),
     ] = ""
 

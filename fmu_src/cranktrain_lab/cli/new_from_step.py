@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cranktrain_lab.cad.step_engine import StepEngine
 
 MESH = marked("mesh", "$MeshFormat")
-STATING = ("main_diameter_mm", "pin_diameter_mm", "mains", "pulley_end", "thrust_main", "mesh_size_mm", "step_unit")
+STATING = ("main_diameter_mm", "pin_diameter_mm", "mains", "pulley_end", "thrust_main", "mesh_size_mm", "cad_unit")
 """Options that state what a STEP file leaves open."""
 
 
@@ -26,7 +26,7 @@ def check_no_step_options(ask: NewEngine) -> None:
     """Refuse options of a STEP file without one; ``InputError``."""
     given = [key for key in STATING if getattr(ask, key) is not None]
     if given:
-        raise InputError(f"--{given[0].replace('_', '-')} needs --step FILE; leave it out")
+        raise InputError(f"--{given[0].replace('_', '-')} needs --cad FILE; leave it out")
 
 
 def step_files(name: str) -> tuple[Path, Path]:
@@ -52,9 +52,9 @@ def engine_of_step(ask: NewEngine, name: str, equipment: Equipment) -> StepEngin
         rated=None if ask.rated_rpm is None else ask.rated_rpm * RPM, thrust_main=ask.thrust_main,
         mesh_size=_mm(ask.mesh_size_mm),
     )  # fmt: skip
-    with stages(f"{name}: {ask.step}") as stage:
+    with stages(f"{name}: {ask.cad}") as stage:
         stage("surface")
-        solid = read_step(str(ask.step), ask.step_unit)
+        solid = read_step(str(ask.cad), ask.cad_unit)
         made = step_engine(find_crank(solid, given), stated)
         text = document(name, made.sizes, equipment).text
         stage("mesh")

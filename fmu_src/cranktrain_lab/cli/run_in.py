@@ -37,7 +37,7 @@ With --hours or --schedule the shells wear over time, each main by its own conta
 pressure and the sliding speed over a cycle, on maps over circumference and width, while the roughness runs in. Wear
 ends where the gap reaches half the roughness of new surfaces (--end-gap): the shape goes to that of the passes above.
 A schedule is a text table with the columns hours, speed_rpm and load (fraction of the full-load burn); it is repeated
-until --hours. The history is kept in --output after each increment, and the same command, with the same or more hours,
+until --hours. The history is kept in --history after each increment, and the same command, with the same or more hours,
 goes on where it ends. Only the product of --wear-coefficient and time counts: calibrate it by a measured depth.
 
 mains, depth_um, roughness_um, volume_mm3, contact_work_j     of each main at the end
@@ -45,7 +45,7 @@ contact_share, friction_power_w, contact_pressure_mpa, least_gap_um     of each 
 settled             whether wear has ended
 """
 OVER_TIME = (
-    "output", "table", "plots", "wear_coefficient", "end_gap", "run_in_roughness", "run_in_depth", "increment",
+    "history", "table", "plots", "wear_coefficient", "end_gap", "run_in_roughness", "run_in_depth", "increment",
     "alike", "start",
 )  # fmt: skip
 """Options of wear over time alone."""
@@ -58,7 +58,7 @@ class OverTime(Question):
     heading = "wear over time"
     hours: Annotated[float | None, POSITIVE, Option("H", "hours of running")] = None
     schedule: Annotated[words.File | None, Option("FILE", "table of hours, speed_rpm, load")] = None
-    output: Annotated[
+    history: Annotated[
         words.File | None, Option("FILE.h5", "history, which is kept and continued (default ENGINE_wear.h5)")
     ] = None
     table: Annotated[words.File | None, Option("FILE.csv", "table of the history to write")] = None
@@ -92,9 +92,9 @@ class RunIn(OverTime):
     """Question of :func:`run_in`."""
 
     heading = ""
-    out: Annotated[words.File | None, Option("FILE", "engine file to write; an existing file is not overwritten")] = (
-        None
-    )
+    output: Annotated[
+        words.File | None, Option("FILE", "engine file to write; an existing file is not overwritten", was="--out")
+    ] = None
     speed_rpm: Annotated[
         float | None,
         between(1.0, 20_000.0, "rev/min"),
@@ -119,7 +119,7 @@ def run_in(named: str | Path | Engine, ask: RunIn) -> VerbResult:
         raise InputError(f"--{given[0].replace('_', '-')} is of wear over time; give --hours or --schedule as well")
     with labelled_bar("run-in") as (tell, follow):
         found = study.run_in(
-            named, ask.out, speed_rpm=ask.speed_rpm, crank=ask.crank,
+            named, ask.output, speed_rpm=ask.speed_rpm, crank=ask.crank,
             passes=ask.passes or PASSES, cycles=ask.cycles or CYCLES, say=tell, follow=follow,
         )  # fmt: skip
     return VerbResult.of(found, "run-in", written=[found["file"]] if found["file"] else [])
@@ -127,8 +127,8 @@ def run_in(named: str | Path | Engine, ask: RunIn) -> VerbResult:
 
 def answer(engine: str, ask: RunIn) -> VerbResult:
     """The same; a history is kept where no file is named."""
-    if (ask.hours is not None or ask.schedule is not None) and ask.output is None:
-        ask = replace(ask, output=f"{load_engine(engine).name}_wear.h5")
+    if (ask.hours is not None or ask.schedule is not None) and ask.history is None:
+        ask = replace(ask, history=f"{load_engine(engine).name}_wear.h5")
     found: VerbResult = verb_of(run_in).function(engine, ask)
     return found
 
@@ -172,25 +172,25 @@ def _over_time(named: str | Path | Engine, ask: RunIn) -> VerbResult:
         check_place(ask.table, TABLE)
     if ask.plots:
         check_folder(Path(ask.plots), "--plots", PICTURES)
-    kept = f"{ask.output} keeps the increments that were finished; run the same command again to go on from there"
-    if ask.output is None:
+    kept = f"{ask.history} keeps the increments that were finished; run the same command again to go on from there"
+    if ask.history is None:
         kept = "nothing was kept"
     try:
         with labelled_bar("run-in") as (tell, follow):
-            history, found = run_in_over_time(
+            worn, found = run_in_over_time(
                 named, ask.hours, ask.schedule, speed_rpm=ask.speed_rpm, choices=choices,
-                output=ask.output, out=ask.out, say=tell, follow=follow,
+                output=ask.history, out=ask.output, say=tell, follow=follow,
             )  # fmt: skip
     except KeyboardInterrupt:
         raise Interrupted(f"interrupted; {kept}") from None
     except SolverError as error:
         raise SolverError(f"{error}; {kept}") from None
-    written = [str(ask.output)] if ask.output is not None else []
+    written = [str(ask.history)] if ask.history is not None else []
     if ask.table:
-        written.append(str(history.write_table(ask.table)))
+        written.append(str(worn.write_table(ask.table)))
     if ask.plots:
         title = f"{found['engine']}, {found['hours']:.4g} h"
-        written += map(str, save_wear_pictures(Path(ask.plots), history, title))
+        written += map(str, save_wear_pictures(Path(ask.plots), worn, title))
     return VerbResult.of(found, "run-in", written=[*written, *([found["file"]] if found["file"] else [])])
 
 

@@ -12,7 +12,6 @@ from cranktrain.cli import console
 from cranktrain.cli.console import Interrupted, bars
 from cranktrain.cli.functions import verb_alone
 from cranktrain.core.errors import InputError
-from cranktrain.core.typed_file import between
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.tables import Table
 from cranktrain.results.views.found import VerbResult
@@ -48,10 +47,8 @@ class Stability(Question):
     page: Annotated[words.File | None, Option("FILE.md", "also write the maps with their explanations as one page")] = (
         None
     )
-    rebuild: Annotated[bool, Option(help="compute even maps that are kept")] = False
-    jobs: Annotated[
-        int | None, between(1, 256, "processes"), Option("N", "processes (default: as many as processors)")
-    ] = None
+    anew: Annotated[bool, Option(help="compute even maps that are kept", was="--rebuild")] = False
+    workers: words.Workers | None = None
 
 
 @verb_alone(Stability, DESCRIPTION)
@@ -73,7 +70,7 @@ def stability(ask: Stability) -> VerbResult:
     found, pictures, records = {}, {}, {}
     try:
         with bars("stability", names) as tell:
-            computed = maps(names, ask.quick, rebuild=ask.rebuild, workers=ask.jobs, progress=tell)
+            computed = maps(names, ask.quick, rebuild=ask.anew, workers=ask.workers, progress=tell)
             for one, seconds in computed:
                 tell(one.name, f"{seconds:.0f} s" if seconds else "kept", 1.0)
                 found[one.name] = one

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cranktrain.cli.console import Interrupted, labelled_bar, say, show_rows
 from cranktrain.cli.functions import Subject, verb
 from cranktrain.core.errors import SolverError
-from cranktrain.core.typed_file import between
 from cranktrain.results.views.found import VerbResult
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import Option, Question
@@ -42,7 +41,7 @@ FILE = Subject("study", "STUDY.toml", "path of a study .toml file")
 class StudyRun(Question):
     """How a study is run."""
 
-    workers: Annotated[int | None, between(1, 1024, ""), Option("N", "processes (default: one a processor)")] = None
+    workers: words.Workers | None = None
     scheduler: Annotated[
         str | None, Option("ADDRESS", "run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
     ] = None

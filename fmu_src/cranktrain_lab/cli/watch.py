@@ -57,11 +57,11 @@ class Watch(Question):
         Option("RATE", "fraction of healthy recordings that may raise an alarm (default 0.01)"),
     ] = 0.01
     load: Annotated[float, between(0.0, 2.0, ""), Option("SHARE", "of the full-load burn (default 1)")] = 1.0
-    level: Annotated[
+    method: Annotated[
         Literal["linear", "harmonic-balance"],
-        Option("LEVEL", f"of the model: {', '.join(RULES)} (default {HARMONIC_BALANCE})", words=RULES),
+        Option("METHOD", f"of the model: {', '.join(RULES)} (default {HARMONIC_BALANCE})", words=RULES, was="--level"),
     ] = "harmonic-balance"
-    damper: Annotated[bool, Option(help="the engine runs without its damper")] = True
+    damper: Annotated[bool, Option(help="with the engine's torsional damper on the pulley", was="--no-damper")] = False
     inherit: Annotated[bool, Option(help="crank with its structural damping alone")] = True
     seed: Annotated[int, between(0, 2**32 - 1, ""), Option("N", "seed of the draws (default 1)")] = 1
 
@@ -72,7 +72,7 @@ def watch(named: str | Path | Engine, ask: Watch) -> VerbResult:
     from cranktrain_lab.watch import watch as study
 
     chosen = study.Request(
-        ask.output, words.orders_of(ask.orders), ask.false_alarms, ask.load, ask.damper, ask.level, ask.inherit,
+        ask.output, words.orders_of(ask.orders), ask.false_alarms, ask.load, ask.damper, ask.method, ask.inherit,
         ask.seed,
     )  # fmt: skip
     with labelled_bar("watch") as (tell, follow):

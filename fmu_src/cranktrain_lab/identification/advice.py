@@ -120,9 +120,9 @@ def _fits(climbed: Climbed, sought: Sequence[Sought], ask: Ask) -> list[_Fit]:
     ratios = any(one.key.startswith(RATIOS) for one in sought)
     for number, step in enumerate(climbed.beyond, 1):
         if step.level == BALANCE:
-            states = f"--level {BALANCE}"
+            states = f"--method {BALANCE}"
         elif ask.crank_above and step.level.startswith(ask.crank_above):
-            states = f"--level time --crank {ask.crank_above}"
+            states = f"--method time --crank {ask.crank_above}"
             states += ", with damping.ratio in place of torsional ratios" * ratios
         else:
             continue

@@ -144,7 +144,7 @@ def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> t
     """Return model and data of a measured file after all checks that need no search; raises ``InputError``."""
     if not read.has_sets:
         if read.targets:
-            raise InputError("has [targets] alone, which are a calibration; use 'cranktrain calibrate'")
+            raise InputError("has [targets] alone, which are met by cranktrain_lab.calibration, not fitted here")
         raise InputError("has no data; add [[orders]], [[torque]], [[orbit]], [[frequencies]], [[decay]] or [[modes]]")
     targets, data = targets_of(read), read_data(base, read, place)
     # Measured numbers of the bending crank come last, in the order in which the model computes them.

@@ -33,7 +33,7 @@ def vary(
     method: Method = "latin-hypercube", levels: int = 5, seed: int = 1,
     speeds_rpm: float | Iterable[float] | None = None,
     crank: Literal["rigid", "torsional", "beam", "solid"] = "torsional", bearings: str = "auto",
-    big_ends: str = "rigid", damper: bool | None = None, load: float = 1.0, inherit: bool = True,
+    big_ends: str = "rigid", damper: bool = False, load: float = 1.0, inherit: bool = True,
     settle: float = 1e-3, reshape: bool = False, retune: bool = False, derived: Mapping[str, str] | None = None,
     pareto: Sequence[str] = (), output: str | Path | None = None, workers: int | None = None,
     scheduler: str | None = None, anew: bool = False,
@@ -55,8 +55,8 @@ def vary(
     outputs : names; all that a torsional crank has are in the module ``studies.variants.torsional``
     n, method, levels, seed : the design; ``levels`` of a grid
     speeds_rpm : rev/min
-    crank, bearings, big_ends, damper, load, inherit, settle : as of ``ct.simulate``; a damper is fitted where the
-        engine has one
+    crank, bearings, big_ends, damper, load, inherit, settle : as of ``ct.simulate``; a study that names values or
+        outputs of the damper fits it
     reshape, retune : whether values may vary that take a new mesh for each variant; whether a torsional crank that is
         tuned to the solid in motion is tuned anew for each variant (three times the time)
     derived : formulas of further values in SI
@@ -85,7 +85,7 @@ def optimize(
     limits: Mapping[str, Any] | None = None, outputs: Sequence[str] = (), evaluations: int = 2000, seed: int = 1,
     speeds_rpm: float | Iterable[float] | None = None,
     crank: Literal["rigid", "torsional", "beam", "solid"] = "torsional", bearings: str = "auto",
-    big_ends: str = "rigid", damper: bool | None = None, load: float = 1.0, inherit: bool = True,
+    big_ends: str = "rigid", damper: bool = False, load: float = 1.0, inherit: bool = True,
     settle: float = 1e-3, reshape: bool = False, retune: bool = False, derived: Mapping[str, str] | None = None,
     engine_file: str | Path | None = None, output: str | Path | None = None, workers: int | None = None,
     scheduler: str | None = None, anew: bool = False,

@@ -121,16 +121,15 @@ class EngineModel:
         assert study.engine is not None
         engine, levels = study.engine, study.levels
         self._study, self._engine, self._speeds = study, engine, np.array(study.speeds)
-        damper = engine.damper is not None if levels.damper is None else levels.damper
         settings = Settings(
             crank=levels.crank, bearings=levels.bearings, big_ends=levels.big_ends,
-            damper="fitted" if damper else "none", gas_load=study.load,
+            damper="fitted" if levels.damper else "none", gas_load=study.load,
         )  # fmt: skip
         self._torsional = levels.crank == "torsional"
         if self._torsional:
             engine.refuse_additions("a linear run-up of variants")
             for output in study.outputs:
-                check_torsional_output(output, damper)
+                check_torsional_output(output, levels.damper)
         else:
             names = time_outputs(engine, study.outputs)
         self.reshaping = self._shaping_values()

@@ -63,12 +63,12 @@ class Aim:
 
 @dataclass(frozen=True)
 class Levels:
-    """Fidelity levels of a study, as in ``cranktrain simulate``; ``damper`` None: fitted if the engine has one."""
+    """Fidelity levels of a study, as in ``cranktrain simulate``."""
 
     crank: str = "torsional"
     bearings: str = "auto"
     big_ends: str = "rigid"
-    damper: bool | None = None
+    damper: bool = False
     inherit: bool = True
     settle: float = 1e-3
     reshape: bool = False
@@ -151,17 +151,19 @@ def study_of(
     return Study(
         name=name, title=title, model=model, varied=varied, outputs=outputs, design=design, engine=engine,
         speeds=_speeds(read, model), derived=tuple((key, table.formula) for key, table in read.derived.items()),
-        levels=_levels(read),
+        levels=_levels(read, engine),
         load=read.load, pareto=front, aim=None if read.optimize is None else _aim(read.optimize, outputs),
         function=function,
     )  # fmt: skip
 
 
-def _levels(read: StudyTable) -> Levels:
-    """Return the fidelity levels; raises ``InputError`` for an unknown crank level."""
+def _levels(read: StudyTable, engine: Engine | None) -> Levels:
+    """Return the fidelity levels; a study that names the damper fits it; ``InputError`` for an unknown crank level."""
     crank_level(read.crank)
+    named = any("damper." in name for name in (*read.vary, *read.derived, *read.outputs))
+    damper = read.damper or (named and engine is not None and engine.damper is not None)
     return Levels(
-        read.crank, read.bearings, read.big_ends, read.damper, read.inherit, read.settle, read.reshape, read.retune
+        read.crank, read.bearings, read.big_ends, damper, read.inherit, read.settle, read.reshape, read.retune
     )  # fmt: skip
 
 

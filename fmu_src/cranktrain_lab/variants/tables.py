@@ -126,7 +126,7 @@ class StudyTable(Table, kw_only=True):
     crank: Annotated[str, Meta(extra_json_schema={"enum": list(CRANKS)})] = "torsional"
     bearings: str = "auto"
     big_ends: str = "rigid"
-    damper: bool | None = None
+    damper: bool = False
     load: Annotated[float, between(0.0, 2.0, "of the full-load burn", "1", "1")] = 1.0
     inherit: bool = True
     settle: Annotated[float, between(1e-8, 0.5, "of the outputs' alternating part")] = 1e-3

@@ -1,6 +1,6 @@
 """Linear run-ups of torsional crank variants, with all speeds and orders at once.
 
-The model is that of ``cranktrain runup --crank torsional --steady linear``
+The model is that of ``cranktrain runup --crank torsional --method linear``
 (:mod:`cranktrain.studies.torsion.frequency_run_up`). Outputs over the speed are half of the peak-to-peak value over a
 cycle unless stated otherwise:
 

@@ -61,7 +61,7 @@ def running_skin(
     """
     points, triangles, pictured = crank_surface(engine, mesh_file)
     if not np.array_equal(points, stress.surface.points):
-        raise StoreError("stored stresses belong to another mesh; 'cranktrain reduce' with --rebuild makes both anew")
+        raise StoreError("stored stresses belong to another mesh; 'cranktrain reduce' with --anew makes both anew")
     basis = np.eye(running.n_modes) if running.basis is None else running.basis
     samples = np.array([stress.nearest(math.radians(angle)) for angle in range(0, 720, degrees)])
     return RunningSkin(

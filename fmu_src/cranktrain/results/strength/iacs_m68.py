@@ -110,7 +110,7 @@ def shaft_stresses(engine: Engine, run_up: RunUp) -> list[dict[str, Any]]:
             raise InputError(f"drive line: shaft {number} ({name}): bore is not smaller than diameter; correct it")
         output = f"shaft[{name}].torque"
         if output not in run_up.extremes:
-            raise InputError(f"run-up has no '{output}'; run it with --steady harmonic-balance")
+            raise InputError(f"run-up has no '{output}'; run it with --method harmonic-balance")
         extremes = run_up.extremes[output]
         amplitude = 0.5 * (extremes[:, LARGEST] - extremes[:, LEAST])
         stress = amplitude / section_modulus(shaft)

@@ -68,7 +68,7 @@ def check_format(path: Path) -> str:
             "and give that by --body (docs/how-to/own_elements.md)"
         )
     if ending in (".step", ".stp"):
-        raise InputError(f"{path}: CAD, no mesh: 'cranktrain new NAME --step {path.name}' meshes it")
+        raise InputError(f"{path}: CAD, no mesh: 'cranktrain new NAME --cad {path.name}' meshes it")
     if ending not in FORMATS:
         raise InputError(f"{path}: mesh format '{path.suffix}' is not known: use {', '.join(FORMATS)}")
     return FORMATS[ending]

@@ -231,12 +231,16 @@ def speed_range(
     return first, max(math.floor(round(high / step, 9)) * step, first + step), step
 
 
-def check_speeds(low: float, high: float) -> tuple[float, float]:
-    """Speeds of ``--speeds``, rev/min; ``InputError`` for what is no range of speeds."""
+def speed_bounds(engine: Engine, low: float | None, high: float | None) -> tuple[float, float] | None:
+    """Speeds of ``--from`` and ``--to``, rev/min, one by default; None without both; ``InputError`` for no range."""
+    if low is None and high is None:
+        return None
+    low = engine.speeds[0] / RPM if low is None else low
+    high = BEYOND * engine.speeds[1] / RPM if high is None else high
     if not SLOWEST_RPM <= low < high <= FASTEST_RPM:
         raise InputError(
-            f"--speeds {low:g} {high:g}: is no range within {SLOWEST_RPM:g} to {FASTEST_RPM:g} rev/min; give the "
-            "lowest speed first, e.g. --speeds 800 2400"
+            f"--from {low:g} --to {high:g}: is no range within {SLOWEST_RPM:g} to {FASTEST_RPM:g} rev/min; give the "
+            "lower speed first, e.g. --from 800 --to 2400"
         )
     return low, high
 
@@ -304,7 +308,7 @@ def _files(folders: Sequence[Path], pattern: str) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in folders:
         if not folder.is_dir():
-            raise InputError(f"--pictures {folder}: is not a folder; name one that holds pictures")
+            raise InputError(f"--results {folder}: is not a folder; name one that holds pictures")
         for path in sorted(folder.glob(pattern)):
             found.setdefault(path.name, path)
     return found

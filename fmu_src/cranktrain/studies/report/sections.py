@@ -70,7 +70,7 @@ class Section(NamedTuple):
         if not self.commands:
             return asked.command
         folder = str(asked.folders[0]) if asked.folders else f"out/{engine.name}"
-        shown = "" if asked.folders else f" --pictures {folder}"  # made of the engine's name, which needs no quotes
+        shown = "" if asked.folders else f" --results {folder}"  # made of the engine's name, which needs no quotes
         return " && ".join([*self.making(found, folder), f"{asked.command}{shown}"])
 
     def lacks(self, engine: Engine) -> bool:
@@ -209,7 +209,7 @@ DAMPED = (
     "cranktrain runup {engine} {range} --damper{given} --outputs flywheel.torsion,damper.heat "
     "--output {stem}_runup_damped.h5"
 )
-PLOTS = "cranktrain plot-runup {stem}_runup.h5 --engine {engine}{both} --plots {folder}"
+PLOTS = "cranktrain plot {stem}_runup.h5 --engine {engine}{both} --plots {folder}"
 """Commands that make what sections show. They have the words of :meth:`Section.making`: the engine as it was named,
 folder, folder with the engine's name, range of speeds, highest speed, options of gas and load, level of the big ends,
 and the run-up with the damper."""

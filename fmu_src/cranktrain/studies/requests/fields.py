@@ -46,6 +46,8 @@ class Option:
     count : exact number of values
     repeated : True if the option may be given several times, one value each
     place : True for an argument without option name
+    short : second name of one letter
+    was : option name before the first release, which is refused with the present one
     convert : reads a text where the type alone does not say how; a script may give the text's parts as a sequence
     """
 
@@ -59,6 +61,8 @@ class Option:
     repeated: bool = False
     place: bool = False
     convert: Callable[[str], Any] | None = None
+    short: str = ""
+    was: str = ""
 
 
 @dataclass(frozen=True)
@@ -140,6 +144,13 @@ class Field:
             return ()
         usual = f"--{'no-' if self.default is True else ''}{self.name.replace('_', '-')}"
         return (self.option.name or usual, *(name for name, _ in self.option.also))
+
+    @property
+    def renamed(self) -> str:
+        """What is said of the option's name before the first release."""
+        if self.option.was.startswith("--no-"):
+            return f"{self.option.was} is the default now; leave it out, or give {self.names[0]} for the opposite"
+        return f"{self.option.was} is called {self.names[0]} now; write {self.names[0]}"
 
     @property
     def words(self) -> tuple[str, ...]:

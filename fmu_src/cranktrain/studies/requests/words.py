@@ -269,6 +269,9 @@ OwnBlock = Annotated[
         ),
     ),
 ]
+Workers = Annotated[
+    int, between(1, 1024, "processes"), Option("N", "processes (default: one a processor)", was="--jobs")
+]
 OrdersOf = str | Sequence[float]
 Orders = Annotated[
     OrdersOf,

@@ -1,4 +1,4 @@
-"""The verb ``plot-runup``: pictures of a run-up's file, with measured orders laid over."""
+"""The verb ``plot``: pictures of a run-up's file, with measured orders laid over."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ FILE = Subject("file", "FILE.h5", "result of cranktrain runup or simulate")
 
 
 @dataclass(frozen=True)
-class PlotRunUp(words.Charts):
-    """Question of :func:`plot_runup`."""
+class Plot(words.Charts):
+    """Question of :func:`plot`."""
 
     others: Annotated[
         words.File | Sequence[words.File], Option("OTHER.h5", "results of the same kind, laid over it", place=True)
@@ -70,8 +70,8 @@ class PlotRunUp(words.Charts):
     ] = None
 
 
-@verb(PlotRunUp, DESCRIPTION, FILE)
-def plot_runup(file: str | Path, ask: PlotRunUp) -> VerbResult:
+@verb(Plot, DESCRIPTION, FILE)
+def plot(file: str | Path, ask: Plot) -> VerbResult:
     """Draw what the file holds; modes over the speed where its engine is at hand."""
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import RunUp
@@ -98,7 +98,7 @@ def plot_runup(file: str | Path, ask: PlotRunUp) -> VerbResult:
         say(f"cranktrain: warning: no published speeds and no Campbell diagram: {error}; give --engine")
     rows = told_deviations(run_up, measured) if measured else []
     paths = draw(folder, run_up, engine, measured, damped, style=ask)
-    return VerbResult.of({"plots": paths, "deviations": rows} if measured else {"plots": paths}, "plot-runup")
+    return VerbResult.of({"plots": paths, "deviations": rows} if measured else {"plots": paths}, "plot")
 
 
 def show(found: VerbResult) -> None:
@@ -110,7 +110,7 @@ def show(found: VerbResult) -> None:
     print("\n".join(found["plots"]))
 
 
-def _overlaid(file: str, ask: PlotRunUp, log: bool | None) -> VerbResult:
+def _overlaid(file: str, ask: Plot, log: bool | None) -> VerbResult:
     """Draw results of one kind into one picture an output."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.overlays import file_name, save_overlays
@@ -130,7 +130,7 @@ def _overlaid(file: str, ask: PlotRunUp, log: bool | None) -> VerbResult:
     folder = Path(ask.plots)
     check_folder(folder, pictures=[file_name(name) for name in outputs])
     made = save_overlays(folder, results, outputs, words.orders_of(ask.orders), log, ask.peak_to_peak)
-    return VerbResult.of({"plots": [str(path) for path in made]}, "plot-runup")
+    return VerbResult.of({"plots": [str(path) for path in made]}, "plot")
 
 
 def told_deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
