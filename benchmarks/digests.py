@@ -1,4 +1,4 @@
-"""Digests of the outputs of both engines at every level, to hold one version of the sources against another.
+"""Digests of the outputs of engines at every level and of every kind, to hold one version of the sources to another.
 
 A change of names, places or structure changes no bit of a result::
 
@@ -16,10 +16,12 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmarks.additions import topology, with_rods
 from rich.console import Console
 
 from cranktrain.dynamics.model.settings import Settings
@@ -30,10 +32,11 @@ from cranktrain.structure.assembly import assemble
 
 SPEED = 2000.0 * math.pi / 30.0
 SAY = Console(stderr=True).print
+DISCS, RODS = "two discs", "two rods"
 
 
 def cases(quick: bool) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Name, engine and settings of each case; a run is one cycle, 288 steps of 2.5 degrees."""
+    """Name, engine (with what is added to it) and settings of each case; a run is a cycle, 288 steps of 2.5 degrees."""
     plain = ("linear", "impedance", "reynolds", "ehd") if quick else ("linear", "impedance", "table", "reynolds", "ehd")
     for level in plain:
         yield f"i6 {level}", "diesel_i6", {"bearings": level}
@@ -54,6 +57,16 @@ def cases(quick: bool) -> Iterator[tuple[str, str, dict[str, Any]]]:
     yield "v8 damper", "diesel_v8", {"damper": "fitted"}
     yield "i6 load torque", "diesel_i6", {"boundary": "torque"}
     yield "i6 guided pistons", "diesel_i6", {"pistons": "guided"}
+    beam = {"crank": "beam"}
+    yield "four with balancers", "examples/four_with_balancers.toml", beam
+    yield "four, dual-mass flywheel", "four_petrol", beam
+    yield "articulated V12", "tests/data/engines/v12_articulated.toml", beam
+    yield "articulated radial", "tests/data/engines/radial5.toml", beam
+    yield "two-stroke six", "two_stroke_six", beam
+    yield "split-pin V6", "v6_split", beam
+    yield "i6 beam floating", "diesel_i6", beam | {"big_ends": "impedance"}
+    yield "i6 discs", f"diesel_i6 + {DISCS}", beam
+    yield "i6 rods as bodies", f"diesel_i6 + {RODS}", beam
     if quick:
         return
     yield "i6 big ends table", "diesel_i6", {"big_ends": "table"}
@@ -64,9 +77,16 @@ def cases(quick: bool) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def case_digest(engine_name: str, choices: dict[str, Any]) -> str:
-    """Digest of every output at every step of one cycle at 2000 rev/min."""
+    """Digest of every output at every step of a cycle at 2000 rev/min, or at the engine's best speed if that is less."""
+    engine_name, _, added = engine_name.partition(" + ")
     made = assemble(load_engine(engine_name), Settings(**choices), say=SAY)
-    run = simulate(made.engine, made.body, made.settings, SPEED, 1, parts=made.parts)
+    if added == DISCS:
+        z = float(made.body.positions[made.body.index("flywheel"), 2])
+        made = replace(made, parts=made.parts._replace(topology=topology(2, z)))
+    elif added == RODS:
+        made = replace(made, parts=made.parts._replace(topology=with_rods(2, made.engine, made.body)))
+    speed = min(SPEED, made.engine.best_speed)
+    run = simulate(made.engine, made.body, made.settings, speed, 1, parts=made.parts)
     found = hashlib.sha256(np.ascontiguousarray(run.angle).tobytes())
     for name in sorted(run.outputs):
         found.update(name.encode() + np.ascontiguousarray(run.outputs[name]).tobytes())

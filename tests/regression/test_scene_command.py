@@ -91,7 +91,7 @@ def test_plan(scene, capsys):
 
 def test_run_and_verify(scene, tmp_path, capsys):
     output = tmp_path / "kept.h5"
-    result = run_json(capsys, "run", scene(), "--verify", "--output", str(output))
+    result = run_json(capsys, "plan", scene(), "--run", "--verify", "--output", str(output))
     datasets, attributes = read_result(output)
     assert result["result"] == str(output) and not result["interrupted"]
     assert attributes["crank"] == "torsional"
@@ -112,7 +112,7 @@ def test_run_and_verify(scene, tmp_path, capsys):
 
 def test_every_level(scene, tmp_path, capsys):
     output = tmp_path / "ladder.h5"
-    result = run_json(capsys, "run", scene(), "--all-levels", "--output", str(output))
+    result = run_json(capsys, "plan", scene(), "--run", "--all-levels", "--output", str(output))
     found = [(level["crank"], level["bearings"]) for level in result["levels"]]
     assert found == [("torsional", "held"), ("beam", "roller"), ("solid", "linear"), ("solid", "roller")]
     differences = [level["difference"]["pulley.torsion"] for level in result["levels"]]
@@ -125,7 +125,7 @@ def test_every_level(scene, tmp_path, capsys):
 def test_a_run_up_keeps_a_run_per_speed(scene, tmp_path, capsys):
     tables = "[run_up]\nfrom = 1500\nto = 2000\npoints = 3\n"
     output = tmp_path / "up.h5"
-    result = run_json(capsys, "run", scene(tables, speeds_rpm=None), "--output", str(output))
+    result = run_json(capsys, "plan", scene(tables, speeds_rpm=None), "--run", "--output", str(output))
     torsion = result["outputs"]["pulley.torsion"]
     assert [row[0] for row in torsion["by_speed"]] == [1500.0, 1750.0, 2000.0]
     assert torsion["amplitude"] == max(row[2] for row in torsion["by_speed"])

@@ -42,7 +42,7 @@ The result file holds every finished speed; repeating the command runs only the 
 """
 PER_RPM = 30.0 / math.pi
 """rev/min of 1 rad/s."""
-WAYS = {"steady": "steady", "ramp": "ramp_rpm_per_s"}
+WAYS = {"method": "method", "ramp": "ramp_rpm_per_s"}
 """Options that choose another way than steady cycles in time, and what the parser calls them."""
 SETTLE = 1.0e-4
 """What may be left of settling at a speed, unless another is asked for."""
