@@ -77,7 +77,7 @@ def cases(quick: bool) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def case_digest(engine_name: str, choices: dict[str, Any]) -> str:
-    """Digest of every output at every step of a cycle at 2000 rev/min, or at the engine's best speed if that is less."""
+    """Digest of every output at every step of a cycle at 2000 rev/min, or at a lower best speed of the engine."""
     engine_name, _, added = engine_name.partition(" + ")
     made = assemble(load_engine(engine_name), Settings(**choices), say=SAY)
     if added == DISCS:
