@@ -55,10 +55,15 @@ def on_page_content(text: str, **_: Any) -> str:
 def library() -> str:
     """What ``import cranktrain as ct`` offers, from its docstrings."""
     import cranktrain as ct
+    from cranktrain.studies.requests.fields import Question
 
     things = {name: getattr(ct, name) for name in sorted(ct.__all__) if name != "__version__"}
+    questions = {thing for thing in things.values() if isinstance(thing, type) and issubclass(thing, Question)}
+    things = {name: thing for name, thing in things.items() if thing not in questions}
     sections = [
-        _verb(name, thing) if hasattr(thing, "verb") else f"::: {thing.__module__}.{thing.__qualname__}\n"
+        _verb(name, thing, thing.verb.ask in questions)
+        if hasattr(thing, "verb")
+        else f"::: {thing.__module__}.{thing.__qualname__}\n"
         for name, thing in things.items()
     ]
     sections += [f"::: {place}\n" for place in BEHIND_THE_FACE]
@@ -70,8 +75,8 @@ def library() -> str:
     return head + "\n".join(sections)
 
 
-def _verb(name: str, function: Any) -> str:
-    """Description of a verb's function with its keywords: types, and their meaning."""
+def _verb(name: str, function: Any, is_public: bool) -> str:
+    """Description of a verb's function with its keywords, types and meaning; and of its question, if it is public."""
     known = function.verb
     doc = (function.__doc__ or "").partition("\nParameters\n")
     meanings = dict(line.split(" : ", 1) for line in doc[2].splitlines() if " : " in line)
@@ -80,7 +85,10 @@ def _verb(name: str, function: Any) -> str:
     rows = [f"* `{key}` ({html.escape(kind)}) – {html.escape(meanings[key])}" for key, kind in kinds.items()]
     text = "\n\n".join(" ".join(part.split()) for part in doc[0].strip().split("\n\n"))
     returned = inspect.signature(function).return_annotation
-    return f"## {name}\n\n{html.escape(text)}\n\nReturns `{returned}`.\n\n" + "\n".join(rows) + "\n"
+    subject = known.subject.name if known.subject is not None else ""
+    value = f" As a value that can be kept, replaced and sent: `ct.{known.ask.__name__}(…).answer({subject})`."
+    asked = f"Returns `{returned}`.{value if is_public else ''}"
+    return f"## {name}\n\n{html.escape(text)}\n\n{asked}\n\n" + "\n".join(rows) + "\n"
 
 
 def fmu_variables() -> str:
