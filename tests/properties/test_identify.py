@@ -123,7 +123,7 @@ def test_values_are_found_again_from_a_higher_level_and_written_with_their_inter
 
 def test_a_linear_fit_is_widened_by_what_harmonic_balance_would_move(four, truth, tmp_path):
     write_orders(tmp_path / "orders.csv", truth[2])
-    report = quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear")
+    report = quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), method="linear")
     row = next(row for row in report["parameters"] if row["key"] == "load")
     assert row["low"] <= TRUE["load"] <= row["high"]
     assert abs(row["next_level_percent"]) > 0.1
@@ -133,7 +133,7 @@ def test_zero_and_scale_of_an_encoder_are_found(four, truth, tmp_path):
     turned = [0.98 * np.exp(1j * order * math.radians(2.0)) * v for order, v in zip(ORDERS, truth[3], strict=True)]
     write_orders(tmp_path / "orders.csv", turned)
     text = '[parameters]\n"zero.pulley" = {}\n"scale.pulley" = {}\n"pulley.polar_inertia" = {}\n' + ORDERS_OF_PULLEY
-    report = quick(four, measured(tmp_path, f"load = 0.95\n{text}"), level="linear")
+    report = quick(four, measured(tmp_path, f"load = 0.95\n{text}"), method="linear")
     found = {row["key"]: row["value"] for row in report["parameters"]}
     assert found["zero.pulley"] == pytest.approx(2.0, abs=0.2)
 
@@ -354,7 +354,7 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
         text += '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n'
         text += '[derived]\n"flywheel.mass" = { formula = "pulley.mass" }\n'
     with pytest.raises(InputError, match=message) as error:
-        quick(four, measured(tmp_path, text), out=tmp_path / "new.toml")
+        quick(four, measured(tmp_path, text), output=tmp_path / "new.toml")
     assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
 
 
@@ -382,7 +382,7 @@ def test_a_value_without_a_place_in_the_engine_file_is_refused_before_the_search
     )
     monkeypatch.setattr(f"{identify.__module__}.climb", None)  # a search would fail
     with pytest.raises(InputError, match=r"damping.torsional_ratios: is not written as torsional_ratios = "):
-        quick(own, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear", out=tmp_path / "new.toml")
+        quick(own, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), method="linear", output=tmp_path / "new.toml")
 
 
 def test_peak_to_peak_amplitudes_are_doubted_in_a_sentence(four, truth, tmp_path, capsys):
@@ -394,7 +394,7 @@ def test_peak_to_peak_amplitudes_are_doubted_in_a_sentence(four, truth, tmp_path
         (1.5, rf"load lies at its upper bound, 1\.5: the data want more, .*; widen the bound; {hint}"),
     ):
         text = f"[parameters]\nload = {{ low = 0.5, high = {high} }}\n{ORDERS_OF_PULLEY}orders = [4, 6]\n"
-        (line,) = quick(four, measured(tmp_path, text), level="linear")["doubts"]
+        (line,) = quick(four, measured(tmp_path, text), method="linear")["doubts"]
         assert re.search(said, line)
     options = ["--method", "linear", "--above", "none", "--no-profile", "--bootstrap", "0"]
     assert main(["identify", str(four), str(tmp_path / "measured.toml"), *options]) == 0
@@ -422,14 +422,14 @@ def test_a_parameter_that_nothing_depends_on_is_refused(four, truth, tmp_path):
         match=r"torsional_ratios\[2\]': nothing in the data depends on it; from 0.02 to 0.04 .*leave it out, or add a "
         r"free decay of mode 2, known to 5 % \(\[\[decay\]\] number = 2\), which would tell it to ±9",
     ):
-        quick(four, measured(tmp_path, text), level="linear")
+        quick(four, measured(tmp_path, text), method="linear")
 
 
 def test_sets_that_contradict_are_refused_with_what_each_wants(four, truth, tmp_path):
     write_orders(tmp_path / "orders.csv", truth[3])
     text = PARAMETERS + ORDERS_OF_PULLEY + "[[decay]]\ndamping_ratio = 0.08\ndeviation = 0.02\n"
     with pytest.raises(InputError, match=r"'pulley' and 'decay 1' contradict each other: chi-square \d+ for 1 .*wants"):
-        quick(four, measured(tmp_path, text), level="linear")
+        quick(four, measured(tmp_path, text), method="linear")
 
 
 def test_data_of_another_engine_are_refused(four, truth, tmp_path):
@@ -437,7 +437,7 @@ def test_data_of_another_engine_are_refused(four, truth, tmp_path):
     turned = [np.conj(one[::-1]) for one in truth[3]]
     write_orders(tmp_path / "orders.csv", turned)
     with pytest.raises(InputError, match=r"is not the engine's|explain .* of its squared amplitudes"):
-        quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear")
+        quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), method="linear")
 
 
 def test_an_existing_file_is_kept_and_the_command_exits_with_2(four, truth, tmp_path, capsys):
@@ -490,7 +490,7 @@ def test_a_peak_that_no_values_within_the_bounds_give_is_refused_with_its_freque
     write_orders(tmp_path / "orders.csv", [one[keep] for one in truth[3]], speeds=speeds[keep])
     text = '[parameters]\nload = {}\n"pulley.polar_inertia" = { low = "-5 %", high = "+5 %" }\n' + ORDERS_OF_PULLEY
     with pytest.raises(InputError, match=r"the peak of order \d at \d+ rev/min, \d+\.\d Hz, is not the engine's: with"):
-        quick(four, measured(tmp_path, text), level="linear")
+        quick(four, measured(tmp_path, text), method="linear")
 
 
 def test_an_interrupt_in_a_higher_level_keeps_what_the_linear_one_found(four, truth, tmp_path, monkeypatch, capsys):

@@ -237,10 +237,10 @@ def test_the_next_crank_is_the_lowest_above_that_bends(ask, crank):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"above": "beam", "level": "time", "crank": "beam"}, "'beam' is no crank level above 'beam' that bends"),
+        ({"above": "beam", "method": "time", "crank": "beam"}, "'beam' is no crank level above 'beam' that bends"),
         ({"above": "rigid"}, "'rigid' is no crank level above 'torsional' that bends"),
         ({"above": "bream"}, "did you mean 'beam'"),
-        ({"level": "time", "crank": "beam"}, "crank level 'beam' bends and has 'damping.ratio' for all its modes"),
+        ({"method": "time", "crank": "beam"}, "crank level 'beam' bends and has 'damping.ratio' for all its modes"),
     ],
 )
 def test_cranks_above_that_are_none_and_ratios_of_a_crank_that_bends_are_refused(tmp_path, options, text):

@@ -79,7 +79,7 @@ def test_the_torque_of_a_shaft_knows_its_stiffness_and_damping(four, tmp_path):
         "".join(["[parameters]\n", *(f'"{key}" = {{}}\n' for key in keys)])
         + f'[[torque]]\nfile = "torque.csv"\nshaft = "{SHAFT}"\n'
     )
-    found, report = identified(four, tmp_path / "measured.toml", text, level="linear")
+    found, report = identified(four, tmp_path / "measured.toml", text, method="linear")
     for key, true in zip(keys, own * [1.2, 0.95], strict=True):
         si = found[key]["value"] / true
         assert abs(math.log(si)) < 0.03 * found[key]["deviation_percent"] and si == pytest.approx(1.0, abs=0.05), key
@@ -94,7 +94,7 @@ def test_runs_in_time_correct_what_harmonic_balance_found(four, tmp_path):
         values = model.in_time(own * 0.9, "torsional", 1e-3)
     write_orders(tmp_path / "orders.csv", data, values, "deg", 180.0 / math.pi)
     text = '[parameters]\nload = { low = 0.7, high = 1.2 }\n[[orders]]\nfile = "orders.csv"\n'
-    found, report = identified(four, tmp_path / "measured.toml", text, level="time", crank="torsional")
+    found, report = identified(four, tmp_path / "measured.toml", text, method="time", crank="torsional")
     assert [step["level"] for step in report["levels"]] == ["linear", "harmonic-balance", "time"]
     assert report["levels"][1]["values"]["load"] == pytest.approx(0.9, rel=0.01)
     assert found["load"]["value"] == pytest.approx(0.9, rel=2e-3)

@@ -134,7 +134,7 @@ def test_a_wrong_unit_of_the_file_is_the_reason_that_is_named(tmp_path, monkeypa
     """Numbers in mm under a tag of inches: mains of 60 × 25.4 mm; another size stated by the user is right at once."""
     monkeypatch.chdir(tmp_path)
     step("four.step", other={"web": "ellipse"}, tagged=True)
-    assert main(["new", "four", "--step", "four.step", "--bore-mm", "82.5"]) == 2
+    assert main(["new", "four", "--cad", "four.step", "--bore-mm", "82.5"]) == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
     assert "main journals of 1524 mm for a bore of 82.5 mm (60 in the file, which states inches)" in said
     assert said.endswith("--cad-unit mm") and not list(Path().glob("four*.toml"))
@@ -201,14 +201,14 @@ def test_what_the_file_leaves_open_is_stated_by_options(tmp_path, monkeypatch, c
     assert main(["new", "one", *sizes]) == 2
     assert "--stroke-mm missing" in capsys.readouterr().err
     assert main(["new", "one", *sizes, "--stroke-mm", "80", "--mains", "5"]) == 2
-    assert "--mains needs --step FILE" in capsys.readouterr().err
+    assert "--mains needs --cad FILE" in capsys.readouterr().err
 
 
 def test_from_a_step_file_to_a_mesh_that_its_engine_takes(tmp_path, monkeypatch, capsys):
     """Volume of the mesh is the solid's, each surface lies where the engine file has it, and no file is overwritten."""
     monkeypatch.chdir(tmp_path)
     step("crank ü.step", other={"holes": True, "split": True}, turn=(0.3, 1.0, 0.2, 50.0))
-    assert main(["new", "four", "--step", "crank ü.step", "--bore-mm", "82", "--json"]) == 0
+    assert main(["new", "four", "--cad", "crank ü.step", "--bore-mm", "82", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["layout"] == "i4" and Path(found["picture"]).read_bytes()[:4] == b"\x89PNG"
     engine = load_engine("four.toml")
@@ -219,7 +219,7 @@ def test_from_a_step_file_to_a_mesh_that_its_engine_takes(tmp_path, monkeypatch,
     volume = np.abs(np.linalg.det((x[:, 1:] - x[:, :1]).transpose(2, 0, 1))).sum() / 6.0
     assert 1e6 * volume == pytest.approx(found["volume_cm3"], rel=0.02)
     assert (engine.crankshaft.main_diameter, engine.main_bearing.diameter) == pytest.approx((0.06, 0.06))
-    assert main(["new", "four", "--step", "crank ü.step"]) == 2
+    assert main(["new", "four", "--cad", "crank ü.step"]) == 2
     assert "four.toml: exists; give --force" in capsys.readouterr().err
 
 
@@ -231,7 +231,7 @@ def test_the_six_from_step_has_the_frequencies_of_the_parametric_one(tmp_path, m
     """
     monkeypatch.chdir(tmp_path)
     step("six.step", engine="diesel_i6", inch=True, **TURNED)
-    assert main(["new", "six", "--step", "six.step", "--bore-mm", "105", "--mesh-size-mm", "18"]) == 0
+    assert main(["new", "six", "--cad", "six.step", "--bore-mm", "105", "--mesh-size-mm", "18"]) == 0
     found = []
     for engine, mesh in (("diesel_i6", None), ("six.toml", None), ("six.toml", "six_crank.msh")):
         model = reduction_task(load_engine(engine), mesh).model(lambda stage: None)

@@ -12,6 +12,7 @@ from public_names import parsers_of
 
 import cranktrain
 import cranktrain as ct
+from cranktrain.cli.functions import verb_of
 from cranktrain.cli.main import _parser, _verb
 from cranktrain.cli.verbs import VERBS
 
@@ -250,4 +251,5 @@ def test_every_public_name_has_an_example_that_runs():
             "".join(one["source"]) for one in json.loads(path.read_text("utf-8"))["cells"] if one["cell_type"] == "code"
         ]
     used = set(re.findall(r"\bct\.(\w+)", "\n".join(code)))
-    assert set(ct.__all__) - {"__version__"} <= used
+    questions = {verb_of(thing).ask.__name__ for name in used if hasattr(thing := getattr(ct, name), "verb")}
+    assert set(ct.__all__) - {"__version__"} <= used | questions
