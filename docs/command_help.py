@@ -17,7 +17,7 @@ def page() -> str:
     sections = [f"## cranktrain {name}\n\n{of_parser(parser)}" for name, parser in verbs()]
     head = "# Command line\n\nEach section is the verb's own `--help`. `cranktrain --help` lists the verbs:\n\n"
     names = "".join(
-        f"| [{name}](#cranktrain-{name.replace(" ", "-")}) | {_cell(_first(parser))} |\n" for name, parser in verbs()
+        f"| [{name}](#cranktrain-{'-'.join(name.split())}) | {_cell(_first(parser))} |\n" for name, parser in verbs()
     )  # fmt: skip
     return f"{head}| verb | |\n| --- | --- |\n{names}\n" + "\n".join(sections)
 

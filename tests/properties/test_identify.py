@@ -257,12 +257,12 @@ def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
     }
     asked = []
     monkeypatch.setattr(
-        "cranktrain_lab.cli.calibrate.searched",
-        lambda engine, ask: asked.append(ask) or VerbResult.of(given, "calibrate"),
+        "cranktrain_lab.cli.targets.calibrated",
+        lambda engine, targets, output, seed, evaluations: asked.append((targets, seed)) or VerbResult.of(given, "x"),
     )
     text = '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n[parameters]\n'
     report = ct.identify("diesel_i6", measured(tmp_path, text + '"flywheel.mass" = { low = 1, high = 2 }\n'), seed=5)
-    assert asked[0].seed == 5 and asked[0].targets.endswith("measured.toml")
+    assert asked[0][1] == 5 and str(asked[0][0]).endswith("measured.toml")
     (line,) = report["told_apart"]
     assert "a.b and c.d cannot be told apart" in line.replace("c.d and a.b", "a.b and c.d")
     # ln 4 over √12 along the sum, which no frequency knows: 40 % for both.
