@@ -11,9 +11,9 @@ from cranktrain.cli.main import main
 
 GIVEN = ("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "0.6")
 MACHINE = ("--diameter-mm", "80", "--width-mm", "40", "--clearance-um", "40", "--viscosity", "0.01", "--speed", "2000")
-LOADED = ("bearing", *MACHINE, "--load-n", "5000")
+LOADED = ("bearing", "plain", *MACHINE, "--load-n", "5000")
 OIL = ("--inlet-temperature-c", "80", "--oil-viscosity-40", "100", "--oil-viscosity-100", "11")
-WARM = ("bearing", *MACHINE[:6], *MACHINE[8:], "--load-n", "5000", *OIL)
+WARM = ("bearing", "plain", *MACHINE[:6], *MACHINE[8:], "--load-n", "5000", *OIL)
 
 
 def run(capsys, *arguments):
@@ -40,7 +40,7 @@ def test_the_load_that_belongs_to_an_eccentricity_returns_it(capsys):
     given = run(capsys, *GIVEN)
     omega, psi = 2000.0 * math.pi / 30.0, 1e-3
     load = given["sommerfeld"] * 0.04 * 0.08 * 0.01 * omega / psi**2
-    back = run(capsys, "bearing", *MACHINE, "--load-n", repr(load), "--grid", "96", "16")
+    back = run(capsys, "bearing", "plain", *MACHINE, "--load-n", repr(load), "--grid", "96", "16")
     assert list(back) == [
         "eccentricity", "attitude_deg", "min_film_um", "stiffness", "damping", "whirl_threshold", "flow",
         "friction_torque", "p_max", "seconds",
@@ -116,8 +116,8 @@ def test_a_film_that_conserves_oil_is_that_of_reynolds_rupture_where_it_is_fed(c
 
 @pytest.mark.parametrize("load", ["100", "5000", "100000"])
 def test_equilibrium_of_a_film_that_conserves_oil(capsys, load):
-    one = run(capsys, "bearing", *MACHINE, "--load-n", load)
-    other = run(capsys, "bearing", *MACHINE, "--load-n", load, "--cavitation", "mass-conserving")
+    one = run(capsys, "bearing", "plain", *MACHINE, "--load-n", load)
+    other = run(capsys, "bearing", "plain", *MACHINE, "--load-n", load, "--cavitation", "mass-conserving")
     assert list(other) == list(one)
     for key in ("eccentricity", "min_film_um", "flow", "friction_torque", "p_max"):
         assert other[key] == pytest.approx(one[key], rel=5e-3), key
@@ -125,9 +125,18 @@ def test_equilibrium_of_a_film_that_conserves_oil(capsys, load):
     for key in ("stiffness", "damping"):
         np.testing.assert_allclose(other[key], one[key], atol=0.02 * np.abs(one[key]).max())
     # A groove in a narrow place feeds less than the wide gap behind it holds: less oil leaves at the ends.
-    grooved = run(capsys, "bearing", *MACHINE, "--load-n", load, "--grooves", "two-axial")
+    grooved = run(capsys, "bearing", "plain", *MACHINE, "--load-n", load, "--grooves", "two-axial")
     starved = run(
-        capsys, "bearing", *MACHINE, "--load-n", load, "--grooves", "two-axial", "--cavitation", "mass-conserving"
+        capsys,
+        "bearing",
+        "plain",
+        *MACHINE,
+        "--load-n",
+        load,
+        "--grooves",
+        "two-axial",
+        "--cavitation",
+        "mass-conserving",
     )
     assert starved["flow"] < (1.001 if load == "100" else 0.95) * grooved["flow"]
     assert starved["eccentricity"] == pytest.approx(grooved["eccentricity"], rel=5e-3)
@@ -139,7 +148,7 @@ def test_several_speeds_give_a_stribeck_curve(capsys):
         "--roughness-um", "0.8", "--asperity-density", "3000", "--asperity-radius-um", "20", "--contact-modulus-gpa",
         "60", "--hardness-mpa", "200", "--boundary-friction", "0.12", "--grid", "96", "12",
     )  # fmt: skip
-    given = ("bearing", *MACHINE[:8], "--load-n", "20000", *rough, "--speed")
+    given = ("bearing", "plain", *MACHINE[:8], "--load-n", "20000", *rough, "--speed")
     curve = run(capsys, *given, "0.1", "50", "300", "3000")["curve"]
     assert [found["speed_rpm"] for found in curve] == [0.1, 50.0, 300.0, 3000.0]
     friction = [found["friction_coefficient"] for found in curve]
@@ -197,11 +206,11 @@ def test_whirl_of_full_and_of_heavily_loaded_films(capsys):
 
 
 def test_without_load_there_is_no_attitude(capsys):
-    centred = run(capsys, "bearing", "--length-ratio", "0.5", "--eccentricity", "0")
+    centred = run(capsys, "bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "0")
     assert centred["sommerfeld"] == 0.0
     assert centred["attitude_deg"] is None
     assert centred["friction"] is None
-    squeezed = run(capsys, "bearing", "--length-ratio", "0.5", "--eccentricity", "0", "--squeeze-only")
+    squeezed = run(capsys, "bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "0", "--squeeze-only")
     assert squeezed["sommerfeld"] > 0.0
     assert squeezed["attitude_deg"] == pytest.approx(0.0, abs=1e-6)
 
@@ -239,14 +248,14 @@ def test_help_states_the_norms(capsys):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("bearing",), "needs --eccentricity"),
+        (("bearing", "plain"), "needs --eccentricity"),
         (("bearing", "plain", "--eccentricity", "0.5"), "also needs --length-ratio"),
         (("bearing", "plain", "--load-n", "5"), "also needs --diameter-mm"),
         (("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "1"), "surfaces touch"),
         (("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "-0.1"), "not within 0 to 1"),
         (("bearing", "plain", "--length-ratio", "0", "--eccentricity", "0.5"), "length ratio 0"),
-        ((*GIVEN, "--load-n", "100"), "--load does not go with --eccentricity"),
-        ((*LOADED, "--tilt", "0", "0.1"), "--tilt does not go with --load"),
+        ((*GIVEN, "--load-n", "100"), "--load-n does not go with --eccentricity"),
+        ((*LOADED, "--tilt", "0", "0.1"), "--tilt does not go with --load-n"),
         ((*GIVEN, "--tilt", "0.5", "0"), r"edge touch .* less than 0\.4 is possible"),
         ((*GIVEN, "--cavitation", "raynolds"), "did you mean 'reynolds'"),
         ((*GIVEN, "--supply", "widest"), "did you mean 'widest-gap'"),

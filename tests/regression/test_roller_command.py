@@ -92,7 +92,7 @@ def test_ring(capsys, monkeypatch, tmp_path):
 
 def test_mains_of_an_engine(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
-    result = run(capsys, "roller", "--engine", "diesel_v8", "--load-n", "40000")
+    result = run(capsys, "bearing", "roller", "--engine", "diesel_v8", "--load-n", "40000")
     rollers = load_engine("diesel_v8").main_roller
     assert [entry["main"] for entry in result["mains"]] == list(range(1, len(rollers.rollers) + 1))
     for entry, stiffness in zip(result["mains"], rollers.stiffness, strict=True):
@@ -104,7 +104,7 @@ def test_mains_of_an_engine(capsys, monkeypatch, tmp_path):
         "--roller-diameter-mm", 1e3 * rollers.roller_diameter[0], "--pitch-mm", 1e3 * rollers.pitch_diameter[0],
         "--clearance-um", 1e6 * rollers.clearance[0], "--profile", rollers.profile[0], "--law", rollers.law,
     )  # fmt: skip
-    alone = run(capsys, "roller", *map(str, own), "--load-n", "40000")
+    alone = run(capsys, "bearing", "roller", *map(str, own), "--load-n", "40000")
     for key in ALWAYS:
         assert alone[key] == pytest.approx(result["mains"][0][key], rel=1e-9)
 
@@ -129,8 +129,8 @@ def test_table_for_people(capsys):
 WRONG = [
     ((*GIVEN, "--load-n", "5000", "--clearance-um", "500"), "--clearance-um: clearance of 500 um is larger than the"),
     ((*GIVEN, "--load-n", "5000", "--clearance-um", "nan"), "--clearance-um is not a finite number"),
-    ((*GIVEN, "--load-n", "-5"), "--load -5 is not within"),
-    ((*GIVEN, "--load-n", "inf"), "--load inf is not within"),
+    ((*GIVEN, "--load-n", "-5"), "--load-n -5 is not within"),
+    ((*GIVEN, "--load-n", "inf"), "--load-n inf is not within"),
     ((*GIVEN, "--load-n", "5", "--law", "palmgrem"), "--law 'palmgrem' does not exist; did you mean 'palmgren'?"),
     ((*GIVEN, "--load-n", "5", "--position", "betwen"), "did you mean 'between'?"),
     ((*GIVEN, "--load-n", "5", "--profile", "iso16281"), "--profile iso16281 needs --roller-diameter-mm"),

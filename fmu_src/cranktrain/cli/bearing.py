@@ -222,7 +222,7 @@ def bearing(ask: PlainBearing) -> VerbResult:
         raise InputError(
             "bearing needs --eccentricity (with --length-ratio) or --load-n (with the bearing's dimensions)"
         )
-    what = "load" if form == "load" else "eccentricity"
+    what = "load-n" if form == "load" else "eccentricity"
     if foreign := _given_of(ask, FOREIGN[form]):
         raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}; leave one out")
     needed = NEEDED[form]

@@ -140,7 +140,7 @@ def _running(ask: Roller, speed_rpm: float) -> VerbResult:
     from cranktrain.studies.roller_stand_ins import running_rollers, with_stand_ins
 
     if ask.engine is None:
-        raise InputError("--speed runs an engine; name it by --engine, or give --load instead of --speed")
+        raise InputError("--speed runs an engine; name it by --engine, or give --load-n instead of --speed")
     for name in (*OF_ENGINE, "load_n", "law", "profile"):
         if getattr(ask, name) is not None:
             raise InputError(
