@@ -143,9 +143,7 @@ def _running(ask: Roller, speed_rpm: float) -> VerbResult:
         raise InputError("--speed runs an engine; name it by --engine, or give --load-n instead of --speed")
     for name in (*OF_ENGINE, "load_n", "law", "profile"):
         if getattr(ask, name) is not None:
-            raise InputError(
-                f"--{name.removesuffix('_n').replace('_', '-')}: the engine gives it; leave it or --speed out"
-            )
+            raise InputError(f"--{name.replace('_', '-')}: the engine gives it; leave it or --speed out")
     new = None if ask.output is None else new_path(Path(ask.output))
     engine = load_engine(ask.engine)
     report = running_rollers(engine, speed_rpm, say=lambda stage: say(f"cranktrain: {stage}"))
