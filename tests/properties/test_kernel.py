@@ -1,15 +1,19 @@
 """Compiled kernels: kept where the user's cache is, found again, never stale, never needed."""
 
 import inspect
+import io
 import os
 import shutil
 import subprocess
 import sys
+import tokenize
 from pathlib import Path
 
 import pytest
+from some import some
 
 import cranktrain
+from cranktrain.core import sources
 from cranktrain.core.machine_code import OFF
 from cranktrain.core.sources import rests_on
 from cranktrain_lab.stability import oil_whirl
@@ -148,3 +152,38 @@ def test_kept_maps_and_points_rest_on_all_that_their_modules_import():
     assert not {"draw.py", "cold_start.py", "kept_maps.py"} & maps
     points = {path.name for path in rests_on(Path(inspect.getfile(measure)), deferred=True)}
     assert {"measure.py", "case.py", "coupled.py", "other_method.py", "beam.py"} <= points
+
+
+def _tokens(content):
+    """Tokens of a source by type and text, without comments, layout and docstrings."""
+    layout = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING, tokenize.ENDMARKER}
+    found, line = [], []
+    for one in tokenize.tokenize(io.BytesIO(content).readline):
+        if one.type != tokenize.NEWLINE:
+            line += [] if one.type in layout else [(one.type, one.string)]
+        else:
+            found += [] if len(line) == 1 and line[0][1].startswith('"""') else line
+            line = []
+    return found + line
+
+
+def test_the_digest_of_sources_counts_all_code_and_no_text():
+    """Every token of every source; what goes is docstrings, comment lines and empty lines."""
+    files = [path for name in ("cranktrain", "cranktrain_lab") for path in (sources.ROOT.parent / name).rglob("*.py")]
+    for path in some(files):
+        assert _tokens(sources.code_of(path)) == _tokens(path.read_bytes()), path
+
+
+def test_a_digest_changes_with_code_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "ROOT", tmp_path)
+
+    def digest(text):
+        sources.code_of.cache_clear()
+        (tmp_path / "law.py").write_text(text)
+        return sources.digest_of([tmp_path / "law.py"])
+
+    text = '"""A law."""\n\n# Why.\ndef force(x):\n    """Force."""\n    return """F = """ + x\n'
+    own = digest(text)
+    assert digest(text.replace("A law.", "A force law,\nin words.").replace("# Why.\n", "")) == own
+    assert digest(text.replace("F = ", "F: ")) != own
+    assert digest(text.replace("+ x", "+ x  # a remark in a line of code counts")) != own

@@ -22,7 +22,7 @@ import numpy as np
 
 from cranktrain.core.cache import cache_folder, private_folder
 from cranktrain.core.records import record_image
-from cranktrain.core.sources import ROOT, edited_meanwhile
+from cranktrain.core.sources import ROOT, digest_of, edited_meanwhile
 
 LIBRARIES = ROOT / "fmu" / "native" / "lib"
 """Folder of the libraries that come with the package, with one subfolder per platform."""
@@ -306,11 +306,7 @@ def code_digest(kind: str) -> str:
     seal = LIBRARIES / SEAL
     if seal.is_file():
         return dict(line.split() for line in seal.read_text(encoding="utf-8").splitlines()).get(kind, "")
-    digest = hashlib.sha256()
-    for path in sorted(_sources(kind)):
-        content = path.read_bytes()
-        digest.update(f"{path.relative_to(ROOT).as_posix()}\0{len(content)}\0".encode() + content)
-    return digest.hexdigest()[:16]
+    return digest_of(_sources(kind))
 
 
 def _sources(kind: str) -> list[Path]:

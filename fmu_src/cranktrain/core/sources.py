@@ -22,6 +22,9 @@ UNFELT = frozenset(
 )
 """Sources that define where compiled kernels are stored and how Python calls kernels; kernels' code ignores them."""
 _BEGAN, _COUNTED = time.time(), time.monotonic()
+_QUOTES = 3 * b'"'
+_IDLE = re.compile(rb"\n[ \t]*(?:#[^\n]*)?(?=\n)")
+"""Comment lines and empty lines."""
 _IMPORT = re.compile(rf"(?m)^([ \t]*)(?:from ({PACKAGE}[\w.]*) import (\([^)]*\)|.*)|import ({PACKAGE}[\w.]*))")
 
 
@@ -33,12 +36,36 @@ def source_digest(file: str | Path, deferred: bool = False) -> str:
     file : the module's file, in the package or outside
     deferred : True to follow imports inside functions as well, which do not affect kernels
     """
+    return digest_of(rests_on(Path(file), deferred))
+
+
+def digest_of(files: Iterable[Path]) -> str:
+    """Digest (16 hexadecimal digits) of the code in source files; docstrings and comment lines do not count."""
     digest = sha256()
-    for path in sorted(rests_on(Path(file), deferred)):
-        content = path.read_bytes()
+    for path in sorted(files):
+        content = code_of(path)
         name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
         digest.update(f"{name}\0{len(content)}\0".encode() + content)
     return digest.hexdigest()[:16]
+
+
+@cache
+def code_of(path: Path) -> bytes:
+    """A source of the package without docstrings, comment lines and empty lines; other sources as they are.
+
+    A test holds the tokens of what is left against those of all sources; a source of a user may have quotes anywhere.
+    """
+    content = path.read_bytes()
+    if not str(path).startswith(str(ROOT.resolve())):
+        return content
+    first, *rest = content.split(_QUOTES)
+    parts = [first]  # code and texts by turns
+    for text, code in zip(rest[::2], rest[1::2], strict=True):
+        if parts[-1].rpartition(b"\n")[2].strip() or code.partition(b"\n")[0].strip():
+            parts += [text, code]
+        else:
+            parts[-1] += code
+    return _QUOTES.join(part if k % 2 else _IDLE.sub(b"", part) for k, part in enumerate(parts))
 
 
 def edited_meanwhile(files: Iterable[Path]) -> bool:
