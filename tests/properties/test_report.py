@@ -59,7 +59,7 @@ def resonance(names=(TORSION,), zeta=0.05, engine="diesel_i6"):
     return RunUp(
         speeds=speeds, orders=orders, amplitudes={name: scale[name] * response for name in names}, extremes=extremes,
         cycles=none, repeats=none, left=0.0 * speeds,
-        attributes={"engine": engine, "crank": "torsional", "method": "linear"},
+        attributes={"engine": engine, "crank": "torsional", "steady": "linear"},
     )  # fmt: skip
 
 

@@ -86,7 +86,7 @@ def check_far_end(engine: Engine) -> None:
     if line is not None and DYNAMOMETER not in (*line.starts, *line.ends):
         raise InputError(
             f"drive line of engine '{engine.name}' ends freely; a run in time needs a shaft to '{DYNAMOMETER}', which "
-            "holds its speed or carries its load; add a soft one, or take --steady harmonic-balance"
+            "holds its speed or carries its load; add a soft one, or take --method harmonic-balance"
         )
 
 

@@ -146,7 +146,7 @@ def line_connections(line: DriveLineChain) -> tuple[ConnectionTable, ...]:
                 raise InputError(
                     f"drive line: shaft {number} has stiffness over torque or friction, and its end '{end}' is no disc "
                     "that turns as the crank does; in time place it between flywheel and such discs, before gears and "
-                    "the dynamometer, or take --steady"
+                    "the dynamometer, or take --method"
                 )
         twists = torques = ()
         if shaft.torques:
