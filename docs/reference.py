@@ -23,7 +23,7 @@ VIEWS = "cranktrain.results.views"
 BEHIND_THE_FACE = (
     "cranktrain.results.run.Run", f"{VIEWS}.series.Series", f"{VIEWS}.time_series.TimeSeries",
     f"{VIEWS}.over_speed.OrdersOverSpeed", f"{VIEWS}.over_speed.Campbell", f"{VIEWS}.found.VerbResult",
-    f"{VIEWS}.found.Frequencies",
+    f"{VIEWS}.frequencies.Frequencies",
 )  # fmt: skip
 """What functions of the library take and return besides its own names."""
 LINK = re.compile(r"\]\((?!https?:|#)([^)]+)\)")

@@ -20,7 +20,7 @@ from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
-from cranktrain.results.views.found import Frequencies
+from cranktrain.results.views.frequencies import Frequencies
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import Option
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import between
-from cranktrain.dynamics.load_torque import LoadValues
 from cranktrain.dynamics.model.settings import FILM_TEMPERATURES, TEMPERATURES
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table, settles_films
@@ -17,9 +16,14 @@ from cranktrain.engine.levels import BLOCKS, CRANKS, ENCODERS, PISTONS, describe
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, Law, bearing_levels
-from cranktrain.loads.given_pressure import Pressures as PressureValues
 from cranktrain.structure.fem.own_mesh import UNITS
 from cranktrain.studies.requests.fields import Given, Option, Question
+
+if TYPE_CHECKING:
+    from cranktrain.dynamics.load_torque import LoadValues
+    from cranktrain.loads.given_pressure import Pressures as PressureValues
+else:
+    LoadValues = PressureValues = object  # what scripts give is checked where it is read
 
 BALANCED = "balanced"
 """Load for which the burn balances the engine file's ``[load]``."""
