@@ -293,7 +293,7 @@ def whole_model(
     # Paths on the machine of the build are not stored in the FMU.
     engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
     flexible = flexible and engine.block is not None and engine.mounts is not None
-    bores = films and _bores()
+    bores = films and any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms)
     make, what = (make_block, "block") if flexible else (make_bores, "elastic bores")
     with made_beside(make, engine, what, say) if flexible or bores else nullcontext(lambda: None) as wait:
         say(f"{engine.name}: crankshaft")
@@ -321,11 +321,6 @@ def whole_model(
         if engine.big_end_bearing is not None:
             data["big_end_table"] = assembly.big_end_table(engine, say)
     return FlatModel(engine, **data)
-
-
-def _bores() -> bool:
-    """True if a level of plain bearings needs elastic bores."""
-    return any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms)
 
 
 def is_scene(name: str | Path) -> bool:

@@ -105,7 +105,8 @@ def to_bytes(model: FlatModel) -> bytes:
             named |= {f"{key}.{name}": getattr(films, name) for name in _ERRORS}
     bores = {key: getattr(model, key) for key in _BORES}
     named |= {f"{key}.{name}": getattr(bore, name) for key, bore in bores.items() if bore for name in _SHAPES}
-    traces = _traces(model.gas)
+    # An empty key is for a trace common to all cylinders, else it is the cylinder's number (from 1).
+    traces = {} if model.gas is None else {"": model.gas} | {str(k): own for k, own in enumerate(model.gas.own, 1)}
     named |= {f"{_GAS}{k}.{what}": getattr(trace, what) for k, trace in traces.items() for what in ("motored", "fired")}
     arrays, values, offset = [], [], 0
     for name, given in named.items():
@@ -138,11 +139,6 @@ def _about(body: ReducedBody) -> dict[str, Any]:
         "mass": float(body.mass),
         "digest": body.digest,
     }
-
-
-def _traces(gas: GasTrace | None) -> dict[str, GasTrace]:
-    """Measured traces by key: an empty key for a trace common to all cylinders, else the cylinder's number (from 1)."""
-    return {} if gas is None else {"": gas} | {str(k): own for k, own in enumerate(gas.own, 1)}
 
 
 def from_bytes(data: bytes, name: str = "model") -> FlatModel:

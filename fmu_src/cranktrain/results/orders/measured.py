@@ -106,7 +106,8 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
         return _of_curves(curves, name, kinds)
     table = read_rows(path, "file of measured orders", REMEDY, _is_column)
     columns = _columns(table, name)
-    further = _further(table)
+    names = [name.strip().lower() for name in table.names]
+    further = {key: names.index(name) for key, known in FURTHER.items() for name in known if name in names}
     outputs, wheel = (
         next((k for k, title in enumerate(table.names) if title.strip().lower() == name), None)
         for name in ("output", "wheel")
@@ -190,12 +191,6 @@ def _check_sizes(speed: float, values: Sequence[float], where: str) -> None:
                 f"{where}: its {what} at {speed / RPM:.6g} rev/min is {value:.3g} (SI), which is not one "
                 "of an engine; correct its row"
             )
-
-
-def _further(table: TextRows) -> dict[str, int]:
-    """Indices of those optional columns (phase, band) that the table has."""
-    names = [name.strip().lower() for name in table.names]
-    return {key: names.index(name) for key, known in FURTHER.items() for name in known if name in names}
 
 
 def _optional(table: TextRows, cells: list[str], column: int | None) -> float:

@@ -126,7 +126,11 @@ class RunUp:
 
     def add_to_journal(self, path: Path) -> None:
         """Append this run-up's speeds to the journal of a run-up file with the same settings; ``StoreError``."""
-        for row in self._rows():
+        s = self.speeds.size
+        parting = self.parting if self.parting.size else np.full(s, math.nan)
+        columns = [self.speeds, self.cycles, self.repeats, self.left, parting]
+        amplitudes = [values.view(np.float64).reshape(s, -1) for values in self.amplitudes.values()]
+        for row in np.hstack([np.array(columns, dtype=np.float64).T, *amplitudes, *self.extremes.values()]):
             add_row(path, self._tie, row)
 
     @property
@@ -134,14 +138,6 @@ class RunUp:
         """Text that is equal for run-ups with the same settings, orders and outputs."""
         names = [*self.amplitudes, *self.extremes]
         return repr((self.orders.tolist(), names, sorted((name, str(held)) for name, held in self.attributes.items())))
-
-    def _rows(self) -> Array:
-        """All numbers of each speed as rows (s, n) of a journal."""
-        s = self.speeds.size
-        parting = self.parting if self.parting.size else np.full(s, math.nan)
-        columns = [self.speeds, self.cycles, self.repeats, self.left, parting]
-        amplitudes = [values.view(np.float64).reshape(s, -1) for values in self.amplitudes.values()]
-        return np.hstack([np.array(columns, dtype=np.float64).T, *amplitudes, *self.extremes.values()])
 
     def _with_rows(self, rows: Sequence[Array]) -> RunUp:
         """Run-up with the speeds of a journal added; rows of another length are left out."""

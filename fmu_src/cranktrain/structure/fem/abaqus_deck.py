@@ -121,7 +121,12 @@ def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
             continue
         if card is not None:
             yield _with_input(card, inside[0])
-        card = _card(place, line)
+        keyword, *rest = line[1:].split(",")
+        parameters = {}
+        for one in rest:
+            key, _, value = one.partition("=")
+            parameters[key.strip().upper()] = value.strip().strip('"')
+        card = Card(" ".join(keyword.upper().split()), parameters, [], place)
         if card.keyword == "INCLUDE":
             yield from _included(card, inside)
             card = None
@@ -178,15 +183,6 @@ def _lines(path: Path) -> Iterator[tuple[Place, str]]:
         yield Place(path, number), line
     if begun:
         yield Place(path, start), begun
-
-
-def _card(place: Place, line: str) -> Card:
-    keyword, *rest = line[1:].split(",")
-    parameters = {}
-    for one in rest:
-        key, _, value = one.partition("=")
-        parameters[key.strip().upper()] = value.strip().strip('"')
-    return Card(" ".join(keyword.upper().split()), parameters, [], place)
 
 
 def _numbers(place: Place, texts: list[str]) -> list[int]:

@@ -99,7 +99,13 @@ def reduced_structure(
     say = progress or (lambda stage: None)
     model, interfaces, reduced = reduced_with_shapes(task, say)
     with one_thread():
-        body = _judged(model, reduced)
+        rigid = reduced.flexibility.rigid
+        quality = {
+            "dofs_full": float(model.basis.N),
+            "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
+            "static_error": static_error(reduced),
+        }
+        body = replace(reduced.body, quality=quality)
         if task.records is not None:
             body = replace(body, records=task.records(model, body))
         if checked:
@@ -152,17 +158,6 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
         if mesh_unit(mesh_file) != "m":
             content["mesh_unit"] = mesh_unit(mesh_file)
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def _judged(model: FEModel, reduced: Reduced) -> ReducedBody:
-    """Reduced body with those quality figures that need no comparison with the full model."""
-    rigid = reduced.flexibility.rigid
-    quality = {
-        "dofs_full": float(model.basis.N),
-        "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
-        "static_error": static_error(reduced),
-    }
-    return replace(reduced.body, quality=quality)
 
 
 def _with(body: ReducedBody, found: Comparison) -> ReducedBody:

@@ -74,7 +74,12 @@ class CrankOptimum(NamedTuple):
 
 def houdaille_optimum(inertia_ratio: float) -> Optimum:
     """Houdaille's optimum for two masses; ``inertia_ratio`` is ring over hub. ``InputError`` unless it is positive."""
-    mu = _checked_ratio(inertia_ratio)
+    if not _LEAST_RATIO <= inertia_ratio <= 1e3:
+        raise InputError(
+            f"inertia ratio {inertia_ratio:g} (ring over hub) is not within {_LEAST_RATIO:g} to 1000; dampers have 0.1 "
+            "to 3"
+        )
+    mu = float(inertia_ratio)
     return Optimum(mu / math.sqrt(2.0 * (1.0 + mu) * (2.0 + mu)), 1.0 + 2.0 / mu, math.sqrt(2.0 / (2.0 + mu)))
 
 
@@ -169,12 +174,3 @@ def crank_optimum(engine: Engine, body: ReducedBody, number: int = 1) -> CrankOp
     inertia = 1.0 / float(modes.hub[mode]) ** 2
     hz = float(modes.omega[mode]) / (2.0 * math.pi)
     return CrankOptimum(optimum, damping, hz, inertia, damper.ring_inertia / inertia)
-
-
-def _checked_ratio(inertia_ratio: float) -> float:
-    if not _LEAST_RATIO <= inertia_ratio <= 1e3:
-        raise InputError(
-            f"inertia ratio {inertia_ratio:g} (ring over hub) is not within {_LEAST_RATIO:g} to 1000; dampers have 0.1 "
-            "to 3"
-        )
-    return float(inertia_ratio)
