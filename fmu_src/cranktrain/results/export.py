@@ -23,7 +23,7 @@ from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, user_path
 from cranktrain.results.files import output_unit
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.store.archive import write_archive
+from cranktrain.store.bodies import write_archive
 from cranktrain.store.columns import ResultColumns
 from cranktrain.store.hdf5 import is_run_up
 from cranktrain.store.whole_file import Kind, check_place, whole_file

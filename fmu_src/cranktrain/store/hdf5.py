@@ -1,18 +1,21 @@
 """HDF5 files of reduced bodies, film tables and results, with units, schema version and digest of the inputs.
 
 A file is written completely or not at all. A file that is corrupt, foreign, of another schema or made from other inputs
-is refused.
+is refused. A checksum stands behind the end of the HDF5 data, because a damaged file may crash the HDF5 library or make
+it loop for ever. Other programs ignore the checksum. A program that changes the file removes the checksum; a file
+without checksum is read without a check.
 """
 
 from __future__ import annotations
 
 import io
 import sys
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
@@ -22,7 +25,6 @@ from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.user_file import check_file, file_exists
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
-from cranktrain.store.seal import check_seal, seal
 from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
 from cranktrain.store.whole_file import Kind, whole_file
 
@@ -396,3 +398,39 @@ def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5
             yield file
         except DAMAGED:
             raise StoreError(f"{path}: damaged or incomplete; {remedy}") from None
+
+
+MARK = b"\ncranktrain checksum "
+SIZE = len(MARK) + 9
+"""Size of a seal, bytes: a mark, the CRC-32 of the file before the seal (8 hexadecimal digits), and a newline."""
+BLOCK = 1 << 20
+
+
+def seal(path: Path) -> None:
+    """Append the seal, which contains the file's checksum, to a file."""
+    with path.open("r+b") as file:
+        size = file.seek(0, 2)
+        checksum = _checksum(file, size)
+        file.seek(size)
+        file.write(MARK + b"%08x\n" % checksum)
+
+
+def check_seal(path: Path) -> None:
+    """Raise ``OSError`` if a sealed file does not match its checksum."""
+    with path.open("rb") as file:
+        size = file.seek(0, 2) - SIZE
+        if size < 0:
+            return
+        file.seek(size)
+        found = file.read()
+        if found.startswith(MARK) and found != MARK + b"%08x\n" % _checksum(file, size):
+            raise OSError("checksum of the file does not match its content")
+
+
+def _checksum(file: BinaryIO, size: int) -> int:
+    """CRC-32 of the first ``size`` bytes of a file."""
+    file.seek(0)
+    checksum = 0
+    while size > 0 and (block := file.read(min(size, BLOCK))):
+        checksum, size = zlib.crc32(block, checksum), size - len(block)
+    return checksum

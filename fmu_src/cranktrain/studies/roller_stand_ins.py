@@ -35,7 +35,7 @@ from cranktrain.engine.roller_bearing import CONTACT_LAWS, main_roller
 from cranktrain.film.laws.films import ANGLE, COS, SIN
 from cranktrain.film.laws.roller import FIRST_ANGLE, IN_LOOP
 from cranktrain.film.laws.roller_contacts import BY_PLACE, WORK, force_at
-from cranktrain.results.whole_run import whole
+from cranktrain.results.strength.recorded_cycle import whole
 from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten, rounded
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.assembly import Progress, assemble

@@ -13,8 +13,7 @@ from cranktrain.core.units import RPM
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.orders.measured import Measured, band_of, phases_of
-from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, RunUp
-from cranktrain.results.run_up.twist import TWIST, with_twist
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TWIST, RunUp, with_twist
 from cranktrain.results.tables import Table
 
 MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}

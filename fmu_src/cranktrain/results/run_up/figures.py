@@ -28,8 +28,7 @@ from cranktrain.results.run_up.plot_data import (
     unsteady,
     worthy,
 )
-from cranktrain.results.run_up.run_up import AXIAL, RunUp
-from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
+from cranktrain.results.run_up.run_up import AXIAL, TWIST, RunUp, frequency_map, half_range, order_map, with_twist
 from cranktrain.results.strength.iacs_m68 import plot_stress
 
 MAP_COLUMNS, MAP_ROWS = 400, 300

@@ -13,8 +13,7 @@ from cranktrain.core.rigid_slices import TURN
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.assessment import BORE_GRADIENT, FILLET_GRADIENT
-from cranktrain.results.strength.bare_crank import bare_instants
-from cranktrain.results.strength.cut_loads import AXIS, PointLoads, crank_loads
+from cranktrain.results.strength.cut_loads import AXIS, PointLoads, bare_instants, crank_loads
 from cranktrain.results.strength.fatigue import FilletHistory
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.structure.stress.direct_solution import Instants

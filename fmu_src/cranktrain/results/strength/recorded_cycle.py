@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.cycle_run import communication_step, run_cycles
+from cranktrain.dynamics.cycle_run import Result, communication_step, run_cycles
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import step_each_row
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
@@ -19,7 +19,6 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.tables import held_on_crank
 from cranktrain.engine.model import Engine
-from cranktrain.results.whole_run import whole
 
 CYCLE = 4.0 * math.pi
 """Crank angle of a cycle, rad."""
@@ -156,3 +155,13 @@ def recorded_cycle(
         added={name: load for name, load in zip(held, loads, strict=True) if name in simulation.body.interfaces},
         axial_force=float(simulation.inputs[engine.n_cylinders + at.AXIAL_INPUT]),
     )
+
+
+def whole(result: Result) -> Result:
+    """Return a complete run; raise ``KeyboardInterrupt`` if the run was interrupted.
+
+    An interrupted run returns its samples up to then, for callers that keep them. Its last cycle is not periodic.
+    """
+    if not result.complete:
+        raise KeyboardInterrupt
+    return result

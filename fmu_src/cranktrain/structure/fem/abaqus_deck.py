@@ -6,7 +6,7 @@ order, and its errors give no line. This module reads
 * ``*NODE``, in any number of blocks, ``*ELEMENT``, ``*NSET`` and ``*ELSET`` (GENERATE, sets of sets),
 * ``*SURFACE`` of element faces (S1 to S4), of the free faces of elements, or of nodes; of element sets too,
 * ``*INCLUDE``, relative to the file that names it and below the deck's folder, and ``INPUT=`` of the keywords above
-  (:mod:`cranktrain.structure.fem.included_file`),
+  (:mod:`cranktrain.structure.fem.mesh_parts`),
 * ``*PART`` and ``*INSTANCE`` (:mod:`cranktrain.structure.fem.abaqus_assembly`).
 
 Keywords that create or move nodes in other ways are refused, all others are skipped.
@@ -22,8 +22,7 @@ from typing import NamedTuple
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import LONGEST_LINE, text_lines
 from cranktrain.core.whole_number import whole_number
-from cranktrain.structure.fem.included_file import check_depth, included_file
-from cranktrain.structure.fem.mesh_parts import MeshParts, Place
+from cranktrain.structure.fem.mesh_parts import MeshParts, Place, check_depth, included_file
 
 TETRAHEDRON = re.compile(r"(C3D|DC3D|AC3D|F3D)(4|10)([A-Z]*)")
 TRIANGLE = re.compile(

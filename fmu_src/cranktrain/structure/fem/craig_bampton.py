@@ -19,7 +19,9 @@ orthogonalisation: Saad, *Numerical Methods for Large Eigenvalue Problems*, 2011
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,7 +37,6 @@ from cranktrain.core.types import Array
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, geometric_stiffness, sample
 from cranktrain.structure.fem.factor import Factor, factorise
 from cranktrain.structure.fem.interfaces import InterfaceSet
-from cranktrain.structure.fem.memory import give_back
 
 
 @dataclass(frozen=True, eq=False)
@@ -406,3 +407,13 @@ def _turned(model: FEModel, modes: Array) -> Array:
 def _nodes(model: FEModel) -> NDArray[np.intp]:
     """Indices (3, nodes) of the degrees of freedom in x, y and z of each node."""
     return component_dofs(model.basis)
+
+
+def give_back() -> None:
+    """Give freed memory back to the operating system if the C library can do so (glibc); otherwise do nothing.
+
+    glibc keeps freed arrays of up to 32 MB for later use. Between the stages of a reduction they are most of its
+    memory, for example 0.3 of 0.5 GB after the finite elements of a crankshaft with 74,000 unknowns.
+    """
+    with suppress(OSError, AttributeError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)

@@ -25,7 +25,7 @@ from cranktrain.core.user_file import file_exists
 from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.whole_file import check_kept
-from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes
+from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes, give_back
 from cranktrain.structure.fem.elasticity import (
     FEModel,
     component_dofs,
@@ -35,7 +35,6 @@ from cranktrain.structure.fem.elasticity import (
 )
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
-from cranktrain.structure.fem.memory import give_back
 from cranktrain.structure.fem.own_mesh import mesh_unit
 
 # Frequency (Hz) up to which the reduced body is compared with the full finite-element model.

@@ -17,8 +17,7 @@ from cranktrain.engine.limits import Limits
 from cranktrain.results.bearings.limits import FAMILIES, SAID, judged
 from cranktrain.results.bearings.run_up_cycles import run_up_bearings
 from cranktrain.results.columns import NOTHING
-from cranktrain.results.run_up.run_up import FLYWHEEL, MEAN, TORSION, RunUp
-from cranktrain.results.run_up.twist import half_range
+from cranktrain.results.run_up.run_up import FLYWHEEL, MEAN, TORSION, RunUp, half_range
 from cranktrain.results.tables import Table
 from cranktrain.studies.report.findings import Findings
 

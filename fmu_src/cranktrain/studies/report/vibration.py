@@ -16,8 +16,19 @@ from cranktrain.results.orders.measured import band_of
 from cranktrain.results.orders.measured_points import motion_of, points_at, reach_of
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.plot_data import PARTS, drowned
-from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
-from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map
+from cranktrain.results.run_up.run_up import (
+    AXIAL,
+    FLYWHEEL,
+    LARGEST,
+    LEAST,
+    MEAN,
+    TORSION,
+    TWIST,
+    RunUp,
+    frequency_map,
+    half_range,
+    order_map,
+)
 from cranktrain.results.tables import Table
 from cranktrain.studies.report.chart import NAMED, Switches, bar_chart, line_chart, map_chart
 from cranktrain.studies.report.elements import paragraph, table
