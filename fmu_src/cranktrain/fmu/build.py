@@ -61,6 +61,8 @@ def build_fmu(
 ) -> Path:
     """Build the FMU of an engine, a scene or another module; returns its path.
 
+    Raises ``InputError`` for input that cannot be read or built.
+
     Parameters
     ----------
     source : name of a shipped engine or module, path of an engine file, a scene or a module file, an engine, or a scene
@@ -82,11 +84,6 @@ def build_fmu(
     clocks : True for an output clock for each cylinder in an engine's or a scene's FMU of FMI 3.0. It ticks at the
         cylinder's firing dead centre, for clients that use event mode
     say : receives the name of each stage of long work; by default stages longer than a second are printed on stderr
-
-    Raises
-    ------
-    InputError
-        for input that cannot be read or built
     """
     with waits() as told:
         measured = _Measured(pressure, pressure_unit, pressure_tdc_deg, drive_line)

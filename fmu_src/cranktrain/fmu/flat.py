@@ -144,15 +144,12 @@ def _about(body: ReducedBody) -> dict[str, Any]:
 def from_bytes(data: bytes, name: str = "model") -> FlatModel:
     """Flat model from bytes, the inverse of :func:`to_bytes`.
 
+    Raises ``StoreError``: foreign data, another schema, or data truncated or changed since they were written.
+
     Parameters
     ----------
     data : the bytes
     name : name of the data for messages
-
-    Raises
-    ------
-    StoreError
-        foreign data, another schema, or data truncated or changed since they were written
     """
     remedy = "build the FMU again with build_fmu.py"
     if len(data) < _PREFIX.size or data[:8] != MAGIC:

@@ -68,6 +68,9 @@ def assemble(
 ) -> Assembly:
     """Make the parts of a run with these settings, or read them from the cache.
 
+    Raises ``InputError``: before any computation: levels that do not exist, need parts that the engine lacks, or cannot
+    be combined; a mesh file that is missing or that no chosen level uses. Later: a mesh that cannot be used.
+
     Parameters
     ----------
     say : called with the name of each long stage before it starts
@@ -76,12 +79,6 @@ def assemble(
     table_resolution : of the main bearings' film table, see :class:`cranktrain.film.table.database.TableSettings`
     cutoff_hz : cut-off of the crank's modes; None for the value of the engine file
     inherit : if true, a crank without films takes its damping from the next higher level
-
-    Raises
-    ------
-    InputError
-        before any computation: levels that do not exist, need parts that the engine lacks, or cannot be combined; a
-        mesh file that is missing or that no chosen level uses. Later: a mesh that cannot be used
     """
     settings = checked(engine, settings, crank_mesh, block_mesh)
     cut = engine
@@ -324,16 +321,13 @@ def main_table(engine: Engine, say: Progress = lambda stage: None, resolution: s
 def film_tables(topology: Topology, say: Progress = lambda stage: None, resolution: str = "default") -> tuple[Any, ...]:
     """Film tables of a topology's films at level ``table``, for ``Parts.film_tables``; read from the cache or computed.
 
+    Raises ``InputError`` if the data of a connection do not describe a film.
+
     Parameters
     ----------
     topology : bodies and connections of a script
     say : called with the progress
     resolution : resolution of the tables, see :class:`cranktrain.film.table.database.TableSettings`
-
-    Raises
-    ------
-    InputError
-        if the data of a connection do not describe a film
     """
     found = [data_of(connection) for connection in topology.connections if connection.law == "film"]
     return _film_tables(found, say, resolution)

@@ -181,10 +181,8 @@ class Scene:
 def load_scene(path: str | Path | Scene) -> Scene:
     """Read and check a scene; one that is read already stays as it is.
 
-    Raises
-    ------
-    InputError
-        one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be had
+    Raises ``InputError``: one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be
+    had.
     """
     if isinstance(path, Scene):
         return path

@@ -88,12 +88,8 @@ def shaft_stresses(engine: Engine, run_up: RunUp) -> list[dict[str, Any]]:
     """Stress over speed of each shaft with a diameter, from a run-up in the frequency domain; JSON-able.
 
     Keys carry their units. ``barred_rpm`` is the rule's range around the speed of the largest stress relative to the
-    continuous limit, None if no stress exceeds this limit.
-
-    Raises
-    ------
-    InputError
-        shafts without strength, an engine without rated speed, a run-up without the torques of its shafts
+    continuous limit, None if no stress exceeds this limit. Raises ``InputError``: shafts without strength, an engine
+    without rated speed, a run-up without the torques of its shafts.
     """
     line, found = engine.drive_line_chain, []
     assert line is not None

@@ -99,6 +99,8 @@ def recorded_cycle(
 ) -> RecordedCycle:
     """Run an uninitialised simulation until its motion is periodic, and record one period.
 
+    Raises ``InputError`` and ``SolverError`` as :func:`cranktrain.dynamics.simulation.simulate`.
+
     Parameters
     ----------
     simulation : simulation at the constant speed of its ``inputs``; it steps to every row from now on
@@ -106,11 +108,6 @@ def recorded_cycle(
         :func:`cranktrain.dynamics.simulation.fitted_engine`
     settle : largest settling error of any output family
     look : called after each recorded sample, with the simulation at its state
-
-    Raises
-    ------
-    InputError, SolverError
-        as :func:`cranktrain.dynamics.simulation.simulate`
     """
     simulation.settings = step_each_row(simulation.settings)
     simulation.initialize()

@@ -34,12 +34,7 @@ class LoadedCoupling(LoadedRun):
 def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
     """Read a result file of ``simulate``, ``runup`` or ``couple``.
 
-    Raises
-    ------
-    InputError
-        no path
-    StoreError
-        if the file is missing, incomplete, damaged, or of another kind
+    Raises ``InputError``: no path; ``StoreError`` if the file is missing, incomplete, damaged, or of another kind.
     """
     if not isinstance(path, str | Path):
         raise InputError(f"load_run: {path!r} is no path; give that of a result file, such as 'diesel_i6_2000rpm.h5'")

@@ -79,12 +79,8 @@ def plan(scene: Scene | str | Path, model: SceneModel | None = None, compare: bo
     """Plan of a scene, or of the scene in a file.
 
     Its input is measured on the scene's model, or read if it was measured before. ``compare``: the next levels up are
-    run also where measured total errors chose the levels, although it may take minutes to prepare them.
-
-    Raises
-    ------
-    InputError
-        an accuracy that no step reaches, levels that the engine lacks
+    run also where measured total errors chose the levels, although it may take minutes to prepare them. Raises
+    ``InputError``: an accuracy that no step reaches, levels that the engine lacks.
     """
     found = scene if isinstance(scene, Scene) else load_scene(scene)
     return _Chooser(found, Measured(model or SceneModel(found)), compare).plan()

@@ -88,15 +88,9 @@ def run_up(
 ) -> Outcome:
     """Compute steady cycles at many speeds (rad/s), stored in a file after each speed.
 
-    ``tell`` is told the state of the work and the share done; ``outcome`` is filled as far as the work came, however
-    it ends.
-
-    Raises
-    ------
-    InputError
-        a file that is of another run, or a place that it must not take
-    SolverError
-        workers that are lost, or no speed that has a result
+    ``tell`` is told the state of the work and the share done; ``outcome`` is filled as far as the work came, however it
+    ends. Raises ``InputError``: a file that is of another run, or a place that it must not take; ``SolverError``:
+    workers that are lost, or no speed that has a result.
     """
     outcome = Outcome() if outcome is None else outcome
     began = time.perf_counter()

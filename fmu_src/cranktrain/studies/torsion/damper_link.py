@@ -128,12 +128,8 @@ class DamperLink:
 def equivalent(link: DamperLink, free: ComplexArray, compliance: ComplexArray, samples: OrderSamples) -> ComplexArray:
     """Complex stiffness (s, k) of a damper in series with ``compliance`` (s, k); ``free`` is its twist without torque.
 
-    A nonlinear law is replaced by equivalent linear dampers; ``samples`` converts complex amplitudes to samples.
-
-    Raises
-    ------
-    SolverError
-        a damper that does not settle
+    A nonlinear law is replaced by equivalent linear dampers; ``samples`` converts complex amplitudes to samples. Raises
+    ``SolverError``: a damper that does not settle.
     """
     stiffness = link.stiffness
     if not link.thinning:

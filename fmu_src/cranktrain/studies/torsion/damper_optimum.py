@@ -120,16 +120,13 @@ def peak(modes: HubModes, mode: int, ring_inertia: float, damping: float) -> tup
 def optimal_damping(modes: HubModes, mode: int, ring_inertia: float) -> tuple[Optimum, float]:
     """Optimum damping of a mode by search: the optimum, and the damping in N m s/rad.
 
+    Raises ``InputError``: a mode that does not move the hub, or no optimum within damping ratios of 0.001 to 5.
+
     Parameters
     ----------
     modes : of the structure without the ring
     mode : index of the mode that is to be damped
     ring_inertia : kg m²
-
-    Raises
-    ------
-    InputError
-        a mode that does not move the hub, or no optimum within damping ratios of 0.001 to 5
     """
     own, at_hub = float(modes.omega[mode]), float(modes.hub[mode])
     if ring_inertia * at_hub**2 < _LEAST_RATIO:
@@ -158,11 +155,7 @@ def crank_optimum(engine: Engine, body: ReducedBody, number: int = 1) -> CrankOp
     """Optimum of the engine's damper for the first or second torsional mode of its cranktrain (``number`` 1 or 2).
 
     The cranktrain is that of :mod:`cranktrain.studies.torsion.housed_crank`; ``body`` is the bare reduced crankshaft.
-
-    Raises
-    ------
-    InputError
-        no damper, no such mode, or a damper that does nothing for it
+    Raises ``InputError``: no damper, no such mode, or a damper that does nothing for it.
     """
     damper, crank = required_damper(engine), housed_crank(engine, body)
     if not 1 <= number <= len(crank.torsional):

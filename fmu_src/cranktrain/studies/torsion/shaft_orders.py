@@ -60,6 +60,8 @@ class Observed(NamedTuple):
 class ShaftOrders:
     """Cranktrain of crank level ``torsional`` (or ``rigid``), its journals locked on their axis.
 
+    Raises ``InputError``: a crank that bends or journals that are not locked, the boundary ``torque``.
+
     Parameters
     ----------
     engine, body, settings : as of :func:`cranktrain.dynamics.simulation.simulate`; with the damper's housing where
@@ -79,11 +81,6 @@ class ShaftOrders:
     link : the drive line's shafts
     shafts : names of all shafts whose torques are known, first those of ``link``, then those of a crank from a table
     balanced : whether the burn balances the engine's ``[load]``
-
-    Raises
-    ------
-    InputError
-        a crank that bends or journals that are not locked, the boundary ``torque``
     """
 
     def __init__(
