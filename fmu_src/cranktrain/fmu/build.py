@@ -89,7 +89,8 @@ def build_fmu(
         measured = _Measured(pressure, pressure_unit, pressure_tdc_deg, drive_line)
         parts = _Parts(levels, film_table, block, body, starts or {}, measured)
         target = _Target(platforms, checked_version(fmi), clocks)
-        target.check_clocks()
+        if target.clocks and target.fmi != FMI3:
+            raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
         return _built(source, Path(folder), parts, target, (say or told.tell, say or print_line))
 
 
@@ -99,11 +100,6 @@ class _Target(NamedTuple):
     platforms: Sequence[str] | None
     fmi: str
     clocks: bool = False
-
-    def check_clocks(self) -> None:
-        """Raise ``InputError`` if clocks are requested for a version of FMI that has none."""
-        if self.clocks and self.fmi != FMI3:
-            raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
 
     def resolved(self, say: Progress) -> Sequence[str]:
         """Names of the platforms' folders, empty for a Python FMU; ``InputError`` for a Python FMU of FMI 3.0."""

@@ -105,7 +105,9 @@ class VariantFiles:
             if not (self.folder / HEAD).is_file():
                 raise InputError(f"{self.folder}: holds other files; name another --output")
             if anew:
-                self._clear()
+                journals = (self.folder / JOURNAL, self.folder / f"{JOURNAL}.new")
+                for place in (*self.folder.glob("part-*.parquet"), *journals, self.folder / HEAD):
+                    place.unlink(missing_ok=True)
             elif _digest(self.folder / HEAD) != digest:
                 raise InputError(
                     f"{self.folder}: holds variants of another study, or of another version; name another --output, or "
@@ -235,12 +237,6 @@ class VariantFiles:
             fresh.write_text("".join(map(_line, self._waiting)), "utf-8")
             fresh.replace(place)
         self._journal = place.open("a", encoding="utf-8")
-
-    def _clear(self) -> None:
-        """Remove the files of a study that is being replaced."""
-        journals = (self.folder / JOURNAL, self.folder / f"{JOURNAL}.new")
-        for place in (*self.folder.glob("part-*.parquet"), *journals, self.folder / HEAD):
-            place.unlink(missing_ok=True)
 
 
 def _line(row: Row) -> str:

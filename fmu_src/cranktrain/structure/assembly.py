@@ -98,7 +98,13 @@ def checked(
     """Complete settings; ``InputError`` for settings that :func:`assemble` would refuse before any work."""
     settings = resolved(settings, engine)
     check_levels(settings, engine)
-    check_crank_mesh(settings.crank, crank_mesh)
+    if crank_mesh is not None and not crank_level(settings.crank).takes_mesh:
+        users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
+        raise InputError(
+            f"crank level '{settings.crank}' is made from dimensions; use an own mesh with crank levels {users}"
+        )
+    check_mesh(crank_mesh, "journal surfaces")
+    check_crank_table(settings.crank, crank_mesh)
     check_added(engine, crank_mesh is not None, block_mesh is not None)
     if block_mesh is not None and settings.block == "ground":
         raise InputError("a mesh of the block needs block 'flexible'; on ground there is no block")
@@ -114,15 +120,6 @@ def checked(
                 "body does not hold; give its mesh by --block-mesh, or take bearings table"
             )
     return settings
-
-
-def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
-    """Refuse a user's own mesh of the crankshaft if its file is missing or the level uses none; ``InputError``."""
-    if mesh is not None and not crank_level(level).takes_mesh:
-        users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
-        raise InputError(f"crank level '{level}' is made from dimensions; use an own mesh with crank levels {users}")
-    check_mesh(mesh, "journal surfaces")
-    check_crank_table(level, mesh)
 
 
 def check_crank_table(level: str, mesh: str | Path | None) -> None:

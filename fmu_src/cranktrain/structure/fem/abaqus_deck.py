@@ -127,7 +127,9 @@ def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
             parameters[key.strip().upper()] = value.strip().strip('"')
         card = Card(" ".join(keyword.upper().split()), parameters, [], place)
         if card.keyword == "INCLUDE":
-            yield from _included(card, inside)
+            target = _named_file(card, inside[0])
+            check_depth(card.place, target, inside)
+            yield from _cards(target, (*inside, target))
             card = None
     if card is not None:
         yield _with_input(card, inside[0])
@@ -158,12 +160,6 @@ def _named_file(card: Card, deck: Path) -> Path:
     if not name:
         raise InputError(f"{card.place}: *{card.keyword} without INPUT=; name the file")
     return included_file(card.place, f"*{card.keyword}", name, deck)
-
-
-def _included(card: Card, inside: tuple[Path, ...]) -> Iterator[Card]:
-    target = _named_file(card, inside[0])
-    check_depth(card.place, target, inside)
-    yield from _cards(target, (*inside, target))
 
 
 def _lines(path: Path) -> Iterator[tuple[Place, str]]:

@@ -353,7 +353,7 @@ def _rotating(
     position = sample(model, lambda x: x)
     outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
     turned_outward = np.stack([_cross(model, axis, outward) for axis in np.eye(3)], axis=1)
-    centrifugal, gyroscopic = turned.T @ (mass @ turned), _skew_part(momenta.T @ turned)
+    centrifugal, coupling = turned.T @ (mass @ turned), momenta.T @ turned
     del turned  # frees an array as large as the modes
     stretched = free.solve((mass @ outward)[:, None])[:, 0]
     elastic = modes[:, 6:]
@@ -370,7 +370,7 @@ def _rotating(
         interfaces=interfaces.names,
         positions=interfaces.positions,
         shapes=shapes,
-        gyroscopic=gyroscopic,
+        gyroscopic=0.5 * (coupling - coupling.T),
         centrifugal=centrifugal,
         stress_stiffness=with_rigid_rows(stress, centrifugal, rigid, turned_outward.T @ momenta),
         centrifugal_load=outward @ momenta,
@@ -381,11 +381,6 @@ def _rotating(
         inertia=inertia[3:, 3:],
         digest=digest,
     )
-
-
-def _skew_part(matrix: Array) -> Array:
-    """Skew-symmetric part of a matrix."""
-    return 0.5 * (matrix - matrix.T)
 
 
 def _cross(model: FEModel, axis: Array, values: Array) -> Array:

@@ -102,19 +102,13 @@ def _lines(path: Path, inside: tuple[Path, ...]) -> Lines:
             continue
         if any(begun.count(quote) == 1 for quote in "'\"") and len(begun) < LONGEST_LINE:
             continue
-        yield from _included(at, begun, inside)
+        name = begun[len("INCLUDE") :].lstrip(" =\t").partition("$")[0].strip().strip("'\"").strip()
+        target = included_file(at, "INCLUDE", name, inside[0])
+        check_depth(at, target, inside)
+        yield from (row for row in _lines(target, (*inside, target)) if row[1].strip().upper() != "ENDDATA")
         begun = ""
     if begun:
         raise InputError(f"{at}: INCLUDE whose name has no closing quote")
-
-
-def _included(place: Place, line: str, inside: tuple[Path, ...]) -> Lines:
-    name = line.strip()[len("INCLUDE") :].lstrip(" =\t").partition("$")[0].strip().strip("'\"").strip()
-    target = included_file(place, "INCLUDE", name, inside[0])
-    check_depth(place, target, inside)
-    for own, text in _lines(target, (*inside, target)):
-        if text.strip().upper() != "ENDDATA":
-            yield own, text
 
 
 def _cards(lines: Lines) -> Iterator[_Card]:

@@ -127,16 +127,6 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
         return model, interfaces, craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
 
 
-def _included(path: Path) -> list[Path]:
-    """Files that an Abaqus deck or Nastran bulk data include."""
-    from cranktrain.structure.fem import abaqus_deck, nastran_deck
-    from cranktrain.structure.fem.mesh_file import FORMATS
-
-    decks = {"abaqus": abaqus_deck, "nastran": nastran_deck}
-    found = decks.get(FORMATS.get(path.suffix.lower(), ""))
-    return [] if found is None else found.included_files(path)
-
-
 def kept_path(kind: str, digest: str) -> Path:
     """Path in the user's cache of a body with this digest of its inputs.
 
@@ -151,8 +141,13 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
     """Digest of a body's input data, and of the user's mesh if there is one."""
     content = {"schema": SCHEMA, **content}
     if mesh_file is not None and file_exists(mesh_file):
-        content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
-        if included := _included(Path(mesh_file)):
+        from cranktrain.structure.fem import abaqus_deck, nastran_deck
+        from cranktrain.structure.fem.mesh_file import FORMATS
+
+        file = Path(mesh_file)
+        content["mesh"] = sha256(file.read_bytes()).hexdigest()
+        deck = {"abaqus": abaqus_deck, "nastran": nastran_deck}.get(FORMATS.get(file.suffix.lower(), ""))
+        if included := [] if deck is None else deck.included_files(file):
             content["mesh_included"] = [sha256(path.read_bytes()).hexdigest() for path in included]
         if mesh_unit(mesh_file) != "m":
             content["mesh_unit"] = mesh_unit(mesh_file)

@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable
 
 from cranktrain.core.units import RPM
-from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.design.balance import cylinder_places, free_forces
@@ -28,7 +27,7 @@ from cranktrain.studies.design.fitting import (
     full_load,
     gyration,
 )
-from cranktrain.studies.design.layouts import IN_LINE, VEE, Layout
+from cranktrain.studies.design.layouts import IN_LINE, VEE
 from cranktrain.studies.design.limits import bearing_limits, limits
 from cranktrain.studies.design.mounted_block import mounted_block, piston_guidance
 from cranktrain.studies.design.options import BARE, Equipment
@@ -101,21 +100,16 @@ def _document(name: str, s: Sizes, fitted: Fitted) -> Document:
     blocks = [_material(), _crankshaft(s, fitted), _strength(s), _flywheel(s, fitted.flywheel),
               *(make(s) for make in makers),
               _drive_line(s, fitted.flywheel), _damping(), _combustion(s, fitted.heat), _reduction(s)]  # fmt: skip
-    head += free_words(layout, Document(name, title, head, tuple(blocks)).engine)
-    return Document(name, title, head + ((f"Layout: {layout.note}.",) if layout.note else ()), tuple(blocks))
-
-
-def free_words(layout: Layout, engine: Engine) -> tuple[str, ...]:
-    """Lines of the file's first comment on free forces and moments of the oscillating masses."""
-    places = cylinder_places(engine)
+    places = cylinder_places(Document(name, title, head, tuple(blocks)).engine)
     free = free_forces(layout, places.along)
     where = f"the distance a = {1e3 * places.distance:.4g} mm of {places.words} and " if places.words else ""
-    return (
+    head += (
         f"Free forces of the oscillating masses m: first order {free.first:.3g} m r w^2,",
         f"second order {free.second:.3g} lambda m r w^2; free moments {free.first_moment:.3g} m r w^2 a and "
         f"{free.second_moment:.3g} lambda m r w^2 a,",
         f"with {where}lambda = r over the length of the rod.",
     )
+    return Document(name, title, head + ((f"Layout: {layout.note}.",) if layout.note else ()), tuple(blocks))
 
 
 def _material() -> Block:

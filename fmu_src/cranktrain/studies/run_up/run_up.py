@@ -175,7 +175,17 @@ class Store:
 
     def keep(self, found: SteadySpeed) -> None:
         """Store one finished speed: in the journal if the file was written recently, else in the file."""
-        one = _as_run_up(found, self._attributes)
+        one = RunUp(
+            speeds=np.array([found.speed]),
+            orders=0.5 * np.arange(1, next(iter(found.amplitudes.values())).size + 1, dtype=np.float64),
+            amplitudes={name: values[None] for name, values in found.amplitudes.items()},
+            extremes={name: values[None] for name, values in found.extremes.items()},
+            cycles=np.array([found.cycles]),
+            repeats=np.array([found.repeats]),
+            left=np.array([found.left]),
+            parting=np.array([found.parting]),
+            attributes=self._attributes,
+        )
         self._waiting.append(one)
         self._unwritten = True
         if time.monotonic() - self._written < WRITE_EVERY:
@@ -188,21 +198,6 @@ class Store:
         if self._unwritten and (run_up := self.run_up) is not None:
             run_up.save(self._path)
             self._unwritten, self._written = False, time.monotonic()
-
-
-def _as_run_up(found: SteadySpeed, attributes: dict[str, str | int | float]) -> RunUp:
-    orders = 0.5 * np.arange(1, next(iter(found.amplitudes.values())).size + 1, dtype=np.float64)
-    return RunUp(
-        speeds=np.array([found.speed]),
-        orders=orders,
-        amplitudes={name: values[None] for name, values in found.amplitudes.items()},
-        extremes={name: values[None] for name, values in found.extremes.items()},
-        cycles=np.array([found.cycles]),
-        repeats=np.array([found.repeats]),
-        left=np.array([found.left]),
-        parting=np.array([found.parting]),
-        attributes=attributes,
-    )
 
 
 def _what(run_up: RunUp) -> str:
@@ -220,16 +215,10 @@ def _missing(store: Store, speeds: Sequence[float], means: Means, outcome: Outco
     """Speeds to run: the requested speeds, then refinements between them, without those that failed in this run."""
     lost = [failed.speed for failed in outcome.failed]
     asked = [speed for speed in speeds if not store.holds(speed) and speed not in lost]
-    return asked or [
-        speed for speed in _between(store.run_up, means, speeds) if not store.holds(speed) and speed not in lost
-    ]
-
-
-def _between(run_up: RunUp | None, means: Means, speeds: Sequence[float]) -> list[float]:
-    """Speeds to be added near peaks."""
-    if run_up is None or not means.refine or len(speeds) < 2:
-        return []
-    return speeds_between(run_up, means.refine, float(np.min(np.diff(speeds))))
+    if asked or store.run_up is None or not means.refine or len(speeds) < 2:
+        return asked
+    between = speeds_between(store.run_up, means.refine, float(np.min(np.diff(speeds))))
+    return [speed for speed in between if not store.holds(speed) and speed not in lost]
 
 
 def _told(
