@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -12,6 +13,11 @@ LONGEST_WORD = 40
 """Longest column width that a single word, such as a path, may require; longer words may be broken."""
 
 Rows = Sequence[Sequence[str]]
+
+
+def cell(value: float | None, form: str) -> str:
+    """Text of a number in a format; a dash for None and for numbers that are not finite."""
+    return NOTHING if value is None or not math.isfinite(value) else format(value, form)
 
 
 class Page(NamedTuple):

@@ -59,12 +59,11 @@ class RollerCycle(NamedTuple):
 
 
 class StandIns(NamedTuple):
-    """Linear stand-ins of b mains: radial N/m and tilting N m/rad, (b,), and the crankshaft's own stiffness there."""
+    """Linear stand-ins of b mains: radial N/m and tilting N m/rad, (b,), and the crankshaft's own radial stiffness."""
 
     stiffness: Array
     tilt_stiffness: Array
     crank_stiffness: Array
-    crank_tilt_stiffness: Array
 
 
 def roller_cycle(simulation: Simulation) -> RollerCycle:
@@ -94,7 +93,7 @@ def stand_ins(engine: Engine, body: ReducedBody, cycle: RollerCycle) -> StandIns
     radial = 0.5 * np.trace(cycle.tangents[:, :, :2, :2], axis1=2, axis2=3)
     tilting = 0.5 * np.trace(cycle.tangents[:, :, 2:, 2:], axis1=2, axis2=3) * lever**2
     own, own_tilt = (elastic_stiffness(body, engine.roller_mains, first) for first in (0, 3))
-    return StandIns(in_series(radial, own), in_series(tilting, own_tilt), own, own_tilt)
+    return StandIns(in_series(radial, own), in_series(tilting, own_tilt), own)
 
 
 def in_series(tangents: Array, own: Array) -> Array:

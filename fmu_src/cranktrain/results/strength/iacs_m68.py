@@ -33,7 +33,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import Shaft
-from cranktrain.results.columns import NOTHING
+from cranktrain.results.columns import NOTHING, cell
 from cranktrain.results.run_up.run_up import LARGEST, LEAST, RunUp
 from cranktrain.results.tables import Table
 
@@ -133,7 +133,7 @@ def stress_table(stresses: list[dict[str, Any]]) -> Table:
         rows.append((
             entry["shaft"], f"{entry['diameter_mm']:.0f}", entry["section"], f"{worst['rpm']:.4g}",
             f"{worst['stress_mpa']:.1f}", f"{worst['continuous_mpa']:.1f}",
-            _text(worst["transient_mpa"]), _barred(entry), entry["verdict"],
+            cell(worst["transient_mpa"], ".1f"), _barred(entry), entry["verdict"],
         ))  # fmt: skip
     header = (
         "shaft", "d / mm", "section", "rev/min", "stress / MPa", "continuous / MPa", "transient / MPa",
@@ -190,7 +190,3 @@ def _worst(rpm: Array, ratio: Array, stress: Array, continuous: Array, transient
 def _barred(entry: Mapping[str, Any]) -> str:
     span = entry["barred_rpm"]
     return NOTHING if span is None else f"{span[0]:.3g} to {span[1]:.3g}"
-
-
-def _text(value: float) -> str:
-    return f"{value:.1f}" if math.isfinite(value) else NOTHING
