@@ -76,7 +76,10 @@ class ModuleFile(Generic[Settings]):
     def load(self, path: str | Path) -> Settings:
         """Settings from a module file and its engine.
 
-        Raises ``InputError``: one line with file, table and key, for anything unknown, missing or impossible.
+        Raises
+        ------
+        InputError
+            one line with file, table and key, for anything unknown, missing or impossible
         """
         path = user_path(path)
         read = record(self.document, read_toml(path, "module file", f"an example is {self.like}"), path.name, said)

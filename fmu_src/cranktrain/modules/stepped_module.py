@@ -51,8 +51,12 @@ class SteppedModule(SteppedModel):
     def step(self, t_end: float) -> None:
         """Advance to ``t_end``, s. On an error the state stays at the last good time.
 
-        Raises ``InputError``: inputs that are not finite or out of bounds, an angle that jumps, a step that is not
-        positive or too long; ``SolverError``: a model without a solution.
+        Raises
+        ------
+        InputError
+            inputs that are not finite or out of bounds, an angle that jumps, a step that is not positive or too long
+        SolverError
+            a model without a solution
         """
         state = self._current()
         status = self._entries.advance(t_end)
