@@ -68,7 +68,7 @@ def assemble(
 ) -> Assembly:
     """Make the parts of a run with these settings, or read them from the cache.
 
-    Raises ``InputError``: before any computation: levels that do not exist, need parts that the engine lacks, or cannot
+    Raises ``InputError`` before any computation: levels that do not exist, need parts that the engine lacks, or cannot
     be combined; a mesh file that is missing or that no chosen level uses. Later: a mesh that cannot be used.
 
     Parameters

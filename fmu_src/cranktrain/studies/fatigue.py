@@ -176,7 +176,7 @@ def fatigue(
 ) -> FatigueReport:
     """Run an engine at each speed until its outputs repeat, and judge every fillet and oil bore of its crankshaft.
 
-    An interrupt keeps the speeds that are done. Raises ``InputError``: before any work: missing strength, an unknown
+    An interrupt keeps the speeds that are done. Raises ``InputError`` before any work: missing strength, an unknown
     criterion, what cannot be run; ``SolverError``: a step that fails.
 
     Parameters
