@@ -56,11 +56,7 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
     """Arguments of a simulation with the settings ``chosen``, values by name of the setting.
 
     Raises ``InputError``: contradictory levels, levels that the engine lacks or whose data the FMU was built without,
-    or geometry for which the bodies were not made.
-
-    Parameters
-    ----------
-    names : the FMU's names of settings
+    or geometry for which the bodies were not made. ``names``: the FMU's names of settings.
     """
     data, rest = split_data(model.engine, chosen)
     engine, rest = with_geometry(model.engine, rest, names)

@@ -96,11 +96,8 @@ def save_body(
 def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
     """Read a reduced body from an HDF5 file.
 
-    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made from other inputs.
-
-    Parameters
-    ----------
-    digest : required digest of the inputs from which the body was made; None allows any
+    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made from other inputs. ``digest``:
+    required digest of the inputs from which the body was made; None allows any.
     """
     with opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         found = str(file.attrs["digest"])

@@ -26,9 +26,7 @@ from cranktrain.store.whole_file import whole_file
 class Kept:
     """Cache entries by key, one file each, complete or missing; kept in memory only if the cache cannot be written.
 
-    Parameters
-    ----------
-    folder : name of a folder in the cache, or a path
+    ``folder``: name of a folder in the cache, or a path.
     """
 
     def __init__(self, folder: str | Path) -> None:

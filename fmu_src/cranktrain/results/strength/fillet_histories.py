@@ -129,9 +129,7 @@ def fatigue_name(place: str) -> str:
 def fillet_runs(bare: ReducedBody, cycle: RecordedCycle, fillets: Iterable[FilletModes]) -> list[FilletRun]:
     """Fillets and oil bores over a recorded cycle, or over the last one of several.
 
-    Parameters
-    ----------
-    bare : bare crankshaft in all its modes
+    ``bare``: bare crankshaft in all its modes.
     """
     cycle = cycle.last()
     at, loads = bare_instants(cycle), crank_loads(cycle)

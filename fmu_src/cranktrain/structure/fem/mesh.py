@@ -101,13 +101,9 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
 
     The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
     or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
-    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same. Raises ``InputError``: if the file cannot be read, holds other
+    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same. Raises ``InputError`` if the file cannot be read, holds other
     solids than tetrahedra, lacks a surface (one line lists the missing and the found names), or does not lie on the
-    axis.
-
-    Parameters
-    ----------
-    unit : unit of the coordinates in the file, ``m``, ``mm`` or ``in``
+    axis. ``unit``: unit of the coordinates in the file, ``m``, ``mm`` or ``in``.
     """
 
     def wanted(found: Iterable[str]) -> tuple[str, ...]:

@@ -137,9 +137,7 @@ def eye_compliance(engine: Engine, count: int = 8, progress: Progress | None = N
 def eye_flexibility(model: FEModel, eye: Eye, waves: int = WAVES, degree: int = DEGREE) -> Array:
     """Compliance of the bore on patterns of pressure.
 
-    Returns
-    -------
-    (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, symmetric in its pairs of indices
+    The result is (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, symmetric in its pairs of indices.
     """
     loads = pattern_loads(model, eye.film_diameter, eye.film_width, waves, degree)
     motions = rigid_motions(model)
