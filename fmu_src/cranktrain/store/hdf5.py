@@ -38,6 +38,8 @@ RESULT_HEADER = {"format": RESULT_FORMAT, "schema": RESULT_SCHEMA}
 RUN_UP_FORMAT = "cranktrain run-up"
 RUN_UP_SCHEMA = 1
 TABLE_FORMAT = "cranktrain film table"
+WEAR_FORMAT, WEAR_SCHEMA = "cranktrain wear history", 1
+WEAR_REMEDY = "delete it, or name another file, and run 'cranktrain run-in' again"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 SUPERBLOCK = 48
@@ -220,6 +222,18 @@ def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
         return _read(file, "run")
 
 
+def write_wear(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float]) -> Path:
+    """Write a wear history: ``datasets`` with units, and attributes; replaces only a file of this kind."""
+    return _write(path, {"format": WEAR_FORMAT, "schema": WEAR_SCHEMA}, "run", datasets, attributes, WEAR)
+
+
+def read_wear(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read a wear history: (name → array, attributes); ``StoreError`` as :func:`load_body`."""
+    with opened(path, WEAR_FORMAT, WEAR_SCHEMA, WEAR_REMEDY) as file:
+        datasets, attributes = _read(file, "run")
+    return {name: array for name, (array, _) in datasets.items()}, attributes
+
+
 def is_run_up(path: str | Path) -> bool:
     """True if an HDF5 file is a run-up; False for other or damaged files."""
     try:
@@ -368,6 +382,7 @@ def kind_of(mark: str) -> Kind:
 RESULT = kind_of(RESULT_FORMAT)
 RUN_UP = kind_of(RUN_UP_FORMAT)
 BODY = kind_of(BODY_FORMAT)
+WEAR = kind_of(WEAR_FORMAT)
 TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 
 

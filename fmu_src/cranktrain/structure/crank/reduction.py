@@ -286,9 +286,7 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
     }
 
 
-def crank_surface(
-    engine: Engine, mesh_file: str | Path | None = None
-) -> tuple[Array, NDArray[np.int32], NDArray[np.float32]]:
+def crank_surface(engine: Engine, mesh_file: str | Path | None) -> tuple[Array, NDArray[np.int32], NDArray[np.float32]]:
     """Surface of the stored crankshaft and its displacement in the first modes, for pictures.
 
     Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
@@ -303,9 +301,7 @@ def crank_surface(
     return surface["surface_points"], surface["surface_triangles"], surface["surface_modes"]
 
 
-def surface_shape(
-    engine: Engine, body: ReducedBody, mode: int, mesh_file: str | Path | None = None
-) -> tuple[Array, NDArray[np.int32], Array]:
+def surface_shape(engine: Engine, body: ReducedBody, mode: int) -> tuple[Array, NDArray[np.int32], Array]:
     """Surface of the crankshaft and its displacement in one mode, for pictures.
 
     Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
@@ -319,7 +315,7 @@ def surface_shape(
     -------
     points (p, 3) m, triangles (t, 3), displacement (p, 3) per unit modal coordinate; composed of the first stored modes
     """
-    points, triangles, pictured = crank_surface(engine, mesh_file)
+    points, triangles, pictured = crank_surface(engine, None)
     weights = np.eye(body.n_modes)[:, mode] if body.basis is None else body.basis[:, mode]
     displacement = np.tensordot(weights[: pictured.shape[0]], pictured.astype(float), axes=1)
     return points, triangles, displacement
