@@ -118,27 +118,20 @@ def to_bytes(model: FlatModel) -> bytes:
         offset += array.size
     header = {
         "engine": engine_to_dict(model.engine),
-        "bodies": [{"part": key, **_about(body)} for key, body in bodies.items()],
+        "bodies": [
+            {"part": key, "schema": BODY_SCHEMA, "name": body.name, "interfaces": list(body.interfaces),
+             "mass": float(body.mass), "digest": body.digest}
+            for key, body in bodies.items()
+        ],
         **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
         **{key: None if bore is None else {"area": bore.area} for key, bore in bores.items()},
         "gas": {k: [one.imep, one.best_speed, one.falloff, one.source] for k, one in traces.items()},
         "arrays": arrays,
-    }
+    }  # fmt: skip
     text = json.dumps(header, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()
     text += b" " * (-len(text) % 8)
     content = text + b"".join(values)
     return _PREFIX.pack(MAGIC, SCHEMA, 0, len(text), offset, hashlib.sha256(content).digest()) + content
-
-
-def _about(body: ReducedBody) -> dict[str, Any]:
-    """Data of a reduced body other than arrays, as JSON-able values."""
-    return {
-        "schema": BODY_SCHEMA,
-        "name": body.name,
-        "interfaces": list(body.interfaces),
-        "mass": float(body.mass),
-        "digest": body.digest,
-    }
 
 
 def from_bytes(data: bytes, name: str = "model") -> FlatModel:

@@ -126,7 +126,10 @@ def check_crank_table(level: str, mesh: str | Path | None) -> None:
     """Refuse a crank of discs and shafts (table or stored body) at a level other than ``torsional``; ``InputError``."""
     if mesh is None or crank_level(level).inherits:
         return
-    if _is_table(mesh) or _stored_table(mesh) is not None:
+    from cranktrain.structure.fem.own_body import is_body
+
+    tabled = ending(mesh) in (".toml", *TABLES) and not is_body(mesh)
+    if tabled or _stored_table(mesh) is not None:
         raise InputError(f"{mesh}: a table of discs and shafts serves crank level torsional, not '{level}'")
 
 
@@ -141,13 +144,6 @@ def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
     if is_chain(mesh):
         return chain_body(engine, read_chain(mesh))
     return None if _stored_table(mesh) is None else own_crankshaft(engine, mesh)
-
-
-def _is_table(mesh: str | Path) -> bool:
-    """True if the file of a user's own crankshaft is a table of discs and shafts, by its ending."""
-    from cranktrain.structure.fem.own_body import is_body
-
-    return ending(mesh) in (".toml", *TABLES) and not is_body(mesh)
 
 
 def _stored_table(mesh: str | Path) -> ReducedBody | None:

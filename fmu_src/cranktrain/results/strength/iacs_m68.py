@@ -129,11 +129,12 @@ def stress_table(stresses: list[dict[str, Any]]) -> Table:
     """Table of each shaft at the speed where its stress is closest to the limit."""
     rows = []
     for entry in stresses:
-        worst = entry["worst"]
+        worst, span = entry["worst"], entry["barred_rpm"]
+        barred = NOTHING if span is None else f"{span[0]:.3g} to {span[1]:.3g}"
         rows.append((
             entry["shaft"], f"{entry['diameter_mm']:.0f}", entry["section"], f"{worst['rpm']:.4g}",
             f"{worst['stress_mpa']:.1f}", f"{worst['continuous_mpa']:.1f}",
-            cell(worst["transient_mpa"], ".1f"), _barred(entry), entry["verdict"],
+            cell(worst["transient_mpa"], ".1f"), barred, entry["verdict"],
         ))  # fmt: skip
     header = (
         "shaft", "d / mm", "section", "rev/min", "stress / MPa", "continuous / MPa", "transient / MPa",
@@ -185,8 +186,3 @@ def _worst(rpm: Array, ratio: Array, stress: Array, continuous: Array, transient
         "barred_rpm": [16.0 * worst["rpm"] / reach, reach * worst["rpm"] / 16.0],
         "verdict": verdict,
     }
-
-
-def _barred(entry: Mapping[str, Any]) -> str:
-    span = entry["barred_rpm"]
-    return NOTHING if span is None else f"{span[0]:.3g} to {span[1]:.3g}"

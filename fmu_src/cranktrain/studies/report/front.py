@@ -52,6 +52,7 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
     angle, ratio = math.degrees(trace.peak_angle), engine.cylinders.compression_ratio
     litres = 1e3 * engine.displacement
     names = ", ".join(body.name for body in engine.body)
+    rods = "on films" if engine.rods_float else f"without films, rods are {engine.cylinders.rods_on_pin}"
     return [
         ("layout", layout_text(engine)),
         ("bore", f"{1e3 * engine.cylinders.bore:.5g} mm"),
@@ -70,17 +71,10 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
         *([("added bodies", f"{names}; not in the torsion of this report")] if names else []),
         ("torsional damper", _none("damper") if engine.damper is None else engine.damper.kind),
         ("block", f"rigid ground, {_none('block')}" if engine.block is None else "flexible"),
-        ("big ends", _big_ends(engine)),
+        ("big ends", f"without films, {_none('big_end_bearing')}" if engine.big_end_bearing is None else rods),
         *_articulated(engine),
         ("fatigue", _none("crank_strength") if engine.crank_strength is None else "by [crank_strength]"),
     ]
-
-
-def _big_ends(engine: Engine) -> str:
-    """How the rods run on their pins."""
-    if engine.big_end_bearing is None:
-        return f"without films, {_none('big_end_bearing')}"
-    return "on films" if engine.rods_float else f"without films, rods are {engine.cylinders.rods_on_pin}"
 
 
 def _articulated(engine: Engine) -> list[tuple[str, str]]:
