@@ -15,7 +15,6 @@ from cranktrain.core.errors import InputError
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.quantities import TORSIONAL_SOURCES
-from cranktrain.structure.crank.in_motion import torsional_in_motion
 from cranktrain.structure.crank.level import bare_crank, crank_body
 from cranktrain.structure.crank.modal import cranktrain_matrices, free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
@@ -25,6 +24,7 @@ from cranktrain.structure.crank.torsional import (
     shaft_nodes,
     throw_compliance,
     torsional_body,
+    torsional_in_motion,
     twist_only,
 )
 

@@ -30,8 +30,17 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.cylinder_volume import mean_effective_pressure
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
-from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
-from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
+from cranktrain.results.run_up.run_up import (
+    AXIAL,
+    FLYWHEEL,
+    TORSION,
+    TWIST,
+    RunUp,
+    frequency_map,
+    half_range,
+    order_map,
+    with_twist,
+)
 from cranktrain.results.tables import NOTHING, housed_table
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.studies.in_motion.report import states_text

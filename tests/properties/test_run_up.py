@@ -30,7 +30,7 @@ from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.run_up.free_decay import largest_decay
 from cranktrain.studies.run_up.plan import job_of, run_up_speeds
-from cranktrain.studies.run_up.refine import speeds_between
+from cranktrain.studies.run_up.run_up import speeds_between
 from cranktrain.studies.run_up.sequence import next_speed, steady_speeds
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 

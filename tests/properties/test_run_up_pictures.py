@@ -21,8 +21,7 @@ from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up import figures, peak_figures
 from cranktrain.results.run_up import plot_data as shown
 from cranktrain.results.run_up.plots import plot_waterfall, spread
-from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
-from cranktrain.results.run_up.twist import with_twist
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp, with_twist
 from cranktrain.results.views.over_speed import OrdersOverSpeed
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.campbell import assurance, campbell

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from cranktrain.core.errors import StoreError
-from cranktrain.store.hdf5 import RESULT, read_result, write_result
-from cranktrain.store.seal import BLOCK, check_seal, seal
+from cranktrain.store.hdf5 import BLOCK, RESULT, check_seal, read_result, seal, write_result
 
 
 @pytest.fixture

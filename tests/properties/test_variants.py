@@ -14,7 +14,7 @@ import pytest
 import cranktrain as ct
 from cranktrain.core.typed_file import record
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.run_up.twist import half_range, with_twist
+from cranktrain.results.run_up.run_up import half_range, with_twist
 from cranktrain.store.variant_files import JOURNAL, VariantFiles
 from cranktrain.store.whole_file import PREFIX
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders

@@ -17,7 +17,7 @@ from cranktrain.core.errors import StoreError
 from cranktrain.engine.file import load_engine
 from cranktrain.film.table import database
 from cranktrain.modules.register import module_of
-from cranktrain.store import hdf5, wear_file
+from cranktrain.store import hdf5
 from cranktrain.store.bodies import import_body
 from cranktrain.store.film_tables import load_film_table
 from cranktrain.studies.scene import load_scene
@@ -117,6 +117,6 @@ def test_the_page_states_the_formats_as_they_are():
         "run-up": hdf5.RUN_UP_SCHEMA,
         "reduced body": reduced_body.SCHEMA,
         "film table": database.SCHEMA,
-        "wear history": wear_file.SCHEMA,
+        "wear history": hdf5.WEAR_SCHEMA,
         "variants": 1,
     }

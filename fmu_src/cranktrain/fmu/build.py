@@ -61,6 +61,8 @@ def build_fmu(
 ) -> Path:
     """Build the FMU of an engine, a scene or another module; returns its path.
 
+    Raises ``InputError`` for input that cannot be read or built.
+
     Parameters
     ----------
     source : name of a shipped engine or module, path of an engine file, a scene or a module file, an engine, or a scene
@@ -82,17 +84,13 @@ def build_fmu(
     clocks : True for an output clock for each cylinder in an engine's or a scene's FMU of FMI 3.0. It ticks at the
         cylinder's firing dead centre, for clients that use event mode
     say : receives the name of each stage of long work; by default stages longer than a second are printed on stderr
-
-    Raises
-    ------
-    InputError
-        for input that cannot be read or built
     """
     with waits() as told:
         measured = _Measured(pressure, pressure_unit, pressure_tdc_deg, drive_line)
         parts = _Parts(levels, film_table, block, body, starts or {}, measured)
         target = _Target(platforms, checked_version(fmi), clocks)
-        target.check_clocks()
+        if target.clocks and target.fmi != FMI3:
+            raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
         return _built(source, Path(folder), parts, target, (say or told.tell, say or print_line))
 
 
@@ -102,11 +100,6 @@ class _Target(NamedTuple):
     platforms: Sequence[str] | None
     fmi: str
     clocks: bool = False
-
-    def check_clocks(self) -> None:
-        """Raise ``InputError`` if clocks are requested for a version of FMI that has none."""
-        if self.clocks and self.fmi != FMI3:
-            raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
 
     def resolved(self, say: Progress) -> Sequence[str]:
         """Names of the platforms' folders, empty for a Python FMU; ``InputError`` for a Python FMU of FMI 3.0."""
@@ -293,7 +286,7 @@ def whole_model(
     # Paths on the machine of the build are not stored in the FMU.
     engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
     flexible = flexible and engine.block is not None and engine.mounts is not None
-    bores = films and _bores()
+    bores = films and any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms)
     make, what = (make_block, "block") if flexible else (make_bores, "elastic bores")
     with made_beside(make, engine, what, say) if flexible or bores else nullcontext(lambda: None) as wait:
         say(f"{engine.name}: crankshaft")
@@ -321,11 +314,6 @@ def whole_model(
         if engine.big_end_bearing is not None:
             data["big_end_table"] = assembly.big_end_table(engine, say)
     return FlatModel(engine, **data)
-
-
-def _bores() -> bool:
-    """True if a level of plain bearings needs elastic bores."""
-    return any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms)
 
 
 def is_scene(name: str | Path) -> bool:

@@ -14,12 +14,6 @@ from cranktrain.fmu.archive import Product
 from cranktrain.fmu.description import Variable, member_names
 
 
-def clock_names(product: Product) -> tuple[str, ...]:
-    """Names of a product's clocks in the order of the cylinders; empty if it has no clocks."""
-    clock = product.interface.clock
-    return () if clock is None else member_names(clock.name, product.counts)
-
-
 def clock_table(product: Product, variables: Sequence[Variable]) -> str:
     """Entry ``clocks`` of native.bin: three whole numbers as text, read by ``fmi3_events.c``.
 
@@ -40,9 +34,11 @@ def clock_table(product: Product, variables: Sequence[Variable]) -> str:
 def clock_entries(product: Product, first: int) -> list[Element]:
     """Entries of the clocks in the model description, with value references from ``first`` on."""
     clock = product.interface.clock
+    if clock is None:
+        return []
     return [
-        Element("Clock", _attributes(name, first + k, clock.description if clock else ""))
-        for k, name in enumerate(clock_names(product))
+        Element("Clock", _attributes(name, first + k, clock.description))
+        for k, name in enumerate(member_names(clock.name, product.counts))
     ]
 
 

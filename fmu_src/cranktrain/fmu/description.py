@@ -128,10 +128,7 @@ class Interface:
 def read_interface(folder: str | Path, units_folder: str | Path | None = None) -> Interface:
     """Read interface.toml of a folder, and units.toml of the same or another one.
 
-    Raises
-    ------
-    InputError
-        a missing file or a malformed variable; one line with the file, the variable and the remedy
+    Raises ``InputError``: a missing file or a malformed variable; one line with the file, the variable and the remedy.
     """
     listed = _toml(Path(folder) / "interface.toml")
     units = _toml(Path(units_folder or folder) / "units.toml")

@@ -105,7 +105,8 @@ def to_bytes(model: FlatModel) -> bytes:
             named |= {f"{key}.{name}": getattr(films, name) for name in _ERRORS}
     bores = {key: getattr(model, key) for key in _BORES}
     named |= {f"{key}.{name}": getattr(bore, name) for key, bore in bores.items() if bore for name in _SHAPES}
-    traces = _traces(model.gas)
+    # An empty key is for a trace common to all cylinders, else it is the cylinder's number (from 1).
+    traces = {} if model.gas is None else {"": model.gas} | {str(k): own for k, own in enumerate(model.gas.own, 1)}
     named |= {f"{_GAS}{k}.{what}": getattr(trace, what) for k, trace in traces.items() for what in ("motored", "fired")}
     arrays, values, offset = [], [], 0
     for name, given in named.items():
@@ -117,46 +118,31 @@ def to_bytes(model: FlatModel) -> bytes:
         offset += array.size
     header = {
         "engine": engine_to_dict(model.engine),
-        "bodies": [{"part": key, **_about(body)} for key, body in bodies.items()],
+        "bodies": [
+            {"part": key, "schema": BODY_SCHEMA, "name": body.name, "interfaces": list(body.interfaces),
+             "mass": float(body.mass), "digest": body.digest}
+            for key, body in bodies.items()
+        ],
         **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
         **{key: None if bore is None else {"area": bore.area} for key, bore in bores.items()},
         "gas": {k: [one.imep, one.best_speed, one.falloff, one.source] for k, one in traces.items()},
         "arrays": arrays,
-    }
+    }  # fmt: skip
     text = json.dumps(header, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()
     text += b" " * (-len(text) % 8)
     content = text + b"".join(values)
     return _PREFIX.pack(MAGIC, SCHEMA, 0, len(text), offset, hashlib.sha256(content).digest()) + content
 
 
-def _about(body: ReducedBody) -> dict[str, Any]:
-    """Data of a reduced body other than arrays, as JSON-able values."""
-    return {
-        "schema": BODY_SCHEMA,
-        "name": body.name,
-        "interfaces": list(body.interfaces),
-        "mass": float(body.mass),
-        "digest": body.digest,
-    }
-
-
-def _traces(gas: GasTrace | None) -> dict[str, GasTrace]:
-    """Measured traces by key: an empty key for a trace common to all cylinders, else the cylinder's number (from 1)."""
-    return {} if gas is None else {"": gas} | {str(k): own for k, own in enumerate(gas.own, 1)}
-
-
 def from_bytes(data: bytes, name: str = "model") -> FlatModel:
     """Flat model from bytes, the inverse of :func:`to_bytes`.
+
+    Raises ``StoreError``: foreign data, another schema, or data truncated or changed since they were written.
 
     Parameters
     ----------
     data : the bytes
     name : name of the data for messages
-
-    Raises
-    ------
-    StoreError
-        foreign data, another schema, or data truncated or changed since they were written
     """
     remedy = "build the FMU again with build_fmu.py"
     if len(data) < _PREFIX.size or data[:8] != MAGIC:

@@ -48,15 +48,12 @@ def start_values(engine: Engine) -> dict[str, Any]:
 def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:
     """Engine with those dimensions that ``chosen`` contains, and the remaining chosen values.
 
+    Raises ``InputError``: a dimension that would need other bodies than the FMU's.
+
     Parameters
     ----------
     chosen : values by setting; the firing angle of a cylinder is named ``firing_angles[1]``
     names : the FMU's names of settings
-
-    Raises
-    ------
-    InputError
-        a dimension that would need other bodies than the FMU's
     """
     rest = dict(chosen)
     own = geometry(engine)

@@ -55,15 +55,8 @@ class Chosen(NamedTuple):
 def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Chosen:
     """Arguments of a simulation with the settings ``chosen``, values by name of the setting.
 
-    Parameters
-    ----------
-    names : the FMU's names of settings
-
-    Raises
-    ------
-    InputError
-        contradictory levels, levels that the engine lacks or whose data the FMU was built without, or geometry for
-        which the bodies were not made
+    Raises ``InputError``: contradictory levels, levels that the engine lacks or whose data the FMU was built without,
+    or geometry for which the bodies were not made. ``names``: the FMU's names of settings.
     """
     data, rest = split_data(model.engine, chosen)
     engine, rest = with_geometry(model.engine, rest, names)

@@ -17,10 +17,7 @@ from cranktrain.fmu.native.engine_model import LEVELS
 def with_starts(interface: Interface, starts: Mapping[str, Any]) -> Interface:
     """Interface with other start values of parameters, by name.
 
-    Raises
-    ------
-    InputError
-        a name that is not a parameter, or a value that the parameter cannot have
+    Raises ``InputError``: a name that is not a parameter, or a value that the parameter cannot have.
     """
     parameters = {v.name: v for v in interface.variables if v.causality == "parameter" and v.start_of is None}
     for name in starts:

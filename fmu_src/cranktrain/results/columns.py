@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -12,6 +13,11 @@ LONGEST_WORD = 40
 """Longest column width that a single word, such as a path, may require; longer words may be broken."""
 
 Rows = Sequence[Sequence[str]]
+
+
+def cell(value: float | None, form: str) -> str:
+    """Text of a number in a format; a dash for None and for numbers that are not finite."""
+    return NOTHING if value is None or not math.isfinite(value) else format(value, form)
 
 
 class Page(NamedTuple):
@@ -43,7 +49,8 @@ def pages(header: Sequence[str], rows: Rows, room: int, beside: int, size: Calla
             widths, fits = _widths(parts, room - beside * len(chosen), size)
             if fits or len(chosen) <= 2 or count == 1:
                 texts = [
-                    [_wrapped(text, width, size) for text in part] for part, width in zip(parts, widths, strict=True)
+                    ["\n".join(one for line in text.split("\n") for one in _lines(line, width, size)) for text in part]
+                    for part, width in zip(parts, widths, strict=True)
                 ]
                 head, *body = ([*row] for row in zip(*texts, strict=True))
                 found.append(Page(chosen, widths, head, body))
@@ -83,11 +90,6 @@ def _pieces(text: str) -> list[str]:
         for line in text.split("\n")
         for piece in (re.split(r"(?<=,) ", line) if ", " in line else re.split(r"(?<!/) +", line))
     ]
-
-
-def _wrapped(text: str, width: int, size: Callable[[str], int]) -> str:
-    """Text with line breaks between its pieces; a line that contains a wider piece is not changed."""
-    return "\n".join(one for line in text.split("\n") for one in _lines(line, width, size))
 
 
 def _lines(line: str, width: int, size: Callable[[str], int]) -> list[str]:

@@ -23,10 +23,10 @@ from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, user_path
 from cranktrain.results.files import output_unit
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.store.archive import write_archive
+from cranktrain.store.bodies import write_archive
 from cranktrain.store.columns import ResultColumns
 from cranktrain.store.hdf5 import is_run_up
-from cranktrain.store.whole_file import Kind, check_place, whole_file
+from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
 Progress = Callable[[float], None]
 
@@ -186,19 +186,15 @@ def _starts(path: Path) -> bool:
 
 def _csv_of(table: Table) -> Kind:
     """File kind of CSV tables: files of this program, or files that begin with the headings of ``table``."""
-    head = _csv_line(headings(table))
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(headings(table))
+    head = line.getvalue().encode()
 
     def includes(path: Path) -> bool:
         with path.open("rb") as file:
             return _starts(path) or file.read(len(head)) == head
 
     return Kind("table of cranktrain", includes)
-
-
-def _csv_line(texts: Sequence[str]) -> bytes:
-    line = io.StringIO()
-    csv.writer(line, lineterminator="\n").writerow(texts)
-    return line.getvalue().encode()
 
 
 def _footed(path: Path) -> bool:
@@ -214,14 +210,9 @@ def _footed(path: Path) -> bool:
         return tail[4:] == b"PAR1" and MARK.encode() in file.read(length)
 
 
-def _archived(path: Path) -> bool:
-    with path.open("rb") as file:
-        return f"{MARK}.npy".encode() in file.read(128)
-
-
 FORMATS = {
     ".csv": (_write_csv, Kind("table of cranktrain", _starts)),
     ".parquet": (_write_parquet, Kind("table of cranktrain", _footed)),
-    ".npz": (_write_npz, Kind("table of cranktrain", _archived)),
+    ".npz": (_write_npz, marked("table of cranktrain", f"{MARK}.npy")),
 }
 """Writers of tables by file ending: function that writes the table, and kind of its file."""

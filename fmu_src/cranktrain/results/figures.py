@@ -146,7 +146,9 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
         first = columns - len(names)  # centred rows put the picture of a crank pin between those of its mains
         for k, name in enumerate(names):
             ax = figure.add_subplot(grid[r, first + 2 * k : first + 2 * k + 2])
-            clearance = _clearance(engine, name)
+            bearing = engine.big_end_bearing if name.startswith("big_end") else engine.main_bearing
+            assert bearing is not None  # a big end with a film has a table [big_end_bearing] in the engine file
+            clearance = bearing.clearance
             x, y = (_cycle(run, f"{name}.position.{axis}") / clearance for axis in "xy")
             line = plots.plot_orbit(ax, x, y, _title(name), marks, _beside(engine, name))
             if k > 0:
@@ -202,13 +204,6 @@ def _floating(run: Result, engine: Engine) -> list[str]:
 def _firing(engine: Engine) -> list[float]:
     """Firing angle of each cylinder, deg."""
     return [math.degrees(angle) for angle in engine.firing_angles]
-
-
-def _clearance(engine: Engine, name: str) -> float:
-    """Radial clearance, m, of the bearing with this name."""
-    bearing = engine.big_end_bearing if name.startswith("big_end") else engine.main_bearing
-    assert bearing is not None  # a big end with a film has a table [big_end_bearing] in the engine file
-    return bearing.clearance
 
 
 def _title(name: str) -> str:

@@ -141,6 +141,19 @@ def plot_bearing_load(ax: Any, force_x: Array, force_y: Array, name: str) -> Non
     ax.grid(alpha=0.25)
 
 
+def plot_closed(ax: Any, x: Array, y: Array, angle_deg: Array, **style: float) -> Any:
+    """Draw a closed curve (n,) of a cycle, coloured by the crank angle (n,); returns the line for a colour bar."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap
+
+    closed = np.column_stack([np.append(x, x[:1]), np.append(y, y[:1])])
+    colours = LinearSegmentedColormap.from_list("cycle", CYCLE_COLOURS, N=720)
+    pieces = list(np.stack([closed[:-1], closed[1:]], axis=1))
+    line = LineCollection(pieces, cmap=colours, capstyle="round", array=angle_deg, clim=(0.0, 720.0), **style)
+    ax.add_collection(line)
+    return line
+
+
 def plot_orbit(ax: Any, x: Array, y: Array, name: str, marks: dict[str, int], own: Sequence[str] = ()) -> Any:
     """Draw a journal's orbit over one cycle in its clearance circle, coloured by the crank angle.
 
@@ -155,22 +168,13 @@ def plot_orbit(ax: Any, x: Array, y: Array, name: str, marks: dict[str, int], ow
     -------
     Line object of the orbit, for a colour bar in degrees of crank angle
     """
-    from matplotlib.collections import LineCollection
-    from matplotlib.colors import LinearSegmentedColormap
-
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     ax.fill(np.cos(turn), np.sin(turn), color="#f4f6f9", zorder=0)
     ax.plot(np.cos(turn), np.sin(turn), color="#3c4654", lw=1.2, zorder=1)
     for radius in (0.25, 0.5, 0.75):
         ax.plot(radius * np.cos(turn), radius * np.sin(turn), color="#d5dae1", lw=0.5, zorder=1)
     ax.plot([-1, 1, np.nan, 0, 0], [0, 0, np.nan, -1, 1], color="#d5dae1", lw=0.5, zorder=1)
-    closed = np.column_stack([np.append(x, x[:1]), np.append(y, y[:1])])
-    pieces = np.stack([closed[:-1], closed[1:]], axis=1)
-    colours = LinearSegmentedColormap.from_list("cycle", CYCLE_COLOURS, N=720)
-    line = LineCollection(list(pieces), cmap=colours, lw=1.7, capstyle="round", zorder=3)
-    line.set_array(np.arange(x.size) * (720.0 / x.size))
-    line.set_clim(0.0, 720.0)
-    ax.add_collection(line)
+    line = plot_closed(ax, x, y, np.arange(x.size, dtype=np.float64) * (720.0 / x.size), lw=1.7, zorder=3)
     for label, k in marks.items():
         if label not in ("start", *own):
             ax.plot(x[k], y[k], "o", ms=2.6, color="black", zorder=5)

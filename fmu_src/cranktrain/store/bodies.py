@@ -10,12 +10,14 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.io import mmwrite
 
@@ -23,7 +25,6 @@ from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, file_exists, user_path
-from cranktrain.store.archive import write_archive
 from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
 from cranktrain.store.sound_files import DAMAGED, archive_arrays, check_body, json_of, matrix, real
 from cranktrain.store.whole_file import check_place, marked, whole_file
@@ -218,3 +219,14 @@ def _whole_folder(target: Path) -> Iterator[Path]:
             shutil.rmtree(made, ignore_errors=True)
     except OSError as error:
         raise StoreError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None
+
+
+def write_archive(path: Path, arrays: Iterable[tuple[str, NDArray[Any]]]) -> None:
+    """Write named arrays in the format of ``numpy.load``, with equal bytes for equal content.
+
+    Only one array need be in memory at a time.
+    """
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in arrays:
+            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, np.asarray(array, order="C"), allow_pickle=False)

@@ -45,7 +45,11 @@ class ResultColumns:
         """Columns of a file; ``StoreError``: missing, damaged or of another kind; ``InputError``: no such group."""
         with opened(path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
             data = file["data"]
-            groups = _groups_with_time(data)
+            # An empty name stands for the top of the file.
+            groups = [""] if "time" in data else []
+            data.visititems(
+                lambda name, item: groups.append(name) if hasattr(item, "keys") and "time" in item else None
+            )
             if not groups:
                 raise InputError(f"{path}: holds no samples over time; give a file of simulate, run or runup")
             if group not in groups:
@@ -95,11 +99,4 @@ def _arrays(data: Any, others: Sequence[str]) -> dict[str, Any]:
             found[name] = item
 
     data.visititems(visit)
-    return found
-
-
-def _groups_with_time(data: Any) -> list[str]:
-    """Names of the file's groups with samples over time; an empty name stands for the top of the file."""
-    found = [""] if "time" in data else []
-    data.visititems(lambda name, item: found.append(name) if hasattr(item, "keys") and "time" in item else None)
     return found

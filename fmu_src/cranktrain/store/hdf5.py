@@ -1,18 +1,21 @@
 """HDF5 files of reduced bodies, film tables and results, with units, schema version and digest of the inputs.
 
 A file is written completely or not at all. A file that is corrupt, foreign, of another schema or made from other inputs
-is refused.
+is refused. A checksum stands behind the end of the HDF5 data, because a damaged file may crash the HDF5 library or make
+it loop for ever. Other programs ignore the checksum. A program that changes the file removes the checksum; a file
+without checksum is read without a check.
 """
 
 from __future__ import annotations
 
 import io
 import sys
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
@@ -22,7 +25,6 @@ from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.user_file import check_file, file_exists
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
-from cranktrain.store.seal import check_seal, seal
 from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
 from cranktrain.store.whole_file import Kind, whole_file
 
@@ -36,6 +38,8 @@ RESULT_HEADER = {"format": RESULT_FORMAT, "schema": RESULT_SCHEMA}
 RUN_UP_FORMAT = "cranktrain run-up"
 RUN_UP_SCHEMA = 1
 TABLE_FORMAT = "cranktrain film table"
+WEAR_FORMAT, WEAR_SCHEMA = "cranktrain wear history", 1
+WEAR_REMEDY = "delete it, or name another file, and run 'cranktrain run-in' again"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 SUPERBLOCK = 48
@@ -94,11 +98,8 @@ def save_body(
 def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
     """Read a reduced body from an HDF5 file.
 
-    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made from other inputs.
-
-    Parameters
-    ----------
-    digest : required digest of the inputs from which the body was made; None allows any
+    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made from other inputs. ``digest``:
+    required digest of the inputs from which the body was made; None allows any.
     """
     with opened(path, BODY_FORMAT, SCHEMA, "delete it and run 'cranktrain reduce'") as file:
         found = str(file.attrs["digest"])
@@ -219,6 +220,18 @@ def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
     """Read orders over speed: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
     with opened(path, RUN_UP_FORMAT, RUN_UP_SCHEMA, "delete it and run 'cranktrain runup' again") as file:
         return _read(file, "run")
+
+
+def write_wear(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float]) -> Path:
+    """Write a wear history: ``datasets`` with units, and attributes; replaces only a file of this kind."""
+    return _write(path, {"format": WEAR_FORMAT, "schema": WEAR_SCHEMA}, "run", datasets, attributes, WEAR)
+
+
+def read_wear(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read a wear history: (name → array, attributes); ``StoreError`` as :func:`load_body`."""
+    with opened(path, WEAR_FORMAT, WEAR_SCHEMA, WEAR_REMEDY) as file:
+        datasets, attributes = _read(file, "run")
+    return {name: array for name, (array, _) in datasets.items()}, attributes
 
 
 def is_run_up(path: str | Path) -> bool:
@@ -369,6 +382,7 @@ def kind_of(mark: str) -> Kind:
 RESULT = kind_of(RESULT_FORMAT)
 RUN_UP = kind_of(RUN_UP_FORMAT)
 BODY = kind_of(BODY_FORMAT)
+WEAR = kind_of(WEAR_FORMAT)
 TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 
 
@@ -396,3 +410,39 @@ def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5
             yield file
         except DAMAGED:
             raise StoreError(f"{path}: damaged or incomplete; {remedy}") from None
+
+
+MARK = b"\ncranktrain checksum "
+SIZE = len(MARK) + 9
+"""Size of a seal, bytes: a mark, the CRC-32 of the file before the seal (8 hexadecimal digits), and a newline."""
+BLOCK = 1 << 20
+
+
+def seal(path: Path) -> None:
+    """Append the seal, which contains the file's checksum, to a file."""
+    with path.open("r+b") as file:
+        size = file.seek(0, 2)
+        checksum = _checksum(file, size)
+        file.seek(size)
+        file.write(MARK + b"%08x\n" % checksum)
+
+
+def check_seal(path: Path) -> None:
+    """Raise ``OSError`` if a sealed file does not match its checksum."""
+    with path.open("rb") as file:
+        size = file.seek(0, 2) - SIZE
+        if size < 0:
+            return
+        file.seek(size)
+        found = file.read()
+        if found.startswith(MARK) and found != MARK + b"%08x\n" % _checksum(file, size):
+            raise OSError("checksum of the file does not match its content")
+
+
+def _checksum(file: BinaryIO, size: int) -> int:
+    """CRC-32 of the first ``size`` bytes of a file."""
+    file.seek(0)
+    checksum = 0
+    while size > 0 and (block := file.read(min(size, BLOCK))):
+        checksum, size = zlib.crc32(block, checksum), size - len(block)
+    return checksum

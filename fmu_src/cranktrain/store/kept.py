@@ -26,9 +26,7 @@ from cranktrain.store.whole_file import whole_file
 class Kept:
     """Cache entries by key, one file each, complete or missing; kept in memory only if the cache cannot be written.
 
-    Parameters
-    ----------
-    folder : name of a folder in the cache, or a path
+    ``folder``: name of a folder in the cache, or a path.
     """
 
     def __init__(self, folder: str | Path) -> None:
@@ -45,7 +43,7 @@ class Kept:
 
     def arrays(self, key: str) -> dict[str, Array] | None:
         """Arrays stored under a key, by name, or None if nothing is stored."""
-        found: dict[str, Array] | None = self._found(f"{key}.npz", _loaded)
+        found: dict[str, Array] | None = self._found(f"{key}.npz", archive_arrays)
         return found
 
     def keep_arrays(self, key: str, arrays: Mapping[str, Array]) -> None:
@@ -79,7 +77,3 @@ def digest(source: str | Path, *parts: Any) -> str:
 @cache
 def _sources(source: str | Path) -> str:
     return source_digest(source, deferred=True)
-
-
-def _loaded(path: Path) -> dict[str, Array]:
-    return archive_arrays(path)

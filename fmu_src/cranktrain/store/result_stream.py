@@ -95,21 +95,17 @@ class ResultStream:
 
         An interrupt is delayed until all samples are taken.
         """
-        with _undisturbed():
-            self._append(rows)
-
-    def _append(self, rows: Array) -> None:
-        """Append samples (k, columns) without guarding against interrupts, for :meth:`append`."""
         taken = 0
-        while taken < len(rows):
-            count = min(len(self._rows) - self._filled, len(rows) - taken)
-            self._rows[self._filled : self._filled + count] = rows[taken : taken + count]
-            self._filled += count
-            taken += count
-            if self._filled == len(self._rows):
-                if 2 * self._rows.nbytes > self._free():
-                    raise StoreError(f"{self._path}: the disk is full; choose another place")
-                self._write()
+        with _undisturbed():
+            while taken < len(rows):
+                count = min(len(self._rows) - self._filled, len(rows) - taken)
+                self._rows[self._filled : self._filled + count] = rows[taken : taken + count]
+                self._filled += count
+                taken += count
+                if self._filled == len(self._rows):
+                    if 2 * self._rows.nbytes > self._free():
+                        raise StoreError(f"{self._path}: the disk is full; choose another place")
+                    self._write()
 
     def finish(self, attributes: Mapping[str, str | int | float], datasets: Mapping[str, Dataset]) -> None:
         """Write the remaining samples, attributes and further datasets."""

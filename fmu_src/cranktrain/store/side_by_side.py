@@ -65,7 +65,7 @@ def _pooled(
     """Yield tasks with their results from a pool of ``count`` processes."""
     context = process_context()
     reports = context.SimpleQueue()
-    with _pool(count, context, _hear, (reports,)) as pool:
+    with worker_pool(count, _hear, (reports,), context) as pool:
         running = {pool.submit(_work, function, task, heard is not None): task for task in tasks}
         while running:
             finished, _ = wait(running, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
@@ -73,16 +73,6 @@ def _pooled(
                 heard(*reports.get())
             for future in finished:
                 yield running.pop(future), future.result()
-
-
-@contextmanager
-def worker_pool(count: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> Iterator[ProcessPoolExecutor]:
-    """Pool of ``count`` processes that each call ``begin`` first; they end with this process or with the block.
-
-    Tasks that still run at the end of the block are not awaited.
-    """
-    with _pool(count, process_context(), begin, arguments) as pool:
-        yield pool
 
 
 def process_context() -> Any:
@@ -94,9 +84,15 @@ def process_context() -> Any:
 
 
 @contextmanager
-def _pool(
-    count: int, context: Any, begin: Callable[..., None], arguments: tuple[Any, ...]
+def worker_pool(
+    count: int, begin: Callable[..., None], arguments: tuple[Any, ...], context: Any = None
 ) -> Iterator[ProcessPoolExecutor]:
+    """Pool of ``count`` processes that each call ``begin`` first; they end with this process or with the block.
+
+    Tasks that still run at the end of the block are not awaited. ``context`` is that of :func:`process_context` if the
+    caller has one already.
+    """
+    context = context or process_context()
     pool = ProcessPoolExecutor(count, context, _begin_work, (os.getpid(), begin, arguments))
     ended = False
     try:

@@ -11,7 +11,7 @@ import json
 import math
 import os
 import zipfile
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -103,8 +103,8 @@ def _items(group: Any, above: str = "", seen: frozenset[Any] = frozenset()) -> I
             yield from _items(item, f"{place}/", seen | {item.id})
 
 
-def archive_arrays(path: Path, names: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
-    """Arrays of a NumPy archive by name (only those in ``names`` if given); none may be larger than its entry."""
+def archive_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Arrays of a NumPy archive by name; none may be larger than its entry."""
     size = path.stat().st_size
     with zipfile.ZipFile(path) as archive:
         check_size(sum(entry.file_size for entry in archive.infolist()), size, "the archive")
@@ -116,7 +116,7 @@ def archive_arrays(path: Path, names: Collection[str] | None = None) -> dict[str
             if kind.hasobject or math.prod(shape) * kind.itemsize > entry.file_size:
                 raise ValueError(f"{entry.filename} is no array, or less than it states")
     with np.load(path, allow_pickle=False) as data:
-        return {name: data[name] for name in data.files if names is None or name in names}
+        return {name: data[name] for name in data.files}
 
 
 def matrix(path: Path, shape: tuple[int, int] | None = None) -> NDArray[Any]:

@@ -105,7 +105,9 @@ class VariantFiles:
             if not (self.folder / HEAD).is_file():
                 raise InputError(f"{self.folder}: holds other files; name another --output")
             if anew:
-                self._clear()
+                journals = (self.folder / JOURNAL, self.folder / f"{JOURNAL}.new")
+                for place in (*self.folder.glob("part-*.parquet"), *journals, self.folder / HEAD):
+                    place.unlink(missing_ok=True)
             elif _digest(self.folder / HEAD) != digest:
                 raise InputError(
                     f"{self.folder}: holds variants of another study, or of another version; name another --output, or "
@@ -123,7 +125,7 @@ class VariantFiles:
         self._parts = max((int(found[1]) + 1 for found in names if found), default=0)
         held = {int(n) for table in self._tables([NUMBER]) for n in table.column(NUMBER).to_numpy()}
         self._waiting = [row for row in self._journal_rows() if row.number not in held]
-        self._open_journal(rewrite=True)
+        self._open_journal()
         return held | {row.number for row in self._waiting}
 
     def keep(self, row: Row) -> None:
@@ -145,7 +147,7 @@ class VariantFiles:
             files.write_table(self._table(arrow, self._waiting), temporary)
         self._parts += 1
         self._waiting = []
-        self._open_journal(rewrite=True)
+        self._open_journal()
 
     def close(self) -> None:
         """Write the remaining variants, and close the journal."""
@@ -226,21 +228,14 @@ class VariantFiles:
         arrays = [(row.values, len(self.names)), *((value, sizes.get(name)) for name, value in row.outputs.items())]
         return all(value.shape == (size,) and value.dtype.kind in "fiu" for value, size in arrays)
 
-    def _open_journal(self, rewrite: bool) -> None:
+    def _open_journal(self) -> None:
         """Open the journal with the variants not yet in a Parquet file; a complete new journal replaces the old one."""
         if self._journal is not None:
             self._journal.close()
         place, fresh = self.folder / JOURNAL, self.folder / f"{JOURNAL}.new"
-        if rewrite:
-            fresh.write_text("".join(map(_line, self._waiting)), "utf-8")
-            fresh.replace(place)
+        fresh.write_text("".join(map(_line, self._waiting)), "utf-8")
+        fresh.replace(place)
         self._journal = place.open("a", encoding="utf-8")
-
-    def _clear(self) -> None:
-        """Remove the files of a study that is being replaced."""
-        journals = (self.folder / JOURNAL, self.folder / f"{JOURNAL}.new")
-        for place in (*self.folder.glob("part-*.parquet"), *journals, self.folder / HEAD):
-            place.unlink(missing_ok=True)
 
 
 def _line(row: Row) -> str:

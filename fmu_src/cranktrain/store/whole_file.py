@@ -164,7 +164,8 @@ def check_place(path: str | Path, kind: Kind | None = None) -> None:
         found = None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{_short(target)}: no file can have this name ({reason}); choose another") from None
+        text = str(target) if len(str(target)) <= 120 else f"{str(target)[:60]}…{str(target)[-20:]}"
+        raise InputError(f"{text}: no file can have this name ({reason}); choose another") from None
     if found is not None:
         _check_replaced(target, found, kind)
     folder = next(place for place in target.absolute().parents if place.exists())
@@ -197,9 +198,3 @@ def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> N
         same = False
     if not same:
         raise InputError(f"{target}: exists and is no {kind.name}; choose another name, or delete it")
-
-
-def _short(path: Path) -> str:
-    """Path as text that is short enough for a message."""
-    text = str(path)
-    return text if len(text) <= 120 else f"{text[:60]}…{text[-20:]}"

@@ -68,6 +68,9 @@ def assemble(
 ) -> Assembly:
     """Make the parts of a run with these settings, or read them from the cache.
 
+    Raises ``InputError`` before any computation: levels that do not exist, need parts that the engine lacks, or cannot
+    be combined; a mesh file that is missing or that no chosen level uses. Later: a mesh that cannot be used.
+
     Parameters
     ----------
     say : called with the name of each long stage before it starts
@@ -76,12 +79,6 @@ def assemble(
     table_resolution : of the main bearings' film table, see :class:`cranktrain.film.table.database.TableSettings`
     cutoff_hz : cut-off of the crank's modes; None for the value of the engine file
     inherit : if true, a crank without films takes its damping from the next higher level
-
-    Raises
-    ------
-    InputError
-        before any computation: levels that do not exist, need parts that the engine lacks, or cannot be combined; a
-        mesh file that is missing or that no chosen level uses. Later: a mesh that cannot be used
     """
     settings = checked(engine, settings, crank_mesh, block_mesh)
     cut = engine
@@ -101,7 +98,13 @@ def checked(
     """Complete settings; ``InputError`` for settings that :func:`assemble` would refuse before any work."""
     settings = resolved(settings, engine)
     check_levels(settings, engine)
-    check_crank_mesh(settings.crank, crank_mesh)
+    if crank_mesh is not None and not crank_level(settings.crank).takes_mesh:
+        users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
+        raise InputError(
+            f"crank level '{settings.crank}' is made from dimensions; use an own mesh with crank levels {users}"
+        )
+    check_mesh(crank_mesh, "journal surfaces")
+    check_crank_table(settings.crank, crank_mesh)
     check_added(engine, crank_mesh is not None, block_mesh is not None)
     if block_mesh is not None and settings.block == "ground":
         raise InputError("a mesh of the block needs block 'flexible'; on ground there is no block")
@@ -119,20 +122,14 @@ def checked(
     return settings
 
 
-def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
-    """Refuse a user's own mesh of the crankshaft if its file is missing or the level uses none; ``InputError``."""
-    if mesh is not None and not crank_level(level).takes_mesh:
-        users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
-        raise InputError(f"crank level '{level}' is made from dimensions; use an own mesh with crank levels {users}")
-    check_mesh(mesh, "journal surfaces")
-    check_crank_table(level, mesh)
-
-
 def check_crank_table(level: str, mesh: str | Path | None) -> None:
     """Refuse a crank of discs and shafts (table or stored body) at a level other than ``torsional``; ``InputError``."""
     if mesh is None or crank_level(level).inherits:
         return
-    if _is_table(mesh) or _stored_table(mesh) is not None:
+    from cranktrain.structure.fem.own_body import is_body
+
+    tabled = ending(mesh) in (".toml", *TABLES) and not is_body(mesh)
+    if tabled or _stored_table(mesh) is not None:
         raise InputError(f"{mesh}: a table of discs and shafts serves crank level torsional, not '{level}'")
 
 
@@ -147,13 +144,6 @@ def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
     if is_chain(mesh):
         return chain_body(engine, read_chain(mesh))
     return None if _stored_table(mesh) is None else own_crankshaft(engine, mesh)
-
-
-def _is_table(mesh: str | Path) -> bool:
-    """True if the file of a user's own crankshaft is a table of discs and shafts, by its ending."""
-    from cranktrain.structure.fem.own_body import is_body
-
-    return ending(mesh) in (".toml", *TABLES) and not is_body(mesh)
 
 
 def _stored_table(mesh: str | Path) -> ReducedBody | None:
@@ -324,16 +314,13 @@ def main_table(engine: Engine, say: Progress = lambda stage: None, resolution: s
 def film_tables(topology: Topology, say: Progress = lambda stage: None, resolution: str = "default") -> tuple[Any, ...]:
     """Film tables of a topology's films at level ``table``, for ``Parts.film_tables``; read from the cache or computed.
 
+    Raises ``InputError`` if the data of a connection do not describe a film.
+
     Parameters
     ----------
     topology : bodies and connections of a script
     say : called with the progress
     resolution : resolution of the tables, see :class:`cranktrain.film.table.database.TableSettings`
-
-    Raises
-    ------
-    InputError
-        if the data of a connection do not describe a film
     """
     found = [data_of(connection) for connection in topology.connections if connection.law == "film"]
     return _film_tables(found, say, resolution)

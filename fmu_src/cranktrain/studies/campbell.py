@@ -71,6 +71,8 @@ def campbell(
 ) -> ModesOverSpeed:
     """Modes over the speed.
 
+    Raises ``InputError``: fewer than two speeds, or none that increase.
+
     Parameters
     ----------
     engine, body : the engine and its running body, with all parts attached
@@ -79,11 +81,6 @@ def campbell(
     highest_hz : modes up to this frequency at the first speed; 1000 Hz, or the first torsional one, where it is None
     damper : with the ring of the engine's damper, whose housing the body has
     say : told each stage
-
-    Raises
-    ------
-    InputError
-        fewer than two speeds, or none that increase
     """
     speeds = np.asarray(speeds, dtype=float)
     if speeds.size < 2 or not np.all(np.diff(speeds) > 0.0):

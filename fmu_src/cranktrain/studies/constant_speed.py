@@ -106,10 +106,8 @@ class Request:
     def settings(self, engine: Engine, label: Callable[[str], str] = str) -> Settings:
         """Complete settings; ``label`` gives the user's name of a field.
 
-        Raises
-        ------
-        InputError
-            anything that does not exist, lies out of bounds, does not go together, or that the engine lacks
+        Raises ``InputError``: anything that does not exist, lies out of bounds, does not go together, or that the
+        engine lacks.
         """
         self.check(label)
         levels = Settings(

@@ -176,7 +176,8 @@ def fatigue(
 ) -> FatigueReport:
     """Run an engine at each speed until its outputs repeat, and judge every fillet and oil bore of its crankshaft.
 
-    An interrupt keeps the speeds that are done.
+    An interrupt keeps the speeds that are done. Raises ``InputError`` before any work: missing strength, an unknown
+    criterion, what cannot be run; ``SolverError``: a step that fails.
 
     Parameters
     ----------
@@ -187,13 +188,6 @@ def fatigue(
     fillets : places that are judged by the stress of their sub-models, see
         :func:`cranktrain.structure.stress.kept_fillets.throw_fillets`; the others by the rule's factors
     gas : measured pressures, where the request's have been read
-
-    Raises
-    ------
-    InputError
-        before any work: missing strength, an unknown criterion, what cannot be run
-    SolverError
-        a step that fails
     """
     strength = crank_strength(engine)
     if criterion not in CRITERIA:

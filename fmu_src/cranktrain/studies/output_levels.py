@@ -69,10 +69,7 @@ def need(output: str) -> Levels:
 def lowest_levels(outputs: Iterable[str], rollers: bool = False) -> Levels:
     """Lowest levels that answer all ``outputs``; ``rollers``: the main bearings are roller bearings.
 
-    Raises
-    ------
-    InputError
-        an output that does not exist, or one of an oil film where the mains are rollers
+    Raises ``InputError``: an output that does not exist, or one of an oil film where the mains are rollers.
     """
     needs = [(output, need(output)) for output in outputs]
     film = [output for output, one in needs if one.film]
@@ -96,16 +93,13 @@ def refuse_beyond(
 ) -> None:
     """Refuse outputs, and a frequency, that the levels do not answer.
 
+    Raises ``InputError``: one line that names the output, the level and the one that can.
+
     Parameters
     ----------
     levels : pistons ``auto`` are guided in a flexible block
     outputs : names as in the FMU's interface or :data:`RESULTS`
     frequency : highest of interest, Hz; needs ``engine``
-
-    Raises
-    ------
-    InputError
-        one line that names the output, the level and the one that can
     """
     plain, rolling = bearing_ladder(rollers=False), bearing_ladder(rollers=True)
     given, crank, bearings = asdict(levels), levels.crank, levels.bearings

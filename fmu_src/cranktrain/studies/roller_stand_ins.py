@@ -35,7 +35,7 @@ from cranktrain.engine.roller_bearing import CONTACT_LAWS, main_roller
 from cranktrain.film.laws.films import ANGLE, COS, SIN
 from cranktrain.film.laws.roller import FIRST_ANGLE, IN_LOOP
 from cranktrain.film.laws.roller_contacts import BY_PLACE, WORK, force_at
-from cranktrain.results.whole_run import whole
+from cranktrain.results.strength.recorded_cycle import whole
 from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten, rounded
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.assembly import Progress, assemble
@@ -59,12 +59,11 @@ class RollerCycle(NamedTuple):
 
 
 class StandIns(NamedTuple):
-    """Linear stand-ins of b mains: radial N/m and tilting N m/rad, (b,), and the crankshaft's own stiffness there."""
+    """Linear stand-ins of b mains: radial N/m and tilting N m/rad, (b,), and the crankshaft's own radial stiffness."""
 
     stiffness: Array
     tilt_stiffness: Array
     crank_stiffness: Array
-    crank_tilt_stiffness: Array
 
 
 def roller_cycle(simulation: Simulation) -> RollerCycle:
@@ -94,7 +93,7 @@ def stand_ins(engine: Engine, body: ReducedBody, cycle: RollerCycle) -> StandIns
     radial = 0.5 * np.trace(cycle.tangents[:, :, :2, :2], axis1=2, axis2=3)
     tilting = 0.5 * np.trace(cycle.tangents[:, :, 2:, 2:], axis1=2, axis2=3) * lever**2
     own, own_tilt = (elastic_stiffness(body, engine.roller_mains, first) for first in (0, 3))
-    return StandIns(in_series(radial, own), in_series(tilting, own_tilt), own, own_tilt)
+    return StandIns(in_series(radial, own), in_series(tilting, own_tilt), own)
 
 
 def in_series(tangents: Array, own: Array) -> Array:

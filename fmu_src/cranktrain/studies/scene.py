@@ -181,10 +181,8 @@ class Scene:
 def load_scene(path: str | Path | Scene) -> Scene:
     """Read and check a scene; one that is read already stays as it is.
 
-    Raises
-    ------
-    InputError
-        one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be had
+    Raises ``InputError``: one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be
+    had.
     """
     if isinstance(path, Scene):
         return path
@@ -267,16 +265,11 @@ def _speeds(read: SceneTable) -> tuple[float, ...]:
     return tuple(rpm * RPM for rpm in speeds)
 
 
-def running_outputs(engine: Engine) -> tuple[str, ...]:
-    """Names of all outputs of an engine's running model, those of the solver left out."""
-    from cranktrain.dynamics.outputs.register import output_counts, output_names
-
-    return tuple(name for name in output_names(output_counts(engine)) if not name.startswith("solver."))
-
-
 def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], bool]:
     """Single outputs that a scene's list stands for, and whether stresses are among them; ``InputError``."""
-    known = running_outputs(engine)
+    from cranktrain.dynamics.outputs.register import output_counts, output_names
+
+    known = tuple(name for name in output_names(output_counts(engine)) if not name.startswith("solver."))
     families: dict[str, list[str]] = {}
     for name in known:
         families.setdefault(re.sub(r"\[\d+\]", "", name), []).append(name)

@@ -33,7 +33,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAREST, bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
-from cranktrain.results.whole_run import whole
+from cranktrain.results.strength.recorded_cycle import whole
 from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain_lab.tradeoff.case import Case

@@ -36,7 +36,7 @@ from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.contact.wear import WearLaw
-from cranktrain.store.wear_file import REMEDY, WEAR
+from cranktrain.store.hdf5 import WEAR, WEAR_REMEDY
 from cranktrain.store.whole_file import check_place
 from cranktrain.structure import assembly
 from cranktrain_lab.wear.records import OVER_TIME, WearHistory, no_history
@@ -271,7 +271,7 @@ def _begun(running: Running, blocks: Sequence[Block], path: Path | None) -> Wear
         return new
     found = WearHistory.load_file(path)
     if found.attributes.get("digest") != attributes["digest"]:
-        raise InputError(f"{path}: the wear of another engine, or with other choices; {REMEDY}")
+        raise InputError(f"{path}: the wear of another engine, or with other choices; {WEAR_REMEDY}")
     before = [Block(*block) for block in json.loads(str(found.attributes["schedule"]))]
     if found.time.size and not same_until(before, blocks, float(found.time[-1])):
         raise InputError(

@@ -12,7 +12,7 @@ import numpy as np
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
-from cranktrain.store.wear_file import REMEDY, read_wear, write_wear
+from cranktrain.store.hdf5 import WEAR_REMEDY, read_wear, write_wear
 from cranktrain.store.whole_file import marked, whole_file
 
 HOUR = 3600.0
@@ -101,7 +101,7 @@ class WearHistory:
         data, attributes = read_wear(path)
         wanted = {one.name for one in fields(cls)} - {"attributes", "settled"}
         if missing := sorted(wanted - set(data)):
-            raise StoreError(f"{path}: '{missing[0]}' is missing; {REMEDY}")
+            raise StoreError(f"{path}: '{missing[0]}' is missing; {WEAR_REMEDY}")
         settled = bool(attributes.pop("settled", 0))
         return cls(**{name: data[name] for name in wanted}, attributes=attributes, settled=settled)
 

@@ -17,7 +17,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.contact.gap import relief
 from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten
-from cranktrain.store.wear_file import WEAR
+from cranktrain.store.hdf5 import WEAR
 from cranktrain.store.whole_file import check_place, whole_file
 from cranktrain_lab.wear.history import Choices, Running, wear_history
 from cranktrain_lab.wear.records import WearHistory

@@ -16,7 +16,7 @@ from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
 from cranktrain.results.bearings.limits import FAMILIES
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import ComplexArray
-from cranktrain.results.plots import BLUE, CYCLE_COLOURS, GREY, ORANGE, foot, wrapped
+from cranktrain.results.plots import BLUE, GREY, ORANGE, foot, plot_closed, wrapped
 
 OVER_SPEED = "bearings_over_speed.png"
 _COLOURS = {MAIN: BLUE, BIG_END: ORANGE}
@@ -81,18 +81,9 @@ def plot_polar_load(ax: Any, bearing: BearingCycle, load: ComplexArray, reach: f
 
     Returns the line object for a colour bar.
     """
-    from matplotlib.collections import LineCollection
-    from matplotlib.colors import LinearSegmentedColormap
-
     ax.axhline(0.0, color=GREY, lw=0.5)
     ax.axvline(0.0, color=GREY, lw=0.5)
-    closed = np.append(load, load[:1])
-    points = np.column_stack([closed.real, closed.imag])
-    colours = LinearSegmentedColormap.from_list("cycle", CYCLE_COLOURS, N=720)
-    line = LineCollection(list(np.stack([points[:-1], points[1:]], axis=1)), cmap=colours, lw=1.4, capstyle="round")
-    line.set_array(np.degrees(bearing.angle))
-    line.set_clim(0.0, 720.0)
-    ax.add_collection(line)
+    line = plot_closed(ax, load.real, load.imag, np.degrees(bearing.angle), lw=1.4)
     start, most = load[int(bearing.angle.argmin())], load[int(np.abs(load).argmax())]
     ax.plot(start.real, start.imag, "o", ms=6.5, mfc="none", mec="black", mew=1.0)
     ax.plot(most.real, most.imag, "o", ms=4.0, color="black")

@@ -10,11 +10,10 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.results.columns import NOTHING
+from cranktrain.results.columns import cell
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.orders.measured import Measured, band_of, phases_of
-from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, RunUp
-from cranktrain.results.run_up.twist import TWIST, with_twist
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TWIST, RunUp, with_twist
 from cranktrain.results.tables import Table
 
 MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}
@@ -112,34 +111,19 @@ def check_speeds_measured(measured: Measured, first: float, last: float) -> None
 
 def deviation_table(rows: list[dict[str, Any]]) -> Table:
     """Table of deviations between computed and measured orders, from the rows of :func:`deviations`."""
-
-    def said(value: float | None, form: str) -> str:
-        return NOTHING if value is None else format(value, form)
-
-    texts = tuple(
-        (
-            MOTIONS.get(row["output"], "torsion"),
-            f"{row['order']:g}",
-            str(row["points"]),
-            said(row["measured_peak_rpm"], ".0f"),
-            said(row["speed_percent"], "+.1f"),
-            said(row["amplitude_percent"], "+.0f"),
-            said(row["rms_percent"], ".0f"),
-            said(row["phase_deg"], "+.0f"),
-        )
-        for row in rows
+    columns = (
+        ("measured_peak_rpm", "measured peak / rev/min", ".0f"),
+        ("speed_percent", "speed / %", "+.1f"),
+        ("amplitude_percent", "amplitude / %", "+.0f"),
+        ("rms_percent", "rms / %", ".0f"),
+        ("phase_deg", "phase / deg", "+.0f"),
     )
-    header = (
-        "motion",
-        "order",
-        "points",
-        "measured peak / rev/min",
-        "speed / %",
-        "amplitude / %",
-        "rms / %",
-        "phase / deg",
-    )
-    return Table("Computed against measured orders", header, texts)
+    texts = []
+    for row in rows:
+        values = (cell(row[key], form) for key, _, form in columns)
+        texts.append((MOTIONS.get(row["output"], "torsion"), f"{row['order']:g}", str(row["points"]), *values))
+    header = ("motion", "order", "points", *(title for _, title, _ in columns))
+    return Table("Computed against measured orders", header, tuple(texts))
 
 
 def _peak(speeds: Array, sizes: Array, noise: float = 0.0) -> tuple[float, float] | None:

@@ -106,13 +106,16 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
         return _of_curves(curves, name, kinds)
     table = read_rows(path, "file of measured orders", REMEDY, _is_column)
     columns = _columns(table, name)
-    further = _further(table)
+    names = [name.strip().lower() for name in table.names]
+    further = {key: names.index(name) for key, known in FURTHER.items() for name in known if name in names}
     outputs, wheel = (
         next((k for k, title in enumerate(table.names) if title.strip().lower() == name), None)
         for name in ("output", "wheel")
     )
     wheels: dict[str, str] = {}
-    speed_scale = _speed_scale(table.units[columns["speed"]], name)
+    speed_unit = table.units[columns["speed"]]
+    if (speed_factor := known_factor(speed_unit or "rev/min", "speed")) is None:
+        raise InputError(f"{name}: its speeds are in {shown(speed_unit)}; {nearest(speed_unit, UNITS['speed'])}")
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for number, cells in table.rows:
         where = f"{name}, line {number}"
@@ -127,11 +130,14 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
             count = sum(map(bool, cells))
             raise InputError(f"{where}: {count} values in place of {len(cells)}, and no unit; {REMEDY}")
         output, scale = _amplitude_unit(unit, where, kinds)
-        output = _named_output(cells[outputs].strip(), output, where) if outputs is not None else output
+        if outputs is not None and (own := cells[outputs].strip()):
+            if own not in LAID_OVER:
+                raise InputError(f"{where}: output {shown(own)} takes no measured orders; {nearest(own, LAID_OVER)}")
+            output = own
         if wheel is not None and (teeth := cells[wheel].strip()):
             wheels[output] = teeth
         phase, band = (_optional(table, cells, further.get(key)) for key in FURTHER)
-        point = speed * speed_scale, scale * amplitude, math.radians(phase), scale * band
+        point = speed * speed_factor.scale, scale * amplitude, math.radians(phase), scale * band
         points.setdefault(output, {}).setdefault(order, []).append(point)
     if not points:
         raise InputError(f"{name}: holds no points; {REMEDY}")
@@ -144,13 +150,6 @@ def _is_column(word: str) -> bool:
     """True if a word of a header is the name of a column of measured orders."""
     name = word.strip().lower()
     return bool(kind_of(named(word)[0], KINDS)) or name in OWN or any(name in known for known in FURTHER.values())
-
-
-def _named_output(name: str, by_unit: str, where: str) -> str:
-    """Output to which a row of the table belongs, by its output column or else by the unit of its amplitude."""
-    if name and name not in LAID_OVER:
-        raise InputError(f"{where}: output {shown(name)} takes no measured orders; {nearest(name, LAID_OVER)}")
-    return name or by_unit
 
 
 def _of_curves(curves: Sequence[OrderCurve], name: str, kinds: Mapping[str, str]) -> Measured:
@@ -192,12 +191,6 @@ def _check_sizes(speed: float, values: Sequence[float], where: str) -> None:
             )
 
 
-def _further(table: TextRows) -> dict[str, int]:
-    """Indices of those optional columns (phase, band) that the table has."""
-    names = [name.strip().lower() for name in table.names]
-    return {key: names.index(name) for key, known in FURTHER.items() for name in known if name in names}
-
-
 def _optional(table: TextRows, cells: list[str], column: int | None) -> float:
     """Number of an optional cell, NaN if it is missing or not a number."""
     if column is None or not cells[column].strip():
@@ -223,14 +216,6 @@ def _columns(table: TextRows, name: str) -> dict[str, int]:
         header = ",".join(table.header[-1]) if table.header else ""
         raise InputError(f"{name}: its header is {shown(header)}, without {' and '.join(missing)}; {REMEDY}")
     return columns
-
-
-def _speed_scale(unit: str, name: str) -> float:
-    """Factor from a unit of speed to rad/s; an empty unit means rev/min."""
-    found = known_factor(unit or "rev/min", "speed")
-    if found is None:
-        raise InputError(f"{name}: its speeds are in {shown(unit)}; {nearest(unit, UNITS['speed'])}")
-    return found.scale
 
 
 def _amplitude_unit(unit: str, where: str, kinds: Mapping[str, str]) -> tuple[str, float]:

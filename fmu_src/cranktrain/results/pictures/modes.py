@@ -45,7 +45,12 @@ def mode_picture(
     free : use the free crankshaft in place of the cranktrain at rest
     """
     complete = complete_crankshaft(engine, bare)
-    hz, shares, answers, vectors = _modes(engine, complete, free)
+    if free:
+        hz, shares, answers = free_modes(engine, complete)
+        vectors = np.eye(complete.n_modes)[:, 6:]
+    else:
+        hz, shares, answers = cranktrain_modes(engine, complete)
+        vectors = eigh(*cranktrain_matrices(engine, complete))[1][:, 1:]  # without mode 0, the rigid rotation
     number = chosen_mode(mode, hz, shares, answers, engine.reduction.running_cutoff_hz)
     skin = Skin.of(*crank_surface(engine, mesh_file))
     basis = np.eye(bare.n_modes) if complete.basis is None else complete.basis
@@ -91,11 +96,3 @@ def chosen_mode(mode: str, hz: Array, shares: Array, answers: Array | None = Non
     if not own.size:
         raise InputError(f"--mode {mode}: no mode up to {highest:g} Hz is mostly {mode}; name one by its number")
     return int(own[0])
-
-
-def _modes(engine: Engine, complete: ReducedBody, free: bool) -> tuple[Array, Array, Array, Array]:
-    """Elastic modes: (k,) Hz, (k, 3) fractions, (k,) answers, and (n, k) shapes in modes of the complete crankshaft."""
-    if free:
-        return *free_modes(engine, complete), np.eye(complete.n_modes)[:, 6:]
-    # Mode 0 of the cranktrain, its rigid rotation, is left out.
-    return *cranktrain_modes(engine, complete), eigh(*cranktrain_matrices(engine, complete))[1][:, 1:]

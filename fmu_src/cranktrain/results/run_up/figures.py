@@ -28,8 +28,7 @@ from cranktrain.results.run_up.plot_data import (
     unsteady,
     worthy,
 )
-from cranktrain.results.run_up.run_up import AXIAL, RunUp
-from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
+from cranktrain.results.run_up.run_up import AXIAL, TWIST, RunUp, frequency_map, half_range, order_map, with_twist
 from cranktrain.results.strength.iacs_m68 import plot_stress
 
 MAP_COLUMNS, MAP_ROWS = 400, 300
@@ -226,18 +225,8 @@ def _draw_orders(
         curve = quantity.scale * np.abs(run_up.order(peak.order, quantity.output))
         height = float(np.interp(rpm, speeds[np.isfinite(curve)], curve[np.isfinite(curve)]))
         labels.append(plots.Label(rpm, height, _named(peak, beside, quantity), colours[peak.order]))
-    plots.plot_orders_over_speed(
-        ax,
-        curves,
-        others,
-        quantity.name,
-        quantity.unit,
-        labels,
-        beside.published(quantity),
-        top,
-        whole,
-        beside.logarithmic(run_up, quantity),
-    )
+    log, published = beside.logarithmic(run_up, quantity), beside.published(quantity)
+    plots.plot_orders_over_speed(ax, curves, others, quantity.name, quantity.unit, labels, published, top, whole, log)
     plots.shade(ax, speeds, unsteady(run_up))
 
 

@@ -17,8 +17,7 @@ from cranktrain.results.orders.measured_points import Point, points_at, reach_of
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import Peak, peaks
 from cranktrain.results.plots import largest
-from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
-from cranktrain.results.run_up.twist import TWIST
+from cranktrain.results.run_up.run_up import AXIAL, TORSION, TWIST, RunUp
 
 COLOURED, LABELLED = 8, 8
 """Number of orders with their own colour in addition to published orders, and number of labelled peaks."""

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.files import output_unit
-from cranktrain.results.orders.harmonics import Array, ComplexArray
+from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.store.hdf5 import CUT_SHORT, RUN_UP, cut_short, read_run_up, write_run_up
 from cranktrain.store.journal import add_row, drop_journal, journal_rows
 from cranktrain.store.sound_files import json_of, real, rising
@@ -126,7 +127,11 @@ class RunUp:
 
     def add_to_journal(self, path: Path) -> None:
         """Append this run-up's speeds to the journal of a run-up file with the same settings; ``StoreError``."""
-        for row in self._rows():
+        s = self.speeds.size
+        parting = self.parting if self.parting.size else np.full(s, math.nan)
+        columns = [self.speeds, self.cycles, self.repeats, self.left, parting]
+        amplitudes = [values.view(np.float64).reshape(s, -1) for values in self.amplitudes.values()]
+        for row in np.hstack([np.array(columns, dtype=np.float64).T, *amplitudes, *self.extremes.values()]):
             add_row(path, self._tie, row)
 
     @property
@@ -134,14 +139,6 @@ class RunUp:
         """Text that is equal for run-ups with the same settings, orders and outputs."""
         names = [*self.amplitudes, *self.extremes]
         return repr((self.orders.tolist(), names, sorted((name, str(held)) for name, held in self.attributes.items())))
-
-    def _rows(self) -> Array:
-        """All numbers of each speed as rows (s, n) of a journal."""
-        s = self.speeds.size
-        parting = self.parting if self.parting.size else np.full(s, math.nan)
-        columns = [self.speeds, self.cycles, self.repeats, self.left, parting]
-        amplitudes = [values.view(np.float64).reshape(s, -1) for values in self.amplitudes.values()]
-        return np.hstack([np.array(columns, dtype=np.float64).T, *amplitudes, *self.extremes.values()])
 
     def _with_rows(self, rows: Sequence[Array]) -> RunUp:
         """Run-up with the speeds of a journal added; rows of another length are left out."""
@@ -230,3 +227,42 @@ def merged(parts: Sequence[RunUp]) -> RunUp:
         parting=joined([p.parting if p.parting.size else np.full(p.speeds.size, math.nan) for p in parts]),
         attributes=parts[-1].attributes,
     )
+
+
+TWIST = "twist"
+"""Name of the twist among the outputs of a run-up, rad."""
+SAMPLES = 2880
+"""Number of samples of a cycle, with which the range of order 24 is accurate to 0.2 %."""
+
+
+def with_twist(run_up: RunUp) -> RunUp:
+    """Run-up with added output ``TWIST``, pulley's minus flywheel's torsion; unchanged without flywheel's torsion."""
+    if FLYWHEEL not in run_up.amplitudes:
+        return run_up
+    twist = run_up.amplitudes[TORSION] - run_up.amplitudes[FLYWHEEL]
+    return replace(run_up, amplitudes={**run_up.amplitudes, TWIST: twist})
+
+
+def half_range(run_up: RunUp, amplitudes: ComplexArray) -> Array:
+    """Half of the peak-to-peak value over a cycle at each speed (s,), from complex orders (s, o)."""
+    angle = np.linspace(0.0, 4.0 * math.pi, SAMPLES, endpoint=False)
+    motion = (amplitudes @ np.exp(1j * np.outer(run_up.orders, angle))).real
+    return np.asarray(0.5 * np.ptp(motion, axis=1))
+
+
+def order_map(run_up: RunUp, output: str, speeds: Array) -> Array:
+    """Amplitudes (o, n) of all orders at speeds (n,) rad/s, interpolated between the speeds of the run-up."""
+    sizes = np.abs(run_up.amplitudes[output]).T
+    return np.array([np.interp(speeds, run_up.speeds, one) for one in sizes])
+
+
+def frequency_map(run_up: RunUp, output: str, speeds: Array, hz: Array) -> Array:
+    """Amplitudes (f, n) of the order nearest to each frequency (f,), Hz, at speeds (n,) rad/s.
+
+    They are NaN above the highest order of the run-up.
+    """
+    of_orders = order_map(run_up, output, speeds)
+    wanted = 2.0 * math.pi * hz[:, None] / speeds
+    nearest = np.abs(wanted[:, :, None] - run_up.orders).argmin(axis=2)
+    found = np.take_along_axis(of_orders, nearest, axis=0)
+    return np.where(wanted <= run_up.orders[-1] + 0.25, found, math.nan)

@@ -30,6 +30,7 @@ from cranktrain.results.strength.table_torques import disc_couples, shaft_couple
 from cranktrain.structure.crank.reduction import attached_parts
 from cranktrain.structure.crank.sections import Piece, crank_pieces, interface_places, piece_moments
 from cranktrain.structure.crank.shape import stations
+from cranktrain.structure.stress.direct_solution import Instants
 
 AXIS = np.array([0.0, 0.0, 1.0])
 
@@ -295,3 +296,28 @@ def _spread(masses: list[Mass], lacking: Array, carried: bool) -> PointLoads:
     forces = weights[:, None] * np.einsum("kai,ni->nka", arms, rigid)
     moments = np.einsum("kab,nb->nka", inertias, rigid[:, 3:])
     return PointLoads(np.array([mass.z for mass in masses]), np.broadcast_to(centres, forces.shape), forces, moments)
+
+
+def bare_instants(cycle: RecordedCycle) -> Instants:
+    """All samples of a cycle in the modes of the bare crankshaft, without attached parts."""
+    body = cycle.body
+    basis = np.eye(body.n_modes) if body.basis is None else body.basis
+    return Instants(
+        position=cycle.position @ basis.T,
+        velocity=cycle.velocity @ basis.T,
+        acceleration=(cycle.change + cycle.damping * cycle.velocity) @ basis.T,
+        loads=wrenches(cycle),
+        speed=cycle.speed,
+        speed_rate=cycle.acceleration,
+        gravity=weight(cycle),
+    )
+
+
+def wrenches(cycle: RecordedCycle) -> Array:
+    """Force and moment (n, m, 6) at each of the m interfaces, N and N m."""
+    found = np.zeros((cycle.angle.size, len(cycle.body.interfaces), 6))
+    for name, load in named_loads(cycle):
+        row = cycle.body.index(name)
+        every = np.ones(load.z.size, dtype=bool)
+        found[:, row] += np.concatenate(load.resultant(every, cycle.body.positions[row]), axis=1)
+    return found

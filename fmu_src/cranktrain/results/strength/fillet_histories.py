@@ -13,8 +13,7 @@ from cranktrain.core.rigid_slices import TURN
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.assessment import BORE_GRADIENT, FILLET_GRADIENT
-from cranktrain.results.strength.bare_crank import bare_instants
-from cranktrain.results.strength.cut_loads import AXIS, PointLoads, crank_loads
+from cranktrain.results.strength.cut_loads import AXIS, PointLoads, bare_instants, crank_loads
 from cranktrain.results.strength.fatigue import FilletHistory
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.structure.stress.direct_solution import Instants
@@ -130,9 +129,7 @@ def fatigue_name(place: str) -> str:
 def fillet_runs(bare: ReducedBody, cycle: RecordedCycle, fillets: Iterable[FilletModes]) -> list[FilletRun]:
     """Fillets and oil bores over a recorded cycle, or over the last one of several.
 
-    Parameters
-    ----------
-    bare : bare crankshaft in all its modes
+    ``bare``: bare crankshaft in all its modes.
     """
     cycle = cycle.last()
     at, loads = bare_instants(cycle), crank_loads(cycle)

@@ -33,7 +33,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import Shaft
-from cranktrain.results.columns import NOTHING
+from cranktrain.results.columns import NOTHING, cell
 from cranktrain.results.run_up.run_up import LARGEST, LEAST, RunUp
 from cranktrain.results.tables import Table
 
@@ -88,12 +88,8 @@ def shaft_stresses(engine: Engine, run_up: RunUp) -> list[dict[str, Any]]:
     """Stress over speed of each shaft with a diameter, from a run-up in the frequency domain; JSON-able.
 
     Keys carry their units. ``barred_rpm`` is the rule's range around the speed of the largest stress relative to the
-    continuous limit, None if no stress exceeds this limit.
-
-    Raises
-    ------
-    InputError
-        shafts without strength, an engine without rated speed, a run-up without the torques of its shafts
+    continuous limit, None if no stress exceeds this limit. Raises ``InputError``: shafts without strength, an engine
+    without rated speed, a run-up without the torques of its shafts.
     """
     line, found = engine.drive_line_chain, []
     assert line is not None
@@ -133,11 +129,12 @@ def stress_table(stresses: list[dict[str, Any]]) -> Table:
     """Table of each shaft at the speed where its stress is closest to the limit."""
     rows = []
     for entry in stresses:
-        worst = entry["worst"]
+        worst, span = entry["worst"], entry["barred_rpm"]
+        barred = NOTHING if span is None else f"{span[0]:.3g} to {span[1]:.3g}"
         rows.append((
             entry["shaft"], f"{entry['diameter_mm']:.0f}", entry["section"], f"{worst['rpm']:.4g}",
             f"{worst['stress_mpa']:.1f}", f"{worst['continuous_mpa']:.1f}",
-            _text(worst["transient_mpa"]), _barred(entry), entry["verdict"],
+            cell(worst["transient_mpa"], ".1f"), barred, entry["verdict"],
         ))  # fmt: skip
     header = (
         "shaft", "d / mm", "section", "rev/min", "stress / MPa", "continuous / MPa", "transient / MPa",
@@ -189,12 +186,3 @@ def _worst(rpm: Array, ratio: Array, stress: Array, continuous: Array, transient
         "barred_rpm": [16.0 * worst["rpm"] / reach, reach * worst["rpm"] / 16.0],
         "verdict": verdict,
     }
-
-
-def _barred(entry: Mapping[str, Any]) -> str:
-    span = entry["barred_rpm"]
-    return NOTHING if span is None else f"{span[0]:.3g} to {span[1]:.3g}"
-
-
-def _text(value: float) -> str:
-    return f"{value:.1f}" if math.isfinite(value) else NOTHING

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.cycle_run import communication_step, run_cycles
+from cranktrain.dynamics.cycle_run import Result, communication_step, run_cycles
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import step_each_row
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
@@ -19,7 +19,6 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.tables import held_on_crank
 from cranktrain.engine.model import Engine
-from cranktrain.results.whole_run import whole
 
 CYCLE = 4.0 * math.pi
 """Crank angle of a cycle, rad."""
@@ -100,6 +99,8 @@ def recorded_cycle(
 ) -> RecordedCycle:
     """Run an uninitialised simulation until its motion is periodic, and record one period.
 
+    Raises ``InputError`` and ``SolverError`` as :func:`cranktrain.dynamics.simulation.simulate`.
+
     Parameters
     ----------
     simulation : simulation at the constant speed of its ``inputs``; it steps to every row from now on
@@ -107,11 +108,6 @@ def recorded_cycle(
         :func:`cranktrain.dynamics.simulation.fitted_engine`
     settle : largest settling error of any output family
     look : called after each recorded sample, with the simulation at its state
-
-    Raises
-    ------
-    InputError, SolverError
-        as :func:`cranktrain.dynamics.simulation.simulate`
     """
     simulation.settings = step_each_row(simulation.settings)
     simulation.initialize()
@@ -156,3 +152,13 @@ def recorded_cycle(
         added={name: load for name, load in zip(held, loads, strict=True) if name in simulation.body.interfaces},
         axial_force=float(simulation.inputs[engine.n_cylinders + at.AXIAL_INPUT]),
     )
+
+
+def whole(result: Result) -> Result:
+    """Return a complete run; raise ``KeyboardInterrupt`` if the run was interrupted.
+
+    An interrupted run returns its samples up to then, for callers that keep them. Its last cycle is not periodic.
+    """
+    if not result.complete:
+        raise KeyboardInterrupt
+    return result

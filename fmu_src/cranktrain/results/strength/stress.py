@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
-from cranktrain.results.strength.bare_crank import bare_instants, wrenches
+from cranktrain.results.strength.cut_loads import bare_instants, wrenches
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.store.hdf5 import write_result
 from cranktrain.structure.crank.reduction import complete_crankshaft

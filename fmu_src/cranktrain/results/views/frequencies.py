@@ -24,7 +24,8 @@ class Frequencies(VerbResult):
         """Figure (matplotlib) of the frequencies of a table by shape; by default those of the cranktrain."""
         frame = self.to_dataframe(table)
         if "hz" not in frame:
-            raise InputError(f"modal: table '{table}' has no frequencies; take one of: {', '.join(self._with_hz)}")
+            others = ", ".join(name for name, rows in self.tables.items() if "hz" in rows[0])
+            raise InputError(f"modal: table '{table}' has no frequencies; take one of: {others}")
         figure = figure_of(8.0, 5.0)
         ax = figure.subplots()
         kinds = frame["shape"] if "shape" in frame else ["mode"] * len(frame)
@@ -45,7 +46,3 @@ class Frequencies(VerbResult):
         frame = self.to_dataframe(table)
         numbers = range(1, len(frame) + 1)
         return interactive_lines(numbers, {"frequency": frame["hz"]}, "mode", "frequency / Hz", "modes")
-
-    @property
-    def _with_hz(self) -> list[str]:
-        return [name for name, rows in self.tables.items() if "hz" in rows[0]]

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.core.types import Array
 from cranktrain.core.user_file import user_path
 from cranktrain.results.files import StoredRun
 from cranktrain.results.run_up.run_up import RunUp
@@ -37,12 +34,7 @@ class LoadedCoupling(LoadedRun):
 def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
     """Read a result file of ``simulate``, ``runup`` or ``couple``.
 
-    Raises
-    ------
-    InputError
-        no path
-    StoreError
-        if the file is missing, incomplete, damaged, or of another kind
+    Raises ``InputError``: no path; ``StoreError`` if the file is missing, incomplete, damaged, or of another kind.
     """
     if not isinstance(path, str | Path):
         raise InputError(f"load_run: {path!r} is no path; give that of a result file, such as 'diesel_i6_2000rpm.h5'")
@@ -51,18 +43,13 @@ def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
         return OrdersOverSpeed.of(RunUp.load(target))
     data, attributes = read_result(target)
     if "angle" not in data and "scheme" in attributes:
-        return _coupling(target, data, attributes)
+        outputs = {name: values for name, (values, _) in data.items()}
+        angle = next((values for name, values in outputs.items() if name.endswith("/crank.angle")), None)
+        time = outputs.get("time")
+        if angle is None or angle.size < 2 or time is None or time.shape != angle.shape:
+            raise StoreError(f"{target}: no unit has recorded its crank.angle, over which outputs are evaluated")
+        if not all(one.ndim == 1 and one.dtype.kind in "iuf" for one in (time, angle)) or not rising(time):
+            raise StoreError(f"{target}: its time is damaged; run 'cranktrain couple' again")
+        return LoadedCoupling(outputs.pop("time"), angle, outputs, attributes)
     stored = StoredRun.load(target)
     return LoadedRun(stored.time, stored.angle, stored.outputs, stored.attributes)
-
-
-def _coupling(path: Path, data: Mapping[str, tuple[Array, str]], attributes: Mapping[str, Any]) -> LoadedCoupling:
-    """Run of coupled units from data of a file; ``StoreError`` if no unit has a crank."""
-    outputs = {name: values for name, (values, _) in data.items()}
-    angle = next((values for name, values in outputs.items() if name.endswith("/crank.angle")), None)
-    time = outputs.get("time")
-    if angle is None or angle.size < 2 or time is None or time.shape != angle.shape:
-        raise StoreError(f"{path}: no unit has recorded its crank.angle, over which outputs are evaluated")
-    if not all(one.ndim == 1 and one.dtype.kind in "iuf" for one in (time, angle)) or not rising(time):
-        raise StoreError(f"{path}: its time is damaged; run 'cranktrain couple' again")
-    return LoadedCoupling(outputs.pop("time"), angle, outputs, attributes)

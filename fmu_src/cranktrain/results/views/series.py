@@ -52,10 +52,7 @@ class Series(np.ndarray):
     def to(self, unit: str) -> Series:
         """Convert the values to another unit, such as ``run["pulley.torsion"].to("deg")``.
 
-        Raises
-        ------
-        InputError
-            for a unit that is unknown or of another dimension
+        Raises ``InputError`` for a unit that is unknown or of another dimension.
         """
         if not self.unit:
             raise InputError(f"{self.name or 'values'}: no unit is known; multiply by the factor that you need")

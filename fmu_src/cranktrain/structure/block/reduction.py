@@ -13,7 +13,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, attach, truncate
@@ -26,7 +25,7 @@ from cranktrain.structure.block.mesh import (
     interface_places,
     read_block_mesh,
 )
-from cranktrain.structure.block.shape import BlockPlan, block_plan
+from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.fem.craig_bampton import Flexibility
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import one_thread
@@ -96,18 +95,13 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
         name="block",
         path=stored_path(engine, mesh_file),
         digest=input_digest(engine, mesh_file),
-        mesh=lambda: _mesh(plan, mesh_file),
+        mesh=lambda: block_mesh(plan) if mesh_file is None else read_block_mesh(mesh_file, plan, mesh_unit(mesh_file)),
         mesh_file=mesh_file,
         material=plan.block.material,
         interfaces=lambda model: block_interfaces(model, plan),
         fixed_modes=plan.block.fixed_modes,
         consistent_mass=engine.reduction.consistent_mass,
     )
-
-
-def _mesh(plan: BlockPlan, mesh_file: str | Path | None) -> MeshTet2:
-    """Mesh made from the plan, or the user's own mesh."""
-    return block_mesh(plan) if mesh_file is None else read_block_mesh(mesh_file, plan, mesh_unit(mesh_file))
 
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:

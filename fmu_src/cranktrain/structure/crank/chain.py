@@ -93,7 +93,15 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     Raises ``InputError``: a disc of the crank that is missing or unknown, a crank connected to ground or that cannot
     rotate as one body, or a nonlinear shaft.
     """
-    _check_linear(engine, chain)
+    # The modes of a crank have one stiffness, so a nonlinear shaft is refused.
+    for shaft in chain.shafts:
+        has = {"stiffness over torque": shaft.torques, "stiffness over frequency": shaft.frequencies,
+               "friction": shaft.friction}  # fmt: skip
+        for what in (what for what, given in has.items() if given):
+            raise InputError(
+                f"chain of engine '{engine.name}': shaft {' to '.join(shaft.between)} has {what}, but the shafts of a "
+                "crank are linear; give it one stiffness, or put such a shaft into the drive line"
+            )
     base = rigid_crank(engine)
     nodes = _places(engine, chain, base)
     modes = chain_modes(chain)
@@ -116,18 +124,6 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     body = replace(body, name=f"{engine.name} crankshaft, from a table", digest=digest, **_shafts(chain, modes, body))
     check(body)
     return body
-
-
-def _check_linear(engine: Engine, chain: Chain) -> None:
-    """Refuse a nonlinear shaft, because the modes of a crank have one stiffness; ``InputError``."""
-    for shaft in chain.shafts:
-        has = {"stiffness over torque": shaft.torques, "stiffness over frequency": shaft.frequencies,
-               "friction": shaft.friction}  # fmt: skip
-        for what in (what for what, given in has.items() if given):
-            raise InputError(
-                f"chain of engine '{engine.name}': shaft {' to '.join(shaft.between)} has {what}, but the shafts of a "
-                "crank are linear; give it one stiffness, or put such a shaft into the drive line"
-            )
 
 
 def _places(engine: Engine, chain: Chain, base: ReducedBody) -> dict[str, str]:

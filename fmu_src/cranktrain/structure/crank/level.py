@@ -40,16 +40,14 @@ def bare_crank(
     return MAKERS[level].bare(engine, solid, progress)
 
 
-def crank_body(
-    engine: Engine, level: str, solid: ReducedBody | None = None, progress: Progress | None = None
-) -> ReducedBody:
+def crank_body(engine: Engine, level: str) -> ReducedBody:
     """Crankshaft of the running model at a level: all parts attached, modes up to the engine's cut-off.
 
     Modes above the cut-off respond statically to the forces of the level: forces on the pins for a torsional crank,
-    those of :func:`cranktrain.structure.crank.reduction.running_loads` for the others. Parameters and errors are those
-    of :func:`bare_crank`.
+    those of :func:`cranktrain.structure.crank.reduction.running_loads` for the others. Errors are those of
+    :func:`bare_crank`.
     """
-    return running_crank(engine, level, bare_crank(engine, level, solid, progress))
+    return running_crank(engine, level, bare_crank(engine, level))
 
 
 def running_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody:
@@ -66,31 +64,11 @@ def complete_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody
     return twist_only(complete) if row.elastic and not row.bends else complete
 
 
-def bare_rigid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Bare rigid crankshaft, with the mass of ``solid`` if given, else from dimensions."""
-    return rigid_crank(engine) if solid is None else rigid(solid)
-
-
-def bare_torsional(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Bare torsional crankshaft: discs on an elastic shaft."""
-    return torsional_body(engine, solid=solid)
-
-
-def bare_beam(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Bare crankshaft of beams, from dimensions alone."""
-    return beam_body(engine, progress)
-
-
 def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
     """Return the bare crankshaft ``solid`` unchanged; ``InputError`` if it is None."""
     if solid is None:
         raise InputError("crank level 'solid' needs the reduced crankshaft; make it by `cranktrain reduce`")
     return solid
-
-
-def running_rigid(engine: Engine, bare: ReducedBody) -> ReducedBody:
-    """Crankshaft of level ``rigid`` with all attached parts, in its six rigid modes."""
-    return rigid(complete_crankshaft(engine, bare))
 
 
 def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
@@ -112,7 +90,8 @@ class Maker(NamedTuple):
 
     Attributes
     ----------
-    bare : (engine, bare solid body or None, progress or None) ↦ bare crankshaft
+    bare : (engine, bare solid body or None, progress or None) ↦ bare crankshaft; level ``rigid`` has the mass of the
+        solid body if given, else from dimensions, as level ``beam`` has
     running : (engine, bare crankshaft) ↦ body of the running model with all attached parts
     """
 
@@ -121,9 +100,12 @@ class Maker(NamedTuple):
 
 
 MAKERS = {
-    "rigid": Maker(bare_rigid, running_rigid),
-    "torsional": Maker(bare_torsional, running_torsional),
-    "beam": Maker(bare_beam, running_body),
+    "rigid": Maker(
+        lambda engine, solid, progress: rigid_crank(engine) if solid is None else rigid(solid),
+        lambda engine, bare: rigid(complete_crankshaft(engine, bare)),
+    ),
+    "torsional": Maker(lambda engine, solid, progress: torsional_body(engine, solid=solid), running_torsional),
+    "beam": Maker(lambda engine, solid, progress: beam_body(engine, progress), running_body),
     "solid": Maker(bare_solid, running_body),
 }
 """Maker of each crank level, by its name."""

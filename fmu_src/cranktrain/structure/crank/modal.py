@@ -71,6 +71,10 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     highest = engine.reduction.running_cutoff_hz
     named = named_frequencies(hz, shares, answers, highest)
     free = torsional_frequencies(free_hz, free_shares, free_answers, highest)
+    parts = ["flywheel", "pulley"]
+    parts += ["clutch"] if engine.clutch is not None else []
+    parts += ["balance weights"] if engine.balance_weights is not None else []
+    parts += ["outer rings of the rollers"] if engine.main_roller is not None else []
     return {
         "crankshaft_free": {
             "modes": listed_modes(free_hz, free_shares, up_to=listed_to(free)),
@@ -87,7 +91,7 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
             "second_torsional_hz": engine.published.second_torsional_hz,
         },
         "definitions": {
-            "crankshaft_free": f"crankshaft with {_attached(engine)}, no rods",
+            "crankshaft_free": f"crankshaft with {', '.join(parts[:-1])} and {parts[-1]}, no rods",
             "cranktrain": "at rest; big end and half the oscillating mass on each pin, bearings as springs, thrust "
             "closed with collar and block in series; free to turn, without the connecting shaft",
             "shares": SHARE_MEASURE,
@@ -285,15 +289,6 @@ def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) 
     squares = motion**2
     bending = mass @ (squares[:, 0] + squares[:, 1]) + diametral @ (squares[:, 3] + squares[:, 4])
     return np.stack((bending, polar @ squares[:, 5], mass @ squares[:, 2]), axis=1)
-
-
-def _attached(engine: Engine) -> str:
-    """Text for a report that lists the parts attached to the crankshaft."""
-    names = ["flywheel", "pulley"]
-    names += ["clutch"] if engine.clutch is not None else []
-    names += ["balance weights"] if engine.balance_weights is not None else []
-    names += ["outer rings of the rollers"] if engine.main_roller is not None else []
-    return ", ".join(names[:-1]) + " and " + names[-1]
 
 
 def listed_modes(

@@ -102,7 +102,12 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
 
     def compared(model: FEModel, body: ReducedBody, interfaces: InterfaceSet, say: Progress) -> Comparison:
         say("rigidly tied surfaces for comparison")
-        tied = tied_frequencies(model, interfaces, body.records["full_hz"].size)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tie, motions = tied_surfaces(model, interfaces, rigid_motions(model))
+        stiffness, mass = (tie.T @ model.stiffness @ tie).tocsc(), (tie.T @ model.mass @ tie).tocsc()
+        flexibility = Flexibility.of(stiffness, mass, motions)
+        tied = eigenmodes(flexibility.solve, mass, body.records["full_hz"].size)[0] / (2.0 * np.pi)
         return {"tied_raises_first": float(tied[0] / body.records["full_hz"][0] - 1.0)}, {"tied_hz": tied}
 
     return ReductionTask(
@@ -218,16 +223,6 @@ def nominal_places(crankshaft: Crankshaft) -> dict[str, Array]:
     return {name: np.array(place) for name, place in places.items()}
 
 
-def tied_frequencies(model: FEModel, interfaces: InterfaceSet, count: int) -> Array:
-    """First natural frequencies (count,) Hz of a free body whose interface surfaces are rigid (RBE2)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        tie, motions = tied_surfaces(model, interfaces, rigid_motions(model))
-    stiffness, mass = (tie.T @ model.stiffness @ tie).tocsc(), (tie.T @ model.mass @ tie).tocsc()
-    flexibility = Flexibility.of(stiffness, mass, motions)
-    return eigenmodes(flexibility.solve, mass, count)[0] / (2.0 * np.pi)
-
-
 def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
     """Mesh made from the dimensions, or the user's own mesh."""
     if mesh_file is None:
@@ -291,9 +286,7 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
     }
 
 
-def crank_surface(
-    engine: Engine, mesh_file: str | Path | None = None
-) -> tuple[Array, NDArray[np.int32], NDArray[np.float32]]:
+def crank_surface(engine: Engine, mesh_file: str | Path | None) -> tuple[Array, NDArray[np.int32], NDArray[np.float32]]:
     """Surface of the stored crankshaft and its displacement in the first modes, for pictures.
 
     Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
@@ -308,9 +301,7 @@ def crank_surface(
     return surface["surface_points"], surface["surface_triangles"], surface["surface_modes"]
 
 
-def surface_shape(
-    engine: Engine, body: ReducedBody, mode: int, mesh_file: str | Path | None = None
-) -> tuple[Array, NDArray[np.int32], Array]:
+def surface_shape(engine: Engine, body: ReducedBody, mode: int) -> tuple[Array, NDArray[np.int32], Array]:
     """Surface of the crankshaft and its displacement in one mode, for pictures.
 
     Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
@@ -324,7 +315,7 @@ def surface_shape(
     -------
     points (p, 3) m, triangles (t, 3), displacement (p, 3) per unit modal coordinate; composed of the first stored modes
     """
-    points, triangles, pictured = crank_surface(engine, mesh_file)
+    points, triangles, pictured = crank_surface(engine, None)
     weights = np.eye(body.n_modes)[:, mode] if body.basis is None else body.basis[:, mode]
     displacement = np.tensordot(weights[: pictured.shape[0]], pictured.astype(float), axes=1)
     return points, triangles, displacement

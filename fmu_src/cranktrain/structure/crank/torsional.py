@@ -15,7 +15,7 @@ Stiffnesses come from
 * ``solid-on-bearings``: the same responses with the main journals on their linear springs and the thrust bearing
   closed. A crank in its bearings can bend less than a free crank, so it is stiffer in torsion.
 * ``solid-in-motion``: the stiffnesses of ``solid`` times one factor, so that the cranktrain's first torsional frequency
-  equals that of the solid in motion (:mod:`cranktrain.structure.crank.in_motion`): journals locked across the axis,
+  equals that of the solid in motion (:func:`torsional_in_motion`): journals locked across the axis,
   collar floating. One factor cannot match a second frequency, which is too low.
 * ``ker-wilson``, ``carter``: formulas for one throw from the middle of a journal to that of the next,
   k = π G / (32 λ), with journal L_j, D_j, pin L_c, D_c, web thickness t and width W, throw R:
@@ -44,14 +44,20 @@ import numpy as np
 from scipy.linalg import eigh, null_space
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.reduced_body import ReducedBody, check, damping_in_modes, rigid, signed, sliced_body
+from cranktrain.core.reduced_body import Array, ReducedBody, check, damping_in_modes, rigid, signed, sliced_body
 from cranktrain.core.rigid_slices import Slices, rigid_basis, rigid_motion
-from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.engine.quantities import TORSIONAL_SOURCES
-from cranktrain.structure.crank.in_motion import torsional_in_motion
-from cranktrain.structure.crank.modal import bearing_stiffness, cranktrain_matrices
+from cranktrain.structure.crank.modal import (
+    bearing_stiffness,
+    cranktrain_matrices,
+    energy_shares,
+    main_springs,
+    named_mode,
+    pulley_answers,
+    rod_masses,
+)
 from cranktrain.structure.crank.reduction import complete_crankshaft
 from cranktrain.structure.crank.sections import crank_moments, crank_pieces, interface_places
 from cranktrain.structure.crank.shape import shaping, stations
@@ -294,3 +300,41 @@ def with_twists(base: ReducedBody, omega: Array, turns: Array) -> ReducedBody:
         translation=longer(base.translation),
         basis=None,
     )
+
+
+def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
+    """First torsional frequency (Hz) of the complete ``crankshaft`` with rods on ground, its axis held in plain mains.
+
+    The bearings are replaced by constraints, so no run is needed. At torsional frequencies oil films prevent motion of
+    the journals across the axis, because the dynamic stiffness of their damping is far above that of the crank
+    (:mod:`cranktrain.studies.in_motion`). Journals tilt freely, and the collar floats. Rollers have little damping and
+    act by their stand-in springs, which follow from a run. On the shipped engines the mode of a run lies within 0.5 %.
+    If several modes combine torsion and bending, the first torsional one has the largest response of the pulley to the
+    cylinders' torques, as in :mod:`cranktrain.structure.in_motion.residues`.
+
+    Raises ``InputError`` for a crank without a torsional mode.
+    """
+    stiffness = np.diag(crankshaft.omega**2)
+    motions = locked_motions(engine, crankshaft) if engine.plain_numbers else np.eye(crankshaft.n_modes)
+    springs = main_springs(engine)
+    for i in engine.roller_mains:
+        for component, value in springs[i].items():
+            row = crankshaft.shapes[crankshaft.index(f"main[{i + 1}]"), component]
+            stiffness += value * np.outer(row, row)
+    mass = np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft)
+    squares, shapes = eigh(motions.T @ stiffness @ motions, motions.T @ mass @ motions)
+    # The first two modes are the crank's rigid rotation and its axial displacement.
+    squares, shapes = squares[2:], motions @ shapes[:, 2:]
+    shares = energy_shares(engine, crankshaft, shapes, rods=True)
+    answers = pulley_answers(engine, crankshaft, shapes, squares)
+    hz = np.sqrt(squares) / (2.0 * math.pi)
+    first = named_mode(hz, shares, "torsional", answers=answers)
+    if first is None:
+        raise InputError("crankshaft has no torsional mode; set reduction.torsional_source to solid")
+    return float(hz[first])
+
+
+def locked_motions(engine: Engine, crankshaft: ReducedBody) -> Array:
+    """Orthonormal motions (n, k) in which the journals of plain mains do not move across the axis."""
+    mains = [crankshaft.index(f"main[{i + 1}]") for i in engine.plain_numbers]
+    return np.asarray(null_space(crankshaft.shapes[mains, :2].reshape(-1, crankshaft.n_modes)))

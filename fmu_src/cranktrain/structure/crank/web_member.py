@@ -78,17 +78,8 @@ def web_flexibility(arm: Arm, material: Material) -> Array:
     reaction[5] += apart * loads[0]
     inner = _resultants(at.eta, apart, 0.5 * arm.high_diameter) @ loads
     inner += _resultants(at.eta, 0.0, 0.5 * arm.low_diameter) @ reaction
-    softness = np.stack(
-        (
-            1.0 / (g * shear),
-            1.0 / (e * at.area),
-            1.0 / (g * shear),
-            1.0 / (e * at.out_of_plane),
-            1.0 / (g * at.torsion),
-            1.0 / (e * at.in_plane),
-        ),
-        axis=1,
-    )
+    stiffness = (g * shear, e * at.area, g * shear, e * at.out_of_plane, g * at.torsion, e * at.in_plane)
+    softness = 1.0 / np.stack(stiffness, axis=1)
     step = at.eta[1] - at.eta[0]
     result = step * np.einsum("pai,pa,paj->ij", inner, softness, inner)
     direct = _overlap_flexibility(arm, material)
@@ -121,16 +112,8 @@ def _overlap_flexibility(arm: Arm, material: Material) -> Array | None:
     g = e / (2.0 * (1.0 + material.poisson_ratio))
     shear = rectangle_shear_factor(material.poisson_ratio) * area
     torsion = area**4 / (40.0 * (about_xi + about_eta))
-    lens = np.diag(
-        [
-            pulled / (g * shear),
-            pulled / (g * shear),
-            pulled / (e * area),
-            bent / (e * about_xi),
-            bent / (e * about_eta),
-            bent / (g * torsion),
-        ]
-    )
+    stiffness = np.array([g * shear, g * shear, e * area, e * about_xi, e * about_eta, g * torsion])
+    lens = np.diag(np.repeat([pulled, bent], 3) / stiffness)
     # A rigid arm carries the motion from the middle of the overlap to the far axis.
     turn = np.eye(6)
     turn[0, 5], turn[2, 3] = -0.5 * apart, 0.5 * apart

@@ -6,7 +6,7 @@ order, and its errors give no line. This module reads
 * ``*NODE``, in any number of blocks, ``*ELEMENT``, ``*NSET`` and ``*ELSET`` (GENERATE, sets of sets),
 * ``*SURFACE`` of element faces (S1 to S4), of the free faces of elements, or of nodes; of element sets too,
 * ``*INCLUDE``, relative to the file that names it and below the deck's folder, and ``INPUT=`` of the keywords above
-  (:mod:`cranktrain.structure.fem.included_file`),
+  (:mod:`cranktrain.structure.fem.mesh_parts`),
 * ``*PART`` and ``*INSTANCE`` (:mod:`cranktrain.structure.fem.abaqus_assembly`).
 
 Keywords that create or move nodes in other ways are refused, all others are skipped.
@@ -22,8 +22,7 @@ from typing import NamedTuple
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import LONGEST_LINE, text_lines
 from cranktrain.core.whole_number import whole_number
-from cranktrain.structure.fem.included_file import check_depth, included_file
-from cranktrain.structure.fem.mesh_parts import MeshParts, Place
+from cranktrain.structure.fem.mesh_parts import MeshParts, Place, check_depth, included_file
 
 TETRAHEDRON = re.compile(r"(C3D|DC3D|AC3D|F3D)(4|10)([A-Z]*)")
 TRIANGLE = re.compile(
@@ -121,9 +120,16 @@ def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
             continue
         if card is not None:
             yield _with_input(card, inside[0])
-        card = _card(place, line)
+        keyword, *rest = line[1:].split(",")
+        parameters = {}
+        for one in rest:
+            key, _, value = one.partition("=")
+            parameters[key.strip().upper()] = value.strip().strip('"')
+        card = Card(" ".join(keyword.upper().split()), parameters, [], place)
         if card.keyword == "INCLUDE":
-            yield from _included(card, inside)
+            target = _named_file(card, inside[0])
+            check_depth(card.place, target, inside)
+            yield from _cards(target, (*inside, target))
             card = None
     if card is not None:
         yield _with_input(card, inside[0])
@@ -156,12 +162,6 @@ def _named_file(card: Card, deck: Path) -> Path:
     return included_file(card.place, f"*{card.keyword}", name, deck)
 
 
-def _included(card: Card, inside: tuple[Path, ...]) -> Iterator[Card]:
-    target = _named_file(card, inside[0])
-    check_depth(card.place, target, inside)
-    yield from _cards(target, (*inside, target))
-
-
 def _lines(path: Path) -> Iterator[tuple[Place, str]]:
     """Lines of a file without comments; a keyword line that ends with a comma continues in the next line."""
     begun, start = "", 0
@@ -178,15 +178,6 @@ def _lines(path: Path) -> Iterator[tuple[Place, str]]:
         yield Place(path, number), line
     if begun:
         yield Place(path, start), begun
-
-
-def _card(place: Place, line: str) -> Card:
-    keyword, *rest = line[1:].split(",")
-    parameters = {}
-    for one in rest:
-        key, _, value = one.partition("=")
-        parameters[key.strip().upper()] = value.strip().strip('"')
-    return Card(" ".join(keyword.upper().split()), parameters, [], place)
 
 
 def _numbers(place: Place, texts: list[str]) -> list[int]:

@@ -19,7 +19,9 @@ orthogonalisation: Saad, *Numerical Methods for Large Eigenvalue Problems*, 2011
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,7 +37,6 @@ from cranktrain.core.types import Array
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, geometric_stiffness, sample
 from cranktrain.structure.fem.factor import Factor, factorise
 from cranktrain.structure.fem.interfaces import InterfaceSet
-from cranktrain.structure.fem.memory import give_back
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,7 +353,7 @@ def _rotating(
     position = sample(model, lambda x: x)
     outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
     turned_outward = np.stack([_cross(model, axis, outward) for axis in np.eye(3)], axis=1)
-    centrifugal, gyroscopic = turned.T @ (mass @ turned), _skew_part(momenta.T @ turned)
+    centrifugal, coupling = turned.T @ (mass @ turned), momenta.T @ turned
     del turned  # frees an array as large as the modes
     stretched = free.solve((mass @ outward)[:, None])[:, 0]
     elastic = modes[:, 6:]
@@ -369,7 +370,7 @@ def _rotating(
         interfaces=interfaces.names,
         positions=interfaces.positions,
         shapes=shapes,
-        gyroscopic=gyroscopic,
+        gyroscopic=0.5 * (coupling - coupling.T),
         centrifugal=centrifugal,
         stress_stiffness=with_rigid_rows(stress, centrifugal, rigid, turned_outward.T @ momenta),
         centrifugal_load=outward @ momenta,
@@ -380,11 +381,6 @@ def _rotating(
         inertia=inertia[3:, 3:],
         digest=digest,
     )
-
-
-def _skew_part(matrix: Array) -> Array:
-    """Skew-symmetric part of a matrix."""
-    return 0.5 * (matrix - matrix.T)
 
 
 def _cross(model: FEModel, axis: Array, values: Array) -> Array:
@@ -406,3 +402,13 @@ def _turned(model: FEModel, modes: Array) -> Array:
 def _nodes(model: FEModel) -> NDArray[np.intp]:
     """Indices (3, nodes) of the degrees of freedom in x, y and z of each node."""
     return component_dofs(model.basis)
+
+
+def give_back() -> None:
+    """Give freed memory back to the operating system if the C library can do so (glibc); otherwise do nothing.
+
+    glibc keeps freed arrays of up to 32 MB for later use. Between the stages of a reduction they are most of its
+    memory, for example 0.3 of 0.5 GB after the finite elements of a crankshaft with 74,000 unknowns.
+    """
+    with suppress(OSError, AttributeError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)

@@ -84,7 +84,13 @@ def bisection(graph: sparse.csr_matrix, places: Array | None = None) -> Integers
         order, predecessor = breadth_first_order(graph, int(order[-1]))
     least, most = SHARES[0] * n, SHARES[-1] * n
     shares = [int(n * share) for share in SHARES]
-    sweeps = [(order, sorted({*shares, *_levels(order, predecessor, n)}))]
+    place = np.empty(n, dtype=np.intp)
+    place[order] = np.arange(n)
+    before = place[predecessor[order[1:]]]
+    starts = [0, 1]
+    while starts[-1] < n:
+        starts.append(1 + int(np.searchsorted(before, starts[-1])))
+    sweeps = [(order, sorted({*shares, *starts}))]
     if places is not None:
         axes = np.linalg.eigh(np.cov(places.T))[1]
         sweeps += [(np.argsort(along, kind="stable"), shares) for along in (places @ axes).T]
@@ -104,17 +110,6 @@ def bisection(graph: sparse.csr_matrix, places: Array | None = None) -> Integers
                 answer[first[rows[in_rows]]] = 2
                 answer[second[columns[in_columns]]] = 2
     return answer
-
-
-def _levels(order: Integers, predecessor: Integers, n: int) -> list[int]:
-    """Index in the order of a breadth-first sweep at which each level begins."""
-    place = np.empty(n, dtype=np.intp)
-    place[order] = np.arange(n)
-    before = place[predecessor[order[1:]]]
-    starts = [0, 1]
-    while starts[-1] < n:
-        starts.append(1 + int(np.searchsorted(before, starts[-1])))
-    return starts
 
 
 def vertex_cover(edges: sparse.csr_matrix) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

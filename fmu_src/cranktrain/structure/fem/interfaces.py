@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from skfem import FacetBasis, LinearForm
+from skfem import LinearForm
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.types import Array
@@ -86,18 +86,13 @@ def _averaging(model: FEModel, name: str, place: Array | None) -> tuple[Array, s
     size = np.sqrt(np.diag(moments))
     if np.linalg.cond(moments / np.outer(size, size)) > 1e8:
         raise InputError(f"surface '{name}' does not determine a rotation; give it facets that do not lie on one line")
-    rows = np.stack([_weighted(facets, motion) for motion in motions])
+    form = LinearForm(lambda v, w: w["b"][0] * v[0] + w["b"][1] * v[1] + w["b"][2] * v[2])
+    rows = np.stack([np.asarray(form.assemble(facets, b=motion)) for motion in motions])
     dofs = np.flatnonzero(np.any(rows != 0.0, axis=0))
     weights = np.linalg.solve(moments, rows[:, dofs])
     row, column = np.divmod(np.arange(6 * dofs.size), dofs.size)
     block = sparse.csr_matrix((weights.ravel(), (row, dofs[column])), shape=(6, model.basis.N))
     return np.asarray(place, dtype=float), block
-
-
-def _weighted(facets: FacetBasis, motion: Array) -> Array:
-    """Integrals ∫ b·v dA for every nodal displacement v, with b = ``motion``."""
-    form = LinearForm(lambda v, w: w["b"][0] * v[0] + w["b"][1] * v[1] + w["b"][2] * v[2])
-    return np.asarray(form.assemble(facets, b=motion))
 
 
 def unit_motions(arm: Array) -> Array:

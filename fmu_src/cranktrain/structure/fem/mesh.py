@@ -101,13 +101,9 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
 
     The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
     or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
-    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same. Raises ``InputError``: if the file cannot be read, holds other
+    ``MAIN_1``, ``main1`` and ``main[1]`` mean the same. Raises ``InputError`` if the file cannot be read, holds other
     solids than tetrahedra, lacks a surface (one line lists the missing and the found names), or does not lie on the
-    axis.
-
-    Parameters
-    ----------
-    unit : unit of the coordinates in the file, ``m``, ``mm`` or ``in``
+    axis. ``unit``: unit of the coordinates in the file, ``m``, ``mm`` or ``in``.
     """
 
     def wanted(found: Iterable[str]) -> tuple[str, ...]:
@@ -248,7 +244,8 @@ def _straight_jacobian(mesh: MeshTet2) -> Array:
 def _relaxed(mesh: MeshTet2) -> MeshTet2:
     """Move mid-side nodes of inverted elements towards the middle of their edges until all Jacobians suffice."""
     ends = mesh.p[:, mesh.edges]
-    flat = np.abs(_straight_jacobian(mesh)) < FLAT_BELOW * _longest_edge(mesh) ** 3
+    length = np.linalg.norm(mesh.p[:, mesh.edges[0]] - mesh.p[:, mesh.edges[1]], axis=0)
+    flat = np.abs(_straight_jacobian(mesh)) < FLAT_BELOW * np.asarray(length[mesh.t2e].max(axis=0)) ** 3
     if flat.any():
         x, y, z = 1e3 * mesh.p[:, mesh.t[:, np.flatnonzero(flat)[0]]].mean(axis=1)
         raise InputError(
@@ -274,12 +271,6 @@ def _relaxed(mesh: MeshTet2) -> MeshTet2:
             "mm: use a smaller mesh_size or a larger fillet"
         )
     return mesh
-
-
-def _longest_edge(mesh: MeshTet2) -> Array:
-    """Longest edge of each element, (m,) m."""
-    length = np.linalg.norm(mesh.p[:, mesh.edges[0]] - mesh.p[:, mesh.edges[1]], axis=0)
-    return np.asarray(length[mesh.t2e].max(axis=0))
 
 
 def _plane_ring(mesh: MeshTet2, z: float, inner: float, outer: float) -> Integers:
@@ -324,7 +315,11 @@ def cad_mesh(
     """
     with tempfile.TemporaryDirectory(prefix="cranktrain-mesh-") as folder:
         target = Path(folder) / "mesh.npz"
-        _run_child(entry, values, target, what, remedy)
+        ended = run_in_child(f"import {__name__} as mesh; mesh.child({entry!r})", values, target, CHILD_SECONDS)
+        if ended is not None and ended.startswith("took"):
+            raise InputError(f"{what}: meshing {ended}: change {remedy}")
+        if ended is not None:
+            raise InputError(f"{what}: the CAD kernel failed ({ended}): change {remedy} a little")
         with np.load(target) as data:
             names = [str(s) for s in data["names"]]
             return data["nodes"], data["tets"], data["triangles"], data["labels"], names
@@ -360,15 +355,6 @@ def child(entry: str) -> None:
         labels=skin["index"] - 1,
         names=names,
     )
-
-
-def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
-    """Run the child process that meshes; ``InputError`` if it fails."""
-    ended = run_in_child(f"import {__name__} as mesh; mesh.child({entry!r})", values, target, CHILD_SECONDS)
-    if ended is not None and ended.startswith("took"):
-        raise InputError(f"{what}: meshing {ended}: change {remedy}")
-    if ended is not None:
-        raise InputError(f"{what}: the CAD kernel failed ({ended}): change {remedy} a little")
 
 
 def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:

@@ -59,8 +59,12 @@ def interface_name(name: str) -> str:
     return f"{numbered[1]}[{int(numbered[2])}]" + (f".{numbered[3]}" if numbered[3] else "")
 
 
-def check_format(path: Path) -> str:
-    """Format of a mesh file by its ending in any case; ``InputError`` for other files."""
+def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str, Integers]]:
+    """Nodes (n, 3), tetrahedra (m, 10) or (m, 4) in VTK's order, and triangles (k, 3) of each named surface.
+
+    Raises ``InputError`` with the reason, and the line if known: the file is missing or broken, its format is unknown,
+    or its solids are not tetrahedra of one kind.
+    """
     ending = path.suffix.lower()
     if ending in MATRICES:
         raise InputError(
@@ -71,16 +75,7 @@ def check_format(path: Path) -> str:
         raise InputError(f"{path}: CAD, no mesh: 'cranktrain new NAME --cad {path.name}' meshes it")
     if ending not in FORMATS:
         raise InputError(f"{path}: mesh format '{path.suffix}' is not known: use {', '.join(FORMATS)}")
-    return FORMATS[ending]
-
-
-def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str, Integers]]:
-    """Nodes (n, 3), tetrahedra (m, 10) or (m, 4) in VTK's order, and triangles (k, 3) of each named surface.
-
-    Raises ``InputError`` with the reason, and the line if known: the file is missing or broken, its format is unknown,
-    or its solids are not tetrahedra of one kind.
-    """
-    form = check_format(path)
+    form = FORMATS[ending]
     check_file(path, f"{path}", "give a mesh file")
     if not file_exists(path):
         raise InputError(f"{path}: no such mesh file: give the path of a {', '.join(FORMATS)} file")

@@ -1,4 +1,4 @@
-"""Mesh data common to all readers: numbered nodes, tetrahedra, and named surfaces of triangles.
+"""Mesh data common to all readers: numbered nodes, tetrahedra, named surfaces of triangles, and included files.
 
 A surface is defined by triangles, by nodes or by faces of tetrahedra. Readers collect the numbers of the file.
 :func:`assembled` converts them to indices and refuses numbers that do not exist, with the line.
@@ -6,6 +6,7 @@ A surface is defined by triangles, by nodes or by faces of tetrahedra. Readers c
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import check_file, file_exists, user_path
 
 Integers = NDArray[np.integer[Any]]
 
@@ -162,3 +164,37 @@ def outer_faces(tets: Integers) -> Integers:
     faces = np.concatenate([tets[:, list(corners)] for corners in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))])
     _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
     return np.asarray(faces[first[count == 1]])
+
+
+VARIABLE = "CRANKTRAIN_INCLUDES"
+DEEPEST = 100
+"""Largest number of nested inclusions."""
+
+
+def included_file(place: Place, keyword: str, name: str, deck: Path) -> Path:
+    """Path of a file named by a keyword, relative to the deck; ``InputError`` if it is not permitted or not there.
+
+    A deck may come from an untrusted source. Its included files must therefore lie below the folder of ``deck``, the
+    main file that the user gave, or below a folder that the user names in the environment variable
+    ``CRANKTRAIN_INCLUDES`` (several with the system's separator of paths).
+    """
+    target = place.path.parent / name
+    found = target.resolve()
+    folders = [deck.parent, *(user_path(text) for text in os.environ.get(VARIABLE, "").split(os.pathsep) if text)]
+    if not any(found.is_relative_to(folder.resolve()) for folder in folders):
+        raise InputError(
+            f"{place}: {keyword} names {shown(name)}, which is not below the deck's folder {deck.parent}; put it "
+            f"there, or name its folder in the environment variable {VARIABLE}"
+        )
+    check_file(found, f"{place}: {keyword} names {shown(name)}, which", "put a file there")
+    if not name or not file_exists(found):
+        raise InputError(f"{place}: {keyword} names {shown(name)}, which is not in {place.path.parent}; put it there")
+    return target
+
+
+def check_depth(place: Place, target: Path, inside: tuple[Path, ...]) -> None:
+    """Refuse a file that includes itself or is nested deeper than ``DEEPEST``; ``inside`` are the including files."""
+    if target.resolve() in [one.resolve() for one in inside]:
+        raise InputError(f"{place}: {target.name} includes itself, by {' -> '.join(one.name for one in inside)}")
+    if len(inside) > DEEPEST:
+        raise InputError(f"{place}: {DEEPEST} files include each other; join some of them")

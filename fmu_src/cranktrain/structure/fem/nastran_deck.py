@@ -6,7 +6,7 @@ elements in wide fields, and its errors give no line. This module reads
 * ``GRID`` in basic coordinates, ``CTETRA`` of 4 or 10 nodes, ``CTRIA3``, ``CTRIAR`` and ``CTRIA6``, in narrow, wide and
   free fields with any continuation,
 * ``INCLUDE``, relative to the file that names it and below the deck's folder
-  (:mod:`cranktrain.structure.fem.included_file`),
+  (:mod:`cranktrain.structure.fem.mesh_parts`),
 * names of properties as HyperMesh writes them into comments, ``$HMNAME PROP 3 "MAIN_1"``; else the property's number.
 
 Other cards are skipped.
@@ -22,8 +22,7 @@ from typing import NamedTuple
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import LONGEST_LINE, text_lines
 from cranktrain.core.whole_number import whole_number
-from cranktrain.structure.fem.included_file import check_depth, included_file
-from cranktrain.structure.fem.mesh_parts import MeshParts, Place
+from cranktrain.structure.fem.mesh_parts import MeshParts, Place, check_depth, included_file
 
 NAMED_PROPERTY = re.compile(r'\$HMNAME\s+(?:PROP|COMP)\S*\s+([0-9]{1,18})\s*"([^"]+)"')
 TRIANGLES = {"CTRIA3": 3, "CTRIAR": 3, "CTRIA6": 6}
@@ -103,19 +102,13 @@ def _lines(path: Path, inside: tuple[Path, ...]) -> Lines:
             continue
         if any(begun.count(quote) == 1 for quote in "'\"") and len(begun) < LONGEST_LINE:
             continue
-        yield from _included(at, begun, inside)
+        name = begun[len("INCLUDE") :].lstrip(" =\t").partition("$")[0].strip().strip("'\"").strip()
+        target = included_file(at, "INCLUDE", name, inside[0])
+        check_depth(at, target, inside)
+        yield from (row for row in _lines(target, (*inside, target)) if row[1].strip().upper() != "ENDDATA")
         begun = ""
     if begun:
         raise InputError(f"{at}: INCLUDE whose name has no closing quote")
-
-
-def _included(place: Place, line: str, inside: tuple[Path, ...]) -> Lines:
-    name = line.strip()[len("INCLUDE") :].lstrip(" =\t").partition("$")[0].strip().strip("'\"").strip()
-    target = included_file(place, "INCLUDE", name, inside[0])
-    check_depth(place, target, inside)
-    for own, text in _lines(target, (*inside, target)):
-        if text.strip().upper() != "ENDDATA":
-            yield own, text
 
 
 def _cards(lines: Lines) -> Iterator[_Card]:

@@ -25,7 +25,7 @@ from cranktrain.core.user_file import file_exists
 from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.whole_file import check_kept
-from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes
+from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes, give_back
 from cranktrain.structure.fem.elasticity import (
     FEModel,
     component_dofs,
@@ -35,7 +35,6 @@ from cranktrain.structure.fem.elasticity import (
 )
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
-from cranktrain.structure.fem.memory import give_back
 from cranktrain.structure.fem.own_mesh import mesh_unit
 
 # Frequency (Hz) up to which the reduced body is compared with the full finite-element model.
@@ -99,7 +98,13 @@ def reduced_structure(
     say = progress or (lambda stage: None)
     model, interfaces, reduced = reduced_with_shapes(task, say)
     with one_thread():
-        body = _judged(model, reduced)
+        rigid = reduced.flexibility.rigid
+        quality = {
+            "dofs_full": float(model.basis.N),
+            "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
+            "static_error": static_error(reduced),
+        }
+        body = replace(reduced.body, quality=quality)
         if task.records is not None:
             body = replace(body, records=task.records(model, body))
         if checked:
@@ -122,16 +127,6 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
         return model, interfaces, craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
 
 
-def _included(path: Path) -> list[Path]:
-    """Files that an Abaqus deck or Nastran bulk data include."""
-    from cranktrain.structure.fem import abaqus_deck, nastran_deck
-    from cranktrain.structure.fem.mesh_file import FORMATS
-
-    decks = {"abaqus": abaqus_deck, "nastran": nastran_deck}
-    found = decks.get(FORMATS.get(path.suffix.lower(), ""))
-    return [] if found is None else found.included_files(path)
-
-
 def kept_path(kind: str, digest: str) -> Path:
     """Path in the user's cache of a body with this digest of its inputs.
 
@@ -146,23 +141,17 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
     """Digest of a body's input data, and of the user's mesh if there is one."""
     content = {"schema": SCHEMA, **content}
     if mesh_file is not None and file_exists(mesh_file):
-        content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
-        if included := _included(Path(mesh_file)):
+        from cranktrain.structure.fem import abaqus_deck, nastran_deck
+        from cranktrain.structure.fem.mesh_file import FORMATS
+
+        file = Path(mesh_file)
+        content["mesh"] = sha256(file.read_bytes()).hexdigest()
+        deck = {"abaqus": abaqus_deck, "nastran": nastran_deck}.get(FORMATS.get(file.suffix.lower(), ""))
+        if included := [] if deck is None else deck.included_files(file):
             content["mesh_included"] = [sha256(path.read_bytes()).hexdigest() for path in included]
         if mesh_unit(mesh_file) != "m":
             content["mesh_unit"] = mesh_unit(mesh_file)
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def _judged(model: FEModel, reduced: Reduced) -> ReducedBody:
-    """Reduced body with those quality figures that need no comparison with the full model."""
-    rigid = reduced.flexibility.rigid
-    quality = {
-        "dofs_full": float(model.basis.N),
-        "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
-        "static_error": static_error(reduced),
-    }
-    return replace(reduced.body, quality=quality)
 
 
 def _with(body: ReducedBody, found: Comparison) -> ReducedBody:

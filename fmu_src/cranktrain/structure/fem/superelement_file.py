@@ -104,6 +104,16 @@ def read_superelement(path: str | Path) -> Superelement:
     digest = sha256(source.read_bytes())
     for one in files.values():
         digest.update(one.read_bytes())
+    if not read.interfaces:
+        raise InputError(f'{source}: no [interfaces]; name the node, or nodes, of each: "main[1]" = 1001')
+    found = {}
+    for name, given in read.interfaces.items():
+        nodes = given if isinstance(given, list) else [given]
+        if not nodes or not all(isinstance(node, int) for node in nodes):
+            raise InputError(f"{source}: interface '{name}' = {shown(given)}; expected is a node's number, or a list")
+        if missing := [node for node in nodes if node not in places]:
+            raise InputError(f"{source}: interface '{name}': node {missing[0]} is not retained, or has no coordinates")
+        found[interface_name(name)] = tuple(nodes)
     return Superelement(
         source=source.name,
         stiffness=factor * stiffness,
@@ -111,7 +121,7 @@ def read_superelement(path: str | Path) -> Superelement:
         nodes=np.array([node for node, _ in rows]),
         components=np.array([component for _, component in rows]),
         places=places,
-        interfaces=_interfaces(source, read.interfaces, places),
+        interfaces=found,
         digest=digest.hexdigest(),
     )
 
@@ -224,19 +234,8 @@ def _user_element(path: Path) -> tuple[Rows, dict[str, Array]]:
         elif plain:
             blocks.setdefault("components" if section == "nodes" else section, []).append(line)
     nodes = _numbers(path, blocks.pop("nodes")).astype(int).tolist()
-    rows = _components(path, nodes, blocks.pop("components"))
-    if not rows:
-        raise InputError(f"{path}: no *USER ELEMENT with nodes and components; write it by *SUBSTRUCTURE MATRIX OUTPUT")
-    if not 6 < len(rows) <= MOST_ROWS:
-        raise InputError(f"{path}: {len(rows)} components; a superelement has 7 to {MOST_ROWS}: condense the body")
-    kinds = [kind for kind in ("stiffness", "mass") if kind in blocks]
-    return rows, {kind: _triangle(path, kind, _numbers(path, blocks[kind]), len(rows)) for kind in kinds}
-
-
-def _components(path: Path, nodes: list[int], lines: list[str]) -> Rows:
-    """Rows of the nodes; the first line has the components of the first node, later ones changes from a position on."""
     each: dict[int, list[int]] = {}
-    for k, line in enumerate(lines):
+    for k, line in enumerate(blocks.pop("components")):
         first, *rest = _numbers(path, [line]).astype(int).tolist()
         each[0 if k == 0 else first - 1] = [first, *rest] if k == 0 else rest
     rows: Rows = []
@@ -244,7 +243,12 @@ def _components(path: Path, nodes: list[int], lines: list[str]) -> Rows:
     for position, node in enumerate(nodes):
         current = each.get(position, current)
         rows += [(node, component - 1) for component in current]
-    return rows
+    if not rows:
+        raise InputError(f"{path}: no *USER ELEMENT with nodes and components; write it by *SUBSTRUCTURE MATRIX OUTPUT")
+    if not 6 < len(rows) <= MOST_ROWS:
+        raise InputError(f"{path}: {len(rows)} components; a superelement has 7 to {MOST_ROWS}: condense the body")
+    kinds = [kind for kind in ("stiffness", "mass") if kind in blocks]
+    return rows, {kind: _triangle(path, kind, _numbers(path, blocks[kind]), len(rows)) for kind in kinds}
 
 
 def _triangle(path: Path, kind: str, values: Array, n: int) -> Array:
@@ -372,19 +376,4 @@ def _grids(file: Path) -> dict[int, Array]:
         if texts[1] not in ("", "0") or place.size != 3:
             raise InputError(f"{file}, line {number}: GRID {node} is not in basic coordinates; export it so")
         found[node] = place
-    return found
-
-
-def _interfaces(source: Path, table: dict[str, Any], places: dict[int, Array]) -> dict[str, tuple[int, ...]]:
-    """Nodes of each interface; ``InputError`` for nodes without rows or coordinates."""
-    if not table:
-        raise InputError(f'{source}: no [interfaces]; name the node, or nodes, of each: "main[1]" = 1001')
-    found = {}
-    for name, given in table.items():
-        nodes = given if isinstance(given, list) else [given]
-        if not nodes or not all(isinstance(node, int) for node in nodes):
-            raise InputError(f"{source}: interface '{name}' = {shown(given)}; expected is a node's number, or a list")
-        if missing := [node for node in nodes if node not in places]:
-            raise InputError(f"{source}: interface '{name}': node {missing[0]} is not retained, or has no coordinates")
-        found[interface_name(name)] = tuple(nodes)
     return found

@@ -26,9 +26,7 @@ from cranktrain.structure.fem.factor import factorise, one_thread
 def radial_loads(model: FEModel, facets: FacetBasis, pressure: Array) -> Array:
     """Load vectors of radial pressures about z, outwards, (ndof, patterns).
 
-    Parameters
-    ----------
-    pressure : (patterns, facets, points) pressure times area at each quadrature point of ``facets``
+    ``pressure``: (patterns, facets, points) pressure times area at each quadrature point of ``facets``.
     """
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)

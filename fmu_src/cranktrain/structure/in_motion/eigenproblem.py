@@ -227,20 +227,18 @@ _RODS: WeakKeyDictionary[Simulation, tuple[float, Rods]] = WeakKeyDictionary()
 """Linearised rods at the last speed of each simulation; they do not depend on the iterated means of the films."""
 
 
-def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = None) -> ModesInMotion:
+def modes_in_motion(simulation: Simulation) -> ModesInMotion:
     """Modes about the settled cycle that begins at a simulation's state; the state is not changed.
 
-    Given ``tangents`` of a cycle of the same model replace the tangents of this cycle. Films have the means at the
-    first torsional frequency, found by iteration. Raises ``SolverError`` for a step that fails, or a law without
-    tangents.
+    Films have the means at the first torsional frequency, found by iteration. Raises ``SolverError`` for a step that
+    fails, or a law without tangents.
     """
-    means, _ = settled_means(simulation, tangents)
-    return modes_in_means(simulation, means)
+    return modes_in_means(simulation, settled_means(simulation)[0])
 
 
-def settled_means(simulation: Simulation, tangents: CycleTangents | None = None) -> tuple[CycleMeans, float]:
+def settled_means(simulation: Simulation) -> tuple[CycleMeans, float]:
     """Cycle means of the force laws for vibration at the first torsional frequency, and this frequency, Hz."""
-    found = tangents_over_cycle(simulation) if tangents is None else tangents
+    found = tangents_over_cycle(simulation)
     means = with_joint_mean(simulation, found, plain_means(found, FIRST_HZ), FIRST_HZ)
     hz = modes_in_means(simulation, means).torsional_hz
     for _ in range(ROUNDS):

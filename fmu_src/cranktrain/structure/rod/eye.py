@@ -137,14 +137,17 @@ def eye_compliance(engine: Engine, count: int = 8, progress: Progress | None = N
 def eye_flexibility(model: FEModel, eye: Eye, waves: int = WAVES, degree: int = DEGREE) -> Array:
     """Compliance of the bore on patterns of pressure.
 
-    Returns
-    -------
-    (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, symmetric in its pairs of indices
+    The result is (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, symmetric in its pairs of indices.
     """
     loads = pattern_loads(model, eye.film_diameter, eye.film_width, waves, degree)
     motions = rigid_motions(model)
     balancing = np.asarray(model.mass @ motions)
-    balancing[:, 1] = _along_shank(model)
+    # A unit traction along y on the cut of the shank, m².
+    facets = surface_basis(model.mesh, model.basis.elem, "cut", FACET_ORDER)
+    load = np.zeros(model.basis.N)
+    for dofs, basis in zip(facets.element_dofs, facets.basis, strict=True):
+        np.add.at(load, dofs, np.einsum("fq,fq->f", np.asarray(basis[0])[1], facets.dx))
+    balancing[:, 1] = load
     balanced = loads - balancing @ np.linalg.solve(motions.T @ balancing, motions.T @ loads)
     # Six supports, chosen so that they determine the rigid motions best; balanced loads cause no reaction in them.
     _, _, order = qr((motions / np.linalg.norm(motions, axis=0)).T, mode="economic", pivoting=True)
@@ -154,15 +157,6 @@ def eye_flexibility(model: FEModel, eye: Eye, waves: int = WAVES, degree: int = 
     compliance = balanced[free].T @ answer
     shape = (2 * waves + 1, degree + 1)
     return np.asarray((0.5 * (compliance + compliance.T)).reshape(*shape, *shape))
-
-
-def _along_shank(model: FEModel) -> Array:
-    """Load vector of a unit traction along y on the cut of the shank, (ndof,) m²."""
-    facets = surface_basis(model.mesh, model.basis.elem, "cut", FACET_ORDER)
-    load = np.zeros(model.basis.N)
-    for dofs, basis in zip(facets.element_dofs, facets.basis, strict=True):
-        np.add.at(load, dofs, np.einsum("fq,fq->f", np.asarray(basis[0])[1], facets.dx))
-    return load
 
 
 def eye_mesh(eye: Eye) -> MeshTet2:

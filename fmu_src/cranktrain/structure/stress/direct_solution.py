@@ -51,9 +51,7 @@ class Instants:
 def direct_solution(crank: ShapedCrank, engine: Engine, at: Instants) -> tuple[Array, Array]:
     """Displacement (ndof, k) of the bare crankshaft, and relative size (k,) of the load removed by inertia relief.
 
-    Parameters
-    ----------
-    engine : engine with the rigid parts that are fixed to the crankshaft in the run
+    ``engine``: engine with the rigid parts that are fixed to the crankshaft in the run.
     """
     model, modes = crank.model, crank.reduced.modes
     loads = at.loads + part_loads(engine, crank.reduced.body, at)

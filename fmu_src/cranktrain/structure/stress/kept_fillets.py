@@ -27,11 +27,8 @@ def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank],
     """Sub-models of the fillets and the oil bore of a throw (numbered from 1), read from the user's cache or computed.
 
     Each one is stored as soon as it is solved. Raises ``InputError`` for a throw that does not exist, and as
-    :func:`cranktrain.structure.stress.sub_model.fillet_modes` does.
-
-    Parameters
-    ----------
-    shaped : function that makes the crankshaft with its shapes, called only if needed
+    :func:`cranktrain.structure.stress.sub_model.fillet_modes` does. ``shaped``: function that makes the crankshaft with
+    its shapes, called only if needed.
     """
     count = len(engine.crankshaft.throw_angles)
     if not 1 <= throw <= count:

@@ -121,7 +121,7 @@ def stress_modes(
     check_has_elements(mesh_file)
     say = progress or (lambda stage: None)
     task = reduction_task(engine, mesh_file)
-    path = stress_path(task)
+    path = task.path.with_name(f"{task.path.stem}-stress.npz")
     kept = _read(path, task)
     if kept is not None:
         return kept
@@ -165,11 +165,6 @@ def _centrifugal_answer(body: ReducedBody) -> Array:
     answer = np.zeros(body.n_modes)
     answer[6:] = body.centrifugal_load[6:] / body.omega[6:] ** 2
     return answer if body.basis is None else body.basis @ answer
-
-
-def stress_path(task: ReductionTask) -> Path:
-    """Path of the stored stress modes of a reduced body."""
-    return task.path.with_name(f"{task.path.stem}-stress.npz")
 
 
 def same_modes(one: ReducedBody, other: ReducedBody) -> bool:

@@ -141,11 +141,7 @@ def vee(order: Sequence[int], bank_deg: float, title: str) -> Layout:
     return Layout(f"v{len(order)}", title, VEE, evenly(order), bank_deg)
 
 
-def _table(*rows: Layout) -> dict[str, Layout]:
-    return {row.name: row for row in rows}
-
-
-LAYOUTS = _table(
+LAYOUTS = {row.name: row for row in (
     in_line((1,), "single cylinder"),
     in_line((1, 2), "in-line two, both pistons moving together"),
     in_line((1, 3, 2), "in-line three"),
@@ -182,7 +178,7 @@ LAYOUTS = _table(
     Layout("boxer2", "flat twin", BOXER, evenly((1, 2)), 180.0),
     Layout("boxer4", "flat four", BOXER, evenly((1, 3, 2, 4)), 180.0),
     Layout("boxer6", "flat six", BOXER, evenly((1, 6, 3, 2, 5, 4)), 180.0),
-)  # fmt: skip
+)}  # fmt: skip
 """All layouts by name."""
 
 

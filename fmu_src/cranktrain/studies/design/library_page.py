@@ -13,7 +13,6 @@ import numpy as np
 
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.firing import firing_text
-from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
@@ -63,18 +62,6 @@ def _row(name: str) -> str:
     whole = engine.without_additions
     hz = torsional_frequencies(*cranktrain_modes(whole, crank_body(whole, "beam")))[0]
     source = ROWS[name].source if name in ROWS else "chosen in usual proportions"
-    forces, moments = _free(engine)
-    litres = 1e3 * engine.displacement
-    cells = (
-        f"`{name}`", engine.title, f"{litres:.3g} l" if litres < 1000.0 else f"{engine.displacement:.3g} m³",
-        firing_text(engine).removeprefix("Fires "), forces, moments, "–" if hz is None else f"{hz:.4g} Hz",
-        f"{1e-5 * GasTrace.from_engine(engine).imep:.3g} bar", source,
-    )  # fmt: skip
-    return f"| {' | '.join(cells)} |\n"
-
-
-def _free(engine: Engine) -> tuple[str, str]:
-    """Texts on free forces and free moments of orders 1 and 2; moments about the crank's middle, over distance a."""
     places = cylinder_places(engine).along
     banks, firing = np.array(engine.cylinders.bank_angles), np.array(engine.firing_angles)
     along = np.stack((-np.sin(banks), np.cos(banks)), axis=1)
@@ -83,7 +70,13 @@ def _free(engine: Engine) -> tuple[str, str]:
         for weight in (np.ones_like(places), places)
     ]
     forces, moments = ("; ".join(f"{round(value, 6) + 0.0:.3g}" for value in pair) for pair in found)
-    return forces, moments
+    litres = 1e3 * engine.displacement
+    cells = (
+        f"`{name}`", engine.title, f"{litres:.3g} l" if litres < 1000.0 else f"{engine.displacement:.3g} m³",
+        firing_text(engine).removeprefix("Fires "), forces, moments, "–" if hz is None else f"{hz:.4g} Hz",
+        f"{1e-5 * GasTrace.from_engine(engine).imep:.3g} bar", source,
+    )  # fmt: skip
+    return f"| {' | '.join(cells)} |\n"
 
 
 if __name__ == "__main__":

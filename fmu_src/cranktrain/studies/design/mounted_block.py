@@ -74,7 +74,14 @@ def _block(s: Sizes, engine: Engine) -> Block:
         raise InputError("--mounts: there is no parametric block for a boxer; leave the option out, or take your own "
                          "mesh of the block (--block-mesh)")  # fmt: skip
     housing = min(crank.main_widths) - 0.02 * b
-    pitch, nearest, end = _spacing(engine)
+    places, mains = engine.cylinder_positions, engine.crankshaft.main_positions
+    banks = engine.cylinders.bank_angles
+    pitches = [math.inf]
+    for angle in set(banks):
+        row = sorted(z for z, own in zip(places, banks, strict=True) if own == angle)
+        pitches += [after - before for before, after in itertools.pairwise(row)]
+    nearest = min(abs(z - main) for z in places for main in mains)
+    pitch, end = min(pitches), min(min(places) - mains[0], mains[-1] - max(places))
     thick, thin = (VEE_WALL, VEE_LINER) if s.vee else (WALL, LINER)
     liner = min(thin * b, 0.5 * (pitch - b - GAP))
     wall = min(thick * b, end + 0.5 * housing - 0.5 * b - liner - GAP)
@@ -209,18 +216,6 @@ def _area(polygon: list[tuple[float, float]]) -> float:
     """Area of an anticlockwise polygon."""
     following = [*polygon[1:], polygon[0]]
     return 0.5 * sum(x * v - u * y for (x, y), (u, v) in zip(polygon, following, strict=True))
-
-
-def _spacing(engine: Engine) -> tuple[float, float, float]:
-    """Least distances, m: of cylinders in a bank, of a cylinder from a main bearing, from the outer main."""
-    places, mains = engine.cylinder_positions, engine.crankshaft.main_positions
-    banks = engine.cylinders.bank_angles
-    pitches = [math.inf]
-    for angle in set(banks):
-        row = sorted(z for z, own in zip(places, banks, strict=True) if own == angle)
-        pitches += [after - before for before, after in itertools.pairwise(row)]
-    nearest = min(abs(z - main) for z in places for main in mains)
-    return min(pitches), nearest, min(min(places) - mains[0], mains[-1] - max(places))
 
 
 def _mm(key: str, metres: float, note: str) -> Entry:

@@ -12,10 +12,9 @@ import math
 from collections.abc import Callable
 
 from cranktrain.core.units import RPM
-from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Crankshaft
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.design.balance import cylinder_places, free_forces
-from cranktrain.studies.design.crank_table import found_crankshaft
 from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived, given
 from cranktrain.studies.design.equipment import damper, with_dual_mass
 from cranktrain.studies.design.fitting import (
@@ -28,7 +27,7 @@ from cranktrain.studies.design.fitting import (
     full_load,
     gyration,
 )
-from cranktrain.studies.design.layouts import IN_LINE, VEE, Layout
+from cranktrain.studies.design.layouts import IN_LINE, VEE
 from cranktrain.studies.design.limits import bearing_limits, limits
 from cranktrain.studies.design.mounted_block import mounted_block, piston_guidance
 from cranktrain.studies.design.options import BARE, Equipment
@@ -101,21 +100,16 @@ def _document(name: str, s: Sizes, fitted: Fitted) -> Document:
     blocks = [_material(), _crankshaft(s, fitted), _strength(s), _flywheel(s, fitted.flywheel),
               *(make(s) for make in makers),
               _drive_line(s, fitted.flywheel), _damping(), _combustion(s, fitted.heat), _reduction(s)]  # fmt: skip
-    head += free_words(layout, Document(name, title, head, tuple(blocks)).engine)
-    return Document(name, title, head + ((f"Layout: {layout.note}.",) if layout.note else ()), tuple(blocks))
-
-
-def free_words(layout: Layout, engine: Engine) -> tuple[str, ...]:
-    """Lines of the file's first comment on free forces and moments of the oscillating masses."""
-    places = cylinder_places(engine)
+    places = cylinder_places(Document(name, title, head, tuple(blocks)).engine)
     free = free_forces(layout, places.along)
     where = f"the distance a = {1e3 * places.distance:.4g} mm of {places.words} and " if places.words else ""
-    return (
+    head += (
         f"Free forces of the oscillating masses m: first order {free.first:.3g} m r w^2,",
         f"second order {free.second:.3g} lambda m r w^2; free moments {free.first_moment:.3g} m r w^2 a and "
         f"{free.second_moment:.3g} lambda m r w^2 a,",
         f"with {where}lambda = r over the length of the rod.",
     )
+    return Document(name, title, head + ((f"Layout: {layout.note}.",) if layout.note else ()), tuple(blocks))
 
 
 def _material() -> Block:
@@ -397,3 +391,50 @@ def _reduction(s: Sizes) -> Block:
             ("ker-wilson", "", "crank level torsional by formula, without finite elements")
         )),
     ))  # fmt: skip
+
+
+FROM_STEP = "measured in the STEP file"
+LENGTH_DECIMALS, ANGLE_DECIMALS = 4, 6
+"""Number of decimals of lengths in mm and of angles in deg."""
+
+
+def found_crankshaft(c: Crankshaft) -> Block:
+    """Table of a crankshaft's dimensions, m and rad, with origin measured."""
+
+    def mm(key: str, value: float | tuple[float, ...], note: str = FROM_STEP) -> Entry:
+        return Entry(key, _scaled(value, 1e3, LENGTH_DECIMALS), "mm", "derived", note)
+
+    split = bool(c.pins_between_mains)
+    entries = (
+        mm("throw", c.throw),
+        Entry("throw_angles", _scaled(c.throw_angles, 180.0 / math.pi, ANGLE_DECIMALS), "deg", "derived",
+              f"{FROM_STEP}; turned as the layout has them"),
+        mm("main_diameter", c.main_diameter),
+        mm("main_widths", c.main_widths, f"between webs, {FROM_STEP}"),
+        mm("pin_diameter", c.pin_diameter),
+        mm("pin_width", c.pin_width, f"between webs, {FROM_STEP}"),
+        mm("web_thickness", c.web_thickness),
+        mm("web_main_radius", c.web_main_radius, f"outline about the main axis, {FROM_STEP}"),
+        mm("web_pin_radius", c.web_pin_radius, f"outline about the pin axis, {FROM_STEP}"),
+        mm("counterweight_radius", c.counterweight_radius),
+        mm("counterweight_half_width", c.counterweight_half_width),
+        Entry("counterweights", list(c.counterweights), "", "derived", FROM_STEP),
+        *((Entry("pins_between_mains", list(c.pins_between_mains), "", "derived", FROM_STEP),
+           mm("flying_web_thickness", c.flying_web_thickness)) if split else ()),
+        *((mm("pin_throws", c.pin_throws),) if c.pin_throws else ()),
+        mm("nose_diameter", c.nose_diameter),
+        mm("nose_length", c.nose_length, f"from main journal 1 to the front end, {FROM_STEP}"),
+        mm("flange_diameter", c.flange_diameter),
+        mm("flange_length", c.flange_length, f"from the last main journal to the rear end, {FROM_STEP}"),
+        mm("fillet", c.fillet),
+        mm("oil_hole_diameter", c.oil_hole_diameter, "used where oil_holes is true"),
+        Entry("oil_holes", False, "", "chosen", "the mesh of the STEP file has its own"),
+        mm("mesh_size", c.mesh_size, "largest element edge"),
+    )  # fmt: skip
+    return Block("crankshaft", "Angles of throws from the vertical, in the sense of rotation.", entries)
+
+
+def _scaled(value: float | tuple[float, ...], factor: float, decimals: int) -> float | list[float]:
+    if isinstance(value, tuple):
+        return [round(factor * one, decimals) + 0.0 for one in value]
+    return round(factor * value, decimals) + 0.0

@@ -323,6 +323,8 @@ def sizes(
 ) -> Sizes:
     """Sizes of an engine (SI). Arguments that are None follow from the fuel and the proportions of this module.
 
+    Raises ``InputError``: an unknown fuel, and sizes that no engine has.
+
     Parameters
     ----------
     rod : length between the rod's eyes, m
@@ -330,11 +332,6 @@ def sizes(
     rated : rated speed, rad/s
     crank : dimensions of a crankshaft that was found in CAD
     practice : rules for the rest
-
-    Raises
-    ------
-    InputError
-        an unknown fuel, and sizes that no engine has
     """
     if fuel not in FUELS:
         raise InputError(f"--fuel '{fuel}' is not known; {nearest(fuel, FUELS)}")

@@ -16,8 +16,8 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.columns import NOTHING
+from cranktrain.results.strength.recorded_cycle import whole
 from cranktrain.results.tables import Table
-from cranktrain.results.whole_run import whole
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import listed_to
 from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle

@@ -102,7 +102,11 @@ def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | No
     """Shipped errors and costs for a scene, or None if they do not cover it; ``allowed`` is true for allowed levels."""
     known = figures or shipped(scene.engine)
     families = _families(scene)
-    if known is None or not families or not _plain(scene):
+    # Shipped errors were measured under these conditions.
+    usual = (scene.damper, scene.big_ends, scene.load, scene.film_temperature) == ("none", "rigid", 1.0, "engine")
+    free = scene.integrator is None and scene.step is None and scene.cutoff is None
+    plain = usual and free and scene.pressure is None and not scene.stress
+    if known is None or not families or not plain:
         return None
     speeds = around(scene.speeds_rpm, known.speeds_rpm)
     measured = [] if speeds is None else choices(known.points, speeds, families)
@@ -140,13 +144,6 @@ def _families(scene: Scene, once: bool = True) -> list[str]:
             return []
         found.append(family)
     return list(dict.fromkeys(found)) if once else found
-
-
-def _plain(scene: Scene) -> bool:
-    """True if a scene has the conditions under which the shipped errors were measured."""
-    usual = (scene.damper, scene.big_ends, scene.load, scene.film_temperature) == ("none", "rigid", 1.0, "engine")
-    free = scene.integrator is None and scene.step is None and scene.cutoff is None
-    return usual and free and scene.pressure is None and not scene.stress
 
 
 def choices(points: Sequence[TotalPoint], speeds: Sequence[float], families: Sequence[str]) -> list[ChartedChoice]:

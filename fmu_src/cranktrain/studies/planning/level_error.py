@@ -49,7 +49,9 @@ def level_error(
     speeds = _measured(figures.speeds_rpm, first_rpm, last_rpm)
     usual = all(getattr(settings, name) == value for name, value in CONDITIONS.items())
     found = choices(figures.points, speeds, [TORSION]) if usual and speeds else []
-    label = _label(settings)
+    method = "" if settings.integrator == bearing_law(settings.bearings).integrator else f" {settings.integrator}"
+    step = math.degrees(settings.step)
+    label = f"{settings.crank}/{settings.bearings}/{settings.block}{method} {step:.6g}°"
     own = next((one for one in found if one.label == label), None)
     if own is None:
         return none | {
@@ -91,13 +93,6 @@ def halving(own: ChartedChoice, found: list[ChartedChoice]) -> ChartedChoice | N
         return None
     cheapest = min(one.cost for one in better)
     return min((one for one in better if one.cost <= WORTH * cheapest), key=lambda one: one.total)
-
-
-def _label(settings: Settings) -> str:
-    """Label of the measured choice of levels that corresponds to the settings of a run."""
-    method = "" if settings.integrator == bearing_law(settings.bearings).integrator else f" {settings.integrator}"
-    step = math.degrees(settings.step)
-    return f"{settings.crank}/{settings.bearings}/{settings.block}{method} {step:.6g}°"
 
 
 def _options(own: ChartedChoice, better: ChartedChoice) -> str:

@@ -30,9 +30,7 @@ REPEATED_BELOW = 0.5
 class Measured:
     """Measured figures of a scene's model, from the cache or from short runs.
 
-    Parameters
-    ----------
-    model : the scene's model
+    ``model``: the scene's model.
     """
 
     def __init__(self, model: SceneModel) -> None:

@@ -79,12 +79,8 @@ def plan(scene: Scene | str | Path, model: SceneModel | None = None, compare: bo
     """Plan of a scene, or of the scene in a file.
 
     Its input is measured on the scene's model, or read if it was measured before. ``compare``: the next levels up are
-    run also where measured total errors chose the levels, although it may take minutes to prepare them.
-
-    Raises
-    ------
-    InputError
-        an accuracy that no step reaches, levels that the engine lacks
+    run also where measured total errors chose the levels, although it may take minutes to prepare them. Raises
+    ``InputError``: an accuracy that no step reaches, levels that the engine lacks.
     """
     found = scene if isinstance(scene, Scene) else load_scene(scene)
     return _Chooser(found, Measured(model or SceneModel(found)), compare).plan()
@@ -209,7 +205,10 @@ class _Chooser:
     def _method(self, chosen: _Judged, limit: float | None = None) -> Case:
         """Case of the cheapest integrator and step with which numerical and model error are within the accuracy."""
         scene, pair = self.scene, chosen.pair
-        allowed = limit or self._room(chosen)
+        accuracy, model = scene.accuracy, min(chosen.model or 0.0, scene.accuracy)
+        # The numerical error may take what the model error leaves of the accuracy.
+        room = min(NUMERICAL_SHARE * accuracy, math.sqrt(max(accuracy**2 - model**2, (0.1 * accuracy) ** 2)))
+        allowed = limit or room
         if scene.integrator is not None and scene.step is not None:
             return self.model.case(*pair, scene.integrator, scene.step)
         found, tried = list[tuple[float, Case]](), self._methods(pair, allowed)
@@ -228,12 +227,6 @@ class _Chooser:
                 f"{_round_up(finest / NUMERICAL_SHARE)}"
             )
         return min(found, key=lambda entry: entry[0])[1]
-
-    def _room(self, chosen: _Judged) -> float:
-        """Largest relative numerical error that the accuracy permits in addition to the model error."""
-        accuracy = self.scene.accuracy
-        model = min(chosen.model or 0.0, accuracy)
-        return min(NUMERICAL_SHARE * accuracy, math.sqrt(max(accuracy**2 - model**2, (0.1 * accuracy) ** 2)))
 
     def _methods(self, pair: Pair, allowed: float) -> dict[str, list[float]]:
         """Integrators with their steps (rad) to try, the longest first, as the scene leaves them open.

@@ -17,7 +17,6 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.units import RPM
-from cranktrain.dynamics.cycle_run import Result
 from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.results.files import output_unit
@@ -84,22 +83,20 @@ class SceneRun:
             level.seconds += run.seconds
             level.simulated += run.seconds / run.real_time_factor
             level.settlings.append(run.settling)
-            self._keep(case, speed, run)
+            rpm = f"{speed / RPM:.6g}rpm"
+            if case == self.plan.case:
+                prefix = f"{rpm}/" if len(self.scene.speeds) > 1 else ""
+                kept = {"time": (run.time, "s"), "angle": (run.angle, "rad")}
+                kept["film_temperature_c"] = (run.film_temperatures - ZERO_CELSIUS, "degC")
+                kept |= {name: (values, output_unit(name)) for name, values in run.outputs.items()}
+            else:
+                prefix = f"levels/{case.crank}-{case.bearings}/{rpm}/"
+                kept = {
+                    name: (run.outputs[name][-run.per_cycle - 1 :], output_unit(name)) for name in self.scene.outputs
+                }
+            self._datasets |= {prefix + name: entry for name, entry in kept.items()}
+            write_result(self.path, self._datasets, self._attributes())
         return level
-
-    def _keep(self, case: Case, speed: float, run: Result) -> None:
-        """Write all runs so far to the file, including this one."""
-        rpm = f"{speed / RPM:.6g}rpm"
-        if case == self.plan.case:
-            prefix = f"{rpm}/" if len(self.scene.speeds) > 1 else ""
-            kept = {"time": (run.time, "s"), "angle": (run.angle, "rad")}
-            kept["film_temperature_c"] = (run.film_temperatures - ZERO_CELSIUS, "degC")
-            kept |= {name: (values, output_unit(name)) for name, values in run.outputs.items()}
-        else:
-            prefix = f"levels/{case.crank}-{case.bearings}/{rpm}/"
-            kept = {name: (run.outputs[name][-run.per_cycle - 1 :], output_unit(name)) for name in self.scene.outputs}
-        self._datasets |= {prefix + name: entry for name, entry in kept.items()}
-        write_result(self.path, self._datasets, self._attributes())
 
     def _attributes(self) -> dict[str, str | int | float]:
         """Attributes of the result file."""

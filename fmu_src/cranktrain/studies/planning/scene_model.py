@@ -112,14 +112,8 @@ class SceneModel:
     ) -> Result:
         """Run a case at a speed (rad/s) for ``cycles``, by default as the scene states, or else until outputs repeat.
 
-        Raises
-        ------
-        InputError
-            levels that the engine lacks
-        SolverError
-            a step that fails
-        KeyboardInterrupt
-            also where an interrupt has ended the run early: half a run is none
+        Raises ``InputError``: levels that the engine lacks; ``SolverError``: a step that fails; ``KeyboardInterrupt``:
+        also where an interrupt has ended the run early: half a run is none.
         """
         made, wanted = self.assembly(case), cycles or self.scene.cycles
         run = simulate(

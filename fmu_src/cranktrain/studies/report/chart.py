@@ -122,7 +122,10 @@ def _curves(
     parts = []
     for k, (name, y) in reversed(list(enumerate(curves.items()))):
         colour, thickness = (colours[k], 1.8) if k < named else (GREY, 0.8)
-        for corners in _pieces(across, up, x, y):
+        finite = np.isfinite(y)
+        breaks = np.flatnonzero(np.diff(finite.astype(int))) + 1
+        runs = [part for part in np.split(np.arange(len(x)), breaks) if finite[part[0]]]
+        for corners in [" ".join(f"{_x(across, x[k])},{_y(up, y[k])}" for k in part) for part in runs]:
             parts.append(
                 f'<polyline data-k="{k}" points="{corners}" fill="none" stroke="{colour}" '
                 f'stroke-width="{thickness}"><title>{html.escape(name)}</title></polyline>'
@@ -341,14 +344,6 @@ def _frame(across: Axis, up: Axis, both: bool = False) -> list[str]:
             f'<text class="{kind}" x="14" y="{middle}" text-anchor="middle" {turned}>{html.escape(text)}</text>'
         )
     return parts
-
-
-def _pieces(across: Axis, up: Axis, x: Array, y: Array) -> list[str]:
-    """Points of a curve, in pieces where values are missing."""
-    finite = np.isfinite(y)
-    breaks = np.flatnonzero(np.diff(finite.astype(int))) + 1
-    runs = [part for part in np.split(np.arange(len(x)), breaks) if finite[part[0]]]
-    return [" ".join(f"{_x(across, x[k])},{_y(up, y[k])}" for k in part) for part in runs]
 
 
 def _x(axis: Axis, value: float) -> float:

@@ -25,17 +25,6 @@ from cranktrain.studies.report.verdict import verdict_table, verdict_text, verdi
 def front(found: Findings) -> list[str]:
     """Engine, verdict, origin."""
     all_of = verdicts(found)
-    return [
-        table(Table("The engine", ("", "value"), tuple(engine_rows(found)))),
-        paragraph(verdict_text(all_of)),
-        table(verdict_table(all_of)),
-        *_free(found),
-        table(Table("This report", ("", "value"), tuple(_made_rows(found)))),
-    ]
-
-
-def _free(found: Findings) -> list[str]:
-    """Free forces and moments of the masses at the highest speed."""
     free = free_forces(found.engine, found.speeds[1])
     left = f" Without {', '.join(free['left_out'])}, which are elastic or move with a rod." if free["left_out"] else ""
     note = (
@@ -43,7 +32,14 @@ def _free(found: Findings) -> list[str]:
         "are not listed are balanced. Moments are about the middle of the main journals, pitching about the axis "
         f"across the engine.{left}"
     )
-    return [*([table(free_force_table(free))] if free["orders"] else []), paragraph(note)]
+    return [
+        table(Table("The engine", ("", "value"), tuple(engine_rows(found)))),
+        paragraph(verdict_text(all_of)),
+        table(verdict_table(all_of)),
+        *([table(free_force_table(free))] if free["orders"] else []),
+        paragraph(note),
+        table(Table("This report", ("", "value"), tuple(_made_rows(found)))),
+    ]
 
 
 def engine_rows(found: Findings) -> list[tuple[str, str]]:
@@ -55,6 +51,8 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
     throws = sorted({round(2e3 * throw, 6) for throw in engine.throws})
     angle, ratio = math.degrees(trace.peak_angle), engine.cylinders.compression_ratio
     litres = 1e3 * engine.displacement
+    names = ", ".join(body.name for body in engine.body)
+    rods = "on films" if engine.rods_float else f"without films, rods are {engine.cylinders.rods_on_pin}"
     return [
         ("layout", layout_text(engine)),
         ("bore", f"{1e3 * engine.cylinders.bore:.5g} mm"),
@@ -70,26 +68,13 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
         ("indicated power at rated speed", f"{1e-3 * power:.4g} kW"),
         ("load", f"{100.0 * found.asked.load:.4g} % of the full-load burn"),
         ("speeds", f"{low:.5g} to {high:.5g} rev/min"),
-        *_added(engine),
+        *([("added bodies", f"{names}; not in the torsion of this report")] if names else []),
         ("torsional damper", _none("damper") if engine.damper is None else engine.damper.kind),
         ("block", f"rigid ground, {_none('block')}" if engine.block is None else "flexible"),
-        ("big ends", _big_ends(engine)),
+        ("big ends", f"without films, {_none('big_end_bearing')}" if engine.big_end_bearing is None else rods),
         *_articulated(engine),
         ("fatigue", _none("crank_strength") if engine.crank_strength is None else "by [crank_strength]"),
     ]
-
-
-def _added(engine: Engine) -> list[tuple[str, str]]:
-    """What a report leaves out of its torsion: bodies that the file adds."""
-    names = ", ".join(body.name for body in engine.body)
-    return [("added bodies", f"{names}; not in the torsion of this report")] if names else []
-
-
-def _big_ends(engine: Engine) -> str:
-    """How the rods run on their pins."""
-    if engine.big_end_bearing is None:
-        return f"without films, {_none('big_end_bearing')}"
-    return "on films" if engine.rods_float else f"without films, rods are {engine.cylinders.rods_on_pin}"
 
 
 def _articulated(engine: Engine) -> list[tuple[str, str]]:

@@ -17,8 +17,7 @@ from cranktrain.engine.limits import Limits
 from cranktrain.results.bearings.limits import FAMILIES, SAID, judged
 from cranktrain.results.bearings.run_up_cycles import run_up_bearings
 from cranktrain.results.columns import NOTHING
-from cranktrain.results.run_up.run_up import FLYWHEEL, MEAN, TORSION, RunUp
-from cranktrain.results.run_up.twist import half_range
+from cranktrain.results.run_up.run_up import FLYWHEEL, MEAN, TORSION, half_range
 from cranktrain.results.tables import Table
 from cranktrain.studies.report.findings import Findings
 
@@ -89,14 +88,15 @@ def verdict_text(all_of: list[Verdict]) -> str:
 def _vibration(found: Findings) -> Iterator[Verdict]:
     """Torsion of the pulley and twist, with the damper where the engine has one, within the engine's speeds."""
     limits, made = found.engine.limits or Limits(), found.torsion if found.engine.damper is None else found.damped
-    for what, key, of in (
-        ("torsion of the pulley, half of peak to peak", "pulley_torsion", _pulley),
-        ("twist from pulley to flywheel, half of peak to peak", "twist", _twist),
+    for what, key, against in (
+        ("torsion of the pulley, half of peak to peak", "pulley_torsion", ()),
+        ("twist from pulley to flywheel, half of peak to peak", "twist", (FLYWHEEL,)),
     ):
         value, where = None, "Torsional vibration over the speed range"
         if made is not None and FLYWHEEL in made.run_up.amplitudes:
             own = _judged(found, made.run_up.speeds)
-            sizes = np.degrees(of(made.run_up))[own]
+            motion = made.run_up.amplitudes[TORSION] - sum(made.run_up.amplitudes[name] for name in against)
+            sizes = np.degrees(half_range(made.run_up, motion))[own]
             at = int(np.nanargmax(sizes))
             value, where = float(sizes[at]), f"at {made.run_up.speeds_rpm[own][at]:.0f} rev/min"
         yield Verdict(what, "deg", value, _stated(math.degrees(getattr(limits, key))), where, f"limits.{key}")
@@ -107,14 +107,6 @@ def _judged(found: Findings, speeds: Array) -> NDArray[np.intp]:
     low, high = found.speeds
     own = np.flatnonzero((speeds >= (1.0 - ROUNDING) * low) & (speeds <= (1.0 + ROUNDING) * high))
     return own if own.size else np.arange(speeds.size)
-
-
-def _pulley(run_up: RunUp) -> Array:
-    return half_range(run_up, run_up.amplitudes[TORSION])
-
-
-def _twist(run_up: RunUp) -> Array:
-    return half_range(run_up, run_up.amplitudes[TORSION] - run_up.amplitudes[FLYWHEEL])
 
 
 def _running(found: Findings) -> Iterator[Verdict]:

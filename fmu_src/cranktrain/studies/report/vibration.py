@@ -10,15 +10,25 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.model import Engine
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.deviations import deviation_table, deviations, of_another_engine
 from cranktrain.results.orders.measured import band_of
 from cranktrain.results.orders.measured_points import motion_of, points_at, reach_of
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.plot_data import PARTS, drowned
-from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
-from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map
+from cranktrain.results.run_up.run_up import (
+    AXIAL,
+    FLYWHEEL,
+    LARGEST,
+    LEAST,
+    MEAN,
+    TORSION,
+    TWIST,
+    RunUp,
+    frequency_map,
+    half_range,
+    order_map,
+)
 from cranktrain.results.tables import Table
 from cranktrain.studies.report.chart import NAMED, Switches, bar_chart, line_chart, map_chart
 from cranktrain.studies.report.elements import paragraph, table
@@ -52,7 +62,15 @@ def torsion(found: Findings) -> list[str]:
     run = found.torsion.run_up
     parts = [paragraph(note), *_beside(found, run, TORSION, "without damper"), table(_peaks(found.torsion))]
     maps = _maps(found, run, "without damper")
-    return [*parts, paragraph(_uneven(found.engine)), *_twist(found, run, "without damper"), *maps]
+    firing = f"{found.engine.firings:g}"
+    text = (
+        "Torsion is the pulley's rotation against a steady turn, as it is measured there. Low orders at low speeds, "
+        f"above all order {firing} of the firings, are uneven rotation of the crank as a whole under the gas torque, "
+        "which falls with the square of the speed. The twist from pulley to flywheel, below, is what strains the crank."
+    )
+    if found.engine.n_cylinders == 6 and len(found.engine.crankshaft.throw_angles) == 6:
+        text += " Orders 1.5 and 4.5 twist the front half of an in-line six against its rear half, below resonance."
+    return [*parts, paragraph(text), *_twist(found, run, "without damper"), *maps]
 
 
 def _own_mode(found: Findings, made: Torsion) -> str:
@@ -218,19 +236,6 @@ def _orders(
         title, run.speeds_rpm, curves, labels, colours=colours, switches=Switches(log, asked.peak_to_peak),
         points={name: values for name, values in points.items() if name in curves}, named=named,
     )  # fmt: skip
-
-
-def _uneven(engine: Engine) -> str:
-    """What the pulley's torsion consists of, for an engine with its number of cylinders."""
-    firing = f"{engine.firings:g}"
-    text = (
-        "Torsion is the pulley's rotation against a steady turn, as it is measured there. Low orders at low speeds, "
-        f"above all order {firing} of the firings, are uneven rotation of the crank as a whole under the gas torque, "
-        "which falls with the square of the speed. The twist from pulley to flywheel, below, is what strains the crank."
-    )
-    if engine.n_cylinders == 6 and len(engine.crankshaft.throw_angles) == 6:
-        text += " Orders 1.5 and 4.5 twist the front half of an in-line six against its rear half, below resonance."
-    return text
 
 
 def _twist(found: Findings, run: RunUp, words: str) -> list[str]:

@@ -61,7 +61,12 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
         twists.append(recorder.cycles(1)[:, ends] @ (1.0, -1.0))
         ends_of_cycles.append(motion_of(simulation.state, simulation.model.omega2.size))
     simulation.state = state
-    decay = largest_decay(twists[0] - twists[1], step, *_sought(simulation))
+    engine = fitted_engine(simulation.engine, simulation.settings)
+    highest = engine.reduction.running_cutoff_hz
+    at_rest = torsional_frequencies(*cranktrain_modes(engine, simulation.body), highest)[0]
+    decay = largest_decay(
+        twists[0] - twists[1], step, *(slowest_hz(at_rest), max(LISTED_HZ, HIGHEST_SHARE * (at_rest or 0.0)))
+    )
     if not cmath.isfinite(decay):
         return None
     # One cycle after the push, the difference of two runs consists almost only of the torsional mode.
@@ -81,14 +86,6 @@ def largest_decay(signal: Array, step: float, lowest_hz: float = SLOWEST_HZ, hig
     hz = exponents.imag / (2.0 * math.pi)
     energies = np.where((hz > lowest_hz) & (hz < highest_hz) & (exponents.real < 0.0), energies, 0.0)
     return complex(exponents[np.argmax(energies)]) if energies.any() else NONE
-
-
-def _sought(simulation: Simulation) -> tuple[float, float]:
-    """Frequency range, Hz, in which the torsional mode in motion is searched, from the first torsional one at rest."""
-    engine = fitted_engine(simulation.engine, simulation.settings)
-    highest = engine.reduction.running_cutoff_hz
-    at_rest = torsional_frequencies(*cranktrain_modes(engine, simulation.body), highest)[0]
-    return slowest_hz(at_rest), max(LISTED_HZ, HIGHEST_SHARE * (at_rest or 0.0))
 
 
 def decaying_parts(signal: Array, step: float) -> tuple[NDArray[np.complex128], Array]:

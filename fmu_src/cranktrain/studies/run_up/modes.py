@@ -20,10 +20,7 @@ SPEEDS = 21
 def run_up_modes(engine: Engine, run_up: RunUp) -> ModesOverSpeed | None:
     """Modes over the speeds of a run-up; None for a rigid crank, or for a single speed.
 
-    Raises
-    ------
-    InputError
-        an engine whose crank is not that of the run-up
+    Raises ``InputError``: an engine whose crank is not that of the run-up.
     """
     level = str(run_up.attributes.get("crank", "solid"))
     if run_up.speeds.size < 2 or not crank_level(level).elastic:

@@ -48,24 +48,19 @@ def job_of(request: Request, made: Assembly, gas: Gas | None, outputs: Sequence[
             f"--highest-order {highest_order:g}: steps of {math.degrees(made.settings.step):g} deg resolve orders to "
             f"{0.25 * samples:g}; take --step-deg {step:.3g} or less"
         )
+    needs = output_needs(output_counts(made.engine))
+    carries = bearing_law(made.settings.bearings).carries
+    shown = [name for name, need in needs.items() if carries or "bearings" not in need or "block" in need]
+    for name in outputs:
+        if name not in shown:
+            raise InputError(f"--outputs '{name}' is no output of this run; {nearest_output(name, shown)}")
+    own = [name for name in (TORSION, AXIAL) if name in shown]
     return Job(
         made=made,
         gas=gas,
         settle=request.settle,
         highest_order=highest_order,
-        outputs=wanted_outputs(made, outputs),
+        outputs=tuple(dict.fromkeys([*own, *outputs])),
         film_temperature=request.film_temperature,
         damper_balance=request.damper_temperature == "heat-balance",
     )
-
-
-def wanted_outputs(made: Assembly, asked: Sequence[str]) -> tuple[str, ...]:
-    """Torsion, axial motion if there is any, and other requested outputs; ``InputError`` for an unknown output."""
-    needs = output_needs(output_counts(made.engine))
-    carries = bearing_law(made.settings.bearings).carries
-    shown = [name for name, need in needs.items() if carries or "bearings" not in need or "block" in need]
-    for name in asked:
-        if name not in shown:
-            raise InputError(f"--outputs '{name}' is no output of this run; {nearest_output(name, shown)}")
-    own = [name for name in (TORSION, AXIAL) if name in shown]
-    return tuple(dict.fromkeys([*own, *asked]))

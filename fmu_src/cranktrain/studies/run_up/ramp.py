@@ -63,7 +63,10 @@ def ramp(
     tell(f"steady cycle at {first / RPM:.0f} rev/min", 0.0)
     runs.at(first)
     time, rows = _run_through(runs, job, first, last, rate, tell)
-    angle = _mean_rotation(time, rows[:, 0])
+    angle = rows[:, 0]
+    even = np.polynomial.Polynomial.fit(time, angle, 2)(time)
+    cycle = max(1, int(CYCLE / float(np.mean(np.diff(angle)))))
+    angle = np.asarray(even + uniform_filter1d(angle - even, cycle, mode="nearest"))
     filtered = job.made.engine.drive_line.speed_filter_time
     reached = (np.array(speeds) - first) / rate + 2.0 * filtered
     at = np.interp(reached, time, angle)
@@ -108,13 +111,6 @@ def _run_through(
         rows.append(simulation.outputs[columns])
         speed = first + rate * time
     return np.array(times), np.array(rows)
-
-
-def _mean_rotation(time: Array, angle: Array) -> Array:
-    """Crank angle (k,) without the oscillation within a cycle."""
-    even = np.polynomial.Polynomial.fit(time, angle, 2)(time)
-    cycle = max(1, int(CYCLE / float(np.mean(np.diff(angle)))))
-    return np.asarray(even + uniform_filter1d(angle - even, cycle, mode="nearest"))
 
 
 def _spread(values: Array) -> Array:

@@ -17,7 +17,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Published
 from cranktrain.loads.damper import required_damper
 from cranktrain.loads.gas_pressure import Gas
-from cranktrain.results.columns import NOTHING
+from cranktrain.results.columns import NOTHING, cell
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import Table
@@ -165,11 +165,12 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
     rows = [
         (
             f"{peak['order']:g}", f"{peak['rpm']:.0f}", f"{peak['amplitude']:.3g}", f"{peak['hz']:.1f}",
-            _text(peak["damping_ratio"], ".2%"), f"{peak['mode']} {_text(peak['mode_hz'], '.1f')}".strip(),
-            _text(peak["critical_rpm"], ".0f"), _text(0.01 * peak["off_percent"], "+.1%"),
-            _text(peak["mode_in_motion_hz"], ".1f"), _text(0.01 * peak["off_in_motion_percent"], "+.1%"),
-            _text(peak["mode_in_motion_torsion_percent"], ".0f"),
-            *_measured_texts(peak),
+            cell(peak["damping_ratio"], ".2%"), f"{peak['mode']} {cell(peak['mode_hz'], '.1f')}".strip(),
+            cell(peak["critical_rpm"], ".0f"), cell(0.01 * peak["off_percent"], "+.1%"),
+            cell(peak["mode_in_motion_hz"], ".1f"), cell(0.01 * peak["off_in_motion_percent"], "+.1%"),
+            cell(peak["mode_in_motion_torsion_percent"], ".0f"),
+            cell(peak["measured_rpm"], ".0f"),
+            NOTHING if (off := peak["off_measured_percent"]) is None else f"{0.01 * off:+.1%}",
             "" if peak["periodic"] else "no period there",
         )
         for peak in said["peaks"][:SHOWN]
@@ -179,13 +180,6 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
         "in motion / Hz", "off", "its torsion / %", "measured / rev/min", "off", "",
     )  # fmt: skip
     return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
-
-
-def _measured_texts(peak: Mapping[str, Any]) -> tuple[str, str]:
-    """Texts of a peak's measured critical speed, and of the peak's relative distance from this speed."""
-    if peak["measured_rpm"] is None:
-        return NOTHING, NOTHING
-    return f"{peak['measured_rpm']:.0f}", f"{0.01 * peak['off_measured_percent']:+.1%}"
 
 
 def closing_text(run_up: RunUp) -> str:
@@ -206,10 +200,6 @@ def closing_text(run_up: RunUp) -> str:
 
 def _sizes(run_up: RunUp, output: str, scale: float) -> dict[str, list[float]]:
     return {f"{order:g}": (scale * np.abs(run_up.order(order, output))).tolist() for order in run_up.orders.tolist()}
-
-
-def _text(value: float, form: str) -> str:
-    return format(value, form) if math.isfinite(value) else "–"
 
 
 def _parting(run_up: RunUp) -> str:

@@ -20,11 +20,10 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.sources import source_digest
 from cranktrain.core.units import RPM
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.run_up.run_up import RunUp, check_run_up_target, merged
+from cranktrain.results.run_up.run_up import TORSION, RunUp, check_run_up_target, merged
 from cranktrain.store.journal import journal_place
 from cranktrain.store.side_by_side import processors
 from cranktrain.studies.run_up import steady
-from cranktrain.studies.run_up.refine import speeds_between
 from cranktrain.studies.run_up.sequence import Failed, steady_speeds
 from cranktrain.studies.run_up.starts import drop_starts, keep_start, kept_starts
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadySpeed
@@ -89,15 +88,9 @@ def run_up(
 ) -> Outcome:
     """Compute steady cycles at many speeds (rad/s), stored in a file after each speed.
 
-    ``tell`` is told the state of the work and the share done; ``outcome`` is filled as far as the work came, however
-    it ends.
-
-    Raises
-    ------
-    InputError
-        a file that is of another run, or a place that it must not take
-    SolverError
-        workers that are lost, or no speed that has a result
+    ``tell`` is told the state of the work and the share done; ``outcome`` is filled as far as the work came, however it
+    ends. Raises ``InputError``: a file that is of another run, or a place that it must not take; ``SolverError``:
+    workers that are lost, or no speed that has a result.
     """
     outcome = Outcome() if outcome is None else outcome
     began = time.perf_counter()
@@ -182,7 +175,17 @@ class Store:
 
     def keep(self, found: SteadySpeed) -> None:
         """Store one finished speed: in the journal if the file was written recently, else in the file."""
-        one = _as_run_up(found, self._attributes)
+        one = RunUp(
+            speeds=np.array([found.speed]),
+            orders=0.5 * np.arange(1, next(iter(found.amplitudes.values())).size + 1, dtype=np.float64),
+            amplitudes={name: values[None] for name, values in found.amplitudes.items()},
+            extremes={name: values[None] for name, values in found.extremes.items()},
+            cycles=np.array([found.cycles]),
+            repeats=np.array([found.repeats]),
+            left=np.array([found.left]),
+            parting=np.array([found.parting]),
+            attributes=self._attributes,
+        )
         self._waiting.append(one)
         self._unwritten = True
         if time.monotonic() - self._written < WRITE_EVERY:
@@ -195,21 +198,6 @@ class Store:
         if self._unwritten and (run_up := self.run_up) is not None:
             run_up.save(self._path)
             self._unwritten, self._written = False, time.monotonic()
-
-
-def _as_run_up(found: SteadySpeed, attributes: dict[str, str | int | float]) -> RunUp:
-    orders = 0.5 * np.arange(1, next(iter(found.amplitudes.values())).size + 1, dtype=np.float64)
-    return RunUp(
-        speeds=np.array([found.speed]),
-        orders=orders,
-        amplitudes={name: values[None] for name, values in found.amplitudes.items()},
-        extremes={name: values[None] for name, values in found.extremes.items()},
-        cycles=np.array([found.cycles]),
-        repeats=np.array([found.repeats]),
-        left=np.array([found.left]),
-        parting=np.array([found.parting]),
-        attributes=attributes,
-    )
 
 
 def _what(run_up: RunUp) -> str:
@@ -227,16 +215,10 @@ def _missing(store: Store, speeds: Sequence[float], means: Means, outcome: Outco
     """Speeds to run: the requested speeds, then refinements between them, without those that failed in this run."""
     lost = [failed.speed for failed in outcome.failed]
     asked = [speed for speed in speeds if not store.holds(speed) and speed not in lost]
-    return asked or [
-        speed for speed in _between(store.run_up, means, speeds) if not store.holds(speed) and speed not in lost
-    ]
-
-
-def _between(run_up: RunUp | None, means: Means, speeds: Sequence[float]) -> list[float]:
-    """Speeds to be added near peaks."""
-    if run_up is None or not means.refine or len(speeds) < 2:
-        return []
-    return speeds_between(run_up, means.refine, float(np.min(np.diff(speeds))))
+    if asked or store.run_up is None or not means.refine or len(speeds) < 2:
+        return asked
+    between = speeds_between(store.run_up, means.refine, float(np.min(np.diff(speeds))))
+    return [speed for speed in between if not store.holds(speed) and speed not in lost]
 
 
 def _told(
@@ -253,3 +235,39 @@ def _told(
 def _clock(seconds: float) -> str:
     minutes, seconds = divmod(round(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}" if minutes >= 60 else f"{minutes}:{seconds:02d}"
+
+
+FINEST = 8
+"""Largest number of parts into which a step between two requested speeds is divided."""
+MATTERS = 0.05
+"""Fraction of the largest amplitude of all orders above which an order's curvature counts."""
+
+
+def speeds_between(run_up: RunUp, tolerance: float, step: float) -> list[float]:
+    """Middles (rad/s) of the steps next to speeds with too large a curvature of an order's torsion.
+
+    In the middle of a step h, a parabola through three speeds deviates from the line by an eighth of h² times the
+    curvature (a quarter of the second difference). Speeds without a periodic motion are left out, because their
+    amplitudes of one cycle do not lie on a curve.
+
+    Parameters
+    ----------
+    tolerance : of this deviation, over the largest amplitude of the order
+    step : requested step of the run-up, rad/s; no step gets shorter than an eighth of it
+    """
+    periodic = (run_up.repeats >= 1) & np.isfinite(run_up.amplitudes[TORSION]).all(axis=1)
+    speeds, sizes = run_up.speeds[periodic], np.abs(run_up.amplitudes[TORSION][periodic])
+    if speeds.size < 3:
+        return []
+    h = np.diff(speeds)
+    slopes = np.diff(sizes, axis=0) / h[:, None]
+    curvature = np.abs(np.diff(slopes, axis=0)) / (0.5 * (h[1:] + h[:-1]))[:, None]
+    largest = sizes.max(axis=0)
+    counts = largest >= MATTERS * largest.max()
+    # The curvature of a step between two speeds is the larger curvature at its two ends.
+    bent = np.zeros((h.size, int(counts.sum())))
+    bent[:-1] = curvature[:, counts]
+    bent[1:] = np.maximum(bent[1:], curvature[:, counts])
+    off = (0.125 * h[:, None] ** 2 * bent / largest[counts]).max(axis=1)
+    split = (off > tolerance) & (h > 1.5 * step / FINEST) & (h < 1.5 * step)
+    return [float(0.5 * (a + b)) for a, b in zip(speeds[:-1][split], speeds[1:][split], strict=True)]

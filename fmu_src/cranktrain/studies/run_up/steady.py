@@ -33,7 +33,7 @@ from cranktrain.loads.damper import STIFFNESS
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.loads.mean_load import balancing_load
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
-from cranktrain.results.whole_run import whole
+from cranktrain.results.strength.recorded_cycle import whole
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.run_up.free_decay import torsional_mode
 

@@ -86,12 +86,8 @@ def with_ring(
 def damper_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     """Modes of the cranktrain with its damper; JSON-able. ``body`` is the bare reduced crankshaft.
 
-    The damper is as warm as at the highest speed of its table.
-
-    Raises
-    ------
-    InputError
-        no damper, or one hotter or colder than its law is valid
+    The damper is as warm as at the highest speed of its table. Raises ``InputError``: no damper, or one hotter or
+    colder than its law is valid.
     """
     damper, crank = required_damper(engine), housed_crank(engine, body)
     stiffness, mass, hub = crank.stiffness, crank.mass, crank.hub

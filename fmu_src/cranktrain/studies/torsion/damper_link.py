@@ -101,12 +101,6 @@ class DamperLink:
             torque += weight[:, None] * rate * (1.0 + (time * shear[:, None] * rate) ** 2) ** exponent
         return torque
 
-    def dissipating(self, twist: ComplexArray, samples: OrderSamples) -> ComplexArray:
-        """Complex stiffness (s, k) of linear dampers that dissipate like the nonlinear damper at ``twist`` (s, k)."""
-        rate = samples.signal(1j * self.omega * twist, 1)
-        damping = np.mean(self.torque(rate) * rate, axis=1) / np.mean(rate**2, axis=1)
-        return np.asarray(1j * self.omega * damping[:, None])
-
     def rest(self, twist: ComplexArray, stiffness: ComplexArray, samples: OrderSamples) -> ComplexArray:
         """Torque of the nonlinear damper minus that of the linear ``stiffness`` at ``twist``, (s, k) N m.
 
@@ -128,18 +122,17 @@ class DamperLink:
 def equivalent(link: DamperLink, free: ComplexArray, compliance: ComplexArray, samples: OrderSamples) -> ComplexArray:
     """Complex stiffness (s, k) of a damper in series with ``compliance`` (s, k); ``free`` is its twist without torque.
 
-    A nonlinear law is replaced by equivalent linear dampers; ``samples`` converts complex amplitudes to samples.
-
-    Raises
-    ------
-    SolverError
-        a damper that does not settle
+    A nonlinear law is replaced by equivalent linear dampers; ``samples`` converts complex amplitudes to samples. Raises
+    ``SolverError``: a damper that does not settle.
     """
     stiffness = link.stiffness
     if not link.thinning:
         return stiffness
     for _ in range(_ROUNDS):
-        before, stiffness = stiffness, link.dissipating(free / (1.0 + stiffness * compliance), samples)
+        # Linear dampers that dissipate like the nonlinear damper at this twist.
+        rate = samples.signal(1j * link.omega * (free / (1.0 + stiffness * compliance)), 1)
+        damping = np.mean(link.torque(rate) * rate, axis=1) / np.mean(rate**2, axis=1)
+        before, stiffness = stiffness, np.asarray(1j * link.omega * damping[:, None])
         if np.all(np.abs(stiffness - before) <= _SETTLED * np.abs(before)):
             return stiffness
     raise SolverError("the damper's torque does not settle; its law is too far from a linear one")

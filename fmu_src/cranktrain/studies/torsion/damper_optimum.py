@@ -74,7 +74,12 @@ class CrankOptimum(NamedTuple):
 
 def houdaille_optimum(inertia_ratio: float) -> Optimum:
     """Houdaille's optimum for two masses; ``inertia_ratio`` is ring over hub. ``InputError`` unless it is positive."""
-    mu = _checked_ratio(inertia_ratio)
+    if not _LEAST_RATIO <= inertia_ratio <= 1e3:
+        raise InputError(
+            f"inertia ratio {inertia_ratio:g} (ring over hub) is not within {_LEAST_RATIO:g} to 1000; dampers have 0.1 "
+            "to 3"
+        )
+    mu = float(inertia_ratio)
     return Optimum(mu / math.sqrt(2.0 * (1.0 + mu) * (2.0 + mu)), 1.0 + 2.0 / mu, math.sqrt(2.0 / (2.0 + mu)))
 
 
@@ -115,16 +120,13 @@ def peak(modes: HubModes, mode: int, ring_inertia: float, damping: float) -> tup
 def optimal_damping(modes: HubModes, mode: int, ring_inertia: float) -> tuple[Optimum, float]:
     """Optimum damping of a mode by search: the optimum, and the damping in N m s/rad.
 
+    Raises ``InputError``: a mode that does not move the hub, or no optimum within damping ratios of 0.001 to 5.
+
     Parameters
     ----------
     modes : of the structure without the ring
     mode : index of the mode that is to be damped
     ring_inertia : kg m²
-
-    Raises
-    ------
-    InputError
-        a mode that does not move the hub, or no optimum within damping ratios of 0.001 to 5
     """
     own, at_hub = float(modes.omega[mode]), float(modes.hub[mode])
     if ring_inertia * at_hub**2 < _LEAST_RATIO:
@@ -153,11 +155,7 @@ def crank_optimum(engine: Engine, body: ReducedBody, number: int = 1) -> CrankOp
     """Optimum of the engine's damper for the first or second torsional mode of its cranktrain (``number`` 1 or 2).
 
     The cranktrain is that of :mod:`cranktrain.studies.torsion.housed_crank`; ``body`` is the bare reduced crankshaft.
-
-    Raises
-    ------
-    InputError
-        no damper, no such mode, or a damper that does nothing for it
+    Raises ``InputError``: no damper, no such mode, or a damper that does nothing for it.
     """
     damper, crank = required_damper(engine), housed_crank(engine, body)
     if not 1 <= number <= len(crank.torsional):
@@ -169,12 +167,3 @@ def crank_optimum(engine: Engine, body: ReducedBody, number: int = 1) -> CrankOp
     inertia = 1.0 / float(modes.hub[mode]) ** 2
     hz = float(modes.omega[mode]) / (2.0 * math.pi)
     return CrankOptimum(optimum, damping, hz, inertia, damper.ring_inertia / inertia)
-
-
-def _checked_ratio(inertia_ratio: float) -> float:
-    if not _LEAST_RATIO <= inertia_ratio <= 1e3:
-        raise InputError(
-            f"inertia ratio {inertia_ratio:g} (ring over hub) is not within {_LEAST_RATIO:g} to 1000; dampers have 0.1 "
-            "to 3"
-        )
-    return float(inertia_ratio)

@@ -71,6 +71,9 @@ def frequency_run_up(
 ) -> RunUp:
     """Run-up of ``pulley.torsion`` and ``flywheel.torsion``, and of the torques of shafts that a table states.
 
+    Raises ``InputError``: a rule, speed or order that does not exist, a model that does more than twist;
+    ``SolverError``: orders that settle at none of the speeds, or without a list ``failed`` not at all.
+
     Parameters
     ----------
     engine, body, settings : as of :func:`cranktrain.dynamics.simulation.simulate`, of a torsional crank at a given
@@ -86,13 +89,6 @@ def frequency_run_up(
     -------
     amplitudes (rad) of increasing speeds: order o is Re[a exp(i o θ)] with θ the mean of the frame's angle; of shafts
     of a line of discs and of a crank from a table as ``shaft[NAME to NAME].torque``, N m
-
-    Raises
-    ------
-    InputError
-        a rule, speed or order that does not exist, a model that does more than twist
-    SolverError
-        orders that settle at none of the speeds, or without a list ``failed`` not at all
     """
     if rule not in RULES:
         raise InputError(f"rule '{rule}' of a run-up in the frequency domain does not exist; {nearest(rule, RULES)}")

@@ -76,10 +76,7 @@ class HousedCrank(NamedTuple):
 def housed_crank(engine: Engine, body: ReducedBody) -> HousedCrank:
     """Cranktrain of an engine with its damper's housing; ``body`` is the bare reduced crankshaft.
 
-    Raises
-    ------
-    InputError
-        an engine without damper, or whose crank has no torsional mode
+    Raises ``InputError``: an engine without damper, or whose crank has no torsional mode.
     """
     housed = with_damper_housing(engine)
     crankshaft, plain = complete_crankshaft(housed, body), complete_crankshaft(engine, body)

@@ -87,32 +87,18 @@ def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
         "crankshaft_free": f"{engine.name}, free crankshaft, no rods",
         "cranktrain": f"{engine.name}, cranktrain at rest",
     }
-    if not report["compared_with_solid"]:
-        return [
-            Table(
-                title,
-                (f"{level} / Hz", "shape"),
-                tuple((f"{row['hz']:.1f}", row["shape"]) for row in report[name]["modes"]),
-            )
-            for name, title in titles.items()
-        ]
-    return [
-        Table(
-            title,
-            ("solid / Hz", "shape", f"{level} / Hz", "deviation", "MAC"),
-            tuple(
-                (
-                    f"{row['solid_hz']:.1f}",
-                    row["shape"],
-                    f"{row['hz']:.1f}" if "hz" in row else NOTHING,
-                    f"{row['deviation_percent']:+.1f} %" if "hz" in row else NOTHING,
-                    f"{row['mac']:.2f}" if "hz" in row else NOTHING,
-                )
-                for row in report[name]["modes"]
-            ),
-        )
-        for name, title in titles.items()
-    ]
+    compared = report["compared_with_solid"]
+    header = ("solid / Hz", "shape", f"{level} / Hz", "deviation", "MAC") if compared else (f"{level} / Hz", "shape")
+
+    def texts(row: dict[str, Any]) -> tuple[str, ...]:
+        if not compared:
+            return f"{row['hz']:.1f}", row["shape"]
+        found = 3 * (NOTHING,)
+        if "hz" in row:
+            found = f"{row['hz']:.1f}", f"{row['deviation_percent']:+.1f} %", f"{row['mac']:.2f}"
+        return f"{row['solid_hz']:.1f}", row["shape"], *found
+
+    return [Table(title, header, tuple(map(texts, report[name]["modes"]))) for name, title in titles.items()]
 
 
 def _modes(engine: Engine, crankshaft: ReducedBody, rods: bool) -> _Modes:

@@ -101,12 +101,8 @@ class LineLink:
     ) -> Array:
         """Equivalent damping (s, shafts) of friction, for a function ``twists(damping)`` that returns (s, k, shafts).
 
-        ``signal`` turns spectra (s, k) into samples (s, N).
-
-        Raises
-        ------
-        SolverError
-            friction whose damping does not settle
+        ``signal`` turns spectra (s, k) into samples (s, N). Raises ``SolverError``: friction whose damping does not
+        settle.
         """
         found = np.zeros((count, len(self._shafts)))
         if not self.rubbing:

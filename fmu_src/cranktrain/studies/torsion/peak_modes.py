@@ -33,14 +33,8 @@ OVERDAMPED = 0.5
 def modes_at_peak(engine: Engine, body: ReducedBody, peak: Peak) -> Array:
     """Frequencies (k,) Hz of the torsional modes at a peak of the pulley's torsion; empty if all are overdamped.
 
-    Parameters
-    ----------
-    engine, body : with the damper's housing, the running body at any level that twists
-
-    Raises
-    ------
-    InputError
-        an engine without damper, or one that is hotter or colder there than its law is valid
+    Raises ``InputError``: an engine without damper, or one that is hotter or colder there than its law is valid.
+    ``engine``, ``body``: with the damper's housing, the running body at any level that twists.
     """
     damper = required_damper(engine)
     temperature = damper_temperature(damper, peak.speed)

@@ -38,7 +38,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.mean_load import balancing_load
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, torsional_line
 from cranktrain.studies.torsion.line_link import LineLink, linear_engine
-from cranktrain.studies.torsion.rod_torque import Rods, RodTorque, gas_push
+from cranktrain.studies.torsion.rod_torque import Rods, gas_push
 
 ComplexArray = NDArray[np.complex128]
 
@@ -60,6 +60,8 @@ class Observed(NamedTuple):
 class ShaftOrders:
     """Cranktrain of crank level ``torsional`` (or ``rigid``), its journals locked on their axis.
 
+    Raises ``InputError``: a crank that bends or journals that are not locked, the boundary ``torque``.
+
     Parameters
     ----------
     engine, body, settings : as of :func:`cranktrain.dynamics.simulation.simulate`; with the damper's housing where
@@ -79,11 +81,6 @@ class ShaftOrders:
     link : the drive line's shafts
     shafts : names of all shafts whose torques are known, first those of ``link``, then those of a crank from a table
     balanced : whether the burn balances the engine's ``[load]``
-
-    Raises
-    ------
-    InputError
-        a crank that bends or journals that are not locked, the boundary ``torque``
     """
 
     def __init__(
@@ -142,7 +139,11 @@ class ShaftOrders:
         still = self.rods.torque(np.repeat(self.angle[:, None], engine.n_cylinders, axis=1))
         self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
         self._gas_means(still.arm)
-        self.still = self._spectra(still)
+        cylinders = np.repeat(self.angle[:, None], self.throw.size, axis=1)
+        motored = self.push(cylinders, np.zeros(1))
+        rise = self.push(cylinders, np.ones(1)) - motored
+        parts = (-0.5 * still.slope, still.weight, -still.arm * motored, -still.arm * rise)
+        self.still = tuple(self.spectrum(self.on_pins(part)) for part in parts)
 
     def _own_shafts(self, body: ReducedBody, modes: int) -> None:
         """Shafts of a crank from a table: names, twists (s, n), laws (s, 3), and H (n, n)."""
@@ -372,11 +373,3 @@ class ShaftOrders:
             slope = np.fft.irfft(0.5j * np.arange(self.samples // 2 + 1)[:, None] * np.fft.rfft(push, axis=0), axis=0)
             pair.append(self.on_pins((slope * arm).mean(axis=0)))
         self._by_turn = pair[0], pair[1]
-
-    def _spectra(self, still: RodTorque) -> tuple[ComplexArray, ...]:
-        """Spectra (k + 1, p) of torques on a rigid crank: of inertia at 1 rad/s, of weight, motored gas, burn."""
-        cylinders = np.repeat(self.angle[:, None], self.throw.size, axis=1)
-        motored = self.push(cylinders, np.zeros(1))
-        rise = self.push(cylinders, np.ones(1)) - motored
-        parts = (-0.5 * still.slope, still.weight, -still.arm * motored, -still.arm * rise)
-        return tuple(self.spectrum(self.on_pins(part)) for part in parts)

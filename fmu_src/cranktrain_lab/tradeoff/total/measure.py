@@ -29,7 +29,7 @@ from cranktrain.dynamics.settled.motion import motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.results.whole_run import whole
+from cranktrain.results.strength.recorded_cycle import whole
 from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.total_error.families import Cycle, wanted
