@@ -1,6 +1,8 @@
 """The FMUs under test, built as a user builds them: the default engine's, and both engines' with all that they have."""
 
+import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +11,9 @@ import pytest
 from coarse_engines import COARSE, NATIVE, built, coarse
 from fmus_by_version import VERSIONS, module_fmu, six, torsional_fmu
 from inside_a_step import PARTNERS, Engine
+from small_fmus import LOUD, MASS, SPRING, small_fmu
 
+from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
@@ -154,3 +158,28 @@ def shipped(request, tmp_path_factory):
         return build_fmu(name, folder, platforms=platforms)
     except InputError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def small(tmp_path_factory):
+    """A folder with small FMUs in Python: a mass, a spring, and one of numbers as large as there may be."""
+    folder = tmp_path_factory.mktemp("small")
+    for kind in (MASS, SPRING, LOUD):
+        small_fmu(folder, *kind)
+    return folder
+
+
+@pytest.fixture
+def harness(small, tmp_path, monkeypatch, capsys):
+    """Run a text as a harness file beside the small FMUs: exit code, object on stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+    for fmu in small.glob("*.fmu"):
+        shutil.copy(fmu, tmp_path)
+
+    def run(text, *options):
+        Path("harness.toml").write_text(text, "utf-8")
+        code = main(["harness", "harness.toml", "--json", *options])
+        printed = capsys.readouterr()
+        return code, json.loads(printed.out), printed.err
+
+    return run

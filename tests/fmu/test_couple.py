@@ -9,9 +9,11 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from benchmarks.misfire import ORDERS, figures
 from fmpy.ssp.ssd import read_ssd
 from small_fmus import small_combustion
 
+import cranktrain as ct
 from cranktrain.cli.main import main
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.fmu.build import build_fmu
@@ -184,3 +186,17 @@ def test_short_steps_choose_the_integrator(fmu, partner, degrees, reconstruction
     partners = Partners(fmu, partner, {"cranktrain": given})
     engine = virtual_engine(partners, SPEED, "jacobi", reconstruction, math.radians(degrees) / SPEED)
     assert engine.values["cranktrain"].get("solver.integrator") == taken
+
+
+@pytest.mark.slow
+def test_orders_rise_as_the_frequency_domain_says(tmp_path):
+    """Within 7 %: order by order where the misfire adds most, all orders by the balance."""
+    fmus = ct.build_fmu("diesel_i6", tmp_path, film_table=False, block=False), ct.build_fmu("combustion_i6", tmp_path)
+    found = figures(fmus, 2000.0)
+    misfire, normal = found["misfire"], found["normal"]
+    for k, order in enumerate(ORDERS):
+        if order <= 2.0:
+            assert abs(misfire["linear_off"][k]) < 0.07
+        for run in (misfire, normal):
+            assert abs(run["balance_off"][k]) < 2e-3
+    assert misfire["coupled_mdeg"][0] > 30.0 * normal["coupled_mdeg"][0]

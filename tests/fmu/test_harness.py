@@ -9,9 +9,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from small_fmus import MASS, SPRING, edited, small_fmu
+from small_fmus import MASS, edited, small_fmu
 
-from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import describe_fmu
 from cranktrain.store.hdf5 import read_result
@@ -20,31 +19,6 @@ from cranktrain_lab.harness.running import checked_ports
 
 ROOT = Path(__file__).parents[2]
 SYSTEM, SOURCES, EXAMPLE = ROOT / "tests" / "system", ROOT / "fmu_src", ROOT / "examples" / "harness.toml"
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    """A folder with the FMUs of masses.toml."""
-    folder = tmp_path_factory.mktemp("small")
-    for kind in (MASS, SPRING):
-        small_fmu(folder, *kind)
-    return folder
-
-
-@pytest.fixture
-def harness(small, tmp_path, monkeypatch, capsys):
-    """Run a text as a harness file beside the small FMUs: exit code, object on stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(text, *options):
-        for fmu in small.glob("*.fmu"):
-            shutil.copy(fmu, tmp_path)
-        Path("harness.toml").write_text(text, "utf-8")
-        code = main(["harness", "harness.toml", "--json", *options])
-        printed = capsys.readouterr()
-        return code, json.loads(printed.out), printed.err
-
-    return run
 
 
 MASSES = (SYSTEM / "masses.toml").read_text("utf-8")
