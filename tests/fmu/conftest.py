@@ -104,6 +104,18 @@ def cache(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def ran(cache):
+    """Run this repository's Python with words in a process of its own; FMUs find their kernels where other tests do."""
+    environment = os.environ | {"CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(SOURCES), "OMP_NUM_THREADS": "1"}
+
+    def run(*words, cwd=None):
+        words = [sys.executable, *map(str, words)]
+        return subprocess.run(words, capture_output=True, text=True, env=environment, cwd=cwd, timeout=3600)
+
+    return run
+
+
+@pytest.fixture(scope="session")
 def script(cache):
     """Run a script in a fresh process that can see fmpy and numba, but not this repository's sources.
 
@@ -136,6 +148,7 @@ def script(cache):
     return run
 
 
+SOURCES = Path(__file__).parents[2] / "fmu_src"
 MODULES = [name for name in module_files() if name.endswith("_i6")]
 
 

@@ -1,11 +1,8 @@
 """The archive: reproducible, complete, valid, and described by one table; from an engine file to the whole engine."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -159,13 +156,8 @@ def test_packaged_code_never_names_the_package_it_came_from():
     assert "cranktrain_0" in named and "cranktrain" not in named
 
 
-def test_unknown_engine_is_one_line_and_exit_code_2(tmp_path):
-    done = subprocess.run(
-        [sys.executable, str(archive.ROOT / "build_fmu.py"), "diesel_i5", "-o", str(tmp_path)],
-        capture_output=True,
-        text=True,
-        timeout=3600,
-    )
+def test_unknown_engine_is_one_line_and_exit_code_2(ran, tmp_path):
+    done = ran(archive.ROOT / "build_fmu.py", "diesel_i5", "-o", tmp_path)
     assert done.returncode == 2 and done.stdout == ""
     assert len(done.stderr.splitlines()) == 1 and "diesel_i6" in done.stderr
     assert list(tmp_path.iterdir()) == []
@@ -236,12 +228,8 @@ def coarse_file(name, folder):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(COARSER))
-def test_from_engine_file_to_the_whole_engine_in_fmpy(name, tmp_path, script, cache):
-    done = subprocess.run(
-        [sys.executable, str(archive.ROOT / "build_fmu.py"), str(coarse_file(name, tmp_path)), "-o", str(tmp_path),
-         "--no-film-table"],
-        capture_output=True, text=True, timeout=3600, env={**os.environ, "CRANKTRAIN_CACHE": str(cache)},
-    )  # fmt: skip
+def test_from_engine_file_to_the_whole_engine_in_fmpy(name, tmp_path, script, ran):
+    done = ran(archive.ROOT / "build_fmu.py", coarse_file(name, tmp_path), "-o", tmp_path, "--no-film-table")
     assert done.returncode == 0, done.stderr[-3000:]
     fmu = done.stdout.splitlines()[-1]
     ran = script(

@@ -2,11 +2,7 @@
 
 import json
 import math
-import os
-import subprocess
-import sys
 import zipfile
-from pathlib import Path
 
 import pytest
 from benchmarks.misfire import ORDERS, figures
@@ -22,7 +18,6 @@ from cranktrain_lab.coupling.ssp import write_ssp
 from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 SPEED = 209.43951023931953
-SOURCES = Path(__file__).parents[2] / "fmu_src"
 
 
 @pytest.fixture(scope="session")
@@ -31,20 +26,16 @@ def valvetrain(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def couple(fmu, partner, valvetrain, cache, tmp_path_factory):
-    """Run the verb in a process of its own, with the FMUs' kernels where other tests keep them."""
+def couple(fmu, partner, valvetrain, ran, tmp_path_factory):
+    """Run the verb in a process of its own."""
     folder = tmp_path_factory.mktemp("coupled")
 
     def run(*options, cranktrain=fmu, combustion=partner, valvetrain=valvetrain):
-        environment = os.environ | {"CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(SOURCES), "OMP_NUM_THREADS": "1"}
         units = "--cranktrain", cranktrain, "--combustion", combustion
         if "--no-valvetrain" not in options:
             units += "--valvetrain", valvetrain
-        done = subprocess.run(
-            [sys.executable, "-m", "cranktrain.cli.main", "couple", "diesel_i6", "--speed", "2000", "--json",
-             "--output", "run.h5", *map(str, (*units, *options))],
-            capture_output=True, text=True, env=environment, cwd=folder, timeout=3600,
-        )  # fmt: skip
+        verb = "-m", "cranktrain.cli.main", "couple", "diesel_i6", "--speed", "2000", "--json", "--output", "run.h5"
+        done = ran(*verb, *units, *options, cwd=folder)
         return done.returncode, json.loads(done.stdout), done.stderr, folder / "run.h5"
 
     return run

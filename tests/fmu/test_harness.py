@@ -1,10 +1,7 @@
 """The verb ``harness``: this project's own system tests, what it writes, and what it refuses."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -39,15 +36,11 @@ def test_masses(harness):
     assert "mass.place over the time" in page and page.count("<svg") >= 6 and "://" not in page
 
 
-def test_the_virtual_engine(fmu, partner, cache, tmp_path):
+def test_the_virtual_engine(fmu, partner, ran, tmp_path):
     shutil.copy(fmu, tmp_path / "cranktrain.fmu")
     shutil.copy(partner, tmp_path / "combustion.fmu")
     shutil.copy(SYSTEM / "virtual_engine.toml", tmp_path)
-    environment = os.environ | {"CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(SOURCES), "OMP_NUM_THREADS": "1"}
-    done = subprocess.run(
-        [sys.executable, "-m", "cranktrain.cli.main", "harness", "virtual_engine.toml", "--json"],
-        capture_output=True, text=True, env=environment, cwd=tmp_path, timeout=3600,
-    )  # fmt: skip
+    done = ran("-m", "cranktrain.cli.main", "harness", "virtual_engine.toml", "--json", cwd=tmp_path)
     found = json.loads(done.stdout)
     failed = [(one["name"], a) for one in found.get("scenarios", [found]) for a in one["assertions"] if not a["passed"]]
     assert (done.returncode, failed) == (0, []), done.stderr

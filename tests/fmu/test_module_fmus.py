@@ -23,6 +23,7 @@ from cranktrain.modules.register import MODULES, module_files, module_path
 from cranktrain.modules.valve_train.simulation import ValveTrainSimulation
 
 RPM = combustion_cycles.RPM
+BUILD = archive.ROOT / "build_fmu.py"
 
 
 class Module(NamedTuple):
@@ -74,12 +75,6 @@ def fmu(module, tmp_path_factory):
 
 def product_of(module):
     return module_fmu.module_product(module_files()[f"{module.kind}_i6"])
-
-
-def command(*words):
-    """The build command in a process of its own."""
-    command = [sys.executable, str(archive.ROOT / "build_fmu.py"), *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=3600)
 
 
 @pytest.mark.parametrize("name", list(module_files()))
@@ -185,9 +180,9 @@ assert [unit.bits() for unit in units] == alone
     )
 
 
-def test_the_cross_check_files_are_met(module, tmp_path):
+def test_the_cross_check_files_are_met(module, ran, tmp_path):
     words = f"{module.kind}_i6", "-o", tmp_path, "--reference", "--python"
-    done, stem = command(*words), f"{module.kind.capitalize()}I6"
+    done, stem = ran(BUILD, *words), f"{module.kind.capitalize()}I6"
     assert done.returncode == 0 and done.stdout.splitlines() == [str(tmp_path / f"{stem}.fmu")], done.stderr
     options = dict(line.split(", ") for line in (tmp_path / f"{stem}_ref.opt").read_text().splitlines())
     given, reference = (read_csv(str(tmp_path / f"{stem}_{kind}.csv")) for kind in ("in", "ref"))
@@ -198,7 +193,7 @@ def test_the_cross_check_files_are_met(module, tmp_path):
         assert np.array_equal(result[name], reference[name]), name
     # a reference of another kind is left alone
     (tmp_path / f"{stem}_in.csv").write_text("something of somebody's")
-    again = command(*words)
+    again = ran(BUILD, *words)
     assert again.returncode == 2 and len(again.stderr.splitlines()[-1:]) == 1
 
 
@@ -209,8 +204,8 @@ def test_the_cross_check_files_are_met(module, tmp_path):
         (["combustion_i6", "--no-block"], "belong to an engine, not to a module"),
     ],
 )
-def test_what_cannot_be_built_is_refused_in_one_line(words, says, tmp_path):
-    done = command(*words, "-o", tmp_path / "dist")
+def test_what_cannot_be_built_is_refused_in_one_line(words, says, ran, tmp_path):
+    done = ran(BUILD, *words, "-o", tmp_path / "dist")
     assert done.returncode == 2 and done.stdout == "" and not (tmp_path / "dist").exists()
     assert len(done.stderr.splitlines()) == 1 and says in done.stderr
 

@@ -202,20 +202,17 @@ def test_an_fmu_carries_slow_levels_on_demand_or_where_it_starts_at_them():
 
 
 @pytest.mark.parametrize(
-    ("keywords", "parts"),
+    ("keywords", "film_table", "flexible", "block", "films"),
     [
-        ({}, {"film_table": False, "flexible": False, "block": True, "films": True}),
-        ({"levels": "all"}, {"film_table": True, "flexible": True, "block": True, "films": True}),
-        ({"levels": "flexible"}, {"film_table": False, "flexible": True, "block": True, "films": True}),
-        ({"film_table": False}, {"film_table": False, "flexible": True, "block": True, "films": True}),
-        (
-            {"film_table": False, "block": False},
-            {"film_table": False, "flexible": False, "block": False, "films": True},
-        ),
-        ({"levels": "basic"}, {"film_table": False, "flexible": False, "block": True, "films": False}),
+        ({}, False, False, True, True),
+        ({"levels": "all"}, True, True, True, True),
+        ({"levels": "flexible"}, False, True, True, True),
+        ({"film_table": False}, False, True, True, True),
+        ({"film_table": False, "block": False}, False, False, False, True),
+        ({"levels": "basic"}, False, False, True, False),
     ],
 )
-def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, parts):
+def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, film_table, flexible, block, films):
     asked = []
 
     def whole_model(engine, body, say, **given):
@@ -225,7 +222,7 @@ def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, par
     monkeypatch.setattr("cranktrain.fmu.build.whole_model", whole_model)
     monkeypatch.setattr("cranktrain.fmu.build.build", lambda *_, **__: tmp_path / "made.fmu")
     build_fmu("diesel_i6", tmp_path, platforms=(), **keywords)
-    assert asked == [parts]
+    assert asked == [{"film_table": film_table, "flexible": flexible, "block": block, "films": films}]
 
 
 @pytest.mark.parametrize("chosen", [{"block": "flexible"}, {"bearings": "table"}])
