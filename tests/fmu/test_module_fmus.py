@@ -201,7 +201,7 @@ def test_the_cross_check_files_are_met(module, ran, tmp_path):
     ("words", "says"),
     [
         (["combustion_i7"], "unknown module 'combustion_i7': did you mean 'combustion_i6'?"),
-        (["combustion_i6", "--no-block"], "belong to an engine, not to a module"),
+        (["combustion_i6", "--no-block"], "--no-block belongs to an engine, not to a module"),
     ],
 )
 def test_what_cannot_be_built_is_refused_in_one_line(words, says, ran, tmp_path):
