@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 
+import cranktrain as ct
 from cranktrain.core.reduced_body import ReducedBody, check
 from cranktrain.engine.file import load_engine
 
@@ -30,6 +31,12 @@ def whole_six():
     """The engine of :func:`six` with its axial path, and the same body."""
     engine, body = six()
     return replace(engine, axial_path=load_engine("diesel_i6").axial_path), body
+
+
+def joined(name, law, ends, **data):
+    """A connection of an added body: ``ends`` are "a.gear crank.flywheel", a single one is joined to ground."""
+    first, second = (*ends.split(), "ground")[:2]
+    return ct.Connection(name, law, (ct.End(*first.split(".")), ct.End(*second.split("."))), data)
 
 
 def _skew(r):
@@ -106,3 +113,22 @@ def rigid_crank(engine, mass=80.0, inertia=(6.0, 6.0, 1.4), centre=(0.0, 0.0, 0.
     )
     check(body)
     return body
+
+
+def started(speed, engine=None, parts=None, **settings):
+    """A simulation of a rigid crank, that of :func:`free_six` if none is named, initialized at a speed, rad/s."""
+    from cranktrain.dynamics.simulation import Parts, Settings, Simulation
+
+    engine = engine or free_six()
+    chosen = Settings(**{"crank": "rigid", **settings})
+    simulation = Simulation(engine, rigid_crank(engine), chosen, parts=parts or Parts())
+    simulation.inputs[0] = speed
+    simulation.initialize()
+    return simulation
+
+
+def series(simulation, steps, per_cycle):
+    """Outputs by name over the next so many steps, ``per_cycle`` of them a cycle at the speed of the start."""
+    rows = np.zeros((steps, simulation.outputs.size))
+    assert simulation.series(4.0 * np.pi / simulation.inputs[0] / per_cycle, 1, rows) == steps
+    return dict(zip(simulation.output_names, rows.T, strict=True))

@@ -9,6 +9,20 @@ import subprocess
 import warnings
 import zipfile
 from pathlib import Path
+from typing import NamedTuple
+
+from cranktrain_lab.coupling.master import Exchange
+
+
+class System(NamedTuple):
+    """What a supervised run is of."""
+
+    units: dict
+    connections: list
+    exchange: Exchange
+    outputs: dict
+    bonds: list | tuple = ()
+
 
 SOURCE = Path(__file__).parent / "data" / "native" / "odd_unit.c"
 XML = """<?xml version="1.0" encoding="UTF-8"?>

@@ -1,6 +1,8 @@
 """The FMUs under test, built as a user builds them: the default engine's, and both engines' with all that they have."""
 
+import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +11,9 @@ import pytest
 from coarse_engines import COARSE, NATIVE, built, coarse
 from fmus_by_version import VERSIONS, module_fmu, six, torsional_fmu
 from inside_a_step import PARTNERS, Engine
+from small_fmus import LOUD, MASS, SPRING, small_fmu
 
+from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
@@ -100,6 +104,18 @@ def cache(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def ran(cache):
+    """Run this repository's Python with words in a process of its own; FMUs find their kernels where other tests do."""
+    environment = os.environ | {"CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(SOURCES), "OMP_NUM_THREADS": "1"}
+
+    def run(*words, cwd=None):
+        words = [sys.executable, *map(str, words)]
+        return subprocess.run(words, capture_output=True, text=True, env=environment, cwd=cwd, timeout=3600)
+
+    return run
+
+
+@pytest.fixture(scope="session")
 def script(cache):
     """Run a script in a fresh process that can see fmpy and numba, but not this repository's sources.
 
@@ -132,6 +148,7 @@ def script(cache):
     return run
 
 
+SOURCES = Path(__file__).parents[2] / "fmu_src"
 MODULES = [name for name in module_files() if name.endswith("_i6")]
 
 
@@ -154,3 +171,28 @@ def shipped(request, tmp_path_factory):
         return build_fmu(name, folder, platforms=platforms)
     except InputError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def small(tmp_path_factory):
+    """A folder with small FMUs in Python: a mass, a spring, and one of numbers as large as there may be."""
+    folder = tmp_path_factory.mktemp("small")
+    for kind in (MASS, SPRING, LOUD):
+        small_fmu(folder, *kind)
+    return folder
+
+
+@pytest.fixture
+def harness(small, tmp_path, monkeypatch, capsys):
+    """Run a text as a harness file beside the small FMUs: exit code, object on stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+    for fmu in small.glob("*.fmu"):
+        shutil.copy(fmu, tmp_path)
+
+    def run(text, *options):
+        Path("harness.toml").write_text(text, "utf-8")
+        code = main(["harness", "harness.toml", "--json", *options])
+        printed = capsys.readouterr()
+        return code, json.loads(printed.out), printed.err
+
+    return run

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,12 +53,9 @@ def system_of(
 
 def torsion(system: VirtualEngine, step: float, stop: float, every: float) -> Array:
     """Torsion of the pulley, rad, by steps (s) up to a time (s), ``every`` so many seconds."""
-    master = system.master()
-    try:
+    with closing(system.master()) as master:
         master.initialize()
         found = run(master, stop, Steps(step), system.bonds)
-    finally:
-        master.close()
     return found.of(f"{CRANKTRAIN}.pulley.torsion")[:: round(every / step)]
 
 

@@ -1,4 +1,4 @@
-"""Small FMUs in plain Python, made at once: a mass on a spring, and a spring that it may be coupled to."""
+"""Small FMUs in plain Python, made at once: a mass on a spring, a spring that it may be coupled to, and others."""
 
 from __future__ import annotations
 
@@ -38,6 +38,11 @@ SPRING = (
     "Spring", "A spring between a place and one that is given",
     {"place": ("input", 0.0), "anchor": ("input", 0.0), "force": ("output", 0.0), "stiffness": ("parameter", 2.0)},
     ["self.force = -self.stiffness * (self.place - self.anchor)"],
+)  # fmt: skip
+LOUD = (
+    "Loud", "An output that is as large as a number may be",
+    {"place": ("input", 0.0), "force": ("output", 0.0), "size": ("parameter", 1.7e308)},
+    ["self.force = self.size if time > 0.5 else -self.size"],
 )  # fmt: skip
 
 

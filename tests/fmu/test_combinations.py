@@ -35,13 +35,7 @@ BEARINGS = {"diesel_i6": ("impedance", "linear"), "diesel_v8": ("roller", "linea
 SURROUNDINGS = (("ground", "rigid"), ("ground", "guided"), ("flexible", "guided"))
 """Block and pistons; rigid pistons in a flexible block are refused."""
 DAMPERS, BOUNDARIES = ("none", "fitted"), ("speed", "torque")
-RICHEST = {
-    "big_ends": "impedance",
-    "block": "flexible",
-    "pistons": "guided",
-    "damper": "fitted",
-    "boundary": "torque",
-}
+RICHEST = {"big_ends": "impedance", "block": "flexible", "pistons": "guided", "damper": "fitted", "boundary": "torque"}
 STEPS, STEP = 30, 1e-4
 
 FMU_RUN = """

@@ -1,6 +1,6 @@
 """What every FMU must do, ours of each kind: calls, states, instances, neighbours, long runs, other people's clients.
 
-What only one of them can show is in its own file: ``test_slave.py``, ``test_combustion_fmu.py``, ``test_build.py``.
+What only one of them can show is in its own file: ``test_slave.py``, ``test_module_fmus.py``, ``test_build.py``.
 """
 
 import ctypes
@@ -14,8 +14,13 @@ from benchmarks._clients import CLIENTS
 from benchmarks.clients import Job, checked, difference
 from fmpy import read_csv, read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
+from some import some
 
+from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import OFF, SEAL, code_digest, is_whole, this_platform
+from cranktrain.fmu import archive
 from cranktrain.fmu.archive import write_reference
+from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.engine_fmu import camel, full_interface
 from cranktrain.fmu.module_fmu import module_interface
 from cranktrain.modules.register import module_files, module_of
@@ -55,12 +60,15 @@ def test_fifty_instances_do_not_know_of_each_other(shipped, script):
         HEAD
         + """
 alone = fresh().run(4)
-expected = alone.bits()
+expected, further = alone.bits(), alone.run(1, first=4).bits()
 units = [fresh(f"unit{i}", alone.folder) for i in range(50)]
 for k in range(4):
     for unit in units[k % 2 :] + units[: k % 2]:
         unit.run(1, first=k)
-assert all(unit.bits() == expected for unit in units)
+for unit in units[::2]:
+    unit.run(1, first=4)
+assert [unit.bits() for unit in units] == 25 * [further, expected]
+assert sys.path.count(f"{alone.folder}/resources") <= 1
 for unit in units:
     unit.close()
 """,
@@ -69,12 +77,15 @@ for unit in units:
 
 
 def test_a_state_goes_back_and_on_to_the_bit(shipped, script, tmp_path):
-    """In the instance, in another one, and serialized in another process."""
+    """In the instance, behind its end too, in another one, and serialized in another process."""
     begin = """
 unit = fresh().run(20)
 state = unit.fmu.getFMUstate()
 open(sys.argv[2], "wb").write(unit.fmu.serializeFMUstate(state))
 on = unit.run(20, first=20).bits()
+unit.fmu.setFMUstate(state)
+assert unit.run(20, first=20).bits() == on
+unit.fmu.terminate()
 unit.fmu.setFMUstate(state)
 assert unit.run(20, first=20).bits() == on
 print(on)
@@ -88,21 +99,26 @@ print(unit.run(20, first=20).bits())
     assert script(HEAD + go_on, shipped, tmp_path / "state").stdout == first
 
 
+BEGIN, END = "unit.fmu.enterInitializationMode()", "unit.start(), unit.fmu.terminate()"
 REFUSED = (
-    ("unit.fmu.exitInitializationMode()", ""),
-    ("unit.fmu.doStep(0.0, 1e-4)", ""),
-    ("unit.fmu.terminate()", ""),
-    ("unit.fmu.enterInitializationMode()", "unit.start()"),
-    ("unit.fmu.setupExperiment(startTime=0.0)", "unit.start()"),
-    ("unit.fmu.setupExperiment(startTime=1e300)", ""),
-    ("unit.fmu.doStep(1.0, 1e-4)", "unit.start()"),
-    ("unit.fmu.doStep(0.0, -1e-4)", "unit.start()"),
-    ("unit.fmu.setReal([0], [NAN])", "unit.start()"),
-    ("unit.set_named(unit.outputs[0], 0.0)", "unit.start()"),
-    ("unit.fmu.doStep(0.0, 1e-4)", "unit.start(), unit.fmu.terminate()"),
-    ("unit.fmu.terminate()", "unit.start(), unit.fmu.terminate()"),
+    ("unit.fmu.exitInitializationMode()", "", "it must be in initialization mode"),
+    ("unit.fmu.doStep(0.0, 1e-4)", "", "doStep before the initialization is complete"),
+    ("unit.fmu.terminate()", "", "terminate on an instance that is only instantiated"),
+    ("unit.fmu.enterInitializationMode()", BEGIN, "is in initialization mode; it must be only instantiated"),
+    ("unit.fmu.setupExperiment(startTime=0.0)", BEGIN, "setupExperiment on an instance that is in initialization mode"),
+    ("unit.fmu.doStep(0.0, 1e-4)", BEGIN, "doStep before the initialization is complete"),
+    ("unit.fmu.enterInitializationMode()", "unit.start()", "it must be only instantiated"),
+    ("unit.fmu.setupExperiment(startTime=0.0)", "unit.start()", "it must be only instantiated"),
+    ("unit.fmu.setupExperiment(startTime=1e300)", "", "start time"),
+    ("unit.fmu.doStep(1.0, 1e-4)", "unit.start()", "the master steps from 1.0 s"),
+    ("unit.fmu.doStep(0.0, -1e-4)", "unit.start()", "it must be positive"),
+    ("unit.fmu.setReal([0], [NAN])", "unit.start()", "is nan"),
+    ("unit.set_named(unit.outputs[0], 0.0)", "unit.start()", "is an output and cannot be set"),
+    ("unit.fmu.doStep(0.0, 1e-4)", END, "doStep on an instance that is terminated"),
+    ("unit.fmu.terminate()", END, "terminate on an instance that is terminated"),
+    ("unit.fmu.exitInitializationMode()", END, "it must be in initialization mode"),
 )
-"""Calls that are refused, and what goes before them."""
+"""Calls that are refused, what goes before them, and what is said."""
 
 
 def is_native(path):
@@ -119,10 +135,11 @@ def test_illegal_calls_are_refused_and_harm_nothing(shipped, script):
     script(
         f"""
 unit = Unit(sys.argv[1])
-for action, before in {REFUSED!r}:
+for action, before, words in {REFUSED!r}:
     eval(before or "None")
     status, text = unit.refusal(lambda: eval(action))
-    assert status == {fatal} and "unit: " in text and "Traceback" not in text, (action, status, text)
+    assert status == {fatal} and "unit: " in text and words in text, (action, status, text)
+    assert "Traceback" not in text, text
     unit.fmu.reset()
 unit.start().run(2)
 reference, order, value = (ctypes.c_uint * 1)(0), (ctypes.c_int * 1)(1), (ctypes.c_double * 1)()
@@ -227,3 +244,77 @@ def test_the_archive_names_its_licences(shipped):
     assert {"documentation/licenses/license.txt", "model.png"} <= names
     assert ("documentation/licenses/pythonfmu.txt" in names) != is_native(shipped)
     assert "terminalsAndIcons/terminalsAndIcons.xml" in names
+
+
+RUN = """
+unit = Unit(sys.argv[1], "mine")
+unit.start({"crank.level": "rigid", "bearing.level": "linear"} if "crank.level" in unit.reference else {})
+unit.run(20)
+print("numba" in sys.modules, *unit.bits())
+"""
+PLACE = "/fmu/native/lib/"
+MODULES = [name for name in module_files() if name.endswith("_i6")]
+
+
+def carried(fmu):
+    """Libraries and seal of an FMU, by their places behind ``PLACE``."""
+    with zipfile.ZipFile(fmu) as files:
+        return {name.partition(PLACE)[2]: files.read(name) for name in files.namelist() if PLACE in name}
+
+
+@pytest.fixture
+def libraries(shipped):
+    """Those of an FMU; skips where none could be made, and native FMUs, which are their machine code."""
+    with zipfile.ZipFile(shipped) as files:
+        if "resources/native.bin" in files.namelist():
+            pytest.skip("a native FMU has no kernels for Python")
+    found = carried(shipped)
+    if not any(name.startswith(this_platform()) for name in found):
+        pytest.skip("libraries were not made here; make native does")
+    return found
+
+
+def test_an_fmu_carries_the_library_of_its_kind_and_the_digest_of_its_sources(libraries, tmp_path):
+    digests = dict(line.split() for line in libraries[SEAL].decode().splitlines())
+    path, first = tmp_path / "library", next(iter(digests))
+    path.write_bytes(
+        next(content for name, content in libraries.items() if name.startswith(f"{this_platform()}/{first}"))
+    )
+    for kind, digest in some(digests.items()):
+        assert digest == code_digest(kind) and is_whole(path, digest)
+
+
+# Numba compiles all kernels of the cranktrain for minutes; those of the modules are the quick check.
+@pytest.mark.parametrize("shipped", [pytest.param("cranktrain", marks=pytest.mark.slow), *MODULES], indirect=True)
+def test_an_fmu_starts_without_numba_and_gives_numba_s_bits(shipped, libraries, script, cache):
+    numba, *bits = script(RUN, shipped).stdout.split()
+    assert numba == "False"
+    assert script(RUN, shipped, **{OFF: "1"}).stdout.split() == ["True", *bits]
+    package = next(path for path in cache.glob("fmu/cranktrain_*") if (path / PLACE[1:]).is_dir())
+    assert {path.name for path in (package / PLACE[1:]).rglob("*.*")} >= {SEAL}
+
+
+def test_a_library_that_was_changed_in_the_cache_is_not_loaded(shipped, libraries, script, tmp_path):
+    """It is taken from the FMU again, as the code is."""
+    expected = script(RUN, shipped).stdout
+    assert script(RUN, shipped, cache=tmp_path).stdout == expected
+    (copy,) = tmp_path.glob(f"fmu/cranktrain_*{PLACE}{this_platform()}/*")
+    content = copy.read_bytes()
+    copy.write_bytes(content[:5000])
+    assert script(RUN, shipped, cache=tmp_path).stdout == expected
+    assert copy.read_bytes() == content
+
+
+def test_without_a_compiler_an_fmu_is_built_that_compiles_at_its_first_start(tmp_path, monkeypatch):
+    def none(kind, platform, say, emit):
+        raise InputError("no C compiler was found")
+
+    monkeypatch.setattr(archive, "library", none)
+    said = []
+    plain = build_fmu("valvetrain_i6", tmp_path, platforms=(), say=said.append)
+    assert carried(plain) == {}
+    assert sum("kernels are compiled at the first start there: no C compiler was found" in line for line in said) == 2
+    monkeypatch.undo()
+    whole = build_fmu("valvetrain_i6", tmp_path / "whole", platforms=(), say=said.append)
+    guids = [zipfile.ZipFile(path).read("modelDescription.xml").partition(b'guid="')[2][:38] for path in (plain, whole)]
+    assert guids[0] == guids[1]

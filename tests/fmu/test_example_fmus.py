@@ -1,9 +1,6 @@
 """Examples that run FMUs: each to its end, in a process of its own, with one number that is known and a picture."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -28,18 +25,12 @@ def combustion(tmp_path_factory):
 
 
 @pytest.fixture
-def run(cache, tmp_path):
+def run(ran, tmp_path):
     """What an example's ``main`` returns, with a picture, FMUs and how long to run."""
 
     def run(name, length, *fmus):
         picture = tmp_path / f"{name}.png"
-        environment = {
-            "CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(ROOT / "fmu_src"), "OMP_NUM_THREADS": "1",
-        }  # fmt: skip
-        words = [sys.executable, "-c", RUN, ROOT / "examples" / f"{name}.py", picture, json.dumps(length), *fmus]
-        done = subprocess.run(
-            list(map(str, words)), capture_output=True, text=True, env=os.environ | environment, timeout=3600
-        )
+        done = ran("-c", RUN, ROOT / "examples" / f"{name}.py", picture, json.dumps(length), *fmus)
         assert done.returncode == 0, done.stderr
         assert picture.stat().st_size > 10_000
         return json.loads(done.stdout.splitlines()[-1])

@@ -4,6 +4,7 @@ import csv
 import importlib.util
 import shutil
 import subprocess
+from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 
@@ -160,9 +161,6 @@ def test_the_fmu_of_a_scene_ticks(tmp_path):
     assert [k + 1 for _, cylinders in ticks for k in cylinders] == [5, 3, 6, 2, 4, 1]
 
 
-# ------------------------------------------------------------------ the description
-
-
 @pytest.mark.parametrize("name", ["diesel_i6", "single_petrol"])
 def test_clocks_are_declared_as_the_standard_wants_them(fmus, name):
     path = fmus(name)
@@ -188,18 +186,12 @@ def test_an_fmu_has_clocks_only_if_they_are_asked_for(fmus):
 
 def test_our_own_master_takes_an_fmu_with_clocks(fmus):
     """It uses no event mode."""
-    unit = open_fmu(fmus("diesel_i6"), "crank")
-    unit.link([], ["crank.angle"])
-    try:
+    with closing(open_fmu(fmus("diesel_i6"), "crank")) as unit:
+        unit.link([], ["crank.angle"])
         unit.initialize(0.0)
         unit.step(0.0, 1e-4)
         assert 0.0 < unit.read()[0] < 1.0
-    finally:
-        unit.close()
     assert not any("dead_centre" in name for name in unit.outputs)
-
-
-# ------------------------------------------------------------------ what cannot be
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """FMUs of FMI 3.0: their description, the same results as by FMI 2.0, and couplings of both."""
 
 import shutil
+from contextlib import closing
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -127,9 +128,6 @@ def test_results_are_those_of_fmi_2_to_the_bit(fmus, module):
     assert len(two.dtype.names) > 70
 
 
-# ------------------------------------------------------------------ coupled
-
-
 def coupled(fmus, versions, scheme="gauss-seidel", wrap=lambda unit: unit):
     """Some steps of the three units, each of a version, and which of them take compiled turns."""
     paths = [fmus[fmi][name] for fmi, name in zip(versions, (CRANKTRAIN, COMBUSTION, VALVETRAIN), strict=True)]
@@ -139,13 +137,10 @@ def coupled(fmus, versions, scheme="gauss-seidel", wrap=lambda unit: unit):
 def ran(system, wrap, steps=40):
     """The run and the units that take compiled turns."""
     units = [wrap(unit) for unit in system.units.values()]
-    master = Master(units, system.connections, system.exchange, system.outputs)
-    try:
+    with closing(Master(units, system.connections, system.exchange, system.outputs)) as master:
         master.initialize(0.0)
         compiled = set() if master._turns is None else set(master._turns.inputs)
         return run(master, steps * STEP, Steps(STEP), system.bonds), compiled
-    finally:
-        master.close()
 
 
 def same_bits(found, expected):
@@ -229,15 +224,12 @@ def test_what_a_crank_refuses_in_a_turn_is_told_as_from_python(fmus, odd, says):
         crank.inputs = {name: replace(port, low=-np.inf) for name, port in crank.inputs.items()}
         gas = Pressures(odd)
         links = [Connection(("gas", name), (CRANKTRAIN, name), "newest") for name in gas.outputs]
-        master = Master([gas, wrap(crank)], links, Exchange(), {CRANKTRAIN: ["pulley.torsion"]})
-        try:
+        with closing(Master([gas, wrap(crank)], links, Exchange(), {CRANKTRAIN: ["pulley.torsion"]})) as master:
             master.initialize(0.0)
             assert (master._turns is None) == (wrap is Around)
             with pytest.raises(UnitError, match=says) as caught:
                 run(master, 40 * STEP, Steps(STEP))
             told[fmi, wrap is Around] = str(caught.value)
-        finally:
-            master.close()
     assert told["3.0", True] == told["3.0", False]
 
 
@@ -263,17 +255,11 @@ def test_enumerations_are_given_by_their_items(fmus):
 
 
 def test_a_pressure_that_is_refused_is_named(fmus):
-    unit = open_fmu(fmus["3.0"][CRANKTRAIN], "crank")
-    unit.link(["cylinder[2].pressure"], ["pulley.torsion"])
-    try:
+    with closing(open_fmu(fmus["3.0"][CRANKTRAIN], "crank")) as unit:
+        unit.link(["cylinder[2].pressure"], ["pulley.torsion"])
         unit.initialize(0.0)
         with pytest.raises(Exception, match=r"cylinder.pressure\[2\]' is -1"):
             unit.write(np.array([-1.0]))
-    finally:
-        unit.close()
-
-
-# ------------------------------------------------------------------ other people's clients
 
 
 @pytest.mark.slow
@@ -297,9 +283,6 @@ def test_a_client_finds_what_fmpy_finds(fmus, module, name):
 def test_one_value_of_an_array_is_refused(fmus, name):
     with pytest.raises(ClientError, match=r"fmi3GetFloat64|Float64 not supported"):
         difference(ONE_VALUE_EACH[name], Job(fmus["3.0"][VALVETRAIN], arrays=False))
-
-
-# ------------------------------------------------------------------ what cannot be
 
 
 def test_fmi_3_is_native_and_no_other_version_is_built(tmp_path):

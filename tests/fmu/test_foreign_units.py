@@ -3,13 +3,12 @@
 import os
 import shutil
 import tempfile
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
-from odd_units import DESCRIBED, ENTRIES, MADE, hostile, odd_unit
+from odd_units import DESCRIBED, ENTRIES, MADE, System, hostile, odd_unit
 
 from cranktrain.core.errors import CranktrainError, InputError, StoreError
 from cranktrain_lab.coupling.connections import Connection
@@ -17,22 +16,12 @@ from cranktrain_lab.coupling.fmu3_unit import open_fmu
 from cranktrain_lab.coupling.fmu_unit import FmuUnit
 from cranktrain_lab.coupling.master import Exchange
 from cranktrain_lab.coupling.points import ROWS
-from cranktrain_lab.coupling.run import Bond, Steps
+from cranktrain_lab.coupling.run import Steps
 from cranktrain_lab.coupling.supervised import Limits, run_supervised
 from cranktrain_lab.coupling.unit import UnitError
 
-pytestmark = [
-    pytest.mark.skipif(os.name == "nt" or shutil.which("cc") is None, reason="no C compiler"),
-]
+pytestmark = [pytest.mark.skipif(os.name == "nt" or shutil.which("cc") is None, reason="no C compiler")]
 LIMIT = 3.0
-
-
-class System(NamedTuple):
-    units: dict
-    connections: list
-    exchange: Exchange
-    outputs: dict
-    bonds: list[Bond]
 
 
 def system(path):
@@ -111,13 +100,10 @@ def test_a_hostile_archive_is_refused_before_it_fills_anything(tmp_path, monkeyp
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     path = hostile(name, tmp_path / "hostile.fmu")
     before = set(tmp_path.iterdir())
-    with pytest.raises((InputError, UnitError), match=r"hostile\.fmu") as caught:
-        unit = FmuUnit(path, "one")
+    refused = pytest.raises((InputError, UnitError), match=r"hostile\.fmu")
+    with refused as caught, closing(FmuUnit(path, "one")) as unit:
         unit.link([], ["out"])
-        try:
-            unit.initialize(0.0)
-        finally:
-            unit.close()
+        unit.initialize(0.0)
     assert str(caught.value).isprintable() and len(str(caught.value)) < 1500
     assert set(tmp_path.iterdir()) == before and not list((tmp_path / "temporary").iterdir())
     assert not Path("/escaped").exists() and not (tmp_path.parent / "escaped").exists()

@@ -1,17 +1,13 @@
 """The verb ``harness``: this project's own system tests, what it writes, and what it refuses."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from small_fmus import MASS, SPRING, edited, small_fmu
+from small_fmus import MASS, edited, small_fmu
 
-from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import describe_fmu
 from cranktrain.store.hdf5 import read_result
@@ -20,31 +16,6 @@ from cranktrain_lab.harness.running import checked_ports
 
 ROOT = Path(__file__).parents[2]
 SYSTEM, SOURCES, EXAMPLE = ROOT / "tests" / "system", ROOT / "fmu_src", ROOT / "examples" / "harness.toml"
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    """A folder with the FMUs of masses.toml."""
-    folder = tmp_path_factory.mktemp("small")
-    for kind in (MASS, SPRING):
-        small_fmu(folder, *kind)
-    return folder
-
-
-@pytest.fixture
-def harness(small, tmp_path, monkeypatch, capsys):
-    """Run a text as a harness file beside the small FMUs: exit code, object on stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(text, *options):
-        for fmu in small.glob("*.fmu"):
-            shutil.copy(fmu, tmp_path)
-        Path("harness.toml").write_text(text, "utf-8")
-        code = main(["harness", "harness.toml", "--json", *options])
-        printed = capsys.readouterr()
-        return code, json.loads(printed.out), printed.err
-
-    return run
 
 
 MASSES = (SYSTEM / "masses.toml").read_text("utf-8")
@@ -65,15 +36,11 @@ def test_masses(harness):
     assert "mass.place over the time" in page and page.count("<svg") >= 6 and "://" not in page
 
 
-def test_the_virtual_engine(fmu, partner, cache, tmp_path):
+def test_the_virtual_engine(fmu, partner, ran, tmp_path):
     shutil.copy(fmu, tmp_path / "cranktrain.fmu")
     shutil.copy(partner, tmp_path / "combustion.fmu")
     shutil.copy(SYSTEM / "virtual_engine.toml", tmp_path)
-    environment = os.environ | {"CRANKTRAIN_CACHE": str(cache), "PYTHONPATH": str(SOURCES), "OMP_NUM_THREADS": "1"}
-    done = subprocess.run(
-        [sys.executable, "-m", "cranktrain.cli.main", "harness", "virtual_engine.toml", "--json"],
-        capture_output=True, text=True, env=environment, cwd=tmp_path, timeout=3600,
-    )  # fmt: skip
+    done = ran("-m", "cranktrain.cli.main", "harness", "virtual_engine.toml", "--json", cwd=tmp_path)
     found = json.loads(done.stdout)
     failed = [(one["name"], a) for one in found.get("scenarios", [found]) for a in one["assertions"] if not a["passed"]]
     assert (done.returncode, failed) == (0, []), done.stderr

@@ -1,4 +1,4 @@
-"""What masters do to an FMU: times that they add up, calls out of order, instances without end."""
+"""What masters do to an FMU: times that they add up, packages that lack, instances without end."""
 
 import ctypes
 import re
@@ -86,42 +86,6 @@ for k, sliver in enumerate((1.7e-18, 1e-15, 1e-12, 1e-11, 5e-10) * 4):
     time += sliver
 force = "bearing[3].force.y"
 assert abs(unit.get(force)[0] / plain.get(force)[0] - 1.0) < 1e-4
-""",
-        fmu,
-    )
-
-
-ORDER = [
-    ("unit.fmu.exitInitializationMode()", "exitInitializationMode on an instance that is only instantiated"),
-    ("unit.fmu.terminate()", "terminate on an instance that is only instantiated"),
-    ("begin(), unit.fmu.enterInitializationMode()", "that is in initialization mode; it must be only instantiated"),
-    ("begin(), unit.fmu.setupExperiment(startTime=0.0)", "setupExperiment on an instance that is in initialization"),
-    ("begin(), unit.fmu.doStep(0.0, 1e-4)", "doStep before the initialization is complete"),
-    ("end(), unit.fmu.terminate()", "terminate on an instance that is terminated"),
-    ("end(), unit.fmu.doStep(1e-4, 1e-4)", "doStep on an instance that is terminated"),
-    ("end(), unit.fmu.exitInitializationMode()", "it must be in initialization mode"),
-]
-
-
-def test_calls_out_of_order_are_refused(fmu, script):
-    """And the instance goes on after a reset, or after its terminated self from a state of before."""
-    script(
-        f"""
-def begin():
-    unit.fmu.enterInitializationMode()
-def end():
-    unit.start().run(1)
-    unit.fmu.terminate()
-unit = Unit(sys.argv[1])
-for action, words in {ORDER!r}:
-    status, text = unit.refusal(lambda: eval(action))
-    assert status > 2 and words in text, (action, status, text)
-    unit.fmu.reset()
-unit.start().run(2)
-state = unit.fmu.getFMUstate()
-unit.fmu.terminate()
-unit.fmu.setFMUstate(state)
-unit.run(1, first=2).close()
 """,
         fmu,
     )

@@ -129,7 +129,7 @@ def test_the_library_finds_nothing_wrong(scene_fmu, script):
 
 def test_engine_options_do_not_go_with_a_scene(scene, capsys):
     assert build_fmu.main([str(scene.path), "--no-film-table"]) == 2
-    assert "belong to an engine" in capsys.readouterr().err
+    assert "belongs to an engine" in capsys.readouterr().err
     wrong = scene.path.with_name("wrong.toml")
     wrong.write_text(scene.path.read_text(encoding="utf-8").replace("outputs =", "output ="), encoding="utf-8")
     assert build_fmu.main([str(wrong)]) == 2

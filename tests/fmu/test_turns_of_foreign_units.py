@@ -2,12 +2,12 @@
 
 import os
 import shutil
+from contextlib import closing
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 import pytest
-from odd_units import DESCRIBED, odd_unit
+from odd_units import DESCRIBED, System, odd_unit
 
 from cranktrain_lab.coupling.connections import START, Connection
 from cranktrain_lab.coupling.fmu3_unit import open_fmu
@@ -16,20 +16,10 @@ from cranktrain_lab.coupling.run import Steps, run
 from cranktrain_lab.coupling.supervised import Limits, run_supervised
 from cranktrain_lab.coupling.unit import Around, UnitError
 
-pytestmark = [
-    pytest.mark.skipif(os.name == "nt" or shutil.which("cc") is None, reason="no C compiler"),
-]
+pytestmark = [pytest.mark.skipif(os.name == "nt" or shutil.which("cc") is None, reason="no C compiler")]
 STEP = 0.1
 ROW = "row[1]", "row[3]"
 SUMS = "sums[1]", "sums[2]", "sums[3]"
-
-
-class System(NamedTuple):
-    units: dict
-    connections: list
-    exchange: Exchange
-    outputs: dict
-    bonds: tuple = ()
 
 
 def system(fmus, scheme="gauss-seidel", reconstruction="linear"):
@@ -50,14 +40,11 @@ def system(fmus, scheme="gauss-seidel", reconstruction="linear"):
 
 def ran(system, wrap=lambda unit: unit):
     """The run and whether all units took compiled turns, or none."""
-    master = Master([wrap(unit) for unit in system.units.values()], *system[1:4])
-    try:
+    with closing(Master([wrap(unit) for unit in system.units.values()], *system[1:4])) as master:
         master.initialize()
         compiled = set(master._turns.inputs) if master._turns else set()
         assert compiled in (set(), set(system.units))
         return run(master, 1.0, Steps(STEP)), bool(compiled)
-    finally:
-        master.close()
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import zipfile
 import mock_unit
 import pytest
 import real_unit
-from raw_unit import Raw
+from raw_unit import Raw, instances
 
 
 @pytest.fixture(scope="session")
@@ -33,17 +33,13 @@ def binary(unpacked):
 
 @pytest.fixture
 def unit(unpacked, binary):
-    """A function that makes instances, which are freed behind the test."""
-    made = []
-
-    def fresh(name="unit", guid=mock_unit.GUID, resources=unpacked / "resources", **options):
-        made.append(Raw(binary, resources, guid, name, **options))
-        return made[-1]
-
-    yield fresh
-    for one in made:
-        if one.component is not None:
-            one.free()
+    """A function that makes instances of the mock."""
+    place = unpacked / "resources"
+    yield from instances(
+        lambda name="unit", guid=mock_unit.GUID, resources=place, **options: Raw(
+            binary, resources, guid, name, **options
+        )
+    )
 
 
 @pytest.fixture(scope="session", params=["combustion_i6", "valvetrain_i6"])

@@ -151,3 +151,17 @@ class Raw:
         self.library.fmi2FreeInstance.restype = None
         self.library.fmi2FreeInstance(c_void_p(self.component))
         self.component = None
+
+
+def instances(make):
+    """A function that makes instances, which are freed behind the test."""
+    made = []
+
+    def fresh(*given, **options):
+        made.append(make(*given, **options))
+        return made[-1]
+
+    yield fresh
+    for one in made:
+        if one.component is not None:
+            one.free()

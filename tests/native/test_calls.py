@@ -194,9 +194,6 @@ def test_what_status_can_be_told(unit):
         assert one.call(f"Get{name}", kind, None) == ERROR
 
 
-# ------------------------------------------------------------------ the host's callbacks
-
-
 def test_what_goes_wrong_is_logged_and_events_if_wanted(unit):
     quiet, speaking = unit(), unit(logging=True)
     for one in (quiet, speaking):

@@ -35,9 +35,6 @@ def fine(unit, **options):
     return one
 
 
-# ------------------------------------------------------------------ by time
-
-
 def slope(unit, times):
     """Derivative of the position at the last of these communication points."""
     one = fine(unit).start()
@@ -99,9 +96,6 @@ def test_slivers_of_time_are_no_communication_points(unit):
     assert one.step(5e-4 - 1e-10, 1e-11) == OK  # the master lags: nothing is left of the step
     assert one.output_rates(*OUTPUTS) == plain.output_rates(*OUTPUTS)
     assert one.directional(OUTPUTS, {V["force"]: 1.0}) == plain.directional(OUTPUTS, {V["force"]: 1.0})
-
-
-# ------------------------------------------------------------------ by inputs
 
 
 def test_by_the_force_over_a_step_it_is_the_analytic_solution(unit):
@@ -210,9 +204,6 @@ def test_directions_that_cannot_be_are_refused(unit):
     outputs = (c_uint * 1)(V["observed"])
     force = one.values("Real", {V["force"]: 1.0})
     assert "no Real" in one.refused(call, outputs, c_size_t(1), *force, force[2])
-
-
-# ------------------------------------------------------------------ nothing else changes
 
 
 def asked(one):

@@ -1,21 +1,16 @@
-"""Machine code of kernels: the same bits as where numba runs them, no Python inside, records as numba lays them out."""
+"""Machine code of kernels: an object for every platform, records as numba lays them out; bits: test_machine_code.py."""
 
-import ctypes
 import math
-import shutil
-import subprocess
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from cranktrain.core.kernel import call_kernel, kernel, kernel_address, kernel_name
+from cranktrain.core.kernel import call_kernel, kernel, kernel_name
 from cranktrain.core.records import layout, leaves, record_image
 from cranktrain.fmu.native.emit import Emission
 from cranktrain.fmu.native.objects import object_code
 from cranktrain.fmu.native.platforms import PLATFORMS
-
-HERE = "linux64"
 
 
 class Inner(NamedTuple):
@@ -51,51 +46,7 @@ def step(run, x):
     return status
 
 
-@pytest.fixture(scope="module")
-def code(tmp_path_factory):
-    """The two kernels in one library, linked by the machine's own compiler, with the least processor's instructions."""
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("no C compiler here")
-    with Emission() as emission:
-        emission.entry("step", record(), step)
-        emission.function("law", law, (np.zeros(1), 0))
-        program = emission.program()
-    folder = tmp_path_factory.mktemp("code")
-    (folder / "kernels.o").write_bytes(object_code(program, PLATFORMS[HERE]))
-    (folder / "address.c").write_text(
-        "extern int law(); void *address(void); void *address(void) { return law; }\n"
-        "long call(void *, double); extern long step(void *, double);\n"
-        "long call(void *run, double x) { return step(run, x); }\n"
-    )
-    path = folder / "kernels.so"
-    subprocess.run(
-        [compiler, "-shared", "-fPIC", "-o", path, folder / "kernels.o", folder / "address.c", "-lm"], check=True
-    )
-    return path
-
-
-def test_a_library_gives_the_bits_that_python_gets(code):
-    loaded = ctypes.CDLL(str(code))
-    loaded.address.restype, loaded.call.restype = ctypes.c_void_p, ctypes.c_long
-    ours, theirs = record(), record()
-    ours.law[0] = kernel_address(law, ours.values, 0)
-    theirs.law[0] = loaded.address()
-    image = record_image(theirs)
-    for k in range(100):
-        x = 0.01 * k
-        assert step(ours, x) == 3
-        assert loaded.call(ctypes.c_void_p(image.ctypes.data), ctypes.c_double(x)) == 3
-    assert np.array_equal(ours.values, theirs.values)
-    assert ours.values[0] > record().values[0]
-
-
-def test_a_library_needs_the_mathematical_library_and_nothing_else(code):
-    found = subprocess.run(["nm", "-u", code.with_name("kernels.o")], check=True, capture_output=True, text=True).stdout
-    assert set(found.replace("U", "").split()) <= {"exp", "sin", "pow", "atan2"}
-
-
-def test_every_platform_has_its_object(code):
+def test_every_platform_has_its_object():
     with Emission() as emission:
         emission.entry("step", record(), step)
         program = emission.program()

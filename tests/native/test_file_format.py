@@ -1,6 +1,7 @@
-"""The flat file of a native FMU as Python writes it; reading it is tested on the C side."""
+"""The flat file of a native FMU as Python writes it, and what it keeps of a run's arrays; C reads it in other tests."""
 
 import struct
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -8,21 +9,21 @@ import pytest
 from cranktrain.core.errors import StoreError
 from cranktrain.fmu.native.file_format import (
     ALIGNMENT,
+    COPIED,
     NONE,
     SECTIONS,
+    SHARED,
+    TRANSPOSED,
+    ZEROS,
     Blob,
     NativeFile,
     Texts,
     table,
     to_bytes,
 )
+from cranktrain.fmu.native.image import Images
 
 DIGEST, GUID = "0123456789abcdef", "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}"
-ROW_BYTES = {
-    "TEXT": 1, "VARS": 56, "FAMS": 4, "CHOI": 20, "OPTN": 16, "LEVL": 4, "VARI": 32, "NUMB": 16, "SLOT": 4, "LEAF": 16,
-    "RECS": 8, "ARRY": 72, "FIXU": 16, "NAME": 8, "STAT": 16, "INFO": 8, "BLOB": 1,
-}  # fmt: skip
-"""Sizes of the structures that the C side reads."""
 
 
 def example():
@@ -41,36 +42,12 @@ def example():
     return NativeFile(DIGEST, GUID, tables)
 
 
-def test_rows_have_the_sizes_that_c_expects():
-    assert {name: dtype.itemsize for name, dtype in SECTIONS.items()} == ROW_BYTES
-
-
-def directory(data):
-    """Name, offset and rows of each section."""
-    entries = (struct.unpack_from("<8sQQQ", data, 104 + 32 * k) for k in range(len(SECTIONS)))
-    return [(raw.rstrip(b"\0").decode(), offset, rows) for raw, offset, _, rows in entries]
-
-
-def test_what_is_written_can_be_read():
-    file = example()
-    data = to_bytes(file)
-    assert len(data) % 8 == 0
-    assert data[24:40].decode() == DIGEST and data[40:80].rstrip(b"\0").decode() == GUID
-    tables = {name: np.frombuffer(data, SECTIONS[name], rows, offset) for name, offset, rows in directory(data)}
-    read = NativeFile(DIGEST, GUID, tables)
-    for section in SECTIONS:
-        assert np.array_equal(read[section], file[section]), section
-    assert [read.text(row["name"]) for row in read["VARS"]] == ["speed", "Größe"]
-    array = read["ARRY"][0]
-    values = read["BLOB"][array["offset"] : array["offset"] + array["bytes"]].view("<f8")
-    assert values.tolist() == list(range(7))
-    assert to_bytes(read) == data
-
-
 def test_sections_are_aligned():
     data = to_bytes(example())
-    assert [name for name, _, _ in directory(data)] == list(SECTIONS)
-    for name, offset, _ in directory(data):
+    entries = (struct.unpack_from("<8sQQQ", data, 104 + 32 * k) for k in range(len(SECTIONS)))
+    places = {raw.rstrip(b"\0").decode(): offset for raw, offset, *_ in entries}
+    assert list(places) == list(SECTIONS)
+    for name, offset in places.items():
         assert offset % (ALIGNMENT if name == "BLOB" else 8) == 0
 
 
@@ -92,3 +69,55 @@ def test_what_does_not_fit_is_refused():
         to_bytes(NativeFile(DIGEST, GUID, {"SLOT": np.zeros(2)}))
     with pytest.raises(StoreError, match="zero"):
         Texts().at("a\0b")
+
+
+class Run(NamedTuple):
+    """A run of a few arrays."""
+
+    matrix: np.ndarray
+    turned: np.ndarray
+    table: np.ndarray
+    work: np.ndarray
+    least: np.ndarray
+
+
+def run():
+    matrix = np.arange(1.0, 7.0).reshape(2, 3)
+    return Run(matrix, np.ascontiguousarray(matrix.T), np.ones((8, 8)), np.zeros((4, 2)), np.array([[-0.0]]))
+
+
+def images():
+    return Images({}, lambda path: path == "table")
+
+
+def test_a_matrix_and_its_transposed_are_kept_once():
+    made = images()
+    made.add(run(), {})
+    rows = made.tables["ARRY"]
+    assert [row["kind"] for row in rows] == [COPIED, TRANSPOSED, SHARED, ZEROS, COPIED]
+    assert rows[0]["offset"] == rows[1]["offset"] and rows[1]["shape"][:2] == (3, 2)
+    blob = made.sections()["BLOB"]
+    assert len(blob) == 64 + 512 + 64  # padded to lines of a cache: the matrix, the table, the zero with a sign
+    kept = np.frombuffer(blob.tobytes(), count=6, offset=rows[0]["offset"])
+    assert np.array_equal(kept.reshape(2, 3).T, run().turned)
+
+
+def test_a_second_variant_of_equal_arrays_adds_no_row():
+    made = images()
+    made.add(run(), {})
+    rows = len(made.tables["ARRY"])
+    made.add(run(), {})
+    assert len(made.tables["ARRY"]) == rows and made.tables["SLOT"][:rows] == made.tables["SLOT"][rows:]
+
+
+def test_a_table_that_is_the_same_object_is_looked_at_once(monkeypatch):
+    """Its megabytes are not read again for each of hundreds of variants; another of the same size is."""
+    made, one = images(), run()
+    made.add(one, {})
+    seen = []
+    keep = made._kept_row
+    monkeypatch.setattr(made, "_kept_row", lambda array, *rest: seen.append(array.shape) or keep(array, *rest))
+    made.add(one, {})
+    assert (8, 8) not in seen
+    made.add(one._replace(table=np.full((8, 8), 2.0)), {})
+    assert (8, 8) in seen and len(made.tables["ARRY"]) == 6

@@ -2,7 +2,6 @@
 
 import ctypes
 import math
-import random
 import re
 from ctypes import byref, c_size_t, c_uint32, c_void_p
 
@@ -10,7 +9,7 @@ import mock_unit
 import pytest
 from mock_unit import GUID, REFERENCE, SOURCES
 from raw3_unit import C_TYPE, Raw3
-from raw_unit import DISCARD, ERROR, OK
+from raw_unit import DISCARD, ERROR, OK, instances
 
 V = REFERENCE
 MOTION = V["position"]  # with velocity and energy behind it, an array of three
@@ -27,17 +26,8 @@ def resources(tmp_path_factory):
 
 @pytest.fixture
 def unit3(binary, resources):
-    """A function that makes instances, which are freed behind the test."""
-    made = []
-
-    def fresh(folder=resources, **options):
-        made.append(Raw3(binary, folder, GUID, **options))
-        return made[-1]
-
-    yield fresh
-    for one in made:
-        if one.component is not None:
-            one.free()
+    """A function that makes instances by FMI 3.0."""
+    yield from instances(lambda folder=resources, **options: Raw3(binary, folder, GUID, **options))
 
 
 def test_steps_find_what_they_find_by_fmi_2_to_the_bit(unit, unit3):
@@ -133,9 +123,6 @@ def test_arrays_that_cannot_be_are_refused(unit3, tmp_path, arrays):
     assert one.component is None and "native.bin has an array" in one.log[0][2]
 
 
-# ------------------------------------------------------------------ inside a step
-
-
 def test_a_host_is_called_every_half_degree(unit3):
     """A speed of 100 rad/s and a step of 2e-4 s are 1.15 degrees: three parts."""
     times = []
@@ -197,9 +184,6 @@ def test_a_step_without_a_solution_tells_how_far_it_came(unit3):
     assert one.set("Float64", [V["force"]], [10.0]).step(3e-4) == OK
 
 
-# ------------------------------------------------------------------ derivatives
-
-
 def test_directional_and_adjoint_derivatives_are_rows_and_columns_of_one_matrix(unit3):
     one = unit3().start().run(10)
     inputs = [V["force"], V["speed"]]
@@ -208,61 +192,3 @@ def test_directional_and_adjoint_derivatives_are_rows_and_columns_of_one_matrix(
     expected = [math.fsum(w * value for w, value in zip(weights, column, strict=True)) for column in columns]
     assert one.derivative("Adjoint", [MOTION], inputs, weights, 2) == pytest.approx(expected, rel=1e-12)
     assert expected[0] != 0.0
-
-
-# ------------------------------------------------------------------ calls at random
-
-
-def fuzzed(unit3, count, seed):
-    """Calls with arguments at random, most of them wrong; then a run as of a fresh instance."""
-    draw = random.Random(seed)
-    update = lambda unit, time: None if draw.random() < 0.9 else draw.choice([time, math.nan, math.inf, -1.0])  # noqa: E731
-    one = unit3(update=update, early=True)
-    odd = [0.0, -1.0, 1e-12, 1e300, math.nan, math.inf, 100.0, 10.0]
-    state, counts, last = c_void_p(), [0, 0, 0, 0], 0.0
-    buffer = (ctypes.c_double * 64)()
-    lives = ("EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset")
-    for _ in range(count):
-        references = (c_uint32 * 4)(*(draw.choice([draw.randrange(TIME + 2), 2**32 - 1]) for _ in range(4)))
-        n, m = c_size_t(draw.choice([1, 1, 2, 4, 0])), c_size_t(draw.choice([1, 1, 2, 3, 4, 2**63]))
-        kind = draw.choice(["Float64", "Int32", "Int64", "Boolean"])
-        values = (C_TYPE[kind] * 8)(*((draw.choice(odd) if kind == "Float64" else draw.randrange(4)) for _ in range(8)))
-        nothing = draw.random() < 0.03
-        place = draw.randrange(9)
-        if place < 3:
-            status = one.call(f"{draw.choice(['Get', 'Set'])}{kind}", None if nothing else references, n, values, m)
-        elif place == 3:
-            way = draw.choice(["Directional", "Adjoint"])
-            seeds = (ctypes.c_double * 8)(*(draw.choice(odd) for _ in range(8)))
-            sides = references, n, references, n, seeds, m, None if nothing else buffer, m
-            status = one.call(f"Get{way}Derivative", *sides)
-        elif place == 4:
-            status = one.call(draw.choice(["GetFMUState", "FreeFMUState"]), byref(state))
-        elif place == 5:
-            status = one.call("SetFMUState", state)
-        elif place == 6:
-            name = draw.choice(lives)
-            times = (False, 0.0, draw.choice(odd), draw.random() < 0.1, draw.choice(odd))
-            status = one.call(name, *(times if name == lives[0] else ()))
-        else:
-            status = one.step(draw.choice([last, last, draw.choice(odd)]), draw.choice([1e-4, 1e-4, draw.choice(odd)]))
-            last = one.told[3]
-        assert status in (OK, DISCARD, ERROR)
-        counts[status] += 1
-    one.call("FreeFMUState", byref(state))
-    one.inside = lambda unit, time: None
-    one.must("Reset").start().run(10)
-    fresh = unit3(update=lambda unit, time: None).start().run(10)
-    assert one.get("Float64", MOTION, n=3) == fresh.get("Float64", MOTION, n=3)
-    assert all(text.startswith("unit: ") and "\n" not in text for _, _, text in one.log)
-    assert min(counts[OK], counts[ERROR]) > count // 20
-
-
-def test_calls_at_random_do_no_harm(unit3):
-    fuzzed(unit3, 5_000, 15)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
-def test_many_calls_at_random_do_no_harm(unit3, seed):
-    fuzzed(unit3, 250_000, seed)

@@ -11,7 +11,7 @@ import mock_unit
 import pytest
 from mock_unit import GUID, REFERENCE
 from raw3_unit import Raw3
-from raw_unit import DISCARD, ERROR, OK
+from raw_unit import DISCARD, ERROR, OK, instances
 
 V = REFERENCE
 TIME = len(REFERENCE)
@@ -34,17 +34,9 @@ def resources(tmp_path_factory):
 
 @pytest.fixture
 def unit3(binary, resources):
-    """A function that makes instances with event mode and early return, which are freed behind the test."""
-    made = []
-
-    def fresh(folder=resources, events=True, early=True, **options):
-        made.append(Raw3(binary, folder, GUID, events=events, early=early, **options))
-        return made[-1]
-
-    yield fresh
-    for one in made:
-        if one.component is not None:
-            one.free()
+    """A function that makes instances with event mode and early return."""
+    chosen = {"events": True, "early": True}
+    yield from instances(lambda folder=resources, **options: Raw3(binary, folder, GUID, **chosen | options))
 
 
 def set_off(one, events=True):
@@ -159,9 +151,6 @@ def test_a_place_is_found_inside_a_step_that_calls_the_host(unit3):
     assert ticks(late.must("EnterEventMode")) == (True, True)
 
 
-# ------------------------------------------------------------------ states
-
-
 def saved(one):
     state, size = c_void_p(), c_size_t()
     one.must("GetFMUState", byref(state)).must("SerializedFMUStateSize", state, byref(size))
@@ -227,9 +216,6 @@ def rates(one):
     return list(given[2])
 
 
-# ------------------------------------------------------------------ calls that are refused
-
-
 @pytest.mark.parametrize("name", ["EnterEventMode", "EnterStepMode", "UpdateDiscreteStates", "GetClock"])
 def test_event_mode_must_have_been_asked_for(unit3, name):
     text = unit3(events=False).start().refused(name, *[c_size_t(0)] * 6)
@@ -278,9 +264,6 @@ def test_clocks_that_cannot_be_are_refused(unit3, tmp_path, clocks):
     (tmp_path / "native.bin").write_bytes(mock_unit.native_bin(arrays=ARRAYS, clocks=clocks))
     one = unit3(folder=tmp_path)
     assert one.component is None and "native.bin has clocks that cannot be" in one.log[0][2]
-
-
-# ------------------------------------------------------------------ calls at random
 
 
 def fuzzed(unit3, count, seed):

@@ -9,8 +9,6 @@ from hosted_units import HOSTS, REALS, VERSIONS, Mock, Mock3, watched_pair
 from mock_unit import compiler
 from plain_host import plain_host
 
-SANITIZERS = pytest.mark.parametrize("sanitizer", ["address,undefined", "thread"])
-
 
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
@@ -20,20 +18,25 @@ def host(tmp_path_factory):
     return lambda unit, *options: plain_host(tmp_path_factory.mktemp("host"), *options, name=HOSTS[unit.fmi])
 
 
-@pytest.fixture(scope="module", params=VERSIONS)
+MOCKS = [("mock", fmi) for fmi in VERSIONS]
+MODULES = [(name, fmi) for name in ("combustion_i6", "valvetrain_i6") for fmi in VERSIONS]
+of_mocks = pytest.mark.parametrize("small", MOCKS, indirect=True, ids=" ".join)
+of_modules = pytest.mark.parametrize("small", MODULES, indirect=True, ids=" ".join)
+
+
+@pytest.fixture(scope="module", params=MOCKS + MODULES, ids=" ".join)
 def small(request, unpacked, binary, tmp_path_factory):
-    return Mock(unpacked) if request.param == "2.0" else Mock3(binary, tmp_path_factory.mktemp("resources"))
+    """The mock or a module of either version."""
+    name, fmi = request.param
+    folder = tmp_path_factory.mktemp(name)
+    if name != "mock":
+        return REALS[fmi](real_unit.unpacked(name, folder, fmi=fmi))
+    return Mock(unpacked) if fmi == "2.0" else Mock3(binary, folder)
 
 
-@pytest.fixture(scope="module", params=VERSIONS)
-def module(request, module_name, tmp_path_factory):
-    folder = tmp_path_factory.mktemp(module_name)
-    return REALS[request.param](real_unit.unpacked(module_name, folder, fmi=request.param))
-
-
-@pytest.fixture(scope="module", params=["combustion_i6", "valvetrain_i6"])
-def module_name(request):
-    return request.param
+def amounts(unit):
+    """Steps, threads and calls under a watch, which is slow: less of the real kernels."""
+    return (100, 4, 100_000) if isinstance(unit, Mock) else (60, 2, 5_000)
 
 
 @pytest.fixture(scope="module", params=VERSIONS)
@@ -58,21 +61,19 @@ def unharmed(unit, host, count, seed):
 
 
 def test_a_host_without_python_finds_the_same(small, host):
-    runs_without_python(small, host(small), 100)
+    runs_without_python(small, host(small), amounts(small)[0])
 
 
-def test_the_modules_do_so_too(module, host):
-    runs_without_python(module, host(module), 60)
-
-
+@of_mocks
 def test_a_hundred_thousand_calls_at_random_do_no_harm(small, host):
     counts = unharmed(small, host(small), 100_000, 15)
     assert len(counts) == 3 and min(counts.values()) > small.rare
 
 
 @pytest.mark.slow
-def test_a_million_calls_at_random_do_a_module_no_harm(module, host):
-    unharmed(module, host(module), 1_000_000, 17)
+@of_modules
+def test_a_million_calls_at_random_do_a_module_no_harm(small, host):
+    unharmed(small, host(small), 1_000_000, 17)
 
 
 @pytest.mark.slow
@@ -82,25 +83,15 @@ def test_an_engine_runs_and_is_called_at_random(engine, host):
     unharmed(engine, made, 20_000, 17)
 
 
-# ------------------------------------------------------------------ what watches memory
-
-
 def memcheck():
     return tool("valgrind"), "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"
 
 
 @pytest.mark.slow
 def test_memcheck_finds_nothing(small, host):
-    plain = host(small)
-    for what in (("run", 100, 0), ("threads", 4, 0), ("fuzz", 100_000, 3)):
+    plain, (steps, threads, calls) = host(small), amounts(small)
+    for what in (("run", steps, 0), ("threads", threads, 0), ("fuzz", calls, 3)):
         small.hosted(plain, *what, before=memcheck())
-
-
-@pytest.mark.slow
-def test_memcheck_finds_nothing_in_the_real_kernels(module, host):
-    plain = host(module)
-    for what in (("run", 60, 0), ("threads", 2, 0), ("fuzz", 5_000, 3)):
-        module.hosted(plain, *what, before=memcheck())
 
 
 @pytest.mark.slow
@@ -109,17 +100,10 @@ def test_memcheck_finds_nothing_in_an_engine(engine, host):
 
 
 @pytest.mark.slow
-@SANITIZERS
+@pytest.mark.parametrize("sanitizer", ["address,undefined", "thread"])
 def test_sanitizers_find_nothing(small, host, tmp_path, sanitizer):
+    """Of a module shim and host are watched; its kernels are machine code, but their memory is the shim's."""
     checked, library = watched_pair(small, host, tmp_path, sanitizer)
-    for what in (("run", 100, 0), ("threads", 4, 0), ("fuzz", 1_000_000, 3)):
+    steps, threads, calls = amounts(small)
+    for what in (("run", steps, 0), ("threads", threads, 0), ("fuzz", 10 * calls, 3)):
         small.hosted(checked, *what, binary=library)
-
-
-@pytest.mark.slow
-@SANITIZERS
-def test_sanitizers_find_nothing_around_the_real_kernels(module, host, tmp_path, sanitizer):
-    """The shim and the host are watched; the kernels' machine code is what it is, but its memory is the shim's."""
-    checked, library = watched_pair(module, host, tmp_path, sanitizer)
-    for what in (("run", 60, 0), ("threads", 3, 0), ("fuzz", 50_000, 3)):
-        module.hosted(checked, *what, binary=library)

@@ -151,16 +151,6 @@ def test_states_with_fitting_checksums_and_senseless_values_are_refused_or_harml
     assert bits(one.start().run(4)) == bits(unit().start().run(4))
 
 
-@pytest.mark.parametrize("apart", [2, 4, 10])
-def test_two_sign_bits_at_an_even_distance_are_noticed(unit, apart):
-    """Sums of words, and of words times their number, modulo 2⁶⁴, are blind to them."""
-    one = unit().start().run(3)
-    words = np.frombuffer(one.serialized(one.state()), dtype="<u8").copy()
-    words[[-2 - apart, -2]] ^= np.uint64(1 << 63)
-    status, _ = one.deserialize(words.tobytes())
-    assert status == ERROR and "damaged" in one.log[-1][2]
-
-
 @pytest.mark.parametrize(
     ("name", "good", "bad"), [("speed", 123.0, 2000.5), ("damping", 0.5, -1.0), ("speed", 123.0, np.nan)]
 )

@@ -13,7 +13,6 @@ from mock_unit import REFERENCE, VARIABLES
 from raw_unit import DISCARD, ERROR, OK, WARNING
 
 V = REFERENCE
-ENDLESS = 10**18
 
 
 def trajectory(steps, h=1e-4, **given):

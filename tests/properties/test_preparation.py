@@ -11,24 +11,10 @@ from box_block import box_block
 
 from cranktrain.core.run_entries import RunEntries
 from cranktrain.dynamics import run_record
+from cranktrain.dynamics.model import numbers as number_slots
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import Parts, build_model, dimensions
 from cranktrain.dynamics.model.choices import run_numbers
-from cranktrain.dynamics.model.numbers import (
-    LEAST_STEP,
-    SET_ADAPTIVE,
-    SET_BORE,
-    SET_COMPRESSION,
-    SET_DAMPER_TEMPERATURE,
-    SET_GAS_DELAY,
-    SET_METHOD,
-    SET_NEWTON_TOLERANCE,
-    SET_OIL_TEMPERATURE,
-    SET_STEP,
-    SET_TOLERANCE,
-    SET_VOGEL_A,
-    SET_WORK_LIMIT,
-)
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.state import state_size
@@ -148,7 +134,7 @@ def test_what_settings_leave_open_is_resolved_as_settings_resolve_it(name, level
         left = Settings(crank="rigid", **levels, **chosen)
         model = model_of(name, levels, WARM, **chosen)
         before = [array.copy() for _, array in arrays(model)]
-        assert run_numbers(left, engine)[SET_METHOD] == (-1 if not chosen.get("integrator") else 3)
+        assert run_numbers(left, engine)[number_slots.SET_METHOD] == (-1 if not chosen.get("integrator") else 3)
         assert prepare_model(model, run_numbers(left, engine), np.zeros(len(engine.crankshaft.main_widths)), WARM) == 0
         for (key, found), wanted in zip(arrays(model), before, strict=True):
             assert np.array_equal(found, wanted), key
@@ -163,7 +149,8 @@ def test_a_run_by_its_record_is_the_simulation(name, levels):
     settings = Settings(crank="rigid", **levels, **chosen)
     run = run_record.make_run(engine, body, Settings(crank="rigid", **levels), GasTrace.from_engine(engine), parts)
     assert (
-        run.numbers[SET_METHOD] == -1 and run.numbers[SET_NEWTON_TOLERANCE] == run.numbers[SET_STEP] == 0.0
+        run.numbers[number_slots.SET_METHOD] == -1
+        and run.numbers[number_slots.SET_NEWTON_TOLERANCE] == run.numbers[number_slots.SET_STEP] == 0.0
     )  # left open
     entries = RunEntries("cranktrain", run, run_record)
     run.inputs[0] = COLD
@@ -190,19 +177,19 @@ def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
     bdf2 = float(list(INTEGRATORS).index("bdf2"))
     films = np.zeros(len(engine.crankshaft.main_widths))
     for changes, expected in (
-        ({SET_STEP: 0.5 * LEAST_STEP}, status.STEP_RANGE),
-        ({SET_STEP: -0.01}, status.STEP_RANGE),
-        ({SET_STEP: math.inf}, status.STEP_RANGE),
-        ({SET_GAS_DELAY: 2.5}, status.DELAY_RANGE),
-        ({SET_GAS_DELAY: math.nan}, status.DELAY_RANGE),
-        ({SET_WORK_LIMIT: -1.0}, status.LIMIT_RANGE),
-        ({SET_WORK_LIMIT: math.nan}, status.LIMIT_RANGE),
-        ({SET_METHOD: 99.0}, status.UNKNOWN_METHOD),
-        ({SET_METHOD: bdf2, SET_ADAPTIVE: 1.0}, status.NOT_EMBEDDED),
-        ({SET_TOLERANCE: 2.0, SET_ADAPTIVE: 1.0}, status.TOLERANCE_RANGE),
-        ({SET_BORE: 0.9 * good[SET_BORE]}, status.BORE_FIXED),
-        ({SET_OIL_TEMPERATURE: 100.0}, status.OIL_RANGE),
-        ({SET_DAMPER_TEMPERATURE: 500.0}, status.DAMPER_RANGE),
+        ({number_slots.SET_STEP: 0.5 * number_slots.LEAST_STEP}, status.STEP_RANGE),
+        ({number_slots.SET_STEP: -0.01}, status.STEP_RANGE),
+        ({number_slots.SET_STEP: math.inf}, status.STEP_RANGE),
+        ({number_slots.SET_GAS_DELAY: 2.5}, status.DELAY_RANGE),
+        ({number_slots.SET_GAS_DELAY: math.nan}, status.DELAY_RANGE),
+        ({number_slots.SET_WORK_LIMIT: -1.0}, status.LIMIT_RANGE),
+        ({number_slots.SET_WORK_LIMIT: math.nan}, status.LIMIT_RANGE),
+        ({number_slots.SET_METHOD: 99.0}, status.UNKNOWN_METHOD),
+        ({number_slots.SET_METHOD: bdf2, number_slots.SET_ADAPTIVE: 1.0}, status.NOT_EMBEDDED),
+        ({number_slots.SET_TOLERANCE: 2.0, number_slots.SET_ADAPTIVE: 1.0}, status.TOLERANCE_RANGE),
+        ({number_slots.SET_BORE: 0.9 * good[number_slots.SET_BORE]}, status.BORE_FIXED),
+        ({number_slots.SET_OIL_TEMPERATURE: 100.0}, status.OIL_RANGE),
+        ({number_slots.SET_DAMPER_TEMPERATURE: 500.0}, status.DAMPER_RANGE),
     ):
         numbers = good.copy()
         for slot, number in changes.items():
@@ -213,7 +200,7 @@ def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
     assert prepare_model(model, good, np.full_like(films, 100.0), WARM) == status.OIL_RANGE
     # Of a model with elastic films, whose peaks a method loses.
     lost = good.copy()
-    lost[SET_METHOD] = bdf2
+    lost[number_slots.SET_METHOD] = bdf2
     model.basis.methods[int(bdf2), at.LOSES_PEAKS] = 1.0
     assert prepare_model(model, lost, films, WARM) == status.PEAKS_LOST
     model.basis.methods[int(bdf2), at.LOSES_PEAKS] = 0.0
@@ -229,7 +216,7 @@ def test_a_trace_that_is_given_stays():
     model, films = model_of(name, levels, WARM, gas=given), np.zeros(7)
     numbers = run_numbers(Settings(crank="rigid", **levels), engine_of(name))
     assert prepare_model(model, numbers, films, WARM) == status.OK
-    for slot in (SET_BORE, SET_COMPRESSION):
+    for slot in (number_slots.SET_BORE, number_slots.SET_COMPRESSION):
         numbers[slot] *= 1.0 + 1e-12  # as a text would write it
         assert prepare_model(model, numbers, films, WARM) == status.OK
         numbers[slot] *= 1.01
@@ -241,7 +228,7 @@ def test_oil_too_thin_for_its_law_is_refused():
     name, levels = "diesel_i6", {"bearings": "ehd"}
     engine = engine_of(name)
     model, numbers = model_of(name, levels, WARM), run_numbers(Settings(crank="rigid", **levels), engine_of(name))
-    numbers[SET_VOGEL_A] *= 1e-3
+    numbers[number_slots.SET_VOGEL_A] *= 1e-3
     assert prepare_model(model, numbers, np.zeros(len(engine.crankshaft.main_widths)), WARM) == status.THIN_OIL
 
 
@@ -348,4 +335,4 @@ def test_levels_of_an_fmu_leave_open_what_its_parameters_may_choose():
     model = FlatModel(engine, {"rigid": rigid_crank(engine)}, {})
     chosen = chosen_levels(model, {"crank": "rigid", "bearings": "impedance"}, {})
     numbers = run_numbers(chosen.settings, chosen.engine)
-    assert numbers[SET_METHOD] == -1 and numbers[SET_NEWTON_TOLERANCE] == 0.0
+    assert numbers[number_slots.SET_METHOD] == -1 and numbers[number_slots.SET_NEWTON_TOLERANCE] == 0.0

@@ -1,9 +1,10 @@
-"""Pressures that differ by cylinder, speed and load: files read as written, interpolation, and what runs make of it."""
+"""Pressures by cylinder, speed and load, in a unit that may be unstated: files read as written, interpolation, runs."""
 
 import math
 import re
 import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.cylinder_volume import mean_effective_pressure
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressures, gas_tables
+from cranktrain.loads.pressure_level import CANDIDATES, compression_level, meant
 from cranktrain.loads.pressure_map import PressureMap, read_gas
+from cranktrain.loads.pressure_units import UNITS
 from cranktrain.loads.run_doubts import run_doubts
 from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.constant_speed import Request
@@ -90,18 +93,18 @@ def test_a_header_with_numbers_says_which_column_is_whose(tmp_path):
         ((1.0, 0.9), "deg;bar", r"line 2: 3 columns; give two, .*, or a pressure for each of the 6 cylinders"),
         (SHARES, "deg;" + ";".join(["p [bar]"] * 5 + ["V [cm3]"]), "unit 'cm3' is not known"),
         (SHARES, "deg;" + ";".join(["p [bar]"] * 5 + ["p [MPa]"]), "several pressure units, MPa, bar"),
+        (
+            [np.roll(scaled(1.0), shift) for shift in range(0, 600, 100)],
+            "deg;bar",
+            r"peaks are neither within 60 deg of dead centre.*2 at 111, fires at 480",
+        ),
     ],
 )
 def test_columns_that_are_no_cylinders_are_refused(tmp_path, columns, header, says):
-    path = written(tmp_path / "six.csv", [scaled(share) for share in columns], header=header)
+    columns = [scaled(one) if isinstance(one, float) else one for one in columns]
+    path = written(tmp_path / "six.csv", columns, header=header)
     with pytest.raises(InputError, match=says):
         GasTrace.from_csv(path, SIX)
-
-
-def test_columns_in_no_order_of_the_engine_are_refused(tmp_path):
-    shifted = [np.roll(scaled(1.0), shift) for shift in (0, 100, 200, 300, 400, 500)]
-    with pytest.raises(InputError, match=r"peaks are neither within 60 deg of dead centre.*2 at 111, fires at 480"):
-        GasTrace.from_csv(written(tmp_path / "six.csv", shifted), SIX)
 
 
 def test_a_two_stroke_trace_is_folded_into_its_cycle_and_laid_twice(tmp_path):
@@ -366,3 +369,70 @@ def test_runs_that_take_work_or_are_driven_are_told_in_one_line():
     for text, (load, given, engine, gas, at) in says.items():
         (line,) = run_doubts(engine, gas, at, load, given)
         assert text in line and "\n" not in line
+
+
+OWN = Path(__file__).parents[1] / "data" / "engines"
+ENGINES = ["diesel_i6", "diesel_v8", *sorted(str(path) for path in OWN.glob("*.toml"))]
+
+
+def headless(path, pressure):
+    """A file without header of a trace (Pa in a unit) at each degree."""
+    angle = np.arange(-360.0, 360.0)
+    path.write_text("\n".join(f"{a:.1f};{p:.8g}" for a, p in zip(angle, pressure, strict=True)))
+    return path
+
+
+def trace(engine):
+    gas = GasTrace.from_engine(engine)
+    return np.interp(np.radians(np.arange(-360.0, 360.0)), gas.angles, gas.fired, period=4.0 * math.pi)
+
+
+@pytest.mark.parametrize("name", ENGINES, ids=lambda name: Path(name).stem)
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.3])
+@pytest.mark.parametrize("unit", CANDIDATES)
+def test_the_right_unit_or_none(tmp_path, name, share, unit):
+    """At full load and throttled, in each unit: the peak that comes out is that of the trace."""
+    engine = load_engine(name)
+    pressure = share * trace(engine)
+    path = headless(tmp_path / "p.csv", pressure / UNITS[unit])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            read = GasTrace.from_csv(path, engine)
+        except InputError as error:
+            assert f"{unit} ({1e-5 * pressure.max():.4g} bar)" in str(error) and "--pressure-unit" in str(error)
+            assert "\n" not in str(error)
+        else:
+            assert read.peak == pytest.approx(pressure.max(), rel=5e-3) and f"{unit} (not stated" in read.source
+        stated = GasTrace.from_csv(path, engine, unit)
+    assert stated.peak == pytest.approx(pressure.max(), rel=5e-3)
+
+
+def test_usual_traces_need_no_unit(tmp_path):
+    """Naturally aspirated and supercharged in bar, and those of diesels in MPa, Pa and kPa, are told apart."""
+    six = load_engine("diesel_i6")
+    for unit in ("bar", "MPa", "kPa", "Pa"):
+        assert GasTrace.from_csv(headless(tmp_path / "p.csv", trace(six) / UNITS[unit]), six).peak > 1e7
+
+
+def test_both_readings_are_told(tmp_path):
+    """3.2 in psi is an intake at 0.22 bar, in bar a supercharged one; exponent and ratio of the peak are alike."""
+    four = load_engine(OWN / "gas_i4.toml")
+    pressure = trace(four)
+    level = pressure * 3.2 / (pressure[180] / 1.0)
+    with pytest.raises(InputError, match=re.escape("several fit a peak of")) as caught:
+        GasTrace.from_csv(headless(tmp_path / "p.csv", level), four)
+    assert meant(("psi", "bar"), level.max()) in str(caught.value)
+
+
+@pytest.mark.parametrize("exponent", [1.25, 1.32, 1.4])
+@pytest.mark.parametrize("name", ["diesel_i6", str(OWN / "gas_i4.toml")], ids=["six", "four"])
+def test_the_level_of_a_polytropic_compression_is_its_pressure_at_bottom_dead_centre(name, exponent):
+    from cranktrain.loads.cylinder_volume import cylinder_volume
+
+    engine, angle = load_engine(name), np.arange(-180.0, 180.0, 0.5)
+    volume, _ = cylinder_volume(engine, np.radians(angle))
+    pressure = 1.7 * (volume / volume[0]) ** -exponent
+    assert compression_level(engine, angle % 720.0, pressure) == pytest.approx(1.7, rel=1e-9)
+    shifted = np.maximum(pressure - 1.69, 1e-3)  # gauge, or a drifted zero: no line of a compression from 0.01
+    assert compression_level(engine, angle % 720.0, shifted) is None

@@ -6,9 +6,9 @@ from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
+import bodies
 import numpy as np
 import pytest
-from bodies import rigid_crank
 from numba import njit
 from some import some
 
@@ -31,11 +31,7 @@ H = TURN / SPEED
 
 @cache
 def rigid(name="diesel_i6"):
-    engine = load_engine(name)
-    simulation = Simulation(engine, rigid_crank(engine), Settings(crank="rigid", bearings="linear", gas_source="input"))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return bodies.started(SPEED, load_engine(name), bearings="linear", gas_source="input")
 
 
 class Inputs:
@@ -179,22 +175,12 @@ def test_pressures_of_the_trace_come_to_the_same_as_the_trace_itself():
 
 
 def test_a_delay_out_of_range_is_refused():
-    engine = load_engine("diesel_i6")
-    simulation = Simulation(engine, rigid_crank(engine), Settings(crank="rigid", gas_delay=3.0))
-    simulation.inputs[0] = SPEED
     with pytest.raises(InputError, match="0 to 2 communication steps late, not 3"):
-        simulation.initialize()
-
-
-# Slivers of time ------------------------------------------------------------------------------------------------------
+        started(gas_delay=3.0)
 
 
 def started(**settings):
-    engine = load_engine("diesel_i6")
-    simulation = Simulation(engine, rigid_crank(engine), Settings(crank="rigid", **settings))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return bodies.started(SPEED, load_engine("diesel_i6"), **settings)
 
 
 @pytest.mark.parametrize("integrator", ["esdirk4", "generalised-alpha", "bdf2"])
@@ -233,9 +219,6 @@ def test_short_steps_among_long_ones_change_nothing_that_matters(source):
         runs.append(np.array(rows))
     settled = np.array(runs)[:, 10:]  # behind the start, where a pressure jumps
     assert np.abs(settled[1] - settled[0]).max() < 1e-3 * np.abs(settled[0]).max()
-
-
-# Two builds in one process --------------------------------------------------------------------------------------------
 
 
 def mark_of(name):

@@ -2,20 +2,17 @@
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 from some import some
-from tests.bodies import rigid_crank
+from tests.bodies import free_six, joined, rigid_crank, series, started
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_body
 from cranktrain.dynamics.model.arrays import Parts
-from cranktrain.dynamics.simulation import Simulation
-from cranktrain.engine.file import load_engine
 
 SUN, RING = 30, 70
 PLANET = (RING - SUN) / 2
@@ -118,28 +115,15 @@ def test_a_train_of_rigid_gears_is_one_rotor():
     assert turn["c"] == pytest.approx(0.5 * turn["a"], rel=1e-12)
 
 
-@cache
-def crank():
-    engine = replace(load_engine("diesel_i6"), axial_path=None)
-    return engine, rigid_crank(engine)
-
-
-def run_beside(top, steps=288):
-    engine, body = crank()
-    run = Simulation(engine, body, ct.Settings(crank="rigid", block="ground"), None, Parts(topology=top))
-    run.inputs[0] = SPEED
-    run.initialize()
-    rows = np.zeros((steps, run.outputs.size))
-    assert run.series(4.0 * math.pi / SPEED / 288, 1, rows) == steps
-    return dict(zip(run.output_names, rows.T, strict=True))
+def run_beside(top):
+    return series(started(SPEED, parts=Parts(topology=top), block="ground"), 288, 288)
 
 
 def test_beside_a_running_engine_a_planetary_gear_is_the_inertia_that_it_reflects():
     """Sun on a coupling at the flywheel, carrier drives: the crank feels J_s + J_c i² + J_p j² at any time."""
-    _, body = crank()
+    body = rigid_crank(free_six())
     z = float(body.positions[body.index("flywheel"), 2])
-    link = ct.Connection("link", "coupling", (ct.End("sun", "hub"), ct.End("crank", "flywheel")),
-                         {"stiffness": 2e5, "damping": 20.0})  # fmt: skip
+    link = joined("link", "coupling", "sun.hub crank.flywheel", stiffness=2e5, damping=20.0)
     top, speeds = gear_set("ring", z)
     guides = tuple(ct.Connection(f"guide_{one.name}", "spring", ends(one.name, "ground"), HOLD) for one in top.bodies)
     found = run_beside(replace(top, connections=(*top.connections, link, *guides)))

@@ -4,13 +4,14 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
+import bodies
 import numpy as np
 import pytest
 from bodies import rigid_crank
 from standing import rigid_block
 
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_motion, relative_step
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 
 SIX = load_engine("diesel_i6")
@@ -107,13 +108,8 @@ def test_film_velocity_is_that_of_positions_in_space(t):
 
 
 def started(engine, block=None, **choices):
-    crank = rigid_crank(engine)
-    block = block or rigid_block(engine, crank)
-    settings = Settings(crank="rigid", block="flexible", **choices)
-    simulation = Simulation(engine, crank, settings, parts=Parts(block=block))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    block = block or rigid_block(engine, rigid_crank(engine))
+    return bodies.started(SPEED, engine, Parts(block=block), block="flexible", **choices)
 
 
 def stepped(simulation, count):
@@ -159,9 +155,7 @@ def test_a_held_block_is_ground():
     """Differences from ground fall as mounts stiffen, to nothing."""
     crank = rigid_crank(SIX)
     closed = replace(
-        stiff(1.0),
-        thrust=replace(SIX.thrust, block_stiffness=math.inf),
-        main_bearing=SIX.main_bearing.in_rigid_bores,
+        stiff(1.0), thrust=replace(SIX.thrust, block_stiffness=math.inf), main_bearing=SIX.main_bearing.in_rigid_bores
     )
     ground = simulate(closed, crank, Settings(crank="rigid", pistons="guided"), SPEED, 3)
     names = ("pulley.torsion", "shaft.torque", "bearing[4].force.x", "bearing[4].force.y", "piston[1].side_force",

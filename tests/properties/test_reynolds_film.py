@@ -293,25 +293,6 @@ def test_a_film_with_pressure_viscosity_solves_reynolds_equation():
     assert np.log2(errors[0] / errors[1]) > 1.8
 
 
-def test_roelands_law_is_barus_at_low_pressure():
-    eta, exponent = 0.05, 0.6
-    depth = np.log(eta) + 9.67
-
-    def roelands(p):
-        return np.exp(depth * (np.power(1 + 5.1e-9 * p, exponent) - 1))
-
-    constant, alpha = slider(101, load_factor=0.01), 5.1e-9 * exponent * depth
-    with_roelands = slider(101, roelands, 0.01)
-    barus = slider(101, lambda p: np.exp(alpha * p), 0.01)
-    assert with_roelands.load > constant.load
-    assert with_roelands.load / constant.load - 1 == pytest.approx(barus.load / constant.load - 1, rel=1e-3)
-    # At high pressure it is the weaker law.
-    assert with_roelands.load < barus.load
-    strong = 0.5 / (alpha * slider(101).p_max)
-    gains = [slider(101, law, strong).load for law in (roelands, lambda p: np.exp(alpha * p))]
-    assert slider(101, load_factor=strong).load < gains[0] < 0.999 * gains[1]
-
-
 def test_a_law_beyond_its_pole_is_refused():
     constant = slider(101)
     with pytest.raises(SolverError, match="viscosity"):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import joined, rigid_crank
 from rods import FOUR, pair, rotation
 from scipy.interpolate import CubicSpline
 from some import some
@@ -96,8 +96,6 @@ def test_an_end_that_slides_meets_the_wall_where_it_is():
         place = np.array(offset_) + np.array([now[at.PLACE_X], now[at.PLACE_Y], 0.0])
         assert found == pytest.approx(along @ (move + np.cross(turn, place)), abs=1e-12)
 
-
-# Slips ----------------------------------------------------------------------------------------------------------------
 
 TABLES = """
 [[frame]]
@@ -210,7 +208,7 @@ def test_tangents_of_gas_and_liner_are_derivatives(law):
                   "upper_damping": 1e3, "lower_damping": 2e3, "clearance": 1e-5, "friction": 0.05},
     }[law]  # fmt: skip
     _, _, piston = pair(*SLIDERS[1], AXES[1])
-    connection = ct.Connection("c", law, (ct.End("p", "pin"), ct.End("ground")), data)
+    connection = joined("c", law, "p.pin", **data)
     body = rigid_body("p", 0.5, 1e-3 * np.eye(3), (0, 0, 0), {"pin": (0, 0, 0)})
     links = added(ct.Topology((piston,), (ct.Body("p", body, "piston"),), (connection,)), Base(None, None, 0, 0, 0, 0))
     (address, record, index), rng = links.connections.entry[0].tolist(), np.random.default_rng(2)

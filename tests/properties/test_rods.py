@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bodies import joined
 from rods import beside, pair, part, rotation
 from scipy.integrate import solve_ivp
 
@@ -22,9 +23,6 @@ from cranktrain.engine.additions import BodyTable
 from cranktrain.structure.additions import shaft_body
 
 PUBLISHED = Path(__file__).parents[1] / "data" / "flexible_slider_crank.json"
-
-
-# Elastic rods ---------------------------------------------------------------------------------------------------------
 
 
 def beam_rod(name, length, thickness, density=7870.0, places=9, **changed):
@@ -52,11 +50,8 @@ def test_first_bending_of_a_rod_between_two_bearings_is_the_beams(length):
         "damping_x": 0.0, "damping_y": 0.0,
     }  # fmt: skip
     ends = [("p0", "big"), ("p8", "small")]
-    films = tuple(ct.Connection(name, "film", (ct.End("rod", place), ct.End("ground")), film) for place, name in ends)
-    hold = ct.Connection(
-        "hold", "spring", (ct.End("rod", "p4"), ct.End("ground")),
-        {"stiffness": (0.0, 0.0, 1e9), "turning_stiffness": (1e6, 1e6, 0.0)},
-    )  # fmt: skip
+    films = tuple(joined(name, "film", f"rod.{place}", **film) for place, name in ends)
+    hold = joined("hold", "spring", "rod.p4", stiffness=(0.0, 0.0, 1e9), turning_stiffness=(1e6, 1e6, 0.0))
     modes = ct.topology_modes(
         ct.Topology((ct.Frame("rod", 1.0, slider=slider),), (ct.Body("rod", rod, "rod"),), (*films, hold))
     )
@@ -82,11 +77,9 @@ def test_published_flexible_slider_crank():
     k = 1e11
     pinned = {"stiffness": (k, k, k)}
     joints = (
-        ct.Connection("big", "spring", (ct.End("rod", "p0"), ct.End("ground")),
-                      pinned | {"turning_stiffness": (1e6, 1e6, 0.0)}),
-        ct.Connection("small", "spring", (ct.End("piston", "pin"), ct.End("rod", "p8")), pinned),
-        ct.Connection("guide", "spring", (ct.End("piston", "pin"), ct.End("ground")),
-                      {"stiffness": (k, 0.0, k), "turning_stiffness": (1e6, 1e6, 1e6)}),
+        joined("big", "spring", "rod.p0", **pinned | {"turning_stiffness": (1e6, 1e6, 0.0)}),
+        joined("small", "spring", "piston.pin rod.p8", **pinned),
+        joined("guide", "spring", "piston.pin", stiffness=(k, 0.0, k), turning_stiffness=(1e6, 1e6, 1e6)),
     )  # fmt: skip
     run = beside(ct.Topology(frames, (ct.Body("rod", rod, "rod"), ct.Body("piston", piston, "piston")), joints), speed)
 
@@ -134,9 +127,6 @@ def test_published_flexible_slider_crank():
     assert turned == pytest.approx(expected[1], abs=2e-6)
 
 
-# Two cranks -----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_side_says():
     """Newton's and Euler's equations of both cranks, rods and pistons in the plane, large turns and all, by Radau."""
@@ -172,10 +162,9 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_
         ):  # fmt: skip
             connections.append(ct.Connection(f"c{len(connections)}", "spring", (end, held_by), data))
     connections += [
-        ct.Connection("mesh", "gear_mesh", (ct.End("crank_a", "hub"), ct.End("crank_b", "hub")),
-                      {"stiffness": mesh, "damping": mesh_damper, "backlash": play}),
-        ct.Connection("gas", "gas", (ct.End("piston_a", "pin"), ct.End("piston_b", "pin")),
-                      {"bore": bore, "angles": tuple(angles), "pressures": tuple(pressures), "period": 2.0 * math.pi}),
+        joined("mesh", "gear_mesh", "crank_a.hub crank_b.hub", stiffness=mesh, damping=mesh_damper, backlash=play),
+        joined("gas", "gas", "piston_a.pin piston_b.pin", bore=bore, angles=tuple(angles), pressures=tuple(pressures),
+               period=2.0 * math.pi),
     ]  # fmt: skip
     topology = ct.Topology(tuple(frames), tuple(bodies), tuple(connections))
     run = beside(topology, speed, dense_output="off")

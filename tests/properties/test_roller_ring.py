@@ -1,28 +1,29 @@
-"""Rollers as springs on an elastic ring: limits, symmetry, convergence, and what is kept between runs."""
+"""Rollers as springs: on an elastic ring, its limits, symmetry and convergence; and linear stand-ins for a run."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from some import some
 
-import cranktrain.structure.block.roller_ring as ring_module
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.cycle_run import run_cycles
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.parts import RollerBearings
 from cranktrain.engine.roller_bearing import RollerBearing
 from cranktrain.film.laws.roller_contacts import equilibrium, roller_slices, slice_stiffness
-from cranktrain.structure.block.roller_ring import (
-    DEGREE,
-    check_ring,
-    elastic_ring_stiffness,
-    ring_compliance,
-    ring_for,
-    ring_mesh,
-    ring_model,
-    track_compliance,
-)
+from cranktrain.structure.assembly import assemble
+from cranktrain.structure.block import roller_ring as rings
+from cranktrain.studies.roller_stand_ins import in_series, running_rollers, with_stand_ins
+from cranktrain.studies.run_up.free_decay import torsional_mode
 
 BEARING = RollerBearing(16, 20e-3, 14e-3, 100e-3, 30e-6, 0.00035)
-RING = ring_for(BEARING)
-TERMS = BEARING.rollers * (DEGREE + 1)
+RING = rings.ring_for(BEARING)
+TERMS = BEARING.rollers * (rings.DEGREE + 1)
 LOADED = equilibrium(BEARING, np.array([15e3, 0.0, 0.0, 0.0]))
 SPRINGS = slice_stiffness(BEARING, LOADED.place)
 ZETA = roller_slices(BEARING)[0]
@@ -31,9 +32,9 @@ ZETA = roller_slices(BEARING)[0]
 def compliance(share=1.0, **changes):
     """Compliance of the ring on a mesh of ``share`` of its usual edge."""
     ring = replace(RING, mesh_size=share * RING.mesh_size, **changes)
-    mesh = ring_mesh(ring)
-    model = ring_model(ring, mesh)
-    return track_compliance(ring, model, model.basis.get_dofs(mesh.boundaries["clamped"]).flatten())
+    mesh = rings.ring_mesh(ring)
+    model = rings.ring_model(ring, mesh)
+    return rings.track_compliance(ring, model, model.basis.get_dofs(mesh.boundaries["clamped"]).flatten())
 
 
 @pytest.fixture(scope="module")
@@ -42,11 +43,11 @@ def usual():
 
 
 def stiffness(of, springs=SPRINGS):
-    return elastic_ring_stiffness(of, ZETA, springs, 0.0)
+    return rings.elastic_ring_stiffness(of, ZETA, springs, 0.0)
 
 
 def test_on_a_rigid_ring_springs_are_the_tangent_of_the_contacts():
-    rigid = np.zeros((BEARING.rollers, DEGREE + 1) * 2)
+    rigid = np.zeros((BEARING.rollers, rings.DEGREE + 1) * 2)
     assert stiffness(rigid) == pytest.approx(LOADED.stiffness, abs=1e-9 * LOADED.stiffness.max())
 
 
@@ -80,7 +81,7 @@ def test_stiffness_is_symmetric_and_that_of_rollers_in_series_with_their_ring(us
     # One roller alone, by the mean along it: contact and ring in series.
     lone = np.zeros_like(SPRINGS)
     lone[0] = SPRINGS[0].sum() * roller_slices(BEARING)[1]
-    radial = elastic_ring_stiffness(np.pad(usual[:, :1, :, :1], ((0, 0), (0, 1)) * 2), ZETA, lone, 0.0)
+    radial = rings.elastic_ring_stiffness(np.pad(usual[:, :1, :, :1], ((0, 0), (0, 1)) * 2), ZETA, lone, 0.0)
     assert 1.0 / radial[0, 0] == pytest.approx(1.0 / SPRINGS[0].sum() + usual[0, 0, 0, 0], rel=1e-9)
 
 
@@ -99,19 +100,19 @@ def test_compliance_is_kept_for_these_inputs_only(monkeypatch, tmp_path, usual):
         return usual
 
     monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
-    monkeypatch.setattr(ring_module, "ring_mesh", lambda ring: ring_mesh(replace(ring, mesh_size=0.03)))
-    monkeypatch.setattr(ring_module, "track_compliance", counted)
+    monkeypatch.setattr(rings, "ring_mesh", lambda ring, whole=rings.ring_mesh: whole(replace(ring, mesh_size=0.03)))
+    monkeypatch.setattr(rings, "track_compliance", counted)
     stages = []
-    first = ring_compliance(RING, progress=stages.append)
-    assert np.array_equal(ring_compliance(RING), first) and len(calls) == 1
+    first = rings.ring_compliance(RING, progress=stages.append)
+    assert np.array_equal(rings.ring_compliance(RING), first) and len(calls) == 1
     assert len(stages) == 2 and "degrees of freedom" in stages[1]
-    ring_compliance(replace(RING, width=1.1 * RING.width))
-    ring_compliance(RING, first_angle=0.1)
+    rings.ring_compliance(replace(RING, width=1.1 * RING.width))
+    rings.ring_compliance(RING, first_angle=0.1)
     assert len(calls) == 3
     for path in tmp_path.rglob("roller-ring-*.npz"):
         path.write_bytes(b"torn")
-    ring_compliance(RING)
-    ring_compliance(RING, rebuild=True)
+    rings.ring_compliance(RING)
+    rings.ring_compliance(RING, rebuild=True)
     assert len(calls) == 5
 
 
@@ -128,4 +129,125 @@ def test_compliance_is_kept_for_these_inputs_only(monkeypatch, tmp_path, usual):
 )
 def test_what_is_no_ring_is_refused(change, text):
     with pytest.raises(InputError, match=text):
-        check_ring(replace(RING, **change))
+        rings.check_ring(replace(RING, **change))
+
+
+BEAM = Settings(crank="beam")
+RPM = math.pi / 30.0
+
+
+def short_engine(throws):
+    """Two or four cylinders in line of the six's parts, on roller mains; a beam crank needs no finite elements."""
+    six = load_engine("diesel_i6")
+    mains = throws + 1
+    crank = replace(
+        six.crankshaft,
+        throw_angles=(0.0, math.pi) if throws == 2 else (0.0, math.pi, math.pi, 0.0),
+        main_widths=six.crankshaft.main_widths[:1] * mains,
+        counterweights=(True,) * (2 * throws),
+    )
+    cylinders = replace(
+        six.cylinders,
+        firing_order=(1, 2) if throws == 2 else (1, 3, 4, 2),
+        pins=tuple(range(1, throws + 1)),
+        bank_angles=(0.0,) * throws,
+    )
+    one = {
+        "rollers": 18, "roller_diameter": 14e-3, "roller_length": 20e-3, "pitch_diameter": crank.main_diameter + 14e-3,
+        "clearance": 30e-6, "stiffness": 5e8, "tilt_stiffness": 2e4, "damping": 2e4, "tilt_damping": 2.0,
+        "ring_mass": 1.0, "profile": 0.00035,
+    }  # fmt: skip
+    rollers = RollerBearings(**{key: (value,) * mains for key, value in one.items()})
+    engine = replace(
+        six, name=f"short_{throws}", crankshaft=crank, cylinders=cylinders, main_bearing=None, main_roller=rollers,
+        thrust=replace(six.thrust, main=2), block=None, mounts=None, piston_guidance=None, bearing_limits=None,
+    )  # fmt: skip
+    check_engine(engine)
+    return engine
+
+
+def with_springs(engine, radial, tilting):
+    rollers = replace(engine.main_roller, law="linear", stiffness=tuple(radial), tilt_stiffness=tuple(tilting))
+    return replace(engine, main_roller=rollers)
+
+
+def torsion_hz(engine, rpm):
+    """Torsional mode about the settled cycle."""
+    made = assemble(engine, BEAM)
+    simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
+    simulation.inputs[0] = rpm * RPM
+    simulation.initialize()
+    run_cycles(simulation, None, 1e-5, None, None)
+    return torsional_mode(simulation).decay.imag / (2.0 * math.pi)
+
+
+def test_the_rule_lies_between_harmonic_and_plain_mean():
+    rng = np.random.default_rng(3)
+    tangents = 1e9 * rng.uniform(0.1, 2.0, (400, 3))
+    soft, middle, stiff = (in_series(tangents, np.full(3, own)) for own in (1.0, 5e8, 1e14))
+    np.testing.assert_allclose(soft, 1.0 / np.mean(1.0 / tangents, axis=0), rtol=1e-6)
+    np.testing.assert_allclose(stiff, tangents.mean(axis=0), rtol=1e-4)
+    assert np.all(soft < middle) and np.all(middle < stiff)
+
+
+def test_a_constant_tangent_is_its_own_stand_in_and_a_free_journal_has_none():
+    own = np.array([3e8])
+    np.testing.assert_allclose(in_series(np.full((9, 1), 7e8), own), 7e8, rtol=1e-12)
+    np.testing.assert_allclose(in_series(np.zeros((9, 1)), own), 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("throws", "within"), [(2, 0.015), (4, 0.007)])
+def test_a_run_on_the_stand_ins_twists_as_one_on_the_rollers(throws, within):
+    engine, rpm = short_engine(throws), 2000.0
+    report = running_rollers(engine, rpm, BEAM)
+    assert report["periodic"] and report["block"] == "ground" and report["law"] == "palmgren"
+    mains = report["mains"]
+    found = with_springs(
+        engine,
+        [1e3 * entry["stand_in"]["stiffness_n_per_mm"] for entry in mains],
+        [entry["stand_in"]["tilt_stiffness_nm_per_rad"] for entry in mains],
+    )
+    rollers = torsion_hz(engine, rpm)
+    assert torsion_hz(found, rpm) == pytest.approx(rollers, rel=within)
+    for entry in mains:
+        tangent = entry["tangent_n_per_mm"]
+        assert 0.0 < entry["stand_in"]["stiffness_n_per_mm"] < tangent["mean"] * (1.0 + 1e-9)
+        # The isotropic part is the same in all axes.
+        for axes in ("turning", "at_rest"):
+            assert 0.5 * sum(tangent[axes].values()) == pytest.approx(tangent["mean"], rel=1e-9)
+        assert tangent["across_load"] < tangent["along_load"]
+    if throws == 4:
+        # Plain means are too stiff a spring: they are farther off.
+        plain = with_springs(
+            engine,
+            [1e3 * entry["tangent_n_per_mm"]["mean"] for entry in mains],
+            [entry["tilt_tangent_nm_per_rad"]["mean"] for entry in mains],
+        )
+        assert torsion_hz(plain, rpm) > rollers * (1.0 + within)
+
+
+def test_a_linear_law_is_run_with_palmgrens_contacts():
+    engine = short_engine(2)
+    linear = replace(engine, main_roller=replace(engine.main_roller, law="linear", stiffness=(1e8,) * 3))
+    of_rollers, of_springs = (running_rollers(e, 1500.0, BEAM)["mains"] for e in (engine, linear))
+    for one, other in some(zip(of_rollers, of_springs, strict=True)):
+        assert one["stand_in"] == other["stand_in"]
+
+
+def test_an_engine_file_is_written_with_them(tmp_path):
+    mains = [
+        {"main": i, "stand_in": {"stiffness_n_per_mm": 1e5 * i, "tilt_stiffness_nm_per_rad": 1e4 * i}}
+        for i in range(1, 6)
+    ]
+    path = with_stand_ins("diesel_v8", tmp_path / "own.toml", {"rpm": 1800.0, "load": 1.0, "mains": mains})
+    rollers = load_engine(path).main_roller
+    assert rollers.stiffness == pytest.approx([1e8, 2e8, 3e8, 4e8, 5e8])
+    assert rollers.tilt_stiffness == pytest.approx([1e4, 2e4, 3e4, 4e4, 5e4])
+    assert "at 1800 rev/min and full load" in path.read_text(encoding="utf-8")
+    with pytest.raises(InputError, match="not overwritten"):
+        with_stand_ins("diesel_v8", path, {"rpm": 1800.0, "load": 1.0, "mains": mains})
+
+
+def test_plain_mains_have_none():
+    with pytest.raises(InputError, match=r"'diesel_i6' has no \[main_roller\]"):
+        running_rollers(load_engine("diesel_i6"), 2000.0)

@@ -1,4 +1,4 @@
-"""Differences between runs of a scene: what counts, up to which frequency; and the ladder that a plan climbs."""
+"""Differences between runs of a scene, the ladder that a plan climbs, and plans against a run at the next level."""
 
 import math
 from pathlib import Path
@@ -9,6 +9,9 @@ import pytest
 from cranktrain.engine.levels import CRANKS
 from cranktrain.studies.planning.difference import LastCycle, by_family, longest_step, relative_differences
 from cranktrain.studies.planning.ladder import bearing_levels, candidates, every_pair, next_pair
+from cranktrain.studies.planning.planning import plan
+from cranktrain.studies.planning.running import SceneRun
+from cranktrain.studies.planning.scene_model import SceneModel
 from cranktrain.studies.scene import load_scene
 
 SPEED = 200.0
@@ -128,3 +131,24 @@ def test_held_mains_leave_no_films_on_the_pins(tmp_path: Path):
     assert scene.big_ends == "impedance"
     assert candidates(scene)[0] == ("beam", "impedance")
     assert not any(bearings == "held" for _, bearings in every_pair(scene, with_ehd=False))
+
+
+SCENES = sorted((Path(__file__).parents[1] / "data" / "scenes").glob("*.toml"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_the_predicted_error_is_within_a_factor_of_two_of_the_verified_one(path, tmp_path):
+    scene = load_scene(path)
+    model = SceneModel(scene)
+    made = plan(scene, model=model)
+    runs = SceneRun(made, model, tmp_path / "result.h5")
+    runs.run(made.case)
+    runs.run(made.next)
+    check = runs.verification()
+    assert check is not None
+    assert 0.5 <= check["ratio"] <= 2.0
+    # what the scene does not fix the plan answers for
+    if scene.crank is None and scene.bearings is None and scene.budget is None:
+        assert made.within_accuracy
+        assert check["verified_error"] <= 2.0 * scene.accuracy

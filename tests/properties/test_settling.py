@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bodies import free_six, rigid_crank, six, whole_six
+from bodies import free_six, rigid_crank, six, started, whole_six
 from box_block import box_block
 from scipy.linalg import expm
 
@@ -22,7 +22,7 @@ from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.settled.longer_periods import PLAINLY, parting
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import DriveLine, SlowModes, exponential
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.film.laws import thrust
 
 RPM = math.pi / 30
@@ -128,29 +128,10 @@ def test_an_engine_that_creeps_along_its_axis_ends_where_plain_running_does(join
     assert max(judge.left(plain[-1], plain[settled.settling.cycles - 1]).values()) > 0.05
 
 
-@pytest.mark.parametrize("block", ["ground", "flexible"])
-def test_what_is_split_off_is_what_is_lifted(block):
-    engine = free_six()
-    simulation = Simulation(
-        engine, rigid_crank(engine), Settings(crank="rigid", block=block), parts=Parts(block=box_block(engine))
-    )
-    simulation.inputs[0] = 2000 * RPM
-    simulation.initialize()
-    modes = SlowModes(simulation.model, 2000 * RPM)
-    assert (modes.block is not None) == (block == "flexible")
-    for part in filter(None, (modes.drive_line, modes.block)):
-        y = np.random.default_rng(1).normal(size=len(part.matrix))
-        assert part.split(part.lift(y)) == pytest.approx(y, rel=1e-6, abs=1e-9)
-    assert np.all(modes.multipliers() < 1.0)
-
-
 def test_the_block_moves_in_space_and_the_crank_with_it():
     """What moves freely in space has the velocity and the acceleration of its path as the turning frame sees it."""
     engine = free_six()
-    settings, parts = Settings(crank="rigid", block="flexible"), Parts(block=box_block(engine))
-    simulation = Simulation(engine, rigid_crank(engine), settings, parts=parts)
-    simulation.inputs[0] = 2000 * RPM
-    simulation.initialize()
+    simulation = started(2000 * RPM, engine, Parts(block=box_block(engine)), block="flexible")
     block = SlowModes(simulation.model, 2000 * RPM).block
     n = simulation.model.omega2.size
     sweep = np.column_stack([block._swept(unit) for unit in np.eye(n)])
@@ -269,9 +250,7 @@ def test_a_mode_that_decays_freely_is_taken_off_at_once_and_learned_from_what_a_
 
 
 def collar_of_the_six(over_cycle):
-    simulation = Simulation(free_six(), rigid_crank(free_six()), Settings(crank="rigid"))
-    simulation.inputs[0] = 2000 * RPM
-    simulation.initialize()
+    simulation = started(2000 * RPM)
     return Collar(simulation.model, np.array(over_cycle)), simulation
 
 
@@ -296,9 +275,7 @@ def test_a_motion_that_is_not_stable_is_not_held_by_corrections():
 
 
 def test_the_drive_line_is_what_its_formula_says():
-    simulation = Simulation(free_six(), rigid_crank(free_six()), Settings(crank="rigid"))
-    simulation.inputs[0] = 2000 * RPM
-    simulation.initialize()
+    simulation = started(2000 * RPM)
     line = DriveLine(simulation.model, 2000 * RPM)
     y = np.array([1e-3, 0.2, 4e-4, -0.03])
     assert line.split(line.lift(y)) == pytest.approx(y, rel=1e-9)

@@ -56,10 +56,7 @@ def designed(folder, layout, bore=90.0, stroke=86.0):
 
 @pytest.mark.parametrize(
     "how",
-    [
-        *(pytest.param(how, marks=pytest.mark.slow) for how in ({}, TURNED, BACKWARDS)),
-        {"inch": True, **TURNED},
-    ],
+    [*(pytest.param(how, marks=pytest.mark.slow) for how in ({}, TURNED, BACKWARDS)), {"inch": True, **TURNED}],
     ids=["plain", "turned", "back", "inch"],
 )
 def test_the_six_is_found_within_a_hundredth_of_a_millimetre(tmp_path, how):

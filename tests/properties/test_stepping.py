@@ -2,6 +2,7 @@
 
 import math
 
+import bodies
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
@@ -18,12 +19,7 @@ H = math.radians(2.0) / SPEED
 
 
 def started(**settings):
-    engine = free_six()
-    settings = {"crank": "rigid", "integrator": "sdirk3", "step": math.radians(2.0), **settings}
-    simulation = Simulation(engine, rigid_crank(engine), Settings(**settings))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return bodies.started(SPEED, **{"integrator": "sdirk3", "step": math.radians(2.0), **settings})
 
 
 def run(simulation, steps):
@@ -42,7 +38,8 @@ def one_line(error):
 @pytest.mark.parametrize(
     ("index", "value", "word"),
     [(0, math.nan, "speed"), (0, -1.0, "speed"), (0, math.inf, "speed")]
-    + [(k, value, f"cylinder[{k}].pressure") for k in (1, 6) for value in (math.nan, -5.0, math.inf)],
+    + [(k, value, f"cylinder[{k}].pressure") for k in (1, 6) for value in (math.nan, -5.0, math.inf)]
+    + [(k, math.nan, "must be finite") for k in (7, 8, 9, 10)],
 )
 def test_inputs_that_are_no_numbers_or_negative_are_refused(index, value, word):
     simulation = run(started(), 5)

@@ -11,10 +11,10 @@ import tempfile
 import time
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
+from odd_units import System
 from two_mass_units import Mass, units
 
 from cranktrain.core.errors import InputError, StoreError
@@ -28,14 +28,6 @@ from cranktrain_lab.coupling.watch import Watched
 from cranktrain_lab.stability.two_mass import TwoMass
 
 STOP, STEP, BREAKS = 1.0, 0.1, 0.5 - 1e-9
-
-
-class System(NamedTuple):
-    units: dict
-    connections: list
-    exchange: Exchange
-    outputs: dict
-    bonds: list
 
 
 class Odd(Mass):

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import bodies
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
@@ -14,7 +15,7 @@ from cranktrain.core.kernel import RECORDS, keep_record
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.motion.equations import port_forces
-from cranktrain.dynamics.simulation import Parts, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, simulate
 from cranktrain.film.journal.grid import NODE_GRADING
 from cranktrain.film.lanes.grid import lane_work
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
@@ -49,11 +50,7 @@ def pin_films():
 def started(**choices):
     elastic = bore() if choices.get("bearings") == "ehd" else None
     floating = pin_films() if choices.get("big_ends") == "table" else None
-    settings = Settings(crank="rigid", **choices)
-    simulation = Simulation(ENGINE, BODY, settings, parts=Parts(bore=elastic, big_end_table=floating))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return bodies.started(SPEED, ENGINE, Parts(bore=elastic, big_end_table=floating), **choices)
 
 
 @pytest.mark.parametrize("choices", CHOICES)
@@ -177,9 +174,7 @@ def test_a_stiffer_bore_moves_less_in_proportion():
     runs = []
     for softness in (1.0, 1e-6, 1e-9):
         elastic = replace(bore(), compliance=softness * bore().compliance)
-        simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", bearings="ehd"), parts=Parts(bore=elastic))
-        simulation.inputs[0] = SPEED
-        simulation.initialize()
+        simulation = bodies.started(SPEED, ENGINE, Parts(bore=elastic), bearings="ehd")
         simulation.step(math.radians(2.5) / SPEED)
         runs.append((simulation.outputs.copy(), np.abs(kept_films(simulation)[1]).max()))
     names = simulation.output_names
@@ -190,15 +185,16 @@ def test_a_stiffer_bore_moves_less_in_proportion():
     assert np.abs(runs[0][0][forces] - runs[2][0][forces]).max() > 1e-4 * scale
 
 
-def test_refusals():
-    with pytest.raises(InputError, match="compliance"):
-        Simulation(ENGINE, BODY, Settings(crank="rigid", bearings="ehd")).initialize()
-    with pytest.raises(InputError, match="film-table"):
-        started(bearings="table")
-    with pytest.raises(InputError, match="big-end level 'table' needs"):
-        Simulation(ENGINE, BODY, Settings(crank="rigid", big_ends="table")).initialize()
-    with pytest.raises(InputError, match="big_end_bearing"):
-        simulation = Simulation(replace(ENGINE, big_end_bearing=None), BODY, Settings(big_ends="impedance"))
-        simulation.initialize()
-    with pytest.raises(InputError, match="did you mean 'reynolds'"):
-        started(bearings="reynold")
+@pytest.mark.parametrize(
+    ("choices", "says"),
+    [
+        ({"bearings": "ehd"}, "compliance"),
+        ({"bearings": "table"}, "film-table"),
+        ({"big_ends": "table"}, "big-end level 'table' needs"),
+        ({"bearings": "reynold"}, "did you mean 'reynolds'"),
+        ({"big_ends": "impedance", "engine": replace(ENGINE, big_end_bearing=None)}, "big_end_bearing"),
+    ],
+)
+def test_levels_without_what_they_need_are_refused(choices, says):
+    with pytest.raises(InputError, match=says):
+        bodies.started(SPEED, **choices)

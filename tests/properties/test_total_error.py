@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -189,7 +190,9 @@ def test_nobody_beats_the_front_of_a_family(figures):
             )  # fmt: skip
             assert not (beaten and p in found)
             assert beaten or (p.cost, p.total(family)) in [(q.cost, q.total(family)) for q in found]
-        assert [p.cost for p in front(points, family)] == sorted(p.cost for p in found)
+        least = front(points, family)
+        assert [p.cost for p in least] == sorted({p.cost for p in found})
+        assert all(p.total(family) > q.total(family) for p, q in pairwise(least))
 
 
 @given(FIGURES, ERROR, ERROR)
@@ -297,9 +300,6 @@ def test_half_a_run_is_not_kept(few, tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         total_study([few], store=Kept(tmp_path))
     assert not list(tmp_path.iterdir())
-
-
-# What plans make of it ------------------------------------------------------------------------------------------------
 
 
 def figures_of(points):

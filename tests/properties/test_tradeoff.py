@@ -27,31 +27,12 @@ from cranktrain_lab.tradeoff.choice import choice_text, unsettled_lines
 from cranktrain_lab.tradeoff.families import FAMILIES
 from cranktrain_lab.tradeoff.files import points_csv, write_files
 from cranktrain_lab.tradeoff.measure import differences, high_order_error, measured
-from cranktrain_lab.tradeoff.pareto import pareto_front
 from cranktrain_lab.tradeoff.point import OUTPUTS, Point
 from cranktrain_lab.tradeoff.study import chosen_families, study
 
 __all__ = ["small"]
 CONTRACT = {"family", "label", "parameters", "seconds_per_simulated_second", "error", "pareto", "status"}
 POSITIVE = st.floats(1e-9, 1e3)
-
-
-@given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=30))
-def test_a_front_is_what_nobody_beats(choices):
-    costs, errors = zip(*choices, strict=True)
-    front = pareto_front(costs, errors)
-
-    def beaten(k):
-        return any(
-            costs[j] <= costs[k] and errors[j] <= errors[k] and (costs[j] < costs[k] or errors[j] < errors[k])
-            for j in range(len(costs))
-        )
-
-    assert not any(beaten(k) for k in front)
-    on_front = {(costs[k], errors[k]) for k in front}
-    assert all((costs[k], errors[k]) in on_front for k in range(len(costs)) if not beaten(k))
-    assert [costs[k] for k in front] == sorted({costs[k] for k in front})
-    assert all(a > b for a, b in zip([errors[k] for k in front], [errors[k] for k in front][1:], strict=False))
 
 
 @given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=30), POSITIVE)

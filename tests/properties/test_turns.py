@@ -6,17 +6,7 @@ import numpy as np
 import pytest
 from two_mass_units import units
 
-from cranktrain.core.unit_turns import (
-    FMI_2,
-    FMI_3,
-    INPUTS,
-    NOTE_CALL,
-    NOTE_COUNT,
-    NOTE_SLOTS,
-    NOTE_STOP,
-    OUTPUTS,
-    STEPPING,
-)
+from cranktrain.core import unit_turns
 from cranktrain_lab.coupling.exchanged_values import ExchangedValues, Place
 from cranktrain_lab.coupling.master import Exchange, Master
 from cranktrain_lab.coupling.run import Bond, Steps, run
@@ -52,7 +42,7 @@ class InC(Around):
         self.called = VALUES(self.set), STEP(self.go), VALUES(self.get)
         addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
         given, taken = (ExchangedValues(range(n), [Place(k) for k in range(n)], {}) for n in self.sizes)
-        return Direct(Calls(FMI_2, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
+        return Direct(Calls(unit_turns.FMI_2, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
 
     def answer(self, call):
         return self.status if call == self.odd and self.time > 0.5 * STOP else 0
@@ -60,16 +50,16 @@ class InC(Around):
     def set(self, component, references, count, values):
         assert component == 1 and count == self.sizes[0]
         self.write(np.ctypeslib.as_array(ctypes.cast(values, ctypes.POINTER(ctypes.c_double)), (count,)).copy())
-        return self.answer(INPUTS)
+        return self.answer(unit_turns.INPUTS)
 
     def go(self, component, time, size, no_state_before):
         self.time = time
         super().step(time, size)
-        return self.answer(STEPPING)
+        return self.answer(unit_turns.STEPPING)
 
     def get(self, component, references, count, values):
         np.ctypeslib.as_array(ctypes.cast(values, ctypes.POINTER(ctypes.c_double)), (count,))[:] = self.read()
-        return self.answer(OUTPUTS)
+        return self.answer(unit_turns.OUTPUTS)
 
     def fail(self, failed):
         raise UnitError(f"call {failed.call} said {failed.status}")
@@ -94,7 +84,7 @@ class InC3(InC):
             ExchangedValues(range(n), [Place(9, shape=(n + 1,), number=k + 1) for k in range(n)], starts)
             for n, starts in zip(self.sizes, ({9: [self.FREE]}, {}), strict=True)
         )
-        return Direct(Calls(FMI_3, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
+        return Direct(Calls(unit_turns.FMI_3, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
 
     def array(self, references, count, values, size):
         assert count == 1 and ctypes.cast(references, ctypes.POINTER(ctypes.c_uint32))[0] == 9
@@ -120,9 +110,6 @@ class InC3(InC):
                 flag[0] = value
             reached[0] = time + 0.25 * size
         return self.go(component, time, size, no_state_before)
-
-    def fail(self, failed):
-        raise UnitError(f"call {failed.call} said {failed.status}, {failed.told}")
 
 
 def coupled(scheme, reconstruction, wrap):
@@ -164,12 +151,16 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
 
 @pytest.mark.parametrize(
     ("call", "when"),
-    [(INPUTS, "second at "), (OUTPUTS, "second at "), (STEPPING, "second, step from ")],
+    [
+        (unit_turns.INPUTS, "second at "),
+        (unit_turns.OUTPUTS, "second at "),
+        (unit_turns.STEPPING, "second, step from "),
+    ],
 )
 @pytest.mark.parametrize("status", [-1, 2, 3])
 @pytest.mark.parametrize("kind", [InC, InC3])
 def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, when, status, kind):
-    notes = np.zeros(NOTE_SLOTS, dtype=np.int64)
+    notes = np.zeros(unit_turns.NOTE_SLOTS, dtype=np.int64)
 
     def wrap(unit):
         return kind(unit, call=call, status=status if unit.name == "second" else 0, notes=notes)
@@ -177,24 +168,7 @@ def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, wh
     master, bonds = coupled("gauss-seidel", "linear", wrap)
     with pytest.raises(UnitError, match=f"{when}.*: call {call} said {status}"):
         run(master, STOP, Steps(0.05), bonds)
-    assert notes[NOTE_CALL] == call and notes[NOTE_COUNT] % 2 == 1
-
-
-@pytest.mark.parametrize(
-    ("told", "words"), [((1, 1, 0), "ended=True, early=False"), ((0, 0, 1), "ended=False, early=True")]
-)
-def test_a_step_that_ends_too_early_ends_the_run(told, words):
-    """Its status is good; how far it came is told, and the call stays noted."""
-    notes = np.zeros(NOTE_SLOTS, dtype=np.int64)
-
-    def wrap(unit):
-        return InC3(unit, told=told, notes=notes) if unit.name == "second" else InC(unit, notes=notes)
-
-    master, bonds = coupled("gauss-seidel", "linear", wrap)
-    with pytest.raises(UnitError, match=r"second, step from .*: call 4 said 0") as caught:
-        run(master, STOP, Steps(0.05), bonds)
-    assert f"{words}, reached=1.0625" in str(caught.value)
-    assert notes[NOTE_CALL] == STEPPING and notes[NOTE_COUNT] % 2 == 1
+    assert notes[unit_turns.NOTE_CALL] == call and notes[unit_turns.NOTE_COUNT] % 2 == 1
 
 
 def test_an_event_alone_ends_nothing():
@@ -203,28 +177,17 @@ def test_an_event_alone_ends_nothing():
 
 
 def test_a_warning_is_good():
-    master, bonds = coupled("gauss-seidel", "linear", lambda unit: InC(unit, STEPPING, 1))
+    master, bonds = coupled("gauss-seidel", "linear", lambda unit: InC(unit, unit_turns.STEPPING, 1))
     assert run(master, STOP, Steps(0.05), bonds).times[-1] == STOP
 
 
 def test_calls_are_noted_and_a_run_that_is_to_stop_stops_before_the_next_step():
-    notes = np.zeros(NOTE_SLOTS, dtype=np.int64)
+    notes = np.zeros(unit_turns.NOTE_SLOTS, dtype=np.int64)
     master, _ = coupled("gauss-seidel", "hold", lambda unit: InC(unit, notes=notes))
     master.step(0.1)
-    assert notes[NOTE_COUNT] == 2 * 2 * 3 and notes[NOTE_CALL] == 0  # two units, three calls, begun and ended
-    notes[NOTE_STOP] = 1
+    assert (
+        notes[unit_turns.NOTE_COUNT] == 2 * 2 * 3 and notes[unit_turns.NOTE_CALL] == 0
+    )  # two units, three calls, begun and ended
+    notes[unit_turns.NOTE_STOP] = 1
     with pytest.raises(KeyboardInterrupt):
         master.step(0.2)
-
-
-def test_a_value_that_is_no_number_is_told_with_its_time():
-    class Gone(InC):
-        def get(self, component, references, count, values):
-            super().get(component, references, count, values)
-            if self.time > 0.5 * STOP and self.name == "second":
-                ctypes.cast(values, ctypes.POINTER(ctypes.c_double))[0] = float("nan")
-            return 0
-
-    master, bonds = coupled("gauss-seidel", "linear", Gone)
-    with pytest.raises(UnitError, match=r"second: .* is nan at 1\.1 s"):
-        run(master, STOP, Steps(0.05), bonds)

@@ -10,10 +10,8 @@ import pytest
 from some import some
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.units import ATMOSPHERE, UNITS, base_powers, is_unit, to_si, unit_factor
+from cranktrain.core.units import ATMOSPHERE, UNITS, is_unit, to_si, unit_factor
 from cranktrain.engine.file import engine_path, load_engine
-from cranktrain_lab.coupling.unit import DIMENSIONS, Port
-from cranktrain_lab.harness.measures import between, named
 
 INCH, POUND, GRAVITY = 0.0254, 0.45359237, 9.80665
 LBF = POUND * GRAVITY
@@ -76,16 +74,15 @@ def test_spellings_mean_their_definition(dimension):
 
 
 @pytest.mark.parametrize(
-    ("unit", "factor"), [("l/min", 1e-3 / 60.0), ("L/min", 1e-3 / 60.0), ("l/h", 1e-3 / 3600.0), ("m³/h", 1.0 / 3600.0)]
+    ("si", "factors"),
+    [
+        ("m^3/s", {"l/min": 1e-3 / 60.0, "L/min": 1e-3 / 60.0, "l/h": 1e-3 / 3600.0, "m³/h": 1.0 / 3600.0}),
+        ("m^3", {"l": 1e-3, "L": 1e-3, "in³": INCH**3, **dict.fromkeys(("cc", "ccm", "cm3", "ml"), 1e-6)}),
+    ],
 )
-def test_flows_are_known_without_a_dimension(unit, factor):
-    assert unit_factor(unit) == (pytest.approx(factor, rel=1e-14), 0.0, "m^3/s")
-
-
-@pytest.mark.parametrize("unit", ["l", "cc", "in³", "ccm", "cm3", "L", "ml"])
-def test_volumes_are_known_without_a_dimension(unit):
-    expected = {"l": 1e-3, "L": 1e-3, "in³": INCH**3}.get(unit, 1e-6)
-    assert unit_factor(unit).scale == pytest.approx(expected, rel=1e-14) and unit_factor(unit).si == "m^3"
+def test_volumes_and_flows_are_known_without_a_dimension(si, factors):
+    for unit, factor in some(factors.items()):
+        assert unit_factor(unit) == (pytest.approx(factor, rel=1e-14), 0.0, si)
 
 
 def test_temperatures_have_a_zero_and_their_differences_none():
@@ -161,15 +158,6 @@ def test_other_units_of_an_engine_file_are_converted(tmp_path):
         new = length[0].replace(length[1], repr(float(length[1]) / factor)).replace('"mm"', f'"{unit}"')
         path.write_text(text.replace(length[0], new), "utf-8")
         assert load_engine(path).rod.length == pytest.approx(load_engine("diesel_i6").rod.length, rel=1e-14)
-
-
-def test_harness_files_take_the_same_spellings():
-    speed = Port("rad/s", 1.0, 0.0, tuple({"s": -1, "rad": 1}.get(name, 0) for name in DIMENSIONS))
-    for unit in ("rpm", "1/min", "U/min", "min^-1"):
-        assert between(named(unit, "x"), speed, "x")[0] == pytest.approx(math.pi / 30.0)
-    with pytest.raises(InputError, match="unit 'foo' is not known"):
-        named("foo", "x")
-    assert base_powers("N m/rad") == {"kg": 1, "m": 2, "s": -2, "rad": -1}
 
 
 @pytest.mark.parametrize("unit", [400 * "9", 400 * "9" + " mm", "0 mm", "-1 mm", "km^200"])

@@ -316,33 +316,25 @@ def test_an_optimum_lies_at_its_limit():
     assert none["passed"] is False and not none["outputs"][1]["met"]
 
 
-@pytest.mark.parametrize("evaluations", [10, 11, 25])
+def two_mass(folder, *optimize, more=""):
+    """A study file of the two-mass model."""
+    path = folder / "two.toml"
+    varied = '[vary]\n"damping_ratio" = { low = 0.05, high = 0.5 }', more, "[optimize]", 'minimize = "amplification"'
+    path.write_text("\n".join(('model = "two-mass"\noutputs = ["amplification"]', *varied, *optimize)) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("evaluations", [10, 11, 25, 100])
 def test_a_search_of_few_evaluations_has_an_optimum(tmp_path, evaluations):
     """Fewer than a first generation: the least amplification of those that were made, which resuming does not lose."""
-    path = tmp_path / "two.toml"
-    path.write_text(
-        'model = "two-mass"\noutputs = ["amplification"]\n[vary]\n"damping_ratio" = { low = 0.05, high = 0.5 }\n'
-        '"frequency_ratio" = { low = 0.7, high = 1.1 }\n'
-        f'[optimize]\nminimize = "amplification"\nevaluations = {evaluations}\n'
-    )
-    first = ct.optimize(path, output=tmp_path / "o", workers=1)
+    ratio = '"frequency_ratio" = { low = 0.7, high = 1.1 }'
+    path = two_mass(tmp_path, f"evaluations = {evaluations}", more=ratio)
+    first, again = (ct.optimize(path, output=tmp_path / "o", workers=1) for _ in range(2))
     every = VariantFiles.open(tmp_path / "o").column("amplification")
     assert first["outputs"][0]["value"] == pytest.approx(every.min(), rel=1e-12)
     assert 5 <= first["evaluations"] <= evaluations
-    assert ct.optimize(path, output=tmp_path / "o", workers=1)["values"] == first["values"]
-
-
-def test_an_optimum_goes_on_where_it_ended(tmp_path):
-    given = {"minimize": "amplification", "evaluations": 100, "output": tmp_path / "o"}
-    path = tmp_path / "two.toml"
-    path.write_text(
-        'model = "two-mass"\noutputs = ["amplification"]\n[vary]\n"damping_ratio" = { low = 0.05, high = 0.5 }\n'
-        '[optimize]\nminimize = "amplification"\nevaluations = 100\n'
-    )
-    first = ct.optimize(path, output=given["output"])
-    again = ct.optimize(path, output=given["output"])
-    assert again["resumed"] == first["evaluations"] == again["evaluations"]
     assert again["values"] == first["values"]
+    assert again["resumed"] == first["evaluations"] == again["evaluations"]
 
 
 WRONG = [
@@ -373,11 +365,7 @@ def test_wrong_studies_are_one_line(varied, given, told):
 
 
 def test_limits_that_exclude_each_other_are_refused(tmp_path):
-    path = tmp_path / "two.toml"
-    path.write_text(
-        'model = "two-mass"\noutputs = ["amplification"]\n[vary]\n"damping_ratio" = { low = 0.05, high = 0.5 }\n'
-        '[optimize]\nminimize = "amplification"\nlimits = { amplification = { at_least = 5, at_most = 4 } }\n'
-    )
+    path = two_mass(tmp_path, "limits = { amplification = { at_least = 5, at_most = 4 } }")
     with pytest.raises(
         ct.InputError, match=r"limits.'amplification': at_least 5.* is above at_most 4.*; exchange them"
     ):
@@ -422,10 +410,7 @@ def test_an_engine_that_cannot_be_answered_is_refused_at_once():
         ct.vary("single_petrol", {"load": ("uniform", 0.9, 1.0)}, outputs=["frequency[50]"], **given)
 
 
-@pytest.mark.parametrize(
-    "asked",
-    [partial(ct.vary, outputs=["twist"]), partial(ct.optimize, minimize="twist")],
-)
+@pytest.mark.parametrize("asked", [partial(ct.vary, outputs=["twist"]), partial(ct.optimize, minimize="twist")])
 def test_a_lack_of_parquet_is_told_before_the_model_is_made(asked, monkeypatch):
     for module in (running, optimum):
         monkeypatch.setattr(module, "model_of", lambda *given: pytest.fail("the model is made"))

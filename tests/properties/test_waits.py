@@ -64,9 +64,6 @@ def other(value):
     return value + 1 if isinstance(value, int) else 1.01 * value + 1e-3
 
 
-# ---------------------------------------------------------------- bodies by what shapes them
-
-
 def test_a_renamed_engine_has_the_same_crankshaft_and_is_not_meshed(no_mesh, monkeypatch):
     engine = load_engine("diesel_i6")
     with pytest.raises(MeshedError):
@@ -129,9 +126,6 @@ def test_the_bore_that_is_kept_beside_the_block_is_that_of_its_own_finite_elemen
     assert np.array_equal(found.coefficients, alone.coefficients)
 
 
-# ---------------------------------------------------------------- beams without meshes
-
-
 def test_modal_of_a_beam_crank_makes_no_mesh(no_mesh):
     found = ct.modal("single_petrol", crank="beam")
     assert found["compared_with_solid"] is False
@@ -166,9 +160,6 @@ def test_run_ups_of_beam_cranks_and_the_damping_they_lend_make_no_mesh(no_mesh):
     assert made.body.damping.any()
 
 
-# ---------------------------------------------------------------- inherited damping
-
-
 def test_inherited_damping_is_measured_anew_for_what_it_depends_on_alone(no_mesh, monkeypatch):
     measured = []
 
@@ -199,9 +190,6 @@ def test_what_is_left_out_of_the_key_changes_no_bit_of_the_damping(name):
     assert np.array_equal(found[0].ratio, found[1].ratio) and np.array_equal(found[0].hz, found[1].hz)
 
 
-# ---------------------------------------------------------------- levels of an FMU
-
-
 def test_an_fmu_carries_slow_levels_on_demand_or_where_it_starts_at_them():
     six, v8 = load_engine("diesel_i6"), load_engine("diesel_v8")
     assert carried_levels(six) == frozenset()
@@ -214,20 +202,17 @@ def test_an_fmu_carries_slow_levels_on_demand_or_where_it_starts_at_them():
 
 
 @pytest.mark.parametrize(
-    ("keywords", "parts"),
+    ("keywords", "film_table", "flexible", "block", "films"),
     [
-        ({}, {"film_table": False, "flexible": False, "block": True, "films": True}),
-        ({"levels": "all"}, {"film_table": True, "flexible": True, "block": True, "films": True}),
-        ({"levels": "flexible"}, {"film_table": False, "flexible": True, "block": True, "films": True}),
-        ({"film_table": False}, {"film_table": False, "flexible": True, "block": True, "films": True}),
-        (
-            {"film_table": False, "block": False},
-            {"film_table": False, "flexible": False, "block": False, "films": True},
-        ),
-        ({"levels": "basic"}, {"film_table": False, "flexible": False, "block": True, "films": False}),
+        ({}, False, False, True, True),
+        ({"levels": "all"}, True, True, True, True),
+        ({"levels": "flexible"}, False, True, True, True),
+        ({"film_table": False}, False, True, True, True),
+        ({"film_table": False, "block": False}, False, False, False, True),
+        ({"levels": "basic"}, False, False, True, False),
     ],
 )
-def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, parts):
+def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, film_table, flexible, block, films):
     asked = []
 
     def whole_model(engine, body, say, **given):
@@ -237,7 +222,7 @@ def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, par
     monkeypatch.setattr("cranktrain.fmu.build.whole_model", whole_model)
     monkeypatch.setattr("cranktrain.fmu.build.build", lambda *_, **__: tmp_path / "made.fmu")
     build_fmu("diesel_i6", tmp_path, platforms=(), **keywords)
-    assert asked == [parts]
+    assert asked == [{"film_table": film_table, "flexible": flexible, "block": block, "films": films}]
 
 
 @pytest.mark.parametrize("chosen", [{"block": "flexible"}, {"bearings": "table"}])
@@ -246,9 +231,6 @@ def test_a_level_that_an_fmu_does_not_carry_is_refused_with_the_way_to_get_it(ch
     model = FlatModel(engine, {"solid": rigid_crank(engine)})
     with pytest.raises(InputError, match=r"built without .*build_fmu\.py --levels all"):
         chosen_levels(model, chosen, {})
-
-
-# ---------------------------------------------------------------- what is told
 
 
 def test_a_short_step_is_not_told_and_a_long_one_is(monkeypatch):
@@ -319,9 +301,6 @@ def test_functions_of_the_library_tell_long_steps(empty_cache, monkeypatch, caps
     else:
         ct.assemble("single_petrol", ct.Settings(crank="beam"))
     assert "single_petrol: " in capsys.readouterr().err
-
-
-# ---------------------------------------------------------------- beside
 
 
 def leave_a_file(engine):

@@ -8,19 +8,10 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.parts import JournalBearing
+from cranktrain.film.contact import wear
 from cranktrain.film.contact.asperity import bearing_contact_constants, contact_pressure, contact_table
 from cranktrain.film.contact.journal import LOAD, N_OUT, RELIEF, WEIGHT, bearing_contact, journal_contact
 from cranktrain.film.contact.journal import ZETA as LINE_ZETA
-from cranktrain.film.contact.wear import (
-    DECREASE,
-    MAPS,
-    PRESSURE,
-    RATE,
-    WearLaw,
-    end_pressure,
-    worn_rates,
-    worn_surfaces,
-)
 from cranktrain_lab.wear.schedule import HOUR, Block, block_at, read_schedule, same_until
 from cranktrain_lab.wear.shells import ANGLES
 
@@ -36,11 +27,11 @@ def rates(law, bearing, place, shell=None, angles=ANGLES):
     line = bearing_contact(bearing).line
     shell = line[RELIEF] if shell is None else shell
     constants = bearing_contact_constants(bearing)
-    bearable = end_pressure(constants, TABLE, law.end_gap * bearing.roughness)
+    bearable = wear.end_pressure(constants, TABLE, law.end_gap * bearing.roughness)
     angle = np.arange(angles) * (2.0 * math.pi / angles)
-    maps = np.zeros((MAPS, angles, line.shape[1]))
+    maps = np.zeros((wear.MAPS, angles, line.shape[1]))
     settings = np.array([bearing.clearance, law.per_work(bearing) * SLIDING, bearable, 1.0])
-    highest, least = worn_rates(
+    highest, least = wear.worn_rates(
         np.array(place), shell, np.ascontiguousarray(line[[LINE_ZETA, WEIGHT]]),
         np.array([np.cos(angle), np.sin(angle)]), constants, TABLE, settings, maps,
     )  # fmt: skip
@@ -51,14 +42,14 @@ def rates(law, bearing, place, shell=None, angles=ANGLES):
 @pytest.mark.parametrize("place", [(40e-6, 0.0, 0.0, 0.0), (20e-6, 25e-6, 7e-6, 8e-6), (-14e-6, 32e-6, -12e-6, 3e-6)])
 def test_worn_volume_is_archards_integral_of_the_running_models_contact(place):
     """k/p_H ∫ p v dA: the load of the running model's own contact, times coefficient and speed."""
-    law = WearLaw(coefficient=2e-8, end_gap=math.inf)
+    law = wear.WearLaw(coefficient=2e-8, end_gap=math.inf)
     maps, area, highest, _ = rates(law, BEARING, place)
     out = np.zeros(N_OUT)
     journal_contact(*place, 0.0, bearing_contact(BEARING), out)
     assert out[LOAD] > 10.0
     # The running model takes a slice's touching arc as that of a straight shell.
-    assert (maps[PRESSURE] @ area).sum() == pytest.approx(out[LOAD], rel=0.01)
-    volume = (maps[RATE] @ area).sum()
+    assert (maps[wear.PRESSURE] @ area).sum() == pytest.approx(out[LOAD], rel=0.01)
+    volume = (maps[wear.RATE] @ area).sum()
     assert volume == pytest.approx(2e-8 / BEARING.hardness * SLIDING * out[LOAD], rel=0.01)
     assert 0.0 < highest < BEARING.hardness
 
@@ -66,29 +57,30 @@ def test_worn_volume_is_archards_integral_of_the_running_models_contact(place):
 def test_meridians_are_close_enough():
     volumes = []
     for angles in (ANGLES, 4 * ANGLES):
-        maps, area, _, _ = rates(WearLaw(), BEARING, (21e-6, 24e-6, 7e-6, 8e-6), angles=angles)
-        volumes.append((maps[RATE] @ area).sum())
+        maps, area, _, _ = rates(wear.WearLaw(), BEARING, (21e-6, 24e-6, 7e-6, 8e-6), angles=angles)
+        volumes.append((maps[wear.RATE] @ area).sum())
     assert volumes[0] == pytest.approx(volumes[1], rel=2e-3)
 
 
 def test_wear_ends_where_the_gap_is_what_the_law_says_and_decreases_as_it_tells():
-    law = WearLaw()
+    law = wear.WearLaw()
     end = law.end_gap * BEARING.roughness
     straight = replace(BEARING, relief_depth=0.0)
     for gap, wears in ((end * 1.01, False), (end * 0.99, True)):
         maps, _, _, least = rates(law, straight, (BEARING.clearance - gap, 0.0, 0.0, 0.0))
         assert least == pytest.approx(gap)
-        assert (maps[RATE].max() > 0.0) == wears and maps[PRESSURE].max() > 0.0
+        assert (maps[wear.RATE].max() > 0.0) == wears and maps[wear.PRESSURE].max() > 0.0
     gap, step = 0.1 * BEARING.roughness, 1e-10
     pair = [
-        rates(law, straight, (BEARING.clearance - gap + sign * step, 0.0, 0.0, 0.0))[0][RATE, 0] for sign in (1.0, -1.0)
+        rates(law, straight, (BEARING.clearance - gap + sign * step, 0.0, 0.0, 0.0))[0][wear.RATE, 0]
+        for sign in (1.0, -1.0)
     ]
     middle = rates(law, straight, (BEARING.clearance - gap, 0.0, 0.0, 0.0))[0]
-    assert (pair[0] - pair[1]) / (2.0 * step) == pytest.approx(middle[DECREASE, 0], rel=1e-4)
+    assert (pair[0] - pair[1]) / (2.0 * step) == pytest.approx(middle[wear.DECREASE, 0], rel=1e-4)
 
 
 def test_run_in_surfaces_keep_their_asperities_and_blunt_their_tips():
-    worn = worn_surfaces(BEARING, 0.5 * BEARING.roughness)
+    worn = wear.worn_surfaces(BEARING, 0.5 * BEARING.roughness)
     assert worn.asperity_factor == BEARING.asperity_factor
     density = [b.asperity_factor * b.asperity_ratio / b.roughness**2 for b in (BEARING, worn)]
     assert density[0] == pytest.approx(density[1])
@@ -98,7 +90,7 @@ def test_run_in_surfaces_keep_their_asperities_and_blunt_their_tips():
 
 
 def test_roughness_falls_to_that_of_run_in_surfaces_and_does_not_care_for_increments():
-    law = WearLaw(run_in_roughness=0.4)
+    law = wear.WearLaw(run_in_roughness=0.4)
     once = law.smoothed(BEARING, BEARING.roughness, 1e-6)
     thrice = BEARING.roughness
     for _ in range(3):
@@ -114,18 +106,18 @@ def worn_until(law, end, share, gap=-0.8e-6):
     shell, time = np.zeros(bearing_contact(straight).line.shape[1]), 0.0
     while time < end:
         maps, *_ = rates(law, straight, (BEARING.clearance - gap, 0.0, 0.0, 0.0), shell)
-        rate, decrease = maps[RATE].max(), maps[DECREASE].max()
+        rate, decrease = maps[wear.RATE].max(), maps[wear.DECREASE].max()
         step = min(share * min(BEARING.roughness / rate, 1.0 / decrease), end - time) if rate > 0.0 else end - time
-        shell, time = shell + step * maps[RATE].max(axis=0), time + step
+        shell, time = shell + step * maps[wear.RATE].max(axis=0), time + step
     return shell[0]
 
 
 def test_increments_converge_in_first_order_to_the_wear_of_a_journal_that_is_held():
     """dg/dt = (k/p_H) v (p(h₀ + g) − p_e), whose solution is ∫ dg/(p − p_e)."""
-    law = WearLaw(end_gap=0.5)
+    law = wear.WearLaw(end_gap=0.5)
     straight = replace(BEARING, relief_depth=0.0)
     constants = bearing_contact_constants(straight)
-    bearable = end_pressure(constants, TABLE, 0.5 * BEARING.roughness)
+    bearable = wear.end_pressure(constants, TABLE, 0.5 * BEARING.roughness)
     g = np.linspace(0.0, 0.7e-6, 20001)
     slowness = [1.0 / (contact_pressure(-0.8e-6 + one, constants, TABLE)[0] - bearable) for one in g]
     times = np.concatenate([[0.0], np.cumsum(0.5 * (np.array(slowness[1:]) + slowness[:-1]) * np.diff(g))])
@@ -138,7 +130,7 @@ def test_increments_converge_in_first_order_to_the_wear_of_a_journal_that_is_hel
 
 
 def test_without_an_end_wear_goes_on_as_the_logarithm_of_time():
-    law = WearLaw(end_gap=math.inf)
+    law = wear.WearLaw(end_gap=math.inf)
     depths = [worn_until(law, 36.0 * 10.0**decade, 0.3) for decade in (2, 3, 4)]
     first, second = np.diff(depths)
     assert 0.3 * BEARING.roughness < second < first < 2.0 * BEARING.roughness
@@ -151,7 +143,7 @@ def test_laws_that_cannot_be_are_refused():
         ({"run_in_roughness": 1.5}, "keeps the roughness of new surfaces"),
     ):
         with pytest.raises(InputError, match=message):
-            WearLaw(**values)
+            wear.WearLaw(**values)
 
 
 def test_a_schedule_repeats_and_tells_where_it_is(tmp_path):

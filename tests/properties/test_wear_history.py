@@ -1,4 +1,4 @@
-"""Wear of an engine's mains over time: kept, resumed, converged in its increments, and its limit."""
+"""Wear of an engine's mains over time: kept, resumed, converged in its increments, and its limit; wear in passes."""
 
 import json
 import math
@@ -8,13 +8,14 @@ import pytest
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.engine.file import load_engine
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.film.contact.gap import relief
 from cranktrain.film.contact.wear import WearLaw
 from cranktrain_lab.wear.history import Choices, Running, wear_history
 from cranktrain_lab.wear.pictures import save_wear_pictures
 from cranktrain_lab.wear.records import WearHistory
 from cranktrain_lab.wear.result import envelope, run_in_over_time
-from cranktrain_lab.wear.run_in import run_in
+from cranktrain_lab.wear.run_in import fitted_profile, run_in
 from cranktrain_lab.wear.schedule import HOUR, Block
 
 FOUR = load_engine("four_petrol")
@@ -186,3 +187,36 @@ def test_the_history_ends_at_the_shape_that_passes_of_wear_find():
     least = 1e6 * history.least_gap[-1].min()
     end = 1e6 * 0.5 * load_engine("diesel_i6").plain_mains.roughness
     assert history.least_gap[0].min() < -2e-6 and 0.6 * end < least <= 1.01 * end
+
+
+ZETA = np.linspace(0.0, 1.0, 101)
+
+
+@pytest.mark.parametrize("profile", [(6e-6, 0.5, 2.0), (2e-6, 1.0, 1.0), (9e-6, 0.25, 3.0)])
+def test_a_profile_is_fitted_by_itself(profile):
+    worn = np.array([relief(zeta, profile) for zeta in ZETA])
+    assert fitted_profile(ZETA, worn) == pytest.approx(profile, rel=1e-3)
+    assert fitted_profile(ZETA, 0.0 * worn)[0] == 0.0
+
+
+def test_what_cannot_be_run_in_is_refused(tmp_path):
+    with pytest.raises(InputError, match="roller bearings without an oil film"):
+        run_in("diesel_v8", crank="beam")
+    kept = tmp_path / "kept.toml"
+    kept.write_text("", "utf-8")
+    with pytest.raises(InputError, match="exists"):
+        run_in("diesel_i6", kept, crank="beam")
+
+
+@pytest.mark.slow
+def test_a_shell_wears_where_edges_touch_and_the_file_says_so(tmp_path):
+    new = tmp_path / "run_in.toml"
+    found = run_in("diesel_i6", new, crank="beam", passes=4, cycles=2)
+    gaps, worn = found["least_gap_um"], np.array(found["worn_um"])
+    # Edges lie in the straight shell; each pass leaves less of that. The middle does not wear as the edge does.
+    assert gaps[0] < 0.0 and gaps[-1] > 0.5 * gaps[0]
+    assert worn[-1] == worn.max() > 1.0 > worn[0]
+    engine = load_engine(new)
+    assert 1e6 * engine.plain_mains.relief_depth == pytest.approx(found["relief_depth_um"], rel=1e-3)
+    assert "run-in at 1000 rev/min" in new.read_text("utf-8")
+    assert engine.plain_mains.clearance == load_engine(engine_path("diesel_i6")).plain_mains.clearance

@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from bodies import rigid_crank
+from bodies import rigid_crank, started
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.dynamics.time.table import HEAD, STAGES
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS
 from cranktrain.engine.file import load_engine
@@ -21,10 +21,7 @@ STEP = math.radians(2.5) / SPEED
 
 
 def begun(**chosen):
-    simulation = Simulation(ENGINE, rigid_crank(ENGINE), Settings(crank="rigid", **chosen))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return started(SPEED, ENGINE, **chosen)
 
 
 def run(simulation, count=288):

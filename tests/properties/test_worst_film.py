@@ -60,7 +60,6 @@ def pressed(n_phi, n_z, ratio, tilted=True):
 def test_lines_gathered_at_the_ends_at_a_closed_edge(ratio):
     """Least film and largest pressure within about a tenth of a grid twice as fine around and three times across."""
     (least, highest, _), (finer, peak, _) = pressed(48, 8, ratio), pressed(96, 24, ratio)
-    print(ratio, least, finer, highest, peak)
     assert least == pytest.approx(finer, rel=0.12)
     assert highest == pytest.approx(peak, rel=0.12)
 
@@ -83,7 +82,6 @@ def test_fine_level_in_a_four(tmp_path, monkeypatch):
             run.step((k + 1) * math.radians(2.0) / run.inputs[0])
             films[k] = run.outputs[at]
         found.append((films[360:].min(axis=0), pressure_peaks(run.model.films)[:, PEAK]))
-    print(found)
     assert found[0][0] == pytest.approx(found[1][0], rel=0.05)
     assert found[0][1] == pytest.approx(found[1][1], rel=0.08)
 
@@ -91,14 +89,12 @@ def test_fine_level_in_a_four(tmp_path, monkeypatch):
 def test_grids_converge_at_a_closed_edge():
     fine = pressed(96, 24, 0.353)
     errors = [abs(pressed(n_phi, n_z, 0.353)[0] / fine[0] - 1.0) for n_phi, n_z in ((48, 8), (48, 16), (96, 16))]
-    print(errors)
     assert errors[2] < 0.03
     assert errors[2] < errors[0]
 
 
 def test_a_film_tells_whether_its_lines_resolve_it():
     """One line alone carries a closed edge on the grid of the loop; several do on a fine grid, and without tilt."""
-    print([pressed(48, 8, 0.353)[2], pressed(96, 24, 0.353)[2], pressed(48, 8, 0.353, tilted=False)[2]])
     assert pressed(48, 8, 0.353)[2] > NOT_RESOLVED
     assert pressed(96, 24, 0.353)[2] < NOT_RESOLVED
     assert pressed(48, 8, 0.353, tilted=False)[2] < 0.5 * NOT_RESOLVED

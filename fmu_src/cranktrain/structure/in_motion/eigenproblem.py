@@ -27,7 +27,7 @@ residue to damping under unit torques of the cylinders.
 
 If all laws are linear and isotropic the method is exact. On films and rollers the large peaks of a run lie within 0.7 %
 of the modes that contribute most to them, those of the shipped six within 0.5 %
-(tests/properties/test_peaks_in_motion.py, tests/literature/test_critical_speeds.py). The error is larger
+(tests/properties/test_peak_modes.py, tests/literature/test_critical_speeds.py). The error is larger
 for bearings of level ``linear`` with different springs across and upwards: in the turning frame their stiffness varies
 with 2Ω about its mean without damping, and torsion comes out up to 1.1 % above the run.
 
