@@ -36,12 +36,7 @@ from cranktrain.film.laws.films import SPEED as FILM_SPEED
 from cranktrain.film.laws.register import PLAIN, bearing_law
 from cranktrain.film.laws.roller_contacts import equilibrium
 from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted, thrust_parameters
-from cranktrain.loads.damper import (
-    damper_parameters,
-    damper_temperature,
-    damping_coefficient,
-    with_damper_housing,
-)
+from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient, with_damper_housing
 from cranktrain.results.files import output_unit
 from cranktrain.results.summary import run_summary
 from cranktrain.structure import assembly

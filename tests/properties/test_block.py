@@ -359,10 +359,7 @@ def test_mounts_that_leave_the_engine_free(motion):
 
 def test_mounts_that_do_not_match():
     six = load_engine("diesel_i6")
-    for change, text in (
-        ({"y": (0.0, 0.0)}, "mounts.y: 2 values for 4 in x"),
-        ({"x": ()}, "mounts.x: is empty"),
-    ):
+    for change, text in (({"y": (0.0, 0.0)}, "mounts.y: 2 values for 4 in x"), ({"x": ()}, "mounts.x: is empty")):
         with pytest.raises(InputError, match=text):
             check_mounts(mounts := replace(six.mounts, **change))
         with pytest.raises(InputError, match=text):  # in an engine whose block carries their pads, too

@@ -287,10 +287,7 @@ def test_lists_over_several_lines_and_tables_that_a_file_lacks(tmp_path):
     ("form", "said"),
     [
         (("[flywheel]", 'mass.value = 32\nmass.unit = "kg"\nmass.origin = "chosen"'), "is not written as mass = "),
-        (
-            ("[flywheel.mass]\nvalue = 32\nunit = 'kg'\norigin = 'chosen'\n[ 'flywheel' ]", ""),
-            "has no line .flywheel.",
-        ),
+        (("[flywheel.mass]\nvalue = 32\nunit = 'kg'\norigin = 'chosen'\n[ 'flywheel' ]", ""), "has no line .flywheel."),
     ],
 )
 def test_entries_that_cannot_be_replaced_are_refused(form, said):

@@ -21,12 +21,7 @@ from cranktrain_lab.coupling.master import Master
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN
 from cranktrain_lab.coupling.run import Steps, run
 from cranktrain_lab.coupling.simulation_unit import SimulationUnit
-from cranktrain_lab.coupling.virtual_engine import (
-    GAS_WORK,
-    gas_connections,
-    gas_exchange,
-    volume_connections,
-)
+from cranktrain_lab.coupling.virtual_engine import GAS_WORK, gas_connections, gas_exchange, volume_connections
 
 SPEED = 2000.0 * math.pi / 30.0
 CYCLE = 4.0 * math.pi / SPEED

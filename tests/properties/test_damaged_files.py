@@ -107,14 +107,7 @@ def test_a_time_of_coupled_units_rises(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [
-        ("cycles", -3),
-        ("repeats", -1),
-        ("left", -1e-5),
-        ("orders", 0.5),
-        ("extremes", np.inf),
-        ("extremes", -1e300),
-    ],
+    [("cycles", -3), ("repeats", -1), ("left", -1e-5), ("orders", 0.5), ("extremes", np.inf), ("extremes", -1e300)],
 )
 def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys, name, value):
     """A negative count of cycles would be drawn as one."""

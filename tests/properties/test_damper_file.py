@@ -66,10 +66,7 @@ def test_each_kind_asks_only_for_its_own_keys(tmp_path):
         (with_value("temperature_speeds", "[2400, 1000]"), r"damper\.temperature_speeds: must increase"),
         (with_value("highest_temperature", -50), r"damper\.highest_temperature: is not above lowest_temperature"),
         (with_value("ambient_temperature", 150), r"damper\.ambient_temperature: is not below the highest"),
-        (
-            with_value("frequency", 0),
-            r"damper\.frequency: 0 Hz is not within 0\.1 to 100000 Hz; give the",
-        ),
+        (with_value("frequency", 0), r"damper\.frequency: 0 Hz is not within 0\.1 to 100000 Hz; give the"),
         (with_value("axial_gap", 40), r"damper\.axial_gap: 40 mm is no thin gap beside a ring 45 mm wide"),
         (with_value("ring_inner_radius", 130), r"damper\.ring_inner_radius: 130 mm is not less than ring_outer_radius"),
         (with_value("ring_inertia", 97.5), r"damper\.ring_inertia: .* steel of these radii .* has 0\.09\d+ kg m\^2"),

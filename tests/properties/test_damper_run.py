@@ -112,8 +112,7 @@ def test_a_stuck_ring_is_a_heavier_pulley():
     stuck = replace(with_damper(law="newtonian", viscosity=1e6), damping=damping, pulley=central)
     housed = with_damper_housing(stuck)
     heavier = replace(
-        housed,
-        pulley=replace(housed.pulley, polar_inertia=housed.pulley.polar_inertia + SIX.damper.ring_inertia),
+        housed, pulley=replace(housed.pulley, polar_inertia=housed.pulley.polar_inertia + SIX.damper.ring_inertia)
     )
     # By inertia alone: gas follows the crank's mean rotation, of which a ring is a part or not (2e-3 of the torsion).
     motored = replace(LINEAR, gas_source="input")

@@ -20,12 +20,7 @@ from elastic_bearing import (
 
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import density_factor, pressure_constants, pressure_factor
-from cranktrain.film.elastic.grid import (
-    FILM_MIN,
-    FRICTION_TORQUE,
-    PRESSURE_MAX,
-    ElasticGrid,
-)
+from cranktrain.film.elastic.grid import FILM_MIN, FRICTION_TORQUE, PRESSURE_MAX, ElasticGrid
 from cranktrain.film.elastic.oil import HIGHEST, oil_tables, reduced_pressure
 from cranktrain.film.reynolds.field import Supply, solve_film
 

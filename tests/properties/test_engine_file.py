@@ -98,13 +98,7 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
     ("table", "key", "value", "unit", "says"),
     [
         ("crankshaft", "web_pin_radius", 30, None, r"crankshaft\.web_pin_radius: the pin lies outside its web"),
-        (
-            "main_bearing",
-            "clearance",
-            -40,
-            None,
-            r"main_bearing\.clearance: -40 um is not within .*; it is the radial",
-        ),
+        ("main_bearing", "clearance", -40, None, r"main_bearing\.clearance: -40 um is not within .*; it is the radial"),
         ("main_bearing", "clearance", 40, "mm", r"main_bearing\.clearance: .*radial clearance"),
         ("rod", "length", 55, None, r"rod\.length: 55 mm is shorter than throw"),
         ("rod", "length", 215, "kg", r"rod\.length: unit 'kg' does not measure its length; use one of: m, mm, um"),
@@ -208,10 +202,7 @@ def test_what_cannot_be_is_refused_in_one_line(tmp_path, table, key, value, unit
         ("length = 215", r"rod\.length: write it as"),
         ('length = { value = 215, unit = "mm" }', r"rod\.length: origin 'None' is not known; valid: chosen"),
         ('length = { value = 215, unit = "mm", origin = "calibrated" }', r"rod\.length: .* needs a note"),
-        (
-            'length = { value = 1, unit = "mm", origin = "chosen", nte = "" }',
-            r"unknown entry 'nte'; did you mean",
-        ),
+        ('length = { value = 1, unit = "mm", origin = "chosen", nte = "" }', r"unknown entry 'nte'; did you mean"),
         ("length = {", r"not a TOML file"),
     ],
 )
