@@ -5,23 +5,18 @@ the piston's acceleration is that of the package's rod, and masses, throw and sp
 the force of its inertia along its cylinder: the rest of what its pin feels is carried by its liner in the same plane.
 """
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from numpy import pi, sqrt
 
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.slider_crank import rod_force
 from cranktrain.structure.crank.shape import pin_centre
 
-EXPECTED = next(
-    case["expected"]
-    for case in json.loads((Path(__file__).parents[1] / "data" / "slider_crank.json").read_text())
-    if case["id"] == "balance"
-)
+EXPECTED = cases("slider_crank")["balance"]["expected"]
 N = 256
 THETA = 2 * pi * np.arange(N) / N
 LAMBDA = 0.3

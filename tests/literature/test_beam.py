@@ -1,13 +1,12 @@
 """Timoshenko frames against published rotors and closed forms, and the beam crank against the solid one."""
 
-import json
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from some import some
@@ -23,7 +22,7 @@ from cranktrain.structure.crank.shape import Outline
 from cranktrain.structure.crank.web_member import Arm, rectangle_shear_factor, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
+CASES = cases("rotor")
 YOUNG, SHEAR, DENSITY = 211e9, 81.2e9, 7810.0
 POISSON = YOUNG / (2.0 * SHEAR) - 1.0
 LENGTH, DIAMETER = 1.5, 0.05

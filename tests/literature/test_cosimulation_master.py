@@ -3,19 +3,18 @@
 Values: tests/data/cosimulation.json.
 """
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import data
 from some import some
 from two_mass_units import units
 
 from cranktrain_lab.coupling.master import Exchange, Master
 from cranktrain_lab.stability.two_mass import TwoMass
 
-DATA = json.loads((Path(__file__).parents[1] / "data" / "cosimulation.json").read_text())[0]["expected"]
+DATA = data("cosimulation")[0]["expected"]
 DECOMPOSITIONS = {"FD": "force/displacement", "DD": "displacement/displacement"}
 SCHEMES = {"J": ("jacobi", 1), "GS": ("gauss-seidel", 1), "GS12": ("gauss-seidel", 1), "GS21": ("gauss-seidel", -1)}
 

@@ -1,17 +1,16 @@
 """Fillet factors from finite elements against those of other finite elements and the rule IACS UR M53."""
 
-import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import data
 
 from cranktrain.results.strength.iacs_m53 import ThrowShape, fillet_factors
 from cranktrain.structure.stress.fillet_factors import free_surface, throw_factors
 from cranktrain.structure.stress.throw_mesh import QuarterThrow
 
-CASES = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())[0]["finite_elements"]
+CASES = data("fillet_scf")[0]["finite_elements"]
 DIAMETER = 0.1
 CONVERGED = 0.03
 """Least over largest principal stress at the peak, from which it counts as converged."""

@@ -5,25 +5,20 @@ mounts so stiff that what reaches the mounts is what the rods leave; the crank i
 its turning that its speed stays even. Static: the mounts hold the mean torque of the shaft.
 """
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from expected import cases
 from standing import rigid_block
 
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 
-EXPECTED = next(
-    case["expected"]
-    for case in json.loads((Path(__file__).parents[1] / "data" / "slider_crank.json").read_text())
-    if case["id"] == "balance"
-)
+EXPECTED = cases("slider_crank")["balance"]["expected"]
 SPEED = 2000 * math.pi / 30
 PITCH = 0.128
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")

@@ -1,11 +1,10 @@
 """The rule IACS UR M53: published factors, and limits that the rule's text states or implies."""
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
+from expected import data
 
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.results.strength.iacs_m53 import (
@@ -20,7 +19,7 @@ from cranktrain.results.strength.iacs_m53 import (
     web_bending,
 )
 
-(RULE,) = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())
+(RULE,) = data("fillet_scf")
 STEEL = CrankStrength(tensile_strength=785e6, forming="free-form", roughness=4e-6)
 
 

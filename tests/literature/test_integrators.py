@@ -4,14 +4,13 @@ Amplification is measured on the real step: the six on a rigid crank carries one
 undamped oscillator. Values: tests/data/integrators.json (Chung & Hulbert; tolerance stated there: 1e-5).
 """
 
-import json
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
+from expected import cases
 from scipy.linalg import block_diag
 from some import some
 
@@ -20,7 +19,7 @@ from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, HEAD, STAGES
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
+CASES = cases("integrators")
 PUBLISHED = CASES["generalized_alpha"]["expected"]["rho_Omega"]
 HHT = CASES["hht"]["expected"]["rho_Omega"]
 DIRK = [name for name, row in INTEGRATORS.items() if row.family == "runge-kutta"]

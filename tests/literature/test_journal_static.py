@@ -4,19 +4,17 @@ A table printed with four decimals is compared within its tolerance and half of 
 file flags as misprints are compared with the independent value that it gives for them.
 """
 
-import json
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from journal_films import film, journal_grid
 from some import some
 
 from cranktrain.film.steady.sommerfeld import prescribed_film
 
-DATA = Path(__file__).parents[1] / "data"
-STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}
+STATIC = cases("bearing_static")
 BUTENSCHOEN = STATIC["butenschoen_rotation"]
 MISPRINTS = {row[:3] and tuple(row[:3]): row[4] for row in BUTENSCHOEN["notes"]["flagged_typos"]}
 

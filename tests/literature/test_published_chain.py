@@ -6,15 +6,15 @@ Sums over the orders 0.5 to 12 of the vibratory torques that Mendes, Meirelles a
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import DATA
 
 from cranktrain.cli.main import main
 from cranktrain.results.run_up.run_up import RunUp
 
-MWM = Path(__file__).parents[1] / "data" / "mwm"
+MWM = DATA / "mwm"
 EXPECTED = json.loads((MWM / "expected.json").read_text("utf-8"))
 FLYWHEEL, PULLEY = 2.075, 0.017
 """Inertias of engine file and table, kg m²."""

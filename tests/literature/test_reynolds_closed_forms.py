@@ -1,20 +1,18 @@
 """The general film against closed forms: sliders, Petroff, long and short journal bearings, rupture and reformation."""
 
-import json
 from itertools import pairwise
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from scipy.optimize import brentq
 
 from cranktrain.film.reynolds.field import Edges, Supply, solve_film
 
-DATA = Path(__file__).parents[1] / "data"
-CAVITATION = {case["id"]: case for case in json.loads((DATA / "cavitation.json").read_text())}
-LONG = next(c for c in json.loads((DATA / "bearing_static.json").read_text()) if c["id"] == "long_bearing")
-SHORT = next(c for c in json.loads((DATA / "bearing_static.json").read_text()) if c["id"] == "short_bearing_static")
+CAVITATION = cases("cavitation")
+LONG = cases("bearing_static")["long_bearing"]
+SHORT = cases("bearing_static")["short_bearing_static"]
 
 
 def tapered_slider(along_x):

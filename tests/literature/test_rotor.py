@@ -1,11 +1,10 @@
 """Rotors in the turning frame against published whirl speeds and closed forms."""
 
-import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from scipy.linalg import expm
 from solids import round_bar
 from some import some
@@ -16,7 +15,7 @@ from cranktrain.structure.fem.craig_bampton import craig_bampton
 from cranktrain.structure.fem.elasticity import finite_elements
 from cranktrain.structure.fem.interfaces import averaged_interfaces
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
+CASES = cases("rotor")
 SPEED = 4000 * np.pi / 30
 LENGTH, RADIUS, DENSITY = 1.5, 0.025, 7810.0
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])

@@ -3,19 +3,15 @@
 Values: tests/data/slider_crank.json, FFT of the exact kinematics (tolerance stated there: 1e-10) and closed forms.
 """
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from expected import cases
 
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.slider_crank import rod_force
 from cranktrain.structure.crank.shape import pin_centre
 
-CASES = {
-    case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "slider_crank.json").read_text())
-}
+CASES = cases("slider_crank")
 SERIES = CASES["slider_crank_series"]["expected"]["fft"]
 N = 256
 

@@ -3,12 +3,11 @@
 Spectral radii and the threshold of inner damping: tests/data/integrators.json (tolerances stated there).
 """
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from some import some
 
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
@@ -18,7 +17,7 @@ from cranktrain_lab.stability.explicit import METHODS, amplification, spectral_r
 from cranktrain_lab.stability.rotor import SPEED, film_at, film_law, film_rotor
 from cranktrain_lab.stability.stability_map import bisected
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
+CASES = cases("integrators")
 
 
 @pytest.mark.parametrize(("case", "name"), [("generalized_alpha", "generalised-alpha"), ("hht", "hht")])

@@ -7,11 +7,11 @@ to 5e-12) and tests/data/integrators.json (Floquet bands, to 1e-3).
 import json
 import math
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from expected import cases, data
 from scipy.linalg import expm
 from some import some
 
@@ -44,11 +44,8 @@ from cranktrain_lab.stability.two_mass import (
 )
 from cranktrain_lab.stability.variable_inertia import SingleCrank, exact_band, floquet, found_band
 
-DATA = Path(__file__).parents[1] / "data"
-COUPLED = json.loads((DATA / "cosimulation.json").read_text())[0]["expected"]
-BANDS = next(
-    case for case in json.loads((DATA / "integrators.json").read_text()) if case["id"] == "variable_inertia_floquet"
-)["expected"]["unstable_bands"]
+COUPLED = data("cosimulation")[0]["expected"]
+BANDS = cases("integrators")["variable_inertia_floquet"]["expected"]["unstable_bands"]
 SHORT = {
     "FD": "force/displacement", "DD": "displacement/displacement",
     "J": "jacobi", "GS12": "gauss-seidel 1-2", "GS21": "gauss-seidel 2-1", "GS": "gauss-seidel 1-2",

@@ -1,14 +1,13 @@
 """Nodal stresses against NAFEMS LE10 and, where it is installed, against CalculiX."""
 
-import json
 import re
 import shutil
 import subprocess
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import data
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet1, MeshTet2
 from skfem.models.elasticity import linear_elasticity
@@ -37,7 +36,7 @@ def thick_plate(case, around, across, through):
 
 
 def test_nafems_le10_thick_plate():
-    case = json.loads((Path(__file__).parents[1] / "data" / "finite_elements.json").read_text())["NAFEMS_LE10"]
+    case = data("finite_elements")["NAFEMS_LE10"]
     flat, mesh = thick_plate(case, 10, 8, 4)
     material = Material(case["youngs_modulus_pa"], case["poisson_ratio"], 7850.0)
     model = finite_elements(mesh, material)

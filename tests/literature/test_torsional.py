@@ -1,13 +1,12 @@
 """Torsional cranks: published chains of discs, formulas for throws, the solid crank, and time against frequency."""
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from benchmarks._forced_torsion import torsional_response
+from expected import cases
 from scipy.linalg import eigh
 from small_block import single
 
@@ -28,7 +27,7 @@ from cranktrain.structure.crank.torsional import (
     twist_only,
 )
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}
+CASES = cases("torsion")
 RPM = math.pi / 30.0
 
 

@@ -10,10 +10,10 @@ import math
 import subprocess
 import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
@@ -22,7 +22,7 @@ from cranktrain.engine.torsional_chain import Chain, Disc, Shaft, read_chain
 from cranktrain.structure.crank.chain import chain_body, chain_matrices, chain_modes
 from cranktrain.structure.crank.torsional import shaft_modes, shaft_nodes, shaft_stiffnesses
 
-DATA = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}
+DATA = cases("torsion")
 
 
 def row(inertias, stiffnesses):
