@@ -13,9 +13,10 @@ import pytest
 from bodies import rigid_crank
 from expected import cases
 from standing import rigid_block
+from started import at_speed, shown
 
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 
 EXPECTED = cases("slider_crank")["balance"]["expected"]
@@ -56,9 +57,7 @@ def on_the_mounts(engine):
     settings = Settings(
         crank="rigid", bearings="linear", block="flexible", gas_source="input", gravity=0.0, newton_tolerance=1e-9
     )
-    simulation = Simulation(engine, crank, settings, parts=Parts(block=block))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, crank, settings, parts=Parts(block=block))
     h = communication_step(SPEED, settings.step)
     count = round(4 * math.pi / SPEED / h)
     middle = np.array([0.0, 0.0, 0.5 * PITCH * len(engine.crankshaft.throw_angles)])
@@ -67,7 +66,7 @@ def on_the_mounts(engine):
         simulation.step(simulation.time + h)
         if k < 0:
             continue
-        out = dict(zip(simulation.output_names, simulation.outputs, strict=True))
+        out = shown(simulation)
         for i, place in enumerate(engine.mounts.positions):
             f, m = (np.array([out[f"mount[{i + 1}].{part}.{axis}"] for axis in "xyz"]) for part in ("force", "moment"))
             force[k] -= f

@@ -13,9 +13,10 @@ from bodies import free_six, rigid_crank
 from expected import cases
 from scipy.linalg import block_diag
 from some import some
+from started import at_speed
 
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.simulation import Settings
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, HEAD, STAGES
 
@@ -40,10 +41,7 @@ def oscillator(integrator):
     more["translation"] = np.hstack([body.translation, np.zeros((3, 1))])
     more["shapes"] = np.concatenate([body.shapes, np.zeros((len(body.interfaces), 6, 1))], axis=2)
     settings = Settings(bearings="linear", integrator=integrator, dense_output="off")
-    simulation = Simulation(engine, replace(body, **more), settings)
-    simulation.inputs[0] = 200.0
-    simulation.initialize()
-    return simulation
+    return at_speed(200.0, engine, replace(body, **more), settings)
 
 
 def one_step(simulation, model, state):

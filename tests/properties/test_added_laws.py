@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
 from some import some
+from started import at_speed
 from tests.film_tables import RATIO, coarse_table
 from tests.rods import FOUR, beside, part, plain_engine
 
@@ -20,7 +21,7 @@ from cranktrain.core.reduced_body import rigid_body
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.state import TIME, VELOCITY
-from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.simulation import simulate
 from cranktrain.dynamics.topology.laws import pieces_of
 from cranktrain.dynamics.topology.values import REST
 from cranktrain.engine.additions import ConnectionTable
@@ -269,9 +270,7 @@ def doubled(engine, links, steps, **settings):
     """Outputs over the first steps of a run whose added connections hold the crank beside its own bearings."""
     made = ct.assemble(engine, ct.Settings(crank="beam", block="ground", **settings), inherit=False)
     topology = ct.Topology((), (), links)
-    run = Simulation(made.engine, made.body, made.settings, None, made.parts._replace(topology=topology))
-    run.inputs[0] = SPEED
-    run.initialize()
+    run = at_speed(SPEED, made.engine, made.body, made.settings, None, made.parts._replace(topology=topology))
     found = advance(run, steps / 288)
     return found, run
 
@@ -417,9 +416,7 @@ def test_a_film_with_a_memory_beside_a_mains_carries_what_it_carries(bore, toler
     links = (on_crank("c", "film", "main[3]", film_data(engine, "ehd") | {"bore": bore}),)
     parts = Parts(bore=compliance, topology=ct.Topology((), (), links))
     settings = ct.Settings(crank="beam", block="ground", bearings="ehd", newton_tolerance=tolerance)
-    run = Simulation(engine, made.body, settings, None, parts)
-    run.inputs[0] = SPEED
-    run.initialize()
+    run = at_speed(SPEED, engine, made.body, settings, None, parts)
     found = advance(run, 24 / 288)
     one, two = (np.hypot(*(found[f"{name}.force.{way}"] for way in "xy")) for name in ("bearing[3]", "connection[c]"))
     assert np.abs(one - two).max() < close * one.max()
@@ -658,9 +655,7 @@ def test_a_run_goes_on_at_another_speed_with_its_added_bodies():
     engine = load_engine("four_petrol")
     settings = Settings(crank="rigid", bearings="linear", block="ground", pistons="rigid")
     made = assembly.assemble(engine, settings)
-    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
-    simulation.inputs[0] = 200.0
-    simulation.initialize()
+    simulation = at_speed(200.0, made.engine, made.body, made.settings, parts=made.parts)
     simulation.go_on_at(210.0)
     simulation.state = simulation.state
     simulation.step(1e-4)

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from started import at_speed
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
@@ -150,9 +150,7 @@ ENGINES = {"four": four, "six": lambda: load_engine("diesel_i6")}
 def run_of(path, force=None, rpm=1500, engine="six", cycles=None, **levels):
     own = replace(ENGINES[engine](), axial_path=path)
     made = assemble(own, Settings(crank="beam", axial_force=force, **levels))
-    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
-    simulation.inputs[0] = rpm * RPM
-    simulation.initialize()
+    simulation = at_speed(rpm * RPM, made.engine, made.body, made.settings, parts=made.parts)
     return simulation, run_cycles(simulation, cycles, 1e-4, None, None)
 
 
@@ -214,9 +212,7 @@ def test_runs_converge_in_the_step(integrator, order, coarsest):
 
 def test_an_engine_without_axial_motion_takes_no_notice():
     engine = replace(load_engine("diesel_i6"), axial_path=PATH)
-    simulation = Simulation(engine, rigid_crank(engine), Settings(crank="rigid", bearings="held"))
-    simulation.inputs[0] = 100.0
-    simulation.initialize()
+    simulation = at_speed(100.0, engine, rigid_crank(engine), Settings(crank="rigid", bearings="held"))
     simulation.step(1e-3)
     assert simulation.outputs[simulation.output_names.index("axial_path.force")] == 0.0
 

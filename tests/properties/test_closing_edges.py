@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from started import at_speed
 
 from cranktrain.core.kernel import keep_record
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation
+from cranktrain.dynamics.simulation import Parts, Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.contact.journal import N_OUT, PRESSURE_MAX, bearing_contact, journal_contact
 from cranktrain.film.laws.rigid_bore import rigid_bore
@@ -17,10 +18,7 @@ ENGINE, SPEED, PER_CYCLE = load_engine("diesel_i6"), 1000.0 * math.pi / 30.0, 28
 
 def started(body, **choices):
     table = assembly.main_table(ENGINE) if choices["bearings"] == "table" else None
-    simulation = Simulation(ENGINE, body, Settings(**choices), parts=Parts(table=table))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return at_speed(SPEED, ENGINE, body, Settings(**choices), parts=Parts(table=table))
 
 
 def cycle(simulation, cycles=1):

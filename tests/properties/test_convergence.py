@@ -14,10 +14,11 @@ import pytest
 from bodies import six
 from plain_model import PlainModel
 from scipy.integrate import solve_ivp
+from started import at_speed
 
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, STAGES
 
@@ -27,13 +28,12 @@ TIGHT = 1e-12
 
 
 def started(body, bearings, integrator, step_deg):
-    simulation = Simulation(
+    simulation = at_speed(
+        SPEED,
         six()[0],
         body,
         Settings(bearings=bearings, integrator=integrator, step=math.radians(step_deg), newton_tolerance=TIGHT),
     )
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
     return simulation
 
 

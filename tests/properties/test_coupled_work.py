@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from started import at_speed
 
 import cranktrain as ct
 from cranktrain.dynamics.model import slots as at
@@ -136,9 +137,7 @@ def rigid_volume(engine, angle):
 def compressed(engine, rule, step_deg):
     """Pulley torsion of two cycles, rad, where a partner compresses and expands by pV^1.33 at the crank's angle."""
     made = ct.assemble(engine, Settings(crank="torsional", bearings="linear", gas_source="input", reconstruction=rule))
-    crank = Simulation(made.engine, made.body, made.settings, parts=made.parts)
-    crank.inputs[0] = SPEED
-    crank.initialize()
+    crank = at_speed(SPEED, made.engine, made.body, made.settings, parts=made.parts)
     angle, torsion = (crank.output_names.index(name) for name in ("crank.angle", "pulley.torsion"))
     full, found, h = rigid_volume(engine, math.pi), [], math.radians(step_deg) / SPEED
     for k in range(round(1440 / step_deg)):

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
+from started import at_speed
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.cycle_run import damper_power
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE
-from cranktrain.dynamics.simulation import Settings, Simulation, fitted_engine, simulate
+from cranktrain.dynamics.simulation import Settings, fitted_engine, simulate
 from cranktrain.loads.damper import damper_parameters, damper_temperature, damper_torque, with_damper_housing
 from cranktrain.structure.crank.level import crank_body
 
@@ -32,9 +33,7 @@ def with_damper(**changes):
 )
 def test_torque_twist_and_heat_are_those_of_the_law(damper):
     engine = with_damper(**damper)
-    simulation = Simulation(engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
     h = math.radians(0.5) / SPEED
     rows = []
     for k in range(1, 400):
@@ -60,9 +59,7 @@ def test_torque_twist_and_heat_are_those_of_the_law(damper):
 
 def test_the_ring_is_driven_by_the_torque_alone():
     engine = with_damper(law="newtonian")
-    simulation = Simulation(engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
     h = math.radians(0.5) / SPEED
     for k in range(1, 100):
         simulation.step(k * h)

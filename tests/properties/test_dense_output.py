@@ -7,11 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
+from started import at_speed
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.simulation import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.modules.combustion.file import load
 from cranktrain.modules.combustion.simulation import CombustionSimulation
@@ -31,10 +32,7 @@ COUNTS = "solver.substeps", "solver.iterations", "solver.residual", "crank.angle
 
 def started(speed=SPEED, **settings):
     engine = free_six()
-    simulation = Simulation(engine, rigid_crank(engine), Settings(**{"crank": "rigid", "step": STEP, **settings}))
-    simulation.inputs[0] = speed
-    simulation.initialize()
-    return simulation
+    return at_speed(speed, engine, rigid_crank(engine), Settings(**{"crank": "rigid", "step": STEP, **settings}))
 
 
 @cache
@@ -46,10 +44,7 @@ def parts(name):
 
 def bending(name, speed, **settings):
     made = parts(name)
-    simulation = Simulation(made.engine, made.body, replace(made.settings, **settings), parts=made.parts)
-    simulation.inputs[0] = speed
-    simulation.initialize()
-    return simulation
+    return at_speed(speed, made.engine, made.body, replace(made.settings, **settings), parts=made.parts)
 
 
 def moving(simulation):
