@@ -29,20 +29,14 @@ def held(engine):
     """Engine with everything stiff that lies between rods and mounts, without friction."""
     six = SIX.mounts
     count = len(six.x)
-    mounts = replace(
-        six,
-        z=(0.0, 0.0, 0.5, 0.5),
-        **{f"stiffness_{axis}": (1e11,) * count for axis in "xyz"},
-        **{f"damping_{axis}": (1e7,) * count for axis in "xyz"},
-    )
+    stiff = {f"stiffness_{axis}": (1e11,) * count for axis in "xyz"}
+    mounts = replace(six, z=(0.0, 0.0, 0.5, 0.5), **stiff, **{f"damping_{axis}": (1e7,) * count for axis in "xyz"})
     guidance = replace(SIX.piston_guidance, upper_stiffness=1e10, lower_stiffness=1e10, upper_damping=1e5,
                        lower_damping=1e5, friction=0.0)  # fmt: skip
     stiff = replace(engine, mounts=mounts, piston_guidance=guidance, block=SIX.block)
     if engine.main_bearing is not None:
-        bearing = replace(
-            engine.main_bearing.in_rigid_bores, stiffness_x=1e11, stiffness_y=1e11, damping_x=3e7, damping_y=3e7
-        )
-        return replace(stiff, main_bearing=bearing)
+        springs = {"stiffness_x": 1e11, "stiffness_y": 1e11, "damping_x": 3e7, "damping_y": 3e7}
+        return replace(stiff, main_bearing=replace(engine.main_bearing.in_rigid_bores, **springs))
     rollers = engine.main_roller
     count = len(rollers.stiffness)
     return replace(stiff, main_roller=replace(rollers, stiffness=(1e11,) * count, damping=(3e7,) * count))

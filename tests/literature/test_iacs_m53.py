@@ -25,15 +25,8 @@ STEEL = CrankStrength(tensile_strength=785e6, forming="free-form", roughness=4e-
 
 def throw(s, w, b, r, diameter=0.1):
     """Throw of these ratios with a journal as thick as its pin."""
-    return ThrowShape(
-        pin_diameter=diameter,
-        journal_diameter=diameter,
-        throw=(1.0 - s) * diameter,
-        web_thickness=w * diameter,
-        web_width=b * diameter,
-        pin_fillet=r * diameter,
-        journal_fillet=r * diameter,
-    )
+    ratios = {"throw": 1.0 - s, "web_thickness": w, "web_width": b, "pin_fillet": r, "journal_fillet": r}
+    return ThrowShape(diameter, diameter, **{name: ratio * diameter for name, ratio in ratios.items()})
 
 
 def shape(row):

@@ -89,14 +89,12 @@ def lames_bore(inner, middle, outer, ring_material, housing):
         return np.array([r, 1 / r])
 
     none = np.zeros(2)
-    system = np.array(
-        [
-            [*stress(ring_material, inner), *none],
-            [*displacement(middle), *-displacement(middle)],
-            [*stress(ring_material, middle), *-stress(housing, middle)],
-            [*none, *displacement(outer)],
-        ]
-    )
+    system = [
+        [*stress(ring_material, inner), *none],
+        [*displacement(middle), *-displacement(middle)],
+        [*stress(ring_material, middle), *-stress(housing, middle)],
+        [*none, *displacement(outer)],
+    ]
     a, b, *_ = np.linalg.solve(system, [-1.0, 0.0, 0.0, 0.0])
     return a * inner + b / inner
 

@@ -30,10 +30,8 @@ def kinks(samples):
 def run(tolerance, integrator="esdirk4", bearings="linear"):
     control = "fixed" if tolerance is None else "adaptive"
     step = math.radians(0.25) if tolerance is None else STEP
-    settings = Settings(
-        bearings=bearings, integrator=integrator, step=step, control=control, tolerance=tolerance or 1e-3,
-        dense_output="off", newton_tolerance=3e-5,
-    )  # fmt: skip
+    chosen = {"step": step, "control": control, "tolerance": tolerance or 1e-3, "newton_tolerance": 3e-5}
+    settings = Settings(bearings=bearings, integrator=integrator, dense_output="off", **chosen)
     return simulate(*six(), settings, SPEED, 3)
 
 

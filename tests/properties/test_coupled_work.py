@@ -50,13 +50,10 @@ def units_of(engine, **settings):
     made = ct.assemble(engine, Settings(gas_source="input", **settings))
     crank = Simulation(made.engine, made.body, made.settings, parts=made.parts)
     cylinders = made.engine.cylinders
-    gas = CombustionSimulation(
-        replace(
-            load(module_files()["combustion_i6"]), bore=cylinders.bore, stroke=2.0 * made.engine.crankshaft.throw,
-            rod_length=made.engine.rod.length, pin_offset=cylinders.pin_offset,
-            compression_ratio=cylinders.compression_ratio, firing_angles=made.engine.firing_angles,
-        )
-    )  # fmt: skip
+    own = {name: getattr(cylinders, name) for name in ("bore", "pin_offset", "compression_ratio")}
+    own |= {"stroke": 2.0 * made.engine.crankshaft.throw, "rod_length": made.engine.rod.length}
+    usual = load(module_files()["combustion_i6"])
+    gas = CombustionSimulation(replace(usual, **own, firing_angles=made.engine.firing_angles))
     crank.inputs[0] = gas.inputs[0] = SPEED
     return SimulationUnit(COMBUSTION, gas), SimulationUnit(CRANKTRAIN, crank)
 
