@@ -62,9 +62,8 @@ def coupled(engine, step_deg=1.0, cycles=8, scheme="gauss-seidel", rule="own", t
     """A run of both, its points of the last cycle, and the cranktrain's mean powers (POWERS,) at these, W."""
     own = rule == "own"
     n = engine.n_cylinders
-    combustion, cranktrain = units_of(
-        engine, **{"bearings": "linear", "reconstruction": "polytropic" if own else "hold", **settings}
-    )
+    usual = {"bearings": "linear", "reconstruction": "polytropic" if own else "hold"}
+    combustion, cranktrain = units_of(engine, **usual | settings)
     links = gas_connections(n, own) + (volume_connections(n) if tells else [])
     master = Master([combustion, cranktrain], links, gas_exchange(scheme, rule), READ)
     master.initialize()
@@ -83,8 +82,7 @@ def works(found, last, _=None):
 
 @pytest.mark.parametrize("name", ["six", "i5", "single"])
 def test_a_torsional_crank_takes_the_work_that_the_gas_gives(name, tmp_path_factory):
-    engine = engine_of(name, tmp_path_factory.mktemp(name))
-    given, taken = works(*coupled(engine, crank="torsional"))
+    given, taken = works(*coupled(engine_of(name, tmp_path_factory.mktemp(name)), crank="torsional"))
     assert taken == pytest.approx(given, rel=2e-5)
 
 
