@@ -332,14 +332,8 @@ def test_the_bodies_of_a_shipped_engine_are_its_own_bodies_at_the_start(name):
     start = calibrate.engine_with(engine, task, calibrate.start_values(engine, task), {})
     assert digests(start, flexible=True) == digests(engine, flexible=True)
     assert start.flywheel.polar_inertia == pytest.approx(engine.flywheel.polar_inertia, rel=2e-4)
-
-
-def test_shipped_targets_files_are_those_of_shipped_engines():
-    for name in ("diesel_i6", "diesel_v8"):
-        task = load_targets(name, load_engine(name))
-        assert isinstance(task, Task) and task.flexible
-        published = load_engine(name).published
-        assert {round(t.hz) for t in task.targets} >= {round(hz) for hz in published.cranktrain_hz}
+    assert isinstance(task, Task) and task.flexible
+    assert {round(t.hz) for t in task.targets} >= {round(hz) for hz in engine.published.cranktrain_hz}
 
 
 def test_a_dimension_that_moves_an_interface_strains_no_rigid_motion(tmp_path, monkeypatch):
