@@ -25,8 +25,9 @@ STEEL = CrankStrength(tensile_strength=785e6, forming="free-form", roughness=4e-
 
 def throw(s, w, b, r, diameter=0.1):
     """Throw of these ratios with a journal as thick as its pin."""
-    ratios = {"throw": 1.0 - s, "web_thickness": w, "web_width": b, "pin_fillet": r, "journal_fillet": r}
-    return ThrowShape(diameter, diameter, **{name: ratio * diameter for name, ratio in ratios.items()})
+    ratios = {"pin_diameter": 1.0, "journal_diameter": 1.0, "throw": 1.0 - s, "web_thickness": w, "web_width": b,
+              "pin_fillet": r, "journal_fillet": r}  # fmt: skip
+    return ThrowShape(**{name: ratio * diameter for name, ratio in ratios.items()})
 
 
 def shape(row):
