@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 from bodies import rigid_crank
+from started import at_speed
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import rigid_body
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.state import offset
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.engine.file import load_engine
 
@@ -45,10 +45,7 @@ def beside(topology, speed, tables=(), **chosen):
     """A run of a topology beside an engine that it does not touch, at its start; ``tables`` are those of its films."""
     engine, crank = plain_engine()
     settings = ct.Settings(crank="rigid", block="ground", gas_load=0.0, **chosen)
-    run = Simulation(engine, crank, settings, None, Parts(topology=topology, film_tables=tables))
-    run.inputs[0] = speed
-    run.initialize()
-    return run
+    return at_speed(speed, engine, crank, settings, None, Parts(topology=topology, film_tables=tables))
 
 
 def part(run, state, what, body):

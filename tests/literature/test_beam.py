@@ -1,13 +1,13 @@
 """Timoshenko frames against published rotors and closed forms, and the beam crank against the solid one."""
 
-import json
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
+from rotors import DENSITY, DIAMETER, LENGTH, SPEED, support, whirl_speeds, with_discs
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from some import some
@@ -23,11 +23,9 @@ from cranktrain.structure.crank.shape import Outline
 from cranktrain.structure.crank.web_member import Arm, rectangle_shear_factor, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
-YOUNG, SHEAR, DENSITY = 211e9, 81.2e9, 7810.0
+CASES = cases("rotor")
+YOUNG, SHEAR = 211e9, 81.2e9
 POISSON = YOUNG / (2.0 * SHEAR) - 1.0
-LENGTH, DIAMETER = 1.5, 0.05
-SPEED = 4000 * np.pi / 30
 
 
 @cache
@@ -38,45 +36,20 @@ def rotor():
     for first, second in pairwise(nodes):
         frame.beam(first, second, circular(DIAMETER, DENSITY, POISSON))
     names = {"left": nodes[0], "disc 1": nodes[2], "disc 2": nodes[4], "right": nodes[-1]}
-    body = frame.reduced("rotor", "", names, fixed_modes=18)
-    for name, outer in (("disc 1", 0.28), ("disc 2", 0.35)):
-        width, bore = 0.07, DIAMETER
-        mass = DENSITY * np.pi / 4 * (outer**2 - bore**2) * width
-        polar = mass * (outer**2 + bore**2) / 8
-        diametral = 0.5 * polar + mass * width**2 / 12
-        body = attach(body, name, mass, np.diag([diametral, diametral, polar]), (0.0, 0.0, 0.0))
-    return body
-
-
-def whirl_speeds(body, speed, stiffness):
-    """Whirl speeds seen from outside, rad/s, of a rotor on isotropic bearings at both ends."""
-    rows = np.concatenate([body.shapes[body.index(name), :2] for name in ("left", "right")])
-    rigidity = np.diag(body.omega**2) + speed**2 * (body.stress_stiffness - body.centrifugal)
-    rigidity = rigidity + stiffness * rows.T @ rows
-    n = body.n_modes
-    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-rigidity, -2 * speed * body.gyroscopic]])
-    values, vectors = np.linalg.eig(matrix)
-    across = body.shapes[body.index("disc 1"), :2] @ vectors[:n]
-    forward, backward = np.abs(across[0] + 1j * across[1]), np.abs(across[0] - 1j * across[1])
-    chosen = (np.maximum(forward, backward) > 1e-3 * np.abs(vectors[:n]).max(axis=0)) & (values.imag > 1e-3)
-    return np.sort(np.abs(np.where(forward > backward, 1.0, -1.0) * values.imag + speed)[chosen])
+    return with_discs(frame.reduced("rotor", "", names, fixed_modes=18))
 
 
 @pytest.mark.parametrize(("speed", "column"), [(0.0, "rpm0"), (SPEED, "rpm4000")])
 def test_isotropic_rotor_whirls_as_published(speed, column):
     """Friswell et al. 5.9.1 with six Timoshenko elements: within the case's own 0.05 %."""
-    found = whirl_speeds(rotor(), speed, 1e6)
+    found = whirl_speeds(rotor(), speed, support(rotor(), 1e6 * np.eye(2)))
     np.testing.assert_allclose(found[:6], CASES["friswell_5.9.1"]["expected"][column], rtol=5e-4)
 
 
 def test_anisotropic_rotor_at_rest_vibrates_as_published():
     """Friswell et al. 5.9.2 at 0 rev/min."""
     body = rotor()
-    stiffness = np.diag(body.omega**2)
-    for name in ("left", "right"):
-        for component, value in ((0, 1e6), (1, 8e5)):
-            row = body.shapes[body.index(name), component]
-            stiffness += value * np.outer(row, row)
+    stiffness = np.diag(body.omega**2) + support(body, np.diag([1e6, 8e5]))
     omega = np.sqrt(np.maximum(np.linalg.eigvalsh(stiffness), 0.0))
     expected = CASES["friswell_5.9.2"]["expected"]["rpm0"]
     np.testing.assert_allclose([omega[np.argmin(np.abs(omega - value))] for value in expected], expected, rtol=5e-4)
@@ -115,9 +88,11 @@ def timoshenko_simply_supported(order, length):
     bending, shear = YOUNG * section.bending, SHEAR * section.shear
 
     def residual(omega):
-        return (shear * wave**2 - section.mass * omega**2) * (bending * wave**2 + shear - section.rotary * omega**2) - (
-            shear * wave
-        ) ** 2
+        across, turning = (
+            shear * wave**2 - section.mass * omega**2,
+            bending * wave**2 + shear - section.rotary * omega**2,
+        )
+        return across * turning - (shear * wave) ** 2
 
     euler = wave**2 * np.sqrt(bending / section.mass)
     return brentq(residual, 0.1 * euler, 1.001 * euler)
@@ -315,11 +290,8 @@ def test_a_slender_web_is_a_plain_beam_between_its_journals():
     width, height = 0.06, c.web_thickness
     torsion = (width * height) ** 4 / (40.0 * (width * height**3 + height * width**3) / 12.0)
     shear = steel.youngs_modulus / 2.6
-    expected = [
-        0.1 / (steel.youngs_modulus * width * height**3 / 12.0),
-        0.1 / (shear * torsion),
-        0.1 / (steel.youngs_modulus * height * width**3 / 12.0),
-    ]
-    np.testing.assert_allclose(np.diag(longer)[3:], expected, rtol=1e-3)
+    modulus = steel.youngs_modulus
+    rigidities = [modulus * width * height**3 / 12.0, shear * torsion, modulus * height * width**3 / 12.0]
+    np.testing.assert_allclose(np.diag(longer)[3:], 0.1 / np.array(rigidities), rtol=1e-3)
     np.testing.assert_allclose(flexibility, flexibility.T, atol=0.0)
     assert np.linalg.eigvalsh(flexibility)[0] > 0.0

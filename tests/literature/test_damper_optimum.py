@@ -1,11 +1,10 @@
 """Optimum dampers: Houdaille's closed form, its published rows, and the search that also serves the crank."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 
 from cranktrain.core.errors import InputError
 from cranktrain.studies.torsion.damper_optimum import (
@@ -17,7 +16,7 @@ from cranktrain.studies.torsion.damper_optimum import (
     two_mass_modes,
 )
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}
+CASES = cases("torsion")
 HOUDAILLE = CASES["houdaille_optimum"]["expected"]
 ROWS = [dict(zip(HOUDAILLE["columns"], row, strict=True)) for row in HOUDAILLE["rows"]]
 

@@ -4,18 +4,15 @@ Butenschön's tables hold for an axial groove at the widest gap with p = 0 there
 mass-conserving film fed along that line ruptures at the same place and, without supply elsewhere, refills nowhere else.
 """
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 from elastic_bearing import DIAMETER, VISCOSITY, Bearing
+from expected import cases
 
 from cranktrain.film.elastic.grid import ElasticGrid
 
-DATA = Path(__file__).parents[1] / "data"
-STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}
-SQUEEZE = {case["id"]: case for case in json.loads((DATA / "squeeze.json").read_text())}
+STATIC = cases("bearing_static")
+SQUEEZE = cases("squeeze")
 
 
 def fed_at_the_widest_gap(n_phi, n_z, width_ratio, **options):

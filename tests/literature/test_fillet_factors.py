@@ -1,17 +1,17 @@
 """Fillet factors from finite elements against those of other finite elements and the rule IACS UR M53."""
 
-import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import data
+from test_iacs_m53 import shape
 
-from cranktrain.results.strength.iacs_m53 import ThrowShape, fillet_factors
+from cranktrain.results.strength.iacs_m53 import fillet_factors
 from cranktrain.structure.stress.fillet_factors import free_surface, throw_factors
 from cranktrain.structure.stress.throw_mesh import QuarterThrow
 
-CASES = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())[0]["finite_elements"]
+CASES = data("fillet_scf")[0]["finite_elements"]
 DIAMETER = 0.1
 CONVERGED = 0.03
 """Least over largest principal stress at the peak, from which it counts as converged."""
@@ -24,17 +24,6 @@ def quarter(case):
         pin_diameter=d, main_diameter=d, throw=(1.0 - case["s"]) * d, web_thickness=case["w"] * d,
         web_width=case["b"] * d, pin_fillet=case["r"] * d, main_fillet=case["r"] * d, half_pin=0.25 * d,
         half_main=0.25 * d,
-    )  # fmt: skip
-
-
-def by_rule(case):
-    """Empirical factors of the same throw."""
-    return fillet_factors(
-        ThrowShape(
-            pin_diameter=DIAMETER, journal_diameter=DIAMETER, throw=(1.0 - case["s"]) * DIAMETER,
-            web_thickness=case["w"] * DIAMETER, web_width=case["b"] * DIAMETER, pin_fillet=case["r"] * DIAMETER,
-            journal_fillet=case["r"] * DIAMETER,
-        )
     )  # fmt: skip
 
 
@@ -71,7 +60,9 @@ MISSED = pytest.mark.xfail(strict=True, reason="13 % above the rule; the other f
     ],
 )
 def test_factors_of_the_rule(number, name):
-    assert getattr(by_elements(number), name) == pytest.approx(getattr(by_rule(CASES[number]), name), rel=0.12)
+    assert getattr(by_elements(number), name) == pytest.approx(
+        getattr(fillet_factors(shape(CASES[number])), name), rel=0.12
+    )
 
 
 def test_a_free_surface_has_a_principal_stress_that_vanishes():

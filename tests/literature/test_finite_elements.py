@@ -1,10 +1,8 @@
 """The finite elements against bars, Timoshenko's beam, Lamé's modes of a cube and NAFEMS FV52."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from expected import data
 from solids import STEEL, block, frequencies, round_bar, timoshenko_free_free
 from some import some
 
@@ -85,7 +83,7 @@ def matrices(mesh):
 
 def test_nafems_fv52_thick_plate():
     """One layer of quadratic elements, as the benchmark has: its line support softens without end in finer ones."""
-    case = json.loads((Path(__file__).parents[1] / "data" / "finite_elements.json").read_text())["NAFEMS_FV52"]
+    case = data("finite_elements")["NAFEMS_FV52"]
     material = Material(case["youngs_modulus_pa"], case["poisson_ratio"], case["density"])
     side, thick = case["side_m"], case["thickness_m"]
     model = finite_elements(block((side, side, thick), (6, 6, 1)), material)

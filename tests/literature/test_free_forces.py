@@ -5,25 +5,21 @@ mounts so stiff that what reaches the mounts is what the rods leave; the crank i
 its turning that its speed stays even. Static: the mounts hold the mean torque of the shaft.
 """
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from expected import cases
 from standing import rigid_block
+from started import at_speed, shown
 
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 
-EXPECTED = next(
-    case["expected"]
-    for case in json.loads((Path(__file__).parents[1] / "data" / "slider_crank.json").read_text())
-    if case["id"] == "balance"
-)
+EXPECTED = cases("slider_crank")["balance"]["expected"]
 SPEED = 2000 * math.pi / 30
 PITCH = 0.128
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
@@ -33,20 +29,14 @@ def held(engine):
     """Engine with everything stiff that lies between rods and mounts, without friction."""
     six = SIX.mounts
     count = len(six.x)
-    mounts = replace(
-        six,
-        z=(0.0, 0.0, 0.5, 0.5),
-        **{f"stiffness_{axis}": (1e11,) * count for axis in "xyz"},
-        **{f"damping_{axis}": (1e7,) * count for axis in "xyz"},
-    )
+    stiff = {f"stiffness_{axis}": (1e11,) * count for axis in "xyz"}
+    mounts = replace(six, z=(0.0, 0.0, 0.5, 0.5), **stiff, **{f"damping_{axis}": (1e7,) * count for axis in "xyz"})
     guidance = replace(SIX.piston_guidance, upper_stiffness=1e10, lower_stiffness=1e10, upper_damping=1e5,
                        lower_damping=1e5, friction=0.0)  # fmt: skip
     stiff = replace(engine, mounts=mounts, piston_guidance=guidance, block=SIX.block)
     if engine.main_bearing is not None:
-        bearing = replace(
-            engine.main_bearing.in_rigid_bores, stiffness_x=1e11, stiffness_y=1e11, damping_x=3e7, damping_y=3e7
-        )
-        return replace(stiff, main_bearing=bearing)
+        springs = {"stiffness_x": 1e11, "stiffness_y": 1e11, "damping_x": 3e7, "damping_y": 3e7}
+        return replace(stiff, main_bearing=replace(engine.main_bearing.in_rigid_bores, **springs))
     rollers = engine.main_roller
     count = len(rollers.stiffness)
     return replace(stiff, main_roller=replace(rollers, stiffness=(1e11,) * count, damping=(3e7,) * count))
@@ -61,9 +51,7 @@ def on_the_mounts(engine):
     settings = Settings(
         crank="rigid", bearings="linear", block="flexible", gas_source="input", gravity=0.0, newton_tolerance=1e-9
     )
-    simulation = Simulation(engine, crank, settings, parts=Parts(block=block))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, crank, settings, parts=Parts(block=block))
     h = communication_step(SPEED, settings.step)
     count = round(4 * math.pi / SPEED / h)
     middle = np.array([0.0, 0.0, 0.5 * PITCH * len(engine.crankshaft.throw_angles)])
@@ -72,7 +60,7 @@ def on_the_mounts(engine):
         simulation.step(simulation.time + h)
         if k < 0:
             continue
-        out = dict(zip(simulation.output_names, simulation.outputs, strict=True))
+        out = shown(simulation)
         for i, place in enumerate(engine.mounts.positions):
             f, m = (np.array([out[f"mount[{i + 1}].{part}.{axis}"] for axis in "xyz"]) for part in ("force", "moment"))
             force[k] -= f

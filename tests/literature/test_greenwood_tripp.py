@@ -1,11 +1,10 @@
 """Greenwood and Tripp's contact against the exact integrals (tests/data/cavitation.json) and their fitted power law."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 
 from cranktrain.film.contact.asperity import (
     AREA,
@@ -17,8 +16,7 @@ from cranktrain.film.contact.asperity import (
     greenwood_tripp_integral,
 )
 
-DATA = Path(__file__).parents[1] / "data" / "cavitation.json"
-CASE = next(case for case in json.loads(DATA.read_text()) if case["id"] == "greenwood_tripp")
+CASE = cases("cavitation")["greenwood_tripp"]
 ROWS = CASE["expected"]["rows"]
 TABLE = contact_table()
 SIGMA, MODULUS = 0.4e-6, 60e9

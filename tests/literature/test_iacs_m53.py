@@ -1,11 +1,10 @@
 """The rule IACS UR M53: published factors, and limits that the rule's text states or implies."""
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
+from expected import data
 
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.results.strength.iacs_m53 import (
@@ -20,21 +19,15 @@ from cranktrain.results.strength.iacs_m53 import (
     web_bending,
 )
 
-(RULE,) = json.loads((Path(__file__).parents[1] / "data" / "fillet_scf.json").read_text())
+(RULE,) = data("fillet_scf")
 STEEL = CrankStrength(tensile_strength=785e6, forming="free-form", roughness=4e-6)
 
 
 def throw(s, w, b, r, diameter=0.1):
     """Throw of these ratios with a journal as thick as its pin."""
-    return ThrowShape(
-        pin_diameter=diameter,
-        journal_diameter=diameter,
-        throw=(1.0 - s) * diameter,
-        web_thickness=w * diameter,
-        web_width=b * diameter,
-        pin_fillet=r * diameter,
-        journal_fillet=r * diameter,
-    )
+    ratios = {"pin_diameter": 1.0, "journal_diameter": 1.0, "throw": 1.0 - s, "web_thickness": w, "web_width": b,
+              "pin_fillet": r, "journal_fillet": r}  # fmt: skip
+    return ThrowShape(**{name: ratio * diameter for name, ratio in ratios.items()})
 
 
 def shape(row):

@@ -5,11 +5,9 @@ printed digits; our bore has no groove and reforms by Reynolds' condition. The g
 large width only: up to B/D = 0.4 the load is within 1 % to ε = 0.95, as the product claims for its range.
 """
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from expected import cases
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import spsolve
 from some import some
@@ -17,9 +15,8 @@ from some import some
 from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, friction_torque, node_table
 from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, RADIUS, VISCOSITY, WIDTH
 
-DATA = Path(__file__).parents[1] / "data"
-STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}
-SQUEEZE = {case["id"]: case for case in json.loads((DATA / "squeeze.json").read_text())}
+STATIC = cases("bearing_static")
+SQUEEZE = cases("squeeze")
 NODES = node_table()
 WIDTH_RATIO = 30.0 / 85.0  # main bearings of the six
 

@@ -4,23 +4,23 @@ Amplification is measured on the real step: the six on a rigid crank carries one
 undamped oscillator. Values: tests/data/integrators.json (Chung & Hulbert; tolerance stated there: 1e-5).
 """
 
-import json
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
+from expected import cases
 from scipy.linalg import block_diag
 from some import some
+from started import at_speed
 
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.simulation import Settings
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, HEAD, STAGES
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
+CASES = cases("integrators")
 PUBLISHED = CASES["generalized_alpha"]["expected"]["rho_Omega"]
 HHT = CASES["hht"]["expected"]["rho_Omega"]
 DIRK = [name for name, row in INTEGRATORS.items() if row.family == "runge-kutta"]
@@ -33,18 +33,14 @@ def oscillator(integrator):
     engine = free_six()
     engine = replace(engine, damping=replace(engine.damping, kind="modal", ratio=0.0))
     body = rigid_crank(engine)
-    more = {
-        name: block_diag(getattr(body, name), [[0.0]]) for name in ("gyroscopic", "centrifugal", "stress_stiffness")
-    }
+    matrices = "gyroscopic", "centrifugal", "stress_stiffness"
+    more = {name: block_diag(getattr(body, name), [[0.0]]) for name in matrices}
     for name in ("omega", "centrifugal_load", "euler_load"):
         more[name] = np.append(getattr(body, name), 1.0 if name == "omega" else 0.0)
     more["translation"] = np.hstack([body.translation, np.zeros((3, 1))])
     more["shapes"] = np.concatenate([body.shapes, np.zeros((len(body.interfaces), 6, 1))], axis=2)
     settings = Settings(bearings="linear", integrator=integrator, dense_output="off")
-    simulation = Simulation(engine, replace(body, **more), settings)
-    simulation.inputs[0] = 200.0
-    simulation.initialize()
-    return simulation
+    return at_speed(200.0, engine, replace(body, **more), settings)
 
 
 def one_step(simulation, model, state):
@@ -58,13 +54,18 @@ def one_step(simulation, model, state):
     return found
 
 
-def amplification(integrator, omega_h):
-    """Matrix (4, 4) that one step applies to q, h v, h² a and h² ā of the oscillator at ω h."""
+def at_frequency(integrator, omega_h, blocks=layout.MODAL_BLOCKS):
+    """Started model whose oscillator has this ω h, that model, its state, and where the oscillator stands in it."""
     simulation = oscillator(integrator)
     frequencies = simulation.model.omega2.copy()
     frequencies[6] = (omega_h / STEP) ** 2
-    model = simulation.model._replace(omega2=frequencies)
-    at = [layout.offset(block, 7) + 6 for block in range(4)]
+    at = [layout.offset(block, 7) + 6 for block in range(blocks)]
+    return simulation, simulation.model._replace(omega2=frequencies), simulation.state, at
+
+
+def amplification(integrator, omega_h):
+    """Matrix (4, 4) that one step applies to q, h v, h² a and h² ā of the oscillator at ω h."""
+    simulation, model, _, at = at_frequency(integrator, omega_h, 4)
     scale = np.array([1.0, 1 / STEP, 1 / STEP**2, 1 / STEP**2])
     columns = []
     for unit in np.eye(4):
@@ -76,19 +77,15 @@ def amplification(integrator, omega_h):
     return np.array(columns).T
 
 
-@pytest.mark.parametrize("rho", PUBLISHED)
-def test_generalised_alpha_amplifies_as_published(rho):
-    for omega_h, expected in some(PUBLISHED[rho]):
-        radius = np.abs(np.linalg.eigvals(balanced(amplification(f"generalised-alpha:{rho}", omega_h), omega_h))).max()
+@pytest.mark.parametrize(
+    ("method", "published"),
+    [(f"generalised-alpha:{rho}", rows) for rho, rows in PUBLISHED.items()]
+    + [(f"hht:{alpha}", rows) for alpha, rows in HHT.items()],
+)
+def test_second_order_methods_amplify_as_published(method, published):
+    for omega_h, expected in some(published):
+        radius = np.abs(np.linalg.eigvals(balanced(amplification(method, omega_h), omega_h))).max()
         # In the limit the radius is a multiple, defective root: the published value itself is off by 2e-5 there.
-        assert radius == pytest.approx(expected, abs=1e-5 if omega_h < 1e6 else 5e-5), omega_h
-
-
-@pytest.mark.parametrize("alpha", HHT)
-def test_hht_amplifies_as_published(alpha):
-    for omega_h, expected in some(HHT[alpha]):
-        radius = np.abs(np.linalg.eigvals(balanced(amplification(f"hht:{alpha}", omega_h), omega_h))).max()
-        # As above, where a triple root is defective; without damping it is a simple one.
         assert radius == pytest.approx(expected, abs=1e-5 if omega_h < 1e6 else 5e-5), omega_h
 
 
@@ -99,43 +96,34 @@ def test_trapezoidal_rule_neither_damps_nor_excites(omega_h):
     assert np.sort(np.abs(values))[-2:] == pytest.approx([1.0, 1.0], abs=1e-9)
 
 
+def bdf2(omega_h, before, now):
+    """y₂ = (4 y₁ − y₀)/3 + 2h/3 f₂ of the oscillator, for q and h v."""
+    rate = np.array([[0.0, 1.0], [-(omega_h**2), 0.0]])
+    return np.linalg.solve(np.eye(2) - 2.0 / 3.0 * rate, (4.0 * now - before) / 3.0)
+
+
 @pytest.mark.parametrize("omega_h", [0.01, 0.3, 1.0, 30.0])
 def test_bdf2_takes_the_roots_of_its_characteristic_polynomial(omega_h):
     """Two equal steps from an exact start: y₂ = (4 y₁ − y₀)/3 + 2h/3 f₂, with y₀ put in place by the series."""
-    simulation = oscillator("bdf2")
-    frequencies = simulation.model.omega2.copy()
-    frequencies[6] = (omega_h / STEP) ** 2
-    model = simulation.model._replace(omega2=frequencies)
-    at = [layout.offset(block, 7) + 6 for block in range(layout.MODAL_BLOCKS)]
-    state = simulation.state
+    simulation, model, state, at = at_frequency("bdf2", omega_h)
     # The crank itself stays where it is.
     state[layout.offset(3, 7) : layout.offset(5, 7)] = state[layout.offset(0, 7) : layout.offset(2, 7)]
     y0, y1 = np.array([1.0, 0.0]), np.array([np.cos(omega_h), -np.sin(omega_h) * omega_h])
     state[at] = [y1[0], y1[1] / STEP, -(omega_h**2) * y1[0] / STEP**2, y0[0], y0[1] / STEP]
     state[[layout.STEP_LAST, layout.STEP_REFERENCE]] = STEP
-    state = one_step(simulation, model, state)
-    rate = np.array([[0.0, 1.0], [-(omega_h**2), 0.0]])
-    expected = np.linalg.solve(np.eye(2) - 2.0 / 3.0 * rate, (4.0 * y1 - y0) / 3.0)
-    assert state[at[:2]] * [1.0, STEP] == pytest.approx(expected, abs=1e-9)
+    assert one_step(simulation, model, state)[at[:2]] * [1.0, STEP] == pytest.approx(bdf2(omega_h, y0, y1), abs=1e-9)
 
 
 def test_bdf2_takes_a_step_before_of_another_length_from_the_series():
     """After a step of another length y₀ = y₁ − h ẏ₁ + ½h² ÿ₁; what was kept of it no longer counts."""
-    omega_h, simulation = 0.3, oscillator("bdf2")
-    frequencies = simulation.model.omega2.copy()
-    frequencies[6] = (omega_h / STEP) ** 2
-    model = simulation.model._replace(omega2=frequencies)
-    at = [layout.offset(block, 7) + 6 for block in range(layout.MODAL_BLOCKS)]
-    state = simulation.state
+    omega_h = 0.3
+    simulation, model, state, at = at_frequency("bdf2", omega_h)
     q, v = 0.8, 0.2
     a = -(omega_h**2) * q
     state[at] = [q, v / STEP, a / STEP**2, 7.0, 7.0 / STEP]
     state[[layout.STEP_LAST, layout.STEP_REFERENCE]] = 2.0 * STEP, STEP
-    state = one_step(simulation, model, state)
-    rate = np.array([[0.0, 1.0], [-(omega_h**2), 0.0]])
-    before = np.array([q - v + 0.5 * a, v - a])
-    expected = np.linalg.solve(np.eye(2) - 2.0 / 3.0 * rate, (4.0 * np.array([q, v]) - before) / 3.0)
-    assert state[at[:2]] * [1.0, STEP] == pytest.approx(expected, abs=1e-9)
+    expected = bdf2(omega_h, np.array([q - v + 0.5 * a, v - a]), np.array([q, v]))
+    assert one_step(simulation, model, state)[at[:2]] * [1.0, STEP] == pytest.approx(expected, abs=1e-9)
 
 
 def balanced(matrix, omega_h):

@@ -1,17 +1,15 @@
 """Stiffness, damping and the whirl threshold against Lund and Thomsen, Nicholas and the closed forms of short films."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
 
-DATA = Path(__file__).parents[1] / "data"
-DYNAMIC = {case["id"]: case for case in json.loads((DATA / "bearing_dynamic.json").read_text())}
-STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}
+DYNAMIC = cases("bearing_dynamic")
+STATIC = cases("bearing_static")
 SPEED = 200.0
 
 

@@ -3,12 +3,11 @@
 Without rotation ε̇ follows from the load: F = −D ε̇ with the film's own damping, of approach or of retreat.
 """
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from journal_films import film
 from some import some
 
@@ -16,8 +15,7 @@ from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
 from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work
 from cranktrain.film.steady.sommerfeld import prescribed_film
 
-DATA = Path(__file__).parents[1] / "data"
-SQUEEZE = {case["id"]: case for case in json.loads((DATA / "squeeze.json").read_text())}
+SQUEEZE = cases("squeeze")
 SHORT = 1e-3
 UNIT = 6.0 / (2.0 * SHORT) ** 2
 """Force of F̂ in η R L³/c² ε̇, as F = 6 η R L (R/c)² F̂."""

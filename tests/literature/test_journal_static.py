@@ -4,19 +4,17 @@ A table printed with four decimals is compared within its tolerance and half of 
 file flags as misprints are compared with the independent value that it gives for them.
 """
 
-import json
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from journal_films import film, journal_grid
 from some import some
 
 from cranktrain.film.steady.sommerfeld import prescribed_film
 
-DATA = Path(__file__).parents[1] / "data"
-STATIC = {case["id"]: case for case in json.loads((DATA / "bearing_static.json").read_text())}
+STATIC = cases("bearing_static")
 BUTENSCHOEN = STATIC["butenschoen_rotation"]
 MISPRINTS = {row[:3] and tuple(row[:3]): row[4] for row in BUTENSCHOEN["notes"]["flagged_typos"]}
 
@@ -76,19 +74,12 @@ def long_force(eps, rupture, columns):
 
 
 @pytest.mark.parametrize("eps", [0.1, 0.4, 0.6, 0.8, 0.9])
-def test_long_full_film_is_sommerfelds(eps):
-    exact = np.array([0.0, 12.0 * np.pi * eps / ((2.0 + eps**2) * np.sqrt(1.0 - eps**2))])
-    ours = richardson([long_force(eps, "full", n) for n in (128, 256, 512)], (2, 4))
-    np.testing.assert_allclose(ours, exact, atol=1e-6 * exact[1])
-
-
-@pytest.mark.parametrize("eps", [0.1, 0.4, 0.6, 0.8, 0.9])
-def test_long_half_film_is_guembels(eps):
-    exact = np.array(
-        [12.0 * eps**2 / ((2.0 + eps**2) * (1.0 - eps**2)), 6.0 * np.pi * eps / ((2.0 + eps**2) * np.sqrt(1 - eps**2))]
-    )
-    ours = richardson([long_force(eps, "guembel", n) for n in (256, 512)])
-    np.testing.assert_allclose(ours, exact, rtol=1e-4)
+def test_long_full_film_is_sommerfelds_and_its_half_guembels(eps):
+    across = 12.0 * np.pi * eps / ((2.0 + eps**2) * np.sqrt(1.0 - eps**2))
+    full = richardson([long_force(eps, "full", n) for n in (128, 256, 512)], (2, 4))
+    np.testing.assert_allclose(full, [0.0, across], atol=1e-6 * across)
+    half = richardson([long_force(eps, "guembel", n) for n in (256, 512)])
+    np.testing.assert_allclose(half, [12.0 * eps**2 / ((2.0 + eps**2) * (1.0 - eps**2)), 0.5 * across], rtol=1e-4)
 
 
 def test_long_film_with_rupture():

@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 
 import pytest
+from one_line import one_line
 from scipy.integrate import quad
 
-from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import (
     barus_factor,
@@ -44,11 +44,6 @@ def test_third_point_is_walthers_law_through_the_first_two():
         assert viscosity(OIL, kelvin) == pytest.approx(walther(kelvin), rel=0.02)
 
 
-def test_a_temperature_below_vogels_law_is_refused():
-    with pytest.raises(InputError, match="below"):
-        viscosity(OIL, 100.0)
-
-
 def test_oil_temperature_follows_its_table_and_stays_constant_outside():
     rpm = math.pi / 30.0
     for speed, celsius in ((0, 80), (1000, 80), (1700, 92.5), (2400, 105), (4000, 105)):
@@ -62,12 +57,9 @@ def test_walthers_law_goes_through_its_points_and_is_straight_in_its_chart():
     a, b = walther_through(points)
     for kelvin, nu in points:
         assert walther_viscosity(kelvin, a, b, 850.0) == pytest.approx(850.0 * nu, rel=1e-12)
-    chart = [
-        math.log10(math.log10(1e6 * walther_viscosity(t, a, b, 870.0) / 870.0 + 0.7)) for t in (300.0, 340.0, 425.0)
-    ]
-    slopes = [
-        (chart[i + 1] - chart[i]) / math.log10(t2 / t1) for i, (t1, t2) in enumerate([(300.0, 340.0), (340.0, 425.0)])
-    ]
+    kelvins = (300.0, 340.0, 425.0)
+    chart = [math.log10(math.log10(1e6 * walther_viscosity(t, a, b, 870.0) / 870.0 + 0.7)) for t in kelvins]
+    slopes = [(chart[i + 1] - chart[i]) / math.log10(kelvins[i + 1] / kelvins[i]) for i in range(2)]
     assert slopes == pytest.approx([-b, -b], rel=1e-12)
     # ASTM D341's own slope of such an oil: B between 3 and 4.
     assert 3.0 < b < 4.0
@@ -86,11 +78,11 @@ def test_both_laws_of_the_engine_file_agree():
         ([(313.15, 110e-6)], "takes two points"),
         ([(373.15, 110e-6), (313.15, 14.5e-6)], "increase"),
         ([(313.15, 14e-6), (373.15, 110e-6)], "decrease"),
-        ([(313.15, 1e-6), (373.15, 1e-7)], r"has no value at 0\.1 mm\^2/s"),
+        ([(313.15, 1e-6), (373.15, 1e-7)], "has no value at 0.1 mm^2/s"),
     ],
 )
 def test_points_off_walthers_chart_are_refused(points, says):
-    with pytest.raises(InputError, match=says):
+    with one_line(says):
         walther_through(points)
 
 
@@ -127,11 +119,13 @@ def test_pressure_laws_and_their_derivatives():
             up, down = (pressure_factor(law, p + s, first, second)[0] for s in (step, -step))
             slope = pressure_factor(law, p, first, second)[1]
             assert slope == pytest.approx((up - down) / (2.0 * step), rel=1e-5, abs=1e-16)
-    with pytest.raises(InputError, match=r"pressure law 'barrus' does not exist; did you mean 'barus'\?"):
-        pressure_constants(replace(OIL, pressure_law="barrus"), eta)
-    with pytest.raises(InputError, match="must not be negative"):
-        pressure_constants(replace(OIL, pressure_law="barus", pressure_viscosity=-1e-9), eta)
-    with pytest.raises(InputError, match="Roelands' law needs a viscosity above"):
-        pressure_constants(replace(OIL, pressure_law="roelands"), 1e-5)
-    with pytest.raises(InputError, match=r"oil law 'valther' does not exist; did you mean 'walther'\?"):
-        viscosity(replace(OIL, law="valther"), 350.0)
+    for changes, at_rest, said in (
+        ({"pressure_law": "barrus"}, eta, "pressure law 'barrus' does not exist; did you mean 'barus'?"),
+        ({"pressure_law": "barus", "pressure_viscosity": -1e-9}, eta, "must not be negative"),
+        ({"pressure_law": "roelands"}, 1e-5, "Roelands' law needs a viscosity above"),
+    ):
+        with one_line(said):
+            pressure_constants(replace(OIL, **changes), at_rest)
+    for oil, kelvin, said in ((OIL, 100.0, "below"), (replace(OIL, law="valther"), 350.0, "did you mean 'walther'?")):
+        with one_line(said):
+            viscosity(oil, kelvin)

@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 import pytest
+from one_line import one_line
 from scipy.integrate import quad
 
 import cranktrain as ct
-from cranktrain.core.errors import InputError
 
 RADIUS, WIDTH, CLEARANCE, LOAD = 0.03, 0.025, 30e-6, 15e3
 RIG = {
@@ -66,9 +66,8 @@ def test_boundary_friction_depends_on_its_coefficient_alone(changes):
     assert state["contact_load"] > 0.99 * LOAD
     assert 1.0 < state["friction_coefficient"] / RIG["boundary_friction"] < 4.0 / math.pi
     assert state["friction_coefficient"] == pytest.approx(RIG["boundary_friction"], rel=0.02)
-    assert found(SLOW, **changes, **{"boundary_friction": 0.18})["friction_coefficient"] == pytest.approx(
-        1.5 * state["friction_coefficient"], rel=1e-2
-    )
+    more = found(SLOW, **changes, boundary_friction=0.18)
+    assert more["friction_coefficient"] == pytest.approx(1.5 * state["friction_coefficient"], rel=1e-2)
 
 
 def test_mixed_friction_depends_on_what_few_rigs_publish():
@@ -104,6 +103,5 @@ def test_friction_is_what_the_parts_rub():
     ],
 )
 def test_surfaces_that_do_not_go_together_are_refused_in_one_line(changes, words):
-    with pytest.raises(InputError, match=words) as refused:
+    with one_line(words):
         found(MIXED, **changes)
-    assert "\n" not in str(refused.value)

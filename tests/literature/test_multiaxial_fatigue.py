@@ -1,15 +1,14 @@
 """Findley's criterion on measured limits of bending and torsion together, in phase and out of it."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import data
 
 from cranktrain.results.strength.critical_plane import findley_constants, worst_plane
 
-(STEEL,) = json.loads((Path(__file__).parents[1] / "data" / "multiaxial_fatigue.json").read_text())
+(STEEL,) = data("multiaxial_fatigue")
 TURN = np.linspace(0.0, 2.0 * math.pi, 360, endpoint=False)
 
 

@@ -6,15 +6,15 @@ Sums over the orders 0.5 to 12 of the vibratory torques that Mendes, Meirelles a
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import DATA
 
 from cranktrain.cli.main import main
 from cranktrain.results.run_up.run_up import RunUp
 
-MWM = Path(__file__).parents[1] / "data" / "mwm"
+MWM = DATA / "mwm"
 EXPECTED = json.loads((MWM / "expected.json").read_text("utf-8"))
 FLYWHEEL, PULLEY = 2.075, 0.017
 """Inertias of engine file and table, kg m²."""
@@ -50,10 +50,8 @@ def published(speeds):
 def at_resonance(torques, found, tolerance):
     """Whether the torques at 2150 rev/min lie in the range of both references, wider by a share of them."""
     row = torques[int(np.argmin(np.abs(found.speeds * 30.0 / math.pi - RESONANCE)))]
-    own = EXPECTED["own_model_2150"]
-    for value, ends in zip(
-        row, zip(EXPECTED["rpm"][str(RESONANCE)], (own["cyl6-flywheel"], own["pulley-gear"]), strict=True), strict=True
-    ):
+    own = [EXPECTED["own_model_2150"][name] for name in ("cyl6-flywheel", "pulley-gear")]
+    for value, *ends in zip(row, EXPECTED["rpm"][str(RESONANCE)], own, strict=True):
         assert (1.0 - tolerance) * min(ends) < value < (1.0 + tolerance) * max(ends)
 
 

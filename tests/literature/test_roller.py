@@ -1,10 +1,8 @@
 """Cylindrical roller bearings against Palmgren's and the standard's contacts and Sjövall's integral."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from expected import cases
 from skfem import MeshTet2
 from solids import STEEL, ring
 
@@ -13,8 +11,7 @@ from cranktrain.engine.roller_bearing import CONTACT_LAWS, RollerBearing
 from cranktrain.film.laws.roller_contacts import equilibrium, force_at, many_rollers, radial_integral
 from cranktrain.structure.block.roller_ring import RollerRing, ring_model, track_compliance
 
-DATA = Path(__file__).parents[1] / "data"
-CASES = {case["id"]: case for case in json.loads((DATA / "roller.json").read_text())}
+CASES = cases("roller")
 CONTACT = CASES["palmgren_line_contact"]["expected"]
 TABLE = CASES["roller_deflection_table"]
 BEARING = RollerBearing(TABLE["inputs"]["Z"], 1e-3 * TABLE["inputs"]["l_mm"], 10e-3, 60e-3)
@@ -92,14 +89,12 @@ def lames_bore(inner, middle, outer, ring_material, housing):
         return np.array([r, 1 / r])
 
     none = np.zeros(2)
-    system = np.array(
-        [
-            [*stress(ring_material, inner), *none],
-            [*displacement(middle), *-displacement(middle)],
-            [*stress(ring_material, middle), *-stress(housing, middle)],
-            [*none, *displacement(outer)],
-        ]
-    )
+    system = [
+        [*stress(ring_material, inner), *none],
+        [*displacement(middle), *-displacement(middle)],
+        [*stress(ring_material, middle), *-stress(housing, middle)],
+        [*none, *displacement(outer)],
+    ]
     a, b, *_ = np.linalg.solve(system, [-1.0, 0.0, 0.0, 0.0])
     return a * inner + b / inner
 

@@ -1,24 +1,23 @@
 """Rotors in the turning frame against published whirl speeds and closed forms."""
 
-import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
+from rotors import DENSITY, DIAMETER, LENGTH, SPEED, support, system, whirl_speeds, with_discs
 from scipy.linalg import expm
 from solids import round_bar
 from some import some
 
-from cranktrain.core.reduced_body import attach, rigid, truncate
+from cranktrain.core.reduced_body import attach, rigid, rigid_coordinates, truncate
 from cranktrain.engine.parts import Material
 from cranktrain.structure.fem.craig_bampton import craig_bampton
 from cranktrain.structure.fem.elasticity import finite_elements
 from cranktrain.structure.fem.interfaces import averaged_interfaces
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
-SPEED = 4000 * np.pi / 30
-LENGTH, RADIUS, DENSITY = 1.5, 0.025, 7810.0
+CASES = cases("rotor")
+RADIUS = 0.5 * DIAMETER
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
@@ -31,14 +30,8 @@ def bare_shaft():
     def ring(middle):
         return lambda x: (np.hypot(x[0], x[1]) > 0.8 * RADIUS) & (np.abs(x[2] - middle) < 0.025)
 
-    mesh = mesh.with_boundaries(
-        {
-            "left": lambda x: x[2] < near,
-            "right": lambda x: x[2] > LENGTH - near,
-            "disc 1": ring(0.5),
-            "disc 2": ring(1.0),
-        }
-    )
+    ends = {"left": lambda x: x[2] < near, "right": lambda x: x[2] > LENGTH - near}
+    mesh = mesh.with_boundaries({**ends, "disc 1": ring(0.5), "disc 2": ring(1.0)})
     steel = Material(youngs_modulus=211e9, poisson_ratio=211e9 / (2 * 81.2e9) - 1, density=DENSITY)
     model = finite_elements(mesh, steel)
     places = {name: np.array([0, 0, z]) for name, z in (("left", 0), ("right", 1.5), ("disc 1", 0.5), ("disc 2", 1.0))}
@@ -47,48 +40,14 @@ def bare_shaft():
 
 @cache
 def rotor():
-    body = bare_shaft()
-    for name, outer in (("disc 1", 0.28), ("disc 2", 0.35)):
-        width, bore = 0.07, 2 * RADIUS
-        mass = DENSITY * np.pi / 4 * (outer**2 - bore**2) * width
-        polar = mass * (outer**2 + bore**2) / 8
-        diametral = 0.5 * polar + mass * width**2 / 12
-        body = attach(body, name, mass, np.diag([diametral, diametral, polar]), (0.0, 0.0, 0.0))
-    return body
-
-
-def support(body, stiffness, names=("left", "right")):
-    """Stiffness matrix (2, 2) across the axis at the named interfaces, in modes."""
-    across = [body.shapes[body.index(name), :2] for name in names]
-    return sum(row.T @ stiffness @ row for row in across)
-
-
-def system(body, speed, stiffness, damping=0.0):
-    """First-order matrix of the equations in the turning frame."""
-    n = body.n_modes
-    rigidity = np.diag(body.omega**2) + speed**2 * (body.stress_stiffness - body.centrifugal) + stiffness
-    return np.block([[np.zeros((n, n)), np.eye(n)], [-rigidity, -2 * speed * body.gyroscopic - damping]])
-
-
-def inertial_whirl(body, speed, stiffness, probe="disc 1"):
-    """Whirl speeds seen from outside, rad/s: the turning frame's ω, shifted by Ω in the sense of the whirl."""
-    values, vectors = np.linalg.eig(system(body, speed, stiffness))
-    across = body.shapes[body.index(probe), :2] @ vectors[: body.n_modes]
-    forward, backward = np.abs(across[0] + 1j * across[1]), np.abs(across[0] - 1j * across[1])
-    lateral = np.maximum(forward, backward) > 1e-3 * np.abs(vectors[: body.n_modes]).max(axis=0)
-    chosen = lateral & (values.imag > 1e-3)
-    # x + iy of the real motion has a part e^{+iωt} of size |x + iy| and a part e^{−iωt} of size |x − iy|.
-    sense = np.where(forward > backward, 1.0, -1.0)
-    return np.sort(np.abs(sense * values.imag + speed)[chosen])
+    return with_discs(bare_shaft())
 
 
 @pytest.mark.parametrize(("speed", "column"), [(0.0, "rpm0"), (SPEED, "rpm4000")])
 def test_isotropic_rotor_whirls_as_published(speed, column):
     """Friswell et al. 5.9.1, lumped discs on a reduced solid shaft: within 1 % (the case's own tolerance)."""
-    body = rotor()
-    found = inertial_whirl(body, speed, support(body, 1e6 * np.eye(2)))
-    expected = CASES["friswell_5.9.1"]["expected"][column]
-    np.testing.assert_allclose(found[:6], expected, rtol=0.01)
+    found = whirl_speeds(rotor(), speed, support(rotor(), 1e6 * np.eye(2)))
+    np.testing.assert_allclose(found[:6], CASES["friswell_5.9.1"]["expected"][column], rtol=0.01)
 
 
 def test_anisotropic_rotor_whirls_as_published():
@@ -161,7 +120,7 @@ def test_a_lumped_disc_gets_its_textbook_terms():
     disc = attach(bare, "left", mass, np.diag([diametral, diametral, polar]), (0.0, 0.0, 0.0))
 
     def raw(body, matrix):
-        to_rigid = np.linalg.inv(_coordinates(body))
+        to_rigid = np.linalg.inv(rigid_coordinates(body))
         return to_rigid.T @ matrix @ to_rigid
 
     added = {
@@ -174,12 +133,6 @@ def test_a_lumped_disc_gets_its_textbook_terms():
     coriolis = 2 * added["gyroscopic"]
     np.testing.assert_allclose(coriolis[3:5, 3:5], -(2 * diametral - polar) * TURN.T, atol=1e-9)
     np.testing.assert_allclose(coriolis[:2, :2], 2 * mass * TURN, atol=1e-9)
-
-
-def _coordinates(body):
-    from cranktrain.core.reduced_body import rigid_coordinates
-
-    return rigid_coordinates(body)
 
 
 def test_internal_damping_makes_the_rotor_unstable_above_its_threshold():

@@ -40,12 +40,8 @@ def plane_stress_ovalisation(a, b, n):
         return [n * (n - 1) * r ** (n - 2), -n * (n + 1) * r ** (-n - 2), n * (n + 1) * r**n, -n * (n - 1) * r**-n]
 
     constants = np.linalg.solve([row_rr(a), row_rt(a), row_rr(b), row_rt(b)], [-1.0, 0.0, 0.0, 0.0])
-    radial = [
-        -(1 + NU) * n * a ** (n - 1),
-        (1 + NU) * n * a ** (-n - 1),
-        (2 * (1 - NU) - n * (1 + NU)) * a ** (n + 1),
-        (2 * (1 - NU) + n * (1 + NU)) * a ** (1 - n),
-    ]
+    up, down = 2 * (1 - NU) - n * (1 + NU), 2 * (1 - NU) + n * (1 + NU)
+    radial = [-(1 + NU) * n * a ** (n - 1), (1 + NU) * n * a ** (-n - 1), up * a ** (n + 1), down * a ** (1 - n)]
     return float(np.dot(radial, constants)) / E
 
 

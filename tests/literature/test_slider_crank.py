@@ -1,21 +1,16 @@
-"""The rod's law on prescribed motion against the exact series of the slider-crank, and the balance of the in-line six.
+"""The rod's law on prescribed motion against the exact series of the slider-crank, and a flat-plane V8.
 
 Values: tests/data/slider_crank.json, FFT of the exact kinematics (tolerance stated there: 1e-10) and closed forms.
 """
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from expected import cases
 
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.slider_crank import rod_force
-from cranktrain.structure.crank.shape import pin_centre
 
-CASES = {
-    case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "slider_crank.json").read_text())
-}
+CASES = cases("slider_crank")
 SERIES = CASES["slider_crank_series"]["expected"]["fft"]
 N = 256
 
@@ -63,20 +58,18 @@ def test_pin_force_is_that_of_the_pistons_inertia_along_the_rod():
     assert force[:, 0] == pytest.approx(-force[:, 1] * x / np.sqrt(length**2 - x**2), abs=1e-12)
 
 
-def test_first_and_second_order_free_forces_and_moments_of_the_six_vanish():
-    engine = load_engine("diesel_i6")
-    c, rod = engine.crankshaft, engine.rod
-    m_o = rod.small_end_mass + engine.cylinders.piston_mass
-    total, tilting, single = np.zeros((N, 2)), np.zeros((N, 2)), None
-    centre = np.mean([pin_centre(c, i)[2] for i in range(1, 7)])
-    for pin, angle in enumerate(c.throw_angles, 1):
-        force, _, _ = over_a_turn(c.throw, rod.length, rod.big_end_mass, m_o, 200.0, angle)
-        total += force
-        tilting += (pin_centre(c, pin)[2] - centre) * force
-        single = force
-    size = np.abs(np.fft.rfft(single, axis=0)[1]).max()
-    for order in (1, 2):
-        assert np.abs(np.fft.rfft(total, axis=0)[order]).max() < 1e-12 * 6 * size
-        assert np.abs(np.fft.rfft(tilting, axis=0)[order]).max() < 1e-12 * 6 * size
-    # What remains of a six is of order six: the test would see an order that does not cancel.
-    assert np.abs(np.fft.rfft(total, axis=0)[6]).max() > 1e-6 * size
+def test_a_flat_plane_v8_shakes_sideways_with_second_order():
+    """Unit masses on the V8's cylinders over throws in one plane; layouts as shipped are run in test_free_forces.py."""
+    expected = CASES["balance"]["expected"]["V8_flat"]
+    assert "4 sqrt2" in expected and "horizontal" in expected
+    engine, ratio = load_engine("diesel_v8"), 0.3
+    first, force = engine.crankshaft.throw_angles[0], np.zeros((N, 2))
+    throws = (first, first + np.pi, first + np.pi, first)
+    for pin, bank in zip(engine.cylinders.pins, engine.cylinders.bank_angles, strict=True):
+        piston = over_a_turn(1.0, 1.0 / ratio, 0.0, 1.0, phase=throws[pin - 1] - bank)[2]
+        force -= piston[:, None] * np.array([-np.sin(bank), np.cos(bank)])
+    sideways, upwards = np.abs(np.fft.rfft(force, axis=0)[2]) * 2 / N
+    # The closed form takes λ for the coefficient of second order; exactly it is λ + λ³/4 + 15 λ⁵/128 + …
+    second = np.abs(np.fft.rfft(over_a_turn(1.0, 1.0 / ratio, 0.0, 1.0)[2])[2]) * 2 / N
+    assert second == pytest.approx(ratio + ratio**3 / 4 + 15 * ratio**5 / 128, rel=1e-3)
+    assert sideways == pytest.approx(4.0 * np.sqrt(2.0) * second, abs=1e-12) and upwards < 1e-12

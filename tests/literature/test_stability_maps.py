@@ -3,12 +3,11 @@
 Spectral radii and the threshold of inner damping: tests/data/integrators.json (tolerances stated there).
 """
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import cases
 from some import some
 
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
@@ -18,7 +17,7 @@ from cranktrain_lab.stability.explicit import METHODS, amplification, spectral_r
 from cranktrain_lab.stability.rotor import SPEED, film_at, film_law, film_rotor
 from cranktrain_lab.stability.stability_map import bisected
 
-CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
+CASES = cases("integrators")
 
 
 @pytest.mark.parametrize(("case", "name"), [("generalized_alpha", "generalised-alpha"), ("hht", "hht")])
@@ -88,12 +87,10 @@ def test_a_contact_rings_as_powers_of_the_methods_matrix_say(degrees):
     def left(forces):
         return contact_ringing.ringing(forces) > contact_ringing.LEFT
 
-    expected = bisected(
-        lambda rho: left(contact_ringing.linear_forces(contact_ringing.with_radius(rho), contact.omega * h, count)),
-        0,
-        1,
-        1e-5,
-    )
+    def powers(rho):
+        return contact_ringing.linear_forces(contact_ringing.with_radius(rho), contact.omega * h, count)
+
+    expected = bisected(lambda rho: left(powers(rho)), 0, 1, 1e-5)
     found = bisected(lambda rho: left(contact.forces(h, count, contact_ringing.with_radius(rho))), 0, 1, 1e-4)
     assert found == pytest.approx(expected, rel=0.02)
 
@@ -114,16 +111,9 @@ def whirling_film():
 
 @pytest.mark.parametrize(
     ("method", "off"),
-    [
-        ("sdirk4", 2e-4),
-        ("esdirk4", 2e-4),
-        ("generalised-alpha:0.6", 2e-3),
-        ("hht:-0.1", 2e-3),
-        ("trapezoidal", 2e-3),
-        ("bdf2", 5e-3),
-        ("backward-euler", 0.12),
-    ],
-)
+    [("sdirk4", 2e-4), ("esdirk4", 2e-4), ("generalised-alpha:0.6", 2e-3), ("hht:-0.1", 2e-3), ("trapezoidal", 2e-3),
+     ("bdf2", 5e-3), ("backward-euler", 0.12)],
+)  # fmt: skip
 def test_whirl_sets_in_where_the_film_and_the_methods_own_damping_say(method, off):
     law, film, critical = whirling_film()
     step = math.radians(5.0)

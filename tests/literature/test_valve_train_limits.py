@@ -89,14 +89,8 @@ def test_loss_of_contact_lies_well_above_rated_speed():
 @pytest.mark.parametrize("velocity", [0.2, 1.0])
 def test_restitution_at_the_seat(velocity):
     """χ v − ln(1 + χ v) of the impact equals −χ v' − ln(1 − χ v') of the rebound (Hunt and Crossley, exponent 1)."""
-    settings = single(
-        start_cycles=0.0,
-        tolerance=1e-7,
-        spring_rate=0.0,
-        spring_preload=1.0,
-        spring_mass=1e-4,
-        seat_damping_velocity=0.5,
-    )
+    spring = {"spring_rate": 0.0, "spring_preload": 1.0, "spring_mass": 1e-4}
+    settings = single(start_cycles=0.0, tolerance=1e-7, seat_damping_velocity=0.5, **spring)
     simulation = running(settings, 0.0)
     state = simulation.state
     base = at.N_HEAD + at.INTAKE * at.N_LINE

@@ -59,13 +59,12 @@ def exact_indices():
 
 
 def test_sobol_indices_of_two_masses():
-    found = ct.vary(
-        lambda v: {"a": float(amplitude(*(v[name] for name in SPANS), FORCE))},
-        {name: ("uniform", *span) for name, span in SPANS.items()},
-        outputs=["a"],
-        n=4096,
+    spans = {name: ("uniform", *span) for name, span in SPANS.items()}
+    study = ct.vary(
+        lambda v: {"a": float(amplitude(*(v[name] for name in SPANS), FORCE))}, spans, outputs=["a"], n=4096,
         method="sensitivity",
-    ).sensitivities()["a"]
+    )  # fmt: skip
+    found = study.sensitivities()["a"]
     first, total = exact_indices()
     np.testing.assert_allclose([one["total"] for one in found], total, rtol=0.02)
     np.testing.assert_allclose([one["first"] for one in found], first, rtol=0.02)

@@ -9,8 +9,9 @@ from functools import cache
 import numpy as np
 import pytest
 from bodies import six
+from started import at_speed
 
-from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.loads.built_in_trace import KINKS, NO_KINK, fill_kinks
 from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
 
@@ -29,10 +30,8 @@ def kinks(samples):
 def run(tolerance, integrator="esdirk4", bearings="linear"):
     control = "fixed" if tolerance is None else "adaptive"
     step = math.radians(0.25) if tolerance is None else STEP
-    settings = Settings(
-        bearings=bearings, integrator=integrator, step=step, control=control, tolerance=tolerance or 1e-3,
-        dense_output="off", newton_tolerance=3e-5,
-    )  # fmt: skip
+    chosen = {"step": step, "control": control, "tolerance": tolerance or 1e-3, "newton_tolerance": 3e-5}
+    settings = Settings(bearings=bearings, integrator=integrator, dense_output="off", **chosen)
     return simulate(*six(), settings, SPEED, 3)
 
 
@@ -72,10 +71,7 @@ def test_a_tolerance_that_no_step_meets_is_told():
 
 def test_a_run_goes_on_from_its_state_to_the_bit():
     def started():
-        simulation = Simulation(*six(), Settings(step=STEP, control="adaptive", tolerance=1e-4))
-        simulation.inputs[0] = SPEED
-        simulation.initialize()
-        return simulation
+        return at_speed(SPEED, *six(), Settings(step=STEP, control="adaptive", tolerance=1e-4))
 
     first, second = started(), started()
     h = STEP / SPEED

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from expected import DATA
+from one_line import one_line
 from some import some
+from started import at_speed, shown
 
-from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.motion.gas import gas_volume
@@ -34,16 +35,26 @@ from cranktrain.structure.in_motion.periodic_forces import gas_forces, rod_force
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, frequency_run_up
 from cranktrain.studies.torsion.rod_torque import Rods
 
-DATA = Path(__file__).parents[1] / "data" / "engines"
-RADIAL = load_engine(DATA / "radial5.toml")
-V12 = load_engine(DATA / "v12_articulated.toml")
+RADIAL, V12 = (load_engine(DATA / "engines" / f"{name}.toml") for name in ("radial5", "v12_articulated"))
 ENGINES = {"radial5": RADIAL, "v12": V12}
+GRAVITY = 9.80665
 # Offsets of cylinders and knuckle pins off their banks: no symmetry hides a sign.
 SKEW = replace(
     RADIAL,
     cylinders=replace(RADIAL.cylinders, pin_offset=0.004),
     articulated_rod=replace(RADIAL.articulated_rod, knuckle_angles=(0.0, 1.1, 2.7, 3.6, 5.2)),
 )
+
+
+SHAPES = pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+RIGID = {"crank": "rigid", "block": "ground"}
+
+
+def started(engine, omega, steady=False, **levels):
+    """A run of a rigid crank at its start; a steady one turns evenly, on a flywheel of great inertia."""
+    if steady:
+        engine = replace(engine, flywheel=replace(engine.flywheel, polar_inertia=1e9, diametral_inertia=1e9))
+    return at_speed(omega, engine, running_crank(engine, "rigid"), Settings(**RIGID, **levels))
 
 
 class Geometry:
@@ -62,9 +73,8 @@ class Geometry:
             _, _, along = self.bodies(master, theta)
             joint = engine.articulated_rod
             turn = engine.cylinders.bank_angles[c] - engine.cylinders.bank_angles[master]
-            end = end + joint.knuckle_radius * along * np.exp(
-                1j * (joint.knuckle_angles[c] if joint.knuckle_angles else turn)
-            )
+            knuckle = joint.knuckle_angles[c] if joint.knuckle_angles else turn
+            end = end + joint.knuckle_radius * along * np.exp(1j * knuckle)
         bank = np.exp(1j * engine.cylinders.bank_angles[c])
         length = (engine.rod if master == c else engine.articulated_rod).length
         own = end / bank
@@ -141,9 +151,8 @@ def test_tangents_are_those_of_differences(cylinder, angle):
     """In all six directions of place, velocity and acceleration, at some motion of the pin off its circle."""
     joint, rod = joint_values(SKEW.articulations[cylinder]), SKEW.articulated_rod
     r = SKEW.crankshaft.throw
-    motion = np.array([
-        -r * math.sin(angle), r * math.cos(angle), -11.0 * math.cos(angle), -9.0 * math.sin(angle), 2100.0, -900.0,
-    ])  # fmt: skip
+    s, c = math.sin(angle), math.cos(angle)
+    motion = np.array([-r * s, r * c, -11.0 * c, -9.0 * s, 2100.0, -900.0])
     _, pin, out = pin_force(joint, motion, rod, 2e4)
     scale = np.array([1e-6, 1e-6, 1e-3, 1e-3, 1.0, 1.0])
     for k, way in some(enumerate(np.eye(6))):
@@ -153,18 +162,14 @@ def test_tangents_are_those_of_differences(cylinder, angle):
         np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-7 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+@SHAPES
 def test_force_and_side_force_are_those_of_momentum(engine):
     """Rates of momentum and of its moment, of all rods and pistons, are those of gas, liners, weight and crank pins."""
-    settings = Settings(crank="rigid", block="ground", bearings="held", pistons="rigid")
-    heavy = replace(engine, flywheel=replace(engine.flywheel, polar_inertia=1e9, diametral_inertia=1e9))
-    simulation = Simulation(heavy, running_crank(heavy, "rigid"), settings)
     omega, geometry = 190.0, Geometry(engine)
-    simulation.inputs[0] = omega
-    simulation.initialize()
+    simulation = started(engine, omega, steady=True, bearings="held", pistons="rigid")
     for k in range(1, 8):
         simulation.step(2.3e-3 * k)
-        out = dict(zip(simulation.output_names, simulation.outputs.tolist(), strict=True))
+        out = shown(simulation)
         theta, step = out["crank.angle"], 1e-4
         (p0, h0), (p1, h1) = (geometry.momentum(theta + s * step, omega) for s in (-1.0, 1.0))
         rate, turned = (p1 - p0) * omega / (2.0 * step), (h1 - h0) * omega / (2.0 * step)
@@ -178,7 +183,7 @@ def test_force_and_side_force_are_those_of_momentum(engine):
             # The output is the piston's force on the liner.
             for f, where in (
                 ((-out[f"piston[{c + 1}].side_force"] - 1j * gas) * bank, small),
-                (-1j * mass * settings.gravity, small), (-1j * rod.big_end_mass * settings.gravity, end),
+                (-1j * mass * GRAVITY, small), (-1j * rod.big_end_mass * GRAVITY, end),
             ):  # fmt: skip
                 force += f
                 moment += (where.conjugate() * f).imag
@@ -193,17 +198,13 @@ def test_force_and_side_force_are_those_of_momentum(engine):
         assert abs(turned - moment) < 2e-5 * scale * engine.rod.length
 
 
-@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+@SHAPES
 def test_the_load_of_a_knuckle_pin_is_that_of_its_rod_and_piston(engine):
     """Along the articulated rod's own momentum: force on its knuckle pin at constant speed."""
-    settings = Settings(crank="rigid", block="ground", bearings="held", pistons="rigid", gravity=0.0)
-    heavy = replace(engine, flywheel=replace(engine.flywheel, polar_inertia=1e9, diametral_inertia=1e9))
-    simulation = Simulation(heavy, running_crank(heavy, "rigid"), settings)
     omega, geometry, step = 190.0, Geometry(engine), 1e-4
-    simulation.inputs[0] = omega
-    simulation.initialize()
+    simulation = started(engine, omega, steady=True, bearings="held", pistons="rigid", gravity=0.0)
     simulation.step(4.1e-3)
-    out = dict(zip(simulation.output_names, simulation.outputs.tolist(), strict=True))
+    out = shown(simulation)
     for c, joint in some(enumerate(engine.articulations)):
         if joint is None:
             continue
@@ -218,15 +219,13 @@ def test_the_load_of_a_knuckle_pin_is_that_of_its_rod_and_piston(engine):
         assert abs(found - f) < 1e-4 * (abs(f) + gas)
 
 
-@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+@SHAPES
 def test_torque_in_closed_form_is_that_of_the_force(engine):
     """−½ J' Ω² − h p A and weight against the kernels' force on each pin; J' against differences of J."""
-    simulation = Simulation(engine, running_crank(engine, "rigid"), Settings(crank="rigid", block="ground"))
-    simulation.inputs[0] = speed = 170.0
-    simulation.initialize()
-    model, torque = simulation.model, np.zeros(180)
-    rigid_torque(model, speed, np.zeros(40), torque)
-    rods = Rods.of_engine(engine, simulation.body, 9.80665)
+    speed, torque = 170.0, np.zeros(180)
+    simulation = started(engine, speed)
+    rigid_torque(simulation.model, speed, np.zeros(40), torque)
+    rods = Rods.of_engine(engine, simulation.body, GRAVITY)
     angle = np.arange(180) * (4.0 * math.pi / 180)
     each = np.repeat(angle[:, None], engine.n_cylinders, axis=1)
     still = rods.torque(each)
@@ -247,7 +246,7 @@ def test_torque_in_closed_form_is_that_of_the_force(engine):
     np.testing.assert_allclose(still.slope, slope, atol=1e-7 * np.abs(still.inertia).max())
 
 
-@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+@SHAPES
 def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
     """Mean torque and its tangent by the pins' places, of a rigid crank whose throw differs a little."""
     body, gas = running_crank(engine, "rigid"), GasTrace.from_engine(engine)
@@ -284,10 +283,8 @@ def test_the_moment_about_the_axis_goes_with_a_pin_that_is_displaced(engine):
         def moment(u, c=c, place=place):
             positions = body.positions.copy()
             positions[place, :2] += u
-            f_x, f_y = rod_forces(engine, replace(body, positions=positions), speed, angle, gas, 1.0).forces.T[
-                3 * c : 3 * c + 2
-            ]
-            return positions[place, 0] * f_y - positions[place, 1] * f_x
+            forces = rod_forces(engine, replace(body, positions=positions), speed, angle, gas, 1.0).forces.T
+            return positions[place, 0] * forces[3 * c + 1] - positions[place, 1] * forces[3 * c]
 
         rows = found.by_place[:, 3 * c : 3 * c + 3, 3 * c : 3 * c + 2]
         by_place = rows[:, 2] + x * rows[:, 1] - y * rows[:, 0]
@@ -298,8 +295,7 @@ def test_the_moment_about_the_axis_goes_with_a_pin_that_is_displaced(engine):
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_the_gas_work_of_a_cycle_is_accounted_for(name):
-    settings = Settings(crank="rigid", block="ground", bearings="linear", step=math.radians(1.25))
-    engine = ENGINES[name]
+    settings, engine = Settings(**RIGID, bearings="linear", step=math.radians(1.25)), ENGINES[name]
     run = simulate(engine, running_crank(engine, "rigid"), settings, 200.0, settle=1e-5)
     energy = run_summary(run, "")["energy"]
     assert abs(energy["residual_of_gas_work"]) < 1e-5
@@ -322,12 +318,10 @@ def test_forced_torsion_in_time_is_that_of_the_frequency_domain(name):
     np.testing.assert_allclose(np.abs(found), np.abs(wanted), atol=1e-4 * np.abs(found).max())
 
 
-@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+@SHAPES
 def test_strokes_and_volumes_are_those_of_the_path(engine):
     """Against the geometry in complex numbers, sampled at 0.01 degrees."""
-    simulation = Simulation(engine, running_crank(engine, "rigid"), Settings(crank="rigid", block="ground"))
-    simulation.inputs[0] = 100.0
-    simulation.initialize()
+    simulation = started(engine, 100.0)
     theta, geometry, swept = np.arange(36000) * (2.0 * math.pi / 36000), Geometry(engine), 0.0
     for c in range(engine.n_cylinders):
         bank = np.exp(1j * engine.cylinders.bank_angles[c])
@@ -339,9 +333,8 @@ def test_strokes_and_volumes_are_those_of_the_path(engine):
         stroke = np.ptp(height) if engine.articulations[c] else 2.0 * engine.throws[c]
         swept += geometry.area * stroke
         some = theta[::3000]
-        volume = geometry.area * (
-            height.max() - height[::3000] + np.ptp(height) / (engine.cylinders.compression_ratio - 1)
-        )
+        above = np.ptp(height) / (engine.cylinders.compression_ratio - 1)
+        volume = geometry.area * (height.max() - height[::3000] + above)
         if engine.articulations[c] is not None:
             found, slope = cylinder_volume(engine, some - engine.firing_angles[c], c)
             np.testing.assert_allclose(found, volume, rtol=1e-6)
@@ -353,9 +346,7 @@ def test_strokes_and_volumes_are_those_of_the_path(engine):
 
 
 def test_piston_outputs_follow_the_path():
-    run = simulate(
-        V12, running_crank(V12, "rigid"), Settings(crank="rigid", block="ground", bearings="held"), 150.0, cycles=1
-    )
+    run = simulate(V12, running_crank(V12, "rigid"), Settings(**RIGID, bearings="held"), 150.0, cycles=1)
     angle = run.last_cycle("crank.angle")[1]
     for c in (0, 6, 9):
         position = run.last_cycle(f"cylinder[{c + 1}].piston_position")[1]
@@ -376,8 +367,7 @@ def test_lean_of_a_rod_is_that_of_its_ends(engine):
 
 
 def test_knuckle_pins_have_loads_and_no_specific_load():
-    run = simulate(V12, running_crank(V12, "rigid"), Settings(crank="rigid", block="ground", bearings="linear"), 200.0,
-                   cycles=1)  # fmt: skip
+    run = simulate(V12, running_crank(V12, "rigid"), Settings(**RIGID, bearings="linear"), 200.0, cycles=1)
     ends = bearing_report(run, V12).big_ends
     assert all(one.specific_load is not None for one in ends[:6])
     assert all(one.specific_load is None and one.load.value > 0.0 for one in ends[6:])
@@ -395,27 +385,21 @@ def test_radial_engines_fire_every_second_cylinder_evenly(count):
 
 
 @pytest.mark.parametrize(
-    ("of", "changes", "says"),
+    ("engine", "of", "changes", "place"),
     [
-        ("cylinders", {"rods_on_pin": "side-by-side"}, r"articulated_rod\.length: is there, but no rod hangs"),
-        ("cylinders", {"rod_offsets": (-0.01, -0.01, 0.01, 0.01, 0.0)}, r"rod_offsets: rods of a master rod and those"),
-        ("articulated_rod", {"length": 0.03}, r"articulated_rod\.length: 30 mm is too short for cylinder 2"),
-        ("articulated_rod", {"knuckle_angles": (0.0, 1.0)}, r"knuckle_angles: 2 angles for 5 cylinders"),
-        ("articulated_rod", {"knuckle_angles": (1.0,) * 5}, r"knuckle_angles: is 57.3 deg for cylinder 1, a master"),
-        ("articulated_rod", {"knuckle_radius": 0.3}, r"knuckle_radius: 300 mm is no less than the master rod's length"),
+        (RADIAL, "cylinders", {"rods_on_pin": "side-by-side"}, "articulated_rod.length: is there, but no rod hangs"),
+        (RADIAL, "cylinders", {"rod_offsets": (-0.01, -0.01, 0.01, 0.01, 0.0)}, "cylinders.rod_offsets: "),
+        (RADIAL, "articulated_rod", {"length": 0.03}, "articulated_rod.length: 30 mm is too short for cylinder 2"),
+        (RADIAL, "articulated_rod", {"knuckle_angles": (0.0, 1.0)}, "knuckle_angles: 2 angles for 5 cylinders"),
+        (RADIAL, "articulated_rod", {"knuckle_angles": (1.0,) * 5}, "knuckle_angles: is 57.3 deg for cylinder 1"),
+        (RADIAL, "articulated_rod", {"knuckle_radius": 0.3}, "knuckle_radius: 300 mm is no less than"),
+        (RADIAL, "articulated_rod", None, "rods_on_pin: is articulated; add the table [articulated_rod]"),
+        (load_engine("four_petrol"), "cylinders", {"rods_on_pin": "articulated"}, "no pin of cylinders.pins has two"),
     ],
 )
-def test_what_cannot_be_is_told_in_one_line(of, changes, says):
-    with pytest.raises(InputError, match=says):
-        check_engine(replace(RADIAL, **{of: replace(getattr(RADIAL, of), **changes)}))
-
-
-def test_what_needs_a_table_or_a_shared_pin_says_so():
-    with pytest.raises(InputError, match=r"rods_on_pin: is articulated; add the table \[articulated_rod\]"):
-        check_engine(replace(RADIAL, articulated_rod=None))
-    four = load_engine("four_petrol")
-    with pytest.raises(InputError, match=r"no pin of cylinders\.pins has two rods"):
-        check_engine(replace(four, cylinders=replace(four.cylinders, rods_on_pin="articulated")))
+def test_what_cannot_be_is_told_in_one_line(engine, of, changes, place):
+    with one_line(place):
+        check_engine(replace(engine, **{of: changes and replace(getattr(engine, of), **changes)}))
 
 
 @pytest.mark.filterwarnings("error")
@@ -440,9 +424,8 @@ def test_usual_rods_raise_no_doubts_and_strange_ones_do():
     ],
 )
 def test_levels_that_do_not_go_with_it_are_refused_in_one_line(choices, says):
-    settings = Settings(crank="rigid", bearings="linear", **{"block": "ground", **choices})
-    with pytest.raises(InputError, match=says):
-        Simulation(V12, running_crank(V12, "rigid"), settings).initialize()
+    with one_line(says):
+        Simulation(V12, running_crank(V12, "rigid"), Settings(**RIGID | {"bearings": "linear"} | choices)).initialize()
 
 
 def test_no_flexible_block_is_chosen_for_it():

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from one_line import one_line
+from started import at_speed
 
-from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
@@ -111,13 +111,6 @@ def test_a_loop_costs_the_work_of_friction():
     assert work == pytest.approx(4.0 * LIMIT * amplitude, rel=2.0 * elastic / amplitude)
 
 
-def test_a_bolted_joint_never_slides():
-    joint = Joint(replace(PATH, joint="bolted", joint_damping=0.0))
-    for _ in range(1000):
-        force = joint.step(0.1, 1e-5)
-    assert force == pytest.approx(-PATH.joint_stiffness * 1e-3, rel=1e-9)
-
-
 @pytest.mark.parametrize("joint", ["spline", "bolted"])
 @pytest.mark.parametrize("velocity", [0.3, 0.01, -0.02, -0.4])
 def test_tangents_are_derivatives(joint, velocity):
@@ -150,9 +143,7 @@ ENGINES = {"four": four, "six": lambda: load_engine("diesel_i6")}
 def run_of(path, force=None, rpm=1500, engine="six", cycles=None, **levels):
     own = replace(ENGINES[engine](), axial_path=path)
     made = assemble(own, Settings(crank="beam", axial_force=force, **levels))
-    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
-    simulation.inputs[0] = rpm * RPM
-    simulation.initialize()
+    simulation = at_speed(rpm * RPM, made.engine, made.body, made.settings, parts=made.parts)
     return simulation, run_cycles(simulation, cycles, 1e-4, None, None)
 
 
@@ -214,18 +205,18 @@ def test_runs_converge_in_the_step(integrator, order, coarsest):
 
 def test_an_engine_without_axial_motion_takes_no_notice():
     engine = replace(load_engine("diesel_i6"), axial_path=PATH)
-    simulation = Simulation(engine, rigid_crank(engine), Settings(crank="rigid", bearings="held"))
-    simulation.inputs[0] = 100.0
-    simulation.initialize()
+    simulation = at_speed(100.0, engine, rigid_crank(engine), Settings(crank="rigid", bearings="held"))
     simulation.step(1e-3)
     assert simulation.outputs[simulation.output_names.index("axial_path.force")] == 0.0
 
 
 def test_a_spline_without_its_data_is_refused():
     engine = load_engine("diesel_i6")
-    for key in ("spline_radius", "friction"):
-        with pytest.raises(InputError, match=rf"axial_path\.{key}: is missing; a spline slides"):
-            check_engine(replace(engine, axial_path=replace(PATH, **{key: 0.0})))
+    for change, said in (
+        ({"spline_radius": 0.0}, "axial_path.spline_radius: is missing; a spline slides"),
+        ({"friction": 0.0}, "axial_path.friction: is missing; a spline slides"),
+        ({"joint": "splined"}, "unknown joint 'splined'"),
+    ):
+        with one_line(said):
+            check_engine(replace(engine, axial_path=replace(PATH, **change)))
     check_engine(replace(engine, axial_path=replace(PATH, joint="bolted", spline_radius=0.0, friction=0.0)))
-    with pytest.raises(InputError, match="unknown joint 'splined'"):
-        check_engine(replace(engine, axial_path=replace(PATH, joint="splined")))

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 from standing import rigid_block
+from started import at_speed, series
 
 from cranktrain.dynamics.outputs.register import Counts, output_needs
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation
+from cranktrain.dynamics.simulation import Parts, Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.crank.level import crank_body
 
@@ -19,14 +20,8 @@ PARTS = ("axial.engine", "axial.bearing", "axial.crank")
 
 def run(body, parts=None, steps=72, **choices):
     """Outputs (k,) by name over some steps of 2.5 degrees."""
-    simulation = Simulation(SIX, body, Settings(**choices), parts=parts)
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    rows = []
-    for k in range(steps):
-        simulation.step((k + 1) * math.radians(2.5) / SPEED)
-        rows.append(simulation.outputs.copy())
-    return simulation, dict(zip(simulation.output_names, np.array(rows).T, strict=True))
+    simulation = at_speed(SPEED, SIX, body, Settings(**choices), parts=parts)
+    return simulation, series(simulation, math.radians(2.5) / SPEED, steps)
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from engine_texts import SIX, read
+from one_line import one_line
 from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine import values
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.store.engine_text import Written, new_path, rewritten
 from cranktrain_lab.calibration import calibrate
 from cranktrain_lab.calibration.calibrate import report_of
@@ -20,28 +22,11 @@ from cranktrain_lab.calibration.train import Train
 
 TARGETS = """
 block = "ground"
-[targets.torsion_1]
-of = "crankshaft"
-shape = "torsional"
-number = 1
-hz = 250
-tolerance = 0.02
-source = "test"
-[targets.lowest]
-shape = "bending"
-hz = 170
-tolerance = 0.02
-source = "test"
-[targets.next]
-shape = "bending"
-hz = 200
-tolerance = 0.02
-source = "test"
-[targets.twist]
-shape = "torsional"
-hz = 238
-tolerance = 0.02
-source = "test"
+[targets]
+torsion_1 = { of = "crankshaft", shape = "torsional", number = 1, hz = 250, tolerance = 0.02, source = "test" }
+lowest = { shape = "bending", hz = 170, tolerance = 0.02, source = "test" }
+next = { shape = "bending", hz = 200, tolerance = 0.02, source = "test" }
+twist = { shape = "torsional", hz = 238, tolerance = 0.02, source = "test" }
 [parameters]
 "flywheel.mass" = { low = 20, high = 50, unit = "kg" }
 gyration = { low = 120, high = 240, unit = "mm" }
@@ -50,6 +35,7 @@ gyration = { low = 120, high = 240, unit = "mm" }
 "flywheel.polar_inertia" = { formula = "flywheel.mass * gyration ** 2" }
 "flywheel.diametral_inertia" = { formula = "0.5 * flywheel.polar_inertia + flywheel.mass * 0.06**2 / 12" }
 """
+HEAVIER = Written(31.23, "calibrated", "to a test 238 Hz")
 
 
 @pytest.fixture(scope="module")
@@ -179,7 +165,7 @@ def test_values_that_meet_the_targets_are_confirmed(coarse, task, monkeypatch, t
     found = match(task.targets, problem.modes(np.array(list(start.values()))))
     text = TARGETS
     for target, hz in zip(task.targets, found.hz, strict=True):
-        text = text.replace(f"hz = {target.hz:g}\n", f"hz = {hz:.6g}\n")
+        text = text.replace(f"hz = {target.hz:g},", f"hz = {hz:.6g},")
     (tmp_path / "met.toml").write_text(text, encoding="utf-8")
     report = calibrate.calibrate("diesel_i6", tmp_path / "met.toml", tmp_path / "new.toml")
     assert report["confirmed"] and report["met"] and report["evaluations"] == 0
@@ -219,15 +205,10 @@ def test_a_change_at_interfaces_acts_per_unit_of_its_dimension(coarse, task):
 
 
 def test_the_new_file_differs_in_the_calibrated_entries_alone(tmp_path):
-    path = engine_path("diesel_i6")
-    engine, old = load_engine(path), path.read_text("utf-8")
-    changes = {
-        "flywheel.mass": Written(31.23, "calibrated", "to a test 238 Hz"),
-        "crankshaft.main_widths[2]": Written(0.0375, "derived", "of a test"),
-    }
-    new = tmp_path / "new.toml"
-    new.write_text(rewritten(old, engine, changes), encoding="utf-8")
-    found = load_engine(new)
+    engine, old = load_engine("diesel_i6"), SIX
+    changes = {"flywheel.mass": HEAVIER, "crankshaft.main_widths[2]": Written(0.0375, "derived", "of a test")}
+    new = tmp_path / "own.toml"
+    found = read(tmp_path, rewritten(old, engine, changes))
     assert found.flywheel.mass == pytest.approx(31.23)
     assert found.crankshaft.main_widths[1] == pytest.approx(0.0375)
     assert found.crankshaft.main_widths[0] == engine.crankshaft.main_widths[0]
@@ -235,7 +216,7 @@ def test_the_new_file_differs_in_the_calibrated_entries_alone(tmp_path):
     assert len(before) == len(after)
     assert sum(a != b for a, b in zip(before, after, strict=True)) == 2
     assert 'origin = "calibrated", note = "to a test 238 Hz"' in new.read_text("utf-8")
-    with pytest.raises(InputError, match="not overwritten"):
+    with one_line("not overwritten"):
         new_path(new)
 
 
@@ -255,12 +236,9 @@ def own_hand(old, form):
     ],
 )
 def test_remarks_and_indents_of_a_file_are_kept(tmp_path, form):
-    old, engine = own_hand(engine_path("diesel_i6").read_text("utf-8"), form), load_engine("diesel_i6")
-    change = Written(31.23, "calibrated", "to a test 238 Hz")
-    new = rewritten(old, engine, {"flywheel.mass": change})
-    path = tmp_path / "new.toml"
-    path.write_text(new, encoding="utf-8")
-    assert load_engine(path).flywheel.mass == pytest.approx(31.23)
+    old = own_hand(SIX, form)
+    new = rewritten(old, load_engine("diesel_i6"), {"flywheel.mass": HEAVIER})
+    assert read(tmp_path, new).flywheel.mass == pytest.approx(31.23)
     (before, after) = next((a, b) for a, b in zip(old.splitlines(), new.splitlines(), strict=True) if a != b)
     assert before == form[1]
     assert after[0] == before[0]
@@ -268,7 +246,7 @@ def test_remarks_and_indents_of_a_file_are_kept(tmp_path, form):
 
 
 def test_lists_over_several_lines_and_tables_that_a_file_lacks(tmp_path):
-    old, engine = engine_path("diesel_i6").read_text("utf-8"), load_engine("diesel_i6")
+    old, engine = SIX, load_engine("diesel_i6")
     old = old.replace("value = [40, 38, 38, 38,", "value = [40, 38, 38, # mm\n  38,", 1)
     start = old.index("[damping]")
     old = old[:start] + old[old.index("# A run uses the damper", start) :]
@@ -276,27 +254,19 @@ def test_lists_over_several_lines_and_tables_that_a_file_lacks(tmp_path):
         "crankshaft.main_widths[2]": Written(0.0375, "derived", "of a test"),
         "damping.ratio": Written(0.02, "calibrated", "to a test 3 %"),
     }
-    path = tmp_path / "new.toml"
-    path.write_text(rewritten(old, engine, changes), encoding="utf-8")
-    found = load_engine(path)
+    found = read(tmp_path, rewritten(old, engine, changes))
     assert found.crankshaft.main_widths[:3] == pytest.approx((0.04, 0.0375, 0.038))
     assert found.damping.ratio == 0.02
 
 
-@pytest.mark.parametrize(
-    ("form", "said"),
-    [
-        (("[flywheel]", 'mass.value = 32\nmass.unit = "kg"\nmass.origin = "chosen"'), "is not written as mass = "),
-        (
-            ("[flywheel.mass]\nvalue = 32\nunit = 'kg'\norigin = 'chosen'\n[ 'flywheel' ]", ""),
-            "has no line .flywheel.",
-        ),
-    ],
-)
+DOTTED = ("[flywheel]", 'mass.value = 32\nmass.unit = "kg"\nmass.origin = "chosen"')
+NESTED = ("[flywheel.mass]\nvalue = 32\nunit = 'kg'\norigin = 'chosen'\n[ 'flywheel' ]", "")
+
+
+@pytest.mark.parametrize(("form", "said"), [(DOTTED, "is not written as mass = "), (NESTED, "has no line [flywheel]")])
 def test_entries_that_cannot_be_replaced_are_refused(form, said):
-    old, engine = own_hand(engine_path("diesel_i6").read_text("utf-8"), form), load_engine("diesel_i6")
-    with pytest.raises(InputError, match=rf"flywheel\.mass: .*{said}"):
-        rewritten(old, engine, {"flywheel.mass": Written(31.23, "calibrated", "to a test 238 Hz")})
+    with one_line("flywheel.mass: ", said):
+        rewritten(own_hand(SIX, form), load_engine("diesel_i6"), {"flywheel.mass": HEAVIER})
 
 
 def test_an_engine_file_without_a_place_for_a_value_is_refused_before_the_search(tmp_path, monkeypatch, capsys):
@@ -304,9 +274,8 @@ def test_an_engine_file_without_a_place_for_a_value_is_refused_before_the_search
     from cranktrain.cli.main import main
 
     monkeypatch.setattr(calibrate, "_fitted", lambda *given: pytest.fail("searched"))
-    form = ("[flywheel]", 'mass.value = 32\nmass.unit = "kg"\nmass.origin = "chosen"')
     engine, targets = tmp_path / "own.toml", tmp_path / "targets.toml"
-    engine.write_text(own_hand(engine_path("diesel_i6").read_text("utf-8"), form), "utf-8")
+    engine.write_text(own_hand(SIX, DOTTED), "utf-8")
     targets.write_text(TARGETS, "utf-8")
     assert main(["identify", str(engine), str(targets), "--output", str(tmp_path / "new.toml")]) == 2
     said = capsys.readouterr().err.splitlines()[-1]
@@ -317,33 +286,32 @@ def test_an_engine_file_without_a_place_for_a_value_is_refused_before_the_search
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "said"),
     [
-        ('block = "ground"', 'block = "solid"', "block level|block: level 'solid'"),
-        ("hz = 250", "hertz = 250", r"targets\.torsion_1\.hertz: is not known; .*hz"),
-        ("hz = 250", "", r"targets\.torsion_1\.hz: is missing"),
-        ("hz = 250", "hz = -3", r"targets\.torsion_1\.hz: -3 is not within 0\.01 to 100000 Hz"),
+        ('block = "ground"', 'block = "solid"', "block"),
+        ("hz = 250", "hertz = 250", "targets.torsion_1.hertz: is not known; "),
+        ("hz = 250,", "", "targets.torsion_1.hz: is missing"),
+        ("hz = 250", "hz = -3", "targets.torsion_1.hz: -3 is not within 0.01 to 100000 Hz"),
         ('shape = "bending"', 'shape = "bend"', "'bend' is not known"),
-        ("number = 1", "number = 3", r"targets\.torsion_1\.number: give 1 or 2"),
+        ("number = 1", "number = 3", "targets.torsion_1.number: give 1 or 2"),
         ('source = "test"', 'source = ""', "say where the number comes from"),
-        ('"flywheel.mass"', '"flywheel.mas"', r"flywheel\.mas: \[flywheel\] has no key 'mas'; .*mass"),
-        ('"flywheel.mass"', '"fly.mass"', r"no table \[fly\]"),
+        ('"flywheel.mass"', '"flywheel.mas"', "flywheel.mas: [flywheel] has no key 'mas'; "),
+        ('"flywheel.mass"', '"fly.mass"', "no table [fly]"),
         ("low = 20", "low = 60", "low 60 is not below high 50"),
-        ("low = 20", "low = -1", r"parameters\.flywheel\.mass: -1 kg is not within 1e-06 to 100000 kg"),
-        ('unit = "kg"', 'unit = "mm"', r"parameters\.flywheel\.mass: unit 'mm' does not measure its mass"),
+        ("low = 20", "low = -1", "parameters.flywheel.mass: -1 kg is not within 1e-06 to 100000 kg"),
+        ('unit = "kg"', 'unit = "mm"', "parameters.flywheel.mass: unit 'mm' does not measure its mass"),
         ("gyration ** 2", "gyrations ** 2", "unknown name 'gyrations'"),
         ("gyration ** 2", "open('x')", "is not allowed here"),
-        ('"flywheel.polar_inertia" =', '"flywheel.mass" =', r"derived\.flywheel\.mass: is free as well"),
+        ('"flywheel.polar_inertia" =', '"flywheel.mass" =', "derived.flywheel.mass: is free as well"),
         ("[parameters]", "[parameter]", "parameter: is not known"),
-        ("[targets.lowest]", "[[targets.lowest]", "not a TOML file"),
+        ("[targets]", "[[targets]", "not a TOML file"),
     ],
 )
-def test_a_bad_targets_file_says_in_one_line_what_is_wrong(tmp_path, old, new, message):
+def test_a_bad_targets_file_says_in_one_line_what_is_wrong(tmp_path, old, new, said):
     path = tmp_path / "bad.toml"
     path.write_text(TARGETS.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(InputError, match=message) as caught:
+    with one_line("bad.toml: ", said):
         load_targets(path, load_engine("diesel_i6"))
-    assert str(caught.value).startswith("bad.toml: ") and "\n" not in str(caught.value)
 
 
 def test_keys_reach_entries_of_lists():
@@ -352,7 +320,7 @@ def test_keys_reach_entries_of_lists():
     softer = values.with_value(engine, "main_roller.stiffness[5]", 5e8)
     assert softer.main_roller.stiffness == (*engine.main_roller.stiffness[:4], 5e8)
     assert set(values.with_value(engine, "main_roller.stiffness", 5e8).main_roller.stiffness) == {5e8}
-    with pytest.raises(InputError, match="5 entries"):
+    with one_line("5 entries"):
         values.value(engine, "main_roller.stiffness[6]")
 
 
@@ -364,14 +332,8 @@ def test_the_bodies_of_a_shipped_engine_are_its_own_bodies_at_the_start(name):
     start = calibrate.engine_with(engine, task, calibrate.start_values(engine, task), {})
     assert digests(start, flexible=True) == digests(engine, flexible=True)
     assert start.flywheel.polar_inertia == pytest.approx(engine.flywheel.polar_inertia, rel=2e-4)
-
-
-def test_shipped_targets_files_are_those_of_shipped_engines():
-    for name in ("diesel_i6", "diesel_v8"):
-        task = load_targets(name, load_engine(name))
-        assert isinstance(task, Task) and task.flexible
-        published = load_engine(name).published
-        assert {round(t.hz) for t in task.targets} >= {round(hz) for hz in published.cranktrain_hz}
+    assert isinstance(task, Task) and task.flexible
+    assert {round(t.hz) for t in task.targets} >= {round(hz) for hz in engine.published.cranktrain_hz}
 
 
 def test_a_dimension_that_moves_an_interface_strains_no_rigid_motion(tmp_path, monkeypatch):
@@ -383,9 +345,8 @@ def test_a_dimension_that_moves_an_interface_strains_no_rigid_motion(tmp_path, m
 
     monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
     engine = load_engine("diesel_i6")
-    one = replace(
-        engine.crankshaft, throw_angles=(0.0,), main_widths=(0.04, 0.04), counterweights=(True, True), mesh_size=0.04
-    )
+    short = {"throw_angles": (0.0,), "main_widths": (0.04, 0.04), "counterweights": (True, True)}
+    one = replace(engine.crankshaft, **short, mesh_size=0.04)
     engine = replace(engine, crankshaft=one, thrust=replace(engine.thrust, main=1))
     longer = replace(engine, crankshaft=replace(one, flange_length=one.flange_length + 0.01))
     (change,) = changes(engine, longer, 0.01, False, lambda stage: None)
@@ -432,13 +393,11 @@ def test_a_target_in_motion_is_met_by_the_mode_of_the_running_crank(tmp_path):
     from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
 
     path = tmp_path / "coarse.toml"
-    text = engine_path("diesel_i6").read_text("utf-8")
-    path.write_text(text.replace("mesh_size = { value = 18", f"mesh_size = {{ value = {1e3 * COARSE:g}", 1), "utf-8")
+    path.write_text(SIX.replace("mesh_size = { value = 18", f"mesh_size = {{ value = {1e3 * COARSE:g}", 1), "utf-8")
 
     def torsion(engine):
-        return modes_in_motion(
-            settled_simulation(assemble(engine, SPRING_LEVELS), reference_speed(engine))
-        ).torsional_hz
+        settled = settled_simulation(assemble(engine, SPRING_LEVELS), reference_speed(engine))
+        return modes_in_motion(settled).torsional_hz
 
     before = torsion(load_engine(path))
     targets = tmp_path / "moving.targets.toml"

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
+from started import at_speed
 
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, film_call
 from cranktrain.film.laws.register import LAWS
 from cranktrain.film.laws.thrust import thrust_force_tilted, thrust_parameters
@@ -29,9 +29,7 @@ def tilting():
     def made(bearings, state=None):
         # Outputs of states that steps end at: between these, motion is interpolated and forces follow from it.
         settings = Settings(crank="rigid", bearings=bearings, dense_output="off")
-        simulation = Simulation(SIX, body, settings)
-        simulation.inputs[0] = SPEED
-        simulation.initialize()
+        simulation = at_speed(SPEED, SIX, body, settings)
         thrown, motion = simulation.state, slice(offset(0, body.n_modes), offset(3, body.n_modes))
         thrown[offset(1, body.n_modes) + 2] += 0.01 * math.sqrt(body.mass)
         if state is not None:

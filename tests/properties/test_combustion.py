@@ -1,15 +1,14 @@
 """Combustion: balances, closed forms, convergence, scatter and refusals."""
 
 import math
-import re
 
 import numpy as np
 import pytest
 from combustion_cycles import RPM, output, running, single, six, turn
+from one_line import one_line
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from cranktrain.core.errors import InputError
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import WIEBE, wiebe_rate
 from cranktrain.modules.combustion.cycle_events import normal
@@ -58,7 +57,7 @@ def test_mass_and_energy_balance_over_a_cycle():
     missing = state(at.ENERGY) - state(at.FIRST_ENERGY) - heat + state(at.WALL) + state(at.WORK) - carried
     assert abs(missing).max() < scale * heat.min()
     names = ("balance.mass", "balance.energy")
-    shown = [simulation.outputs[simulation.output_names.index(name)] for name in names]
+    shown = [output(simulation, simulation.outputs, name) for name in names]
     assert abs(shown[0]) < scale * state(at.MASS).min() and abs(shown[1]) < scale * heat.min()
 
 
@@ -226,7 +225,7 @@ def test_blow_down_of_a_vessel_follows_the_closed_form():
     for k in range(10):
         simulation.step((k + 1) * time / 10)
     factor = 1.0 + 0.5 * (gamma - 1.0) * area * choked * math.sqrt(r * t0) / v * time
-    pressure = simulation.outputs[simulation.output_names.index("cylinder[1].pressure")]
+    pressure = output(simulation, simulation.outputs, "cylinder[1].pressure")
     assert pressure == pytest.approx(20e5 * factor ** (-2.0 * gamma / (gamma - 1.0)), rel=1e-8)
     assert pressure > settings.exhaust_pressure / 0.5  # choked all the while
 
@@ -398,9 +397,8 @@ def test_gas_energy_is_continuous_and_its_temperature_the_inverse():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "said"),
     [
-        ("bore_x", "", ""),
         ('engine = "diesel_i6"', 'engine = "diesel_i7"', "unknown engine 'diesel_i7': did you mean 'diesel_i6'?"),
         ("[walls]", "[wall]", "unknown table 'wall'; did you mean 'walls'?"),
         ('mass = { value = 82, unit = "mg"', 'mass = { value = 82, unit = "mm"', "injection.mass: unit 'mm'"),
@@ -408,20 +406,18 @@ def test_gas_energy_is_continuous_and_its_temperature_the_inverse():
         ('unit = "MJ/kg"', 'unit = "J/kg"', "fuel.heating_value: 4.28e-05 MJ/kg is not within"),
     ],
 )
-def test_a_wrong_module_file_is_refused_in_one_line(tmp_path, old, new, words):
+def test_a_wrong_module_file_is_refused_in_one_line(tmp_path, old, new, said):
     text = module_files()["combustion_i6"].read_text("utf-8")
     path = tmp_path / "mine.toml"
+    path.write_text(text, "utf-8")
+    assert load(path) == six()
     path.write_text(text.replace(old, new, 1), "utf-8")
-    if not words:
-        assert load(path) == six()
-        return
-    with pytest.raises(InputError, match=re.escape(words)) as refused:
+    with one_line(said):
         load(path)
-    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "said"),
     [
         ({"rod_length": 0.05}, "rod_length 50 mm does not exceed"),
         ({"compression_ratio": 1.0}, "compression_ratio 1 must be above 1"),
@@ -429,8 +425,8 @@ def test_a_wrong_module_file_is_refused_in_one_line(tmp_path, old, new, words):
         ({"bore": math.nan}, "bore is nan"),
     ],
 )
-def test_settings_that_no_engine_has_are_refused(changes, words):
-    with pytest.raises(InputError, match=re.escape(words)):
+def test_settings_that_no_engine_has_are_refused(changes, said):
+    with one_line(said):
         CombustionSimulation(single(**changes))
 
 
@@ -447,9 +443,9 @@ def test_inputs_that_no_engine_has_are_refused_and_the_state_stays():
     ):
         kept = simulation.inputs[place]
         simulation.inputs[place] = value
-        with pytest.raises(InputError, match=re.escape(words)):
+        with one_line(words):
             simulation.step(2e-4)
         simulation.inputs[place] = kept
     assert np.array_equal(simulation.state, before)
-    with pytest.raises(InputError, match="it must go forward"):
+    with one_line("it must go forward"):
         simulation.step(0.0)

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from started import at_speed
 
 import cranktrain as ct
 from cranktrain.dynamics.model import slots as at
@@ -21,12 +22,7 @@ from cranktrain_lab.coupling.master import Master
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN
 from cranktrain_lab.coupling.run import Steps, run
 from cranktrain_lab.coupling.simulation_unit import SimulationUnit
-from cranktrain_lab.coupling.virtual_engine import (
-    GAS_WORK,
-    gas_connections,
-    gas_exchange,
-    volume_connections,
-)
+from cranktrain_lab.coupling.virtual_engine import GAS_WORK, gas_connections, gas_exchange, volume_connections
 
 SPEED = 2000.0 * math.pi / 30.0
 CYCLE = 4.0 * math.pi / SPEED
@@ -54,13 +50,10 @@ def units_of(engine, **settings):
     made = ct.assemble(engine, Settings(gas_source="input", **settings))
     crank = Simulation(made.engine, made.body, made.settings, parts=made.parts)
     cylinders = made.engine.cylinders
-    gas = CombustionSimulation(
-        replace(
-            load(module_files()["combustion_i6"]), bore=cylinders.bore, stroke=2.0 * made.engine.crankshaft.throw,
-            rod_length=made.engine.rod.length, pin_offset=cylinders.pin_offset,
-            compression_ratio=cylinders.compression_ratio, firing_angles=made.engine.firing_angles,
-        )
-    )  # fmt: skip
+    own = {name: getattr(cylinders, name) for name in ("bore", "pin_offset", "compression_ratio")}
+    own |= {"stroke": 2.0 * made.engine.crankshaft.throw, "rod_length": made.engine.rod.length}
+    usual = load(module_files()["combustion_i6"])
+    gas = CombustionSimulation(replace(usual, **own, firing_angles=made.engine.firing_angles))
     crank.inputs[0] = gas.inputs[0] = SPEED
     return SimulationUnit(COMBUSTION, gas), SimulationUnit(CRANKTRAIN, crank)
 
@@ -69,9 +62,8 @@ def coupled(engine, step_deg=1.0, cycles=8, scheme="gauss-seidel", rule="own", t
     """A run of both, its points of the last cycle, and the cranktrain's mean powers (POWERS,) at these, W."""
     own = rule == "own"
     n = engine.n_cylinders
-    combustion, cranktrain = units_of(
-        engine, **{"bearings": "linear", "reconstruction": "polytropic" if own else "hold", **settings}
-    )
+    usual = {"bearings": "linear", "reconstruction": "polytropic" if own else "hold"}
+    combustion, cranktrain = units_of(engine, **usual | settings)
     links = gas_connections(n, own) + (volume_connections(n) if tells else [])
     master = Master([combustion, cranktrain], links, gas_exchange(scheme, rule), READ)
     master.initialize()
@@ -90,8 +82,7 @@ def works(found, last, _=None):
 
 @pytest.mark.parametrize("name", ["six", "i5", "single"])
 def test_a_torsional_crank_takes_the_work_that_the_gas_gives(name, tmp_path_factory):
-    engine = engine_of(name, tmp_path_factory.mktemp(name))
-    given, taken = works(*coupled(engine, crank="torsional"))
+    given, taken = works(*coupled(engine_of(name, tmp_path_factory.mktemp(name)), crank="torsional"))
     assert taken == pytest.approx(given, rel=2e-5)
 
 
@@ -141,9 +132,7 @@ def rigid_volume(engine, angle):
 def compressed(engine, rule, step_deg):
     """Pulley torsion of two cycles, rad, where a partner compresses and expands by pV^1.33 at the crank's angle."""
     made = ct.assemble(engine, Settings(crank="torsional", bearings="linear", gas_source="input", reconstruction=rule))
-    crank = Simulation(made.engine, made.body, made.settings, parts=made.parts)
-    crank.inputs[0] = SPEED
-    crank.initialize()
+    crank = at_speed(SPEED, made.engine, made.body, made.settings, parts=made.parts)
     angle, torsion = (crank.output_names.index(name) for name in ("crank.angle", "pulley.torsion"))
     full, found, h = rigid_volume(engine, math.pi), [], math.radians(step_deg) / SPEED
     for k in range(round(1440 / step_deg)):

@@ -19,14 +19,11 @@ from cranktrain.structure.stress.nodal_stress import ACROSS, NodalStress, von_mi
 from cranktrain.structure.stress.stress_modes import ShapedCrank, stress_modes, surface_stress_modes
 
 SIX = load_engine("diesel_i6")
+SHORT = {"throw_angles": (0.0,), "main_widths": (0.04, 0.04), "counterweights": (True, True), "mesh_size": 0.04}
 ONE_THROW = replace(
-    SIX,
-    crankshaft=replace(
-        SIX.crankshaft, throw_angles=(0.0,), main_widths=(0.04, 0.04), counterweights=(True, True), mesh_size=0.04
-    ),
-    thrust=replace(SIX.thrust, main=1),
+    SIX, crankshaft=replace(SIX.crankshaft, **SHORT), thrust=replace(SIX.thrust, main=1),
     reduction=replace(SIX.reduction, fixed_modes=30),
-)
+)  # fmt: skip
 
 
 @cache
@@ -148,9 +145,8 @@ def test_parts_that_turn_steadily_weigh_and_a_weight_off_the_axis_pulls():
     expected = [0.0, -9.81 * wheel.mass, 0.0, 9.81 * wheel.mass * wheel.offset, 0.0, 0.0]
     np.testing.assert_allclose(loads[body.index("flywheel")], expected, atol=1e-9 * 100.0**2 * wheel.polar_inertia)
     weights = load_engine("diesel_v8").balance_weights
-    first = replace(
-        weights, mains=(1,), **{k: getattr(weights, k)[:1] for k in ("masses", "radii", "angles", "offsets")}
-    )
+    values = {k: getattr(weights, k)[:1] for k in ("masses", "radii", "angles", "offsets")}
+    first = replace(weights, mains=(1,), **values)
     pull = part_loads(replace(ONE_THROW, balance_weights=first), body, at)[0] - loads
     size = first.masses[0] * first.radii[0] * 100.0**2
     angle = first.angles[0]

@@ -137,11 +137,8 @@ def test_pieces_of_a_rigid_crank_are_that_body(name):
 
 def test_torque_is_what_the_shaft_carries():
     """Torque of cuts, averaged over the span of each spring of a torsional crank, is stiffness times twist."""
-    engine = replace(
-        SIX,
-        damping=replace(SIX.damping, ratio=1e-6),
-        reduction=replace(SIX.reduction, torsional_source="ker-wilson", running_cutoff_hz=1e5),
-    )
+    reduction = replace(SIX.reduction, torsional_source="ker-wilson", running_cutoff_hz=1e5)
+    engine = replace(SIX, damping=replace(SIX.damping, ratio=1e-6), reduction=reduction)
     cycle = recorded(engine, Settings(crank="torsional", newton_tolerance=TIGHT), 240.0)
     loads, names = crank_loads(cycle), shaft_nodes(engine)
     z = [cycle.body.positions[cycle.body.index(name), 2] for name in names]

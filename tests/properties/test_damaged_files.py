@@ -7,12 +7,13 @@ import h5py
 import numpy as np
 import pytest
 from damaged_files import DEEP, FOLDER_HARMS, HARMS, archive_of
+from one_line import one_line
 from superelements import shaft, write_superelement
 from test_open_files import result, run_up
 from test_own_body import made as made  # a fixture
 
 from cranktrain.cli.main import main
-from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.errors import StoreError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.export import export
 from cranktrain.results.run_up.run_up import RunUp
@@ -92,39 +93,32 @@ def test_times_of_a_long_result_rise_from_block_to_block(tmp_path):
     assert ResultColumns.of(tmp_path / "run.h5").rows == time.size
     time[columns.BLOCK :] -= 1.0
     write_result(tmp_path / "run.h5", {"time": (time, "s")}, {})
-    with pytest.raises(StoreError, match="its time is damaged"):
+    with one_line("its time is damaged", kind=StoreError):
         ResultColumns.of(tmp_path / "run.h5")
-
-
-def test_a_time_of_coupled_units_rises(tmp_path):
     times, values = np.array([0.0, 1.0, 2.0, 2.0]), np.arange(4.0)[:, None]
-    keep_run(
-        tmp_path / "run.h5", Coupled(("six.crank.angle",), ("rad",), times, values, {}, 3, 0, 3, 0.1), {"scheme": "x"}
-    )
-    with pytest.raises(StoreError, match="its time is damaged"):
-        load_run(tmp_path / "run.h5")
+    coupled = Coupled(("six.crank.angle",), ("rad",), times, values, {}, 3, 0, 3, 0.1)
+    keep_run(tmp_path / "coupled.h5", coupled, {"scheme": "x"})
+    with one_line("its time is damaged", kind=StoreError):
+        load_run(tmp_path / "coupled.h5")
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [
-        ("cycles", -3),
-        ("repeats", -1),
-        ("left", -1e-5),
-        ("orders", 0.5),
-        ("extremes", np.inf),
-        ("extremes", -1e300),
-    ],
+    [("cycles", -3), ("repeats", -1), ("left", -1e-5), ("orders", 0.5), ("extremes", np.inf), ("extremes", -1e300)],
 )
 def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys, name, value):
-    """A negative count of cycles would be drawn as one."""
-    run_up(tmp_path / "up.h5")
-    with_value(tmp_path / "up.h5", name, value)
-    for call in (("export", "up.h5", "--to", "t.csv"), ("plot", "up.h5", "--plots", "new")):
-        call = [tmp_path / one if "." in one or one == "new" else one for one in call]
+    """A negative count of cycles would be drawn as one; of a journal as of the file."""
+    path = tmp_path / "up.h5"
+    made = run_up(path)
+    with_value(path, name, value)
+    for call in (("export", path, "--to", tmp_path / "t.csv"), ("plot", path, "--plots", tmp_path / "new")):
         assert "up.h5: holds numbers that no run-up has" in refused(capsys, *call)
-    with pytest.raises(StoreError, match="holds numbers that no run-up has"):
-        load_run(tmp_path / "up.h5")
+    with one_line("holds numbers that no run-up has", kind=StoreError):
+        load_run(path)
+    made.save(path)
+    replace(made, speeds=made.speeds + 50.0, cycles=-made.cycles).add_to_journal(path)
+    with one_line("holds numbers that no run-up has", kind=StoreError):
+        RunUp.load(path)
 
 
 def test_speeds_of_a_run_up_that_are_whole_numbers_are_not_calculated_with_as_such(tmp_path):
@@ -140,13 +134,6 @@ def test_speeds_of_a_run_up_that_are_whole_numbers_are_not_calculated_with_as_su
         else:
             with pytest.raises(StoreError, match="holds numbers that no run-up has"):
                 RunUp.load(tmp_path / "up.h5")
-
-
-def test_a_journal_with_numbers_that_no_run_up_has_is_refused(tmp_path):
-    made = run_up(tmp_path / "up.h5")
-    replace(made, speeds=made.speeds + 50.0, cycles=-made.cycles).add_to_journal(tmp_path / "up.h5")
-    with pytest.raises(StoreError, match="holds numbers that no run-up has"):
-        RunUp.load(tmp_path / "up.h5")
 
 
 @pytest.mark.parametrize(("name", "value"), [("speeds", 1e300), ("amplitudes", 1e308), ("amplitudes", np.inf)])
@@ -171,20 +158,19 @@ def test_a_damaged_folder_of_a_body_is_refused(tmp_path, made, harm):
         import_body(tmp_path / "body")
 
 
-def test_an_archive_that_states_terabytes_is_refused(tmp_path, made):
+def test_bodies_that_state_terabytes_or_what_none_has_are_refused(tmp_path, made):
     for k, stated in enumerate(("(10995116277760,)", "(-1,)", "(2, 3, 99999999999)")):
         path = export_body(tmp_path / f"{k}.npz", made)
         archive_of(path, stated)
-        with pytest.raises(StoreError, match="damaged"):
+        with one_line("damaged", kind=StoreError):
             import_body(path)
-
-
-def test_a_body_of_negative_mass_is_refused_in_every_format(tmp_path, made):
     path = save_body(tmp_path / "b.h5", made)
     with h5py.File(path, "r+") as file:
         file.attrs["mass"] = -1.0
-    with pytest.raises(StoreError, match="its mass is -1 kg, needs one above zero"):
+    with one_line("its mass is -1 kg, needs one above zero", kind=StoreError):
         load_body(path)
+    with one_line("rigid modes do not belong", kind=StoreError):
+        import_body(export_body(tmp_path / "b.npz", replace(made, mass=1e30)))
 
 
 def antisymmetric(matrix):
@@ -223,13 +209,8 @@ def test_terms_that_do_not_belong_to_one_body_are_refused(tmp_path, made, form, 
         with np.load(path) as data:
             arrays = dict(data)
         np.savez(path, **{**arrays, name: harm(arrays[name])})
-    with pytest.raises(StoreError, match=said):
+    with one_line(said, kind=StoreError):
         import_body(path)
-
-
-def test_a_mass_of_another_body_is_refused(tmp_path, made):
-    with pytest.raises(StoreError, match="rigid modes do not belong"):
-        import_body(export_body(tmp_path / "b.npz", replace(made, mass=1e30)))
 
 
 SECTIONS = ("section_interface", "section_mass", "section_polar", "section_diametral")
@@ -255,11 +236,15 @@ def test_a_body_that_does_not_say_how_it_was_reduced_is_told_by_what_it_has(tmp_
     assert "59.0 kg, 150 modes" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("head", [DEEP, "{", "[]", '{"format": 1}', '"x"'])
-def test_a_damaged_head_of_variants_is_refused(tmp_path, head):
-    (tmp_path / HEAD).write_text(head)
-    with pytest.raises(StoreError, match="is no folder of variants"):
-        VariantFiles.open(tmp_path)
+def test_deep_or_strange_texts_are_no_files_of_ours(tmp_path):
+    for head in (DEEP, "{", "[]", '{"format": 1}', '"x"'):
+        (tmp_path / HEAD).write_text(head)
+        with one_line("is no folder of variants", kind=StoreError):
+            VariantFiles.open(tmp_path)
+    for text in (DEEP, "[]", json.dumps({"fillets": 3})):
+        (tmp_path / "f.json").write_text(text)
+        with one_line("is no result of 'cranktrain fatigue"):
+            _fatigue(tmp_path / "f.json")
 
 
 def test_coupled_units_are_columns_and_their_table_replaces_itself(tmp_path):
@@ -274,13 +259,6 @@ def test_coupled_units_are_columns_and_their_table_replaces_itself(tmp_path):
     assert head == "time [s],mass/place [m],spring/force [N]" and rows[1] == "1.0,2.0,3.0"
 
 
-def test_a_deep_json_of_fatigue_is_no_result_of_it(tmp_path):
-    for text in (DEEP, "[]", json.dumps({"fillets": 3})):
-        (tmp_path / "f.json").write_text(text)
-        with pytest.raises(InputError, match="is no result of 'cranktrain fatigue"):
-            _fatigue(tmp_path / "f.json")
-
-
 def test_a_superelement_that_states_terabytes_is_refused(tmp_path):
     write_superelement(tmp_path, shaft(2), {"a": 1, "b": 3})
     text = (tmp_path / "super.toml").read_text("utf-8")
@@ -288,7 +266,7 @@ def test_a_superelement_that_states_terabytes_is_refused(tmp_path):
     (tmp_path / "super.toml").write_text(text.replace('matrices = "super.mtx"', own), "utf-8")
     for name in ("stiffness.mtx", "mass.mtx"):
         (tmp_path / name).write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1.0\n")
-    with pytest.raises(InputError, match="at most"):
+    with one_line("at most"):
         read_body(tmp_path / "super.toml")
 
 

@@ -59,12 +59,9 @@ def test_the_limits_are_those_of_the_plain_cranktrain(six):
     d, pulley = engine.damper, engine.pulley
     first = damper_report(engine, body)["first_torsional"]
     for extra, limit in ((0.0, "ring_free_hz"), (d.ring_inertia, "ring_locked_hz")):
-        part = replace(
-            pulley,
-            mass=pulley.mass + d.mass,
-            polar_inertia=pulley.polar_inertia + d.housing_inertia + extra,
-            diametral_inertia=pulley.diametral_inertia + 0.5 * (d.housing_inertia + d.ring_inertia),
-        )
+        diametral = pulley.diametral_inertia + 0.5 * (d.housing_inertia + d.ring_inertia)
+        polar = pulley.polar_inertia + d.housing_inertia + extra
+        part = replace(pulley, mass=pulley.mass + d.mass, polar_inertia=polar, diametral_inertia=diametral)
         other = replace(engine, pulley=part, damper=None)
         hz, *_ = cranktrain_modes(other, complete_crankshaft(other, body))
         assert np.abs(hz / first[limit] - 1.0).min() < 1e-9

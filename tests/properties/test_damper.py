@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from one_line import one_line
 from scipy.integrate import quad
 
-from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.damper import (
     DAMPING,
@@ -200,10 +200,9 @@ def test_a_damper_outside_its_law_is_refused():
     hottest = DAMPER.highest_temperature
     check_temperature(DAMPER, hottest)
     for temperature, way in ((hottest + 0.1, "hotter"), (DAMPER.lowest_temperature - 0.1, "colder"), (math.nan, "")):
-        with pytest.raises(InputError, match=f"{way}.* than its law is valid, -25 to 150 degC") as caught:
+        with one_line(way, " than its law is valid, -25 to 150 degC"):
             damper_parameters(DAMPER, temperature)
-        assert "\n" not in str(caught.value)
-    with pytest.raises(InputError, match=r"W heat it to .* hotter than its law is valid"):
+    with one_line("W heat it to ", " hotter than its law is valid"):
         balanced_temperature(DAMPER, 1e5)
 
 
@@ -223,5 +222,5 @@ def test_the_pulley_carries_the_housing():
     tilt = housed.pulley.diametral_inertia - engine.pulley.diametral_inertia
     assert 2.0 * tilt == pytest.approx(DAMPER.housing_inertia + DAMPER.ring_inertia)
     assert replace(housed, pulley=engine.pulley) == engine
-    with pytest.raises(InputError, match=r"has no \[damper\]"):
+    with one_line("has no [damper]"):
         with_damper_housing(replace(engine, damper=None))

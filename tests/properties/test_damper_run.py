@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
+from one_line import one_line
+from started import at_speed, series, shown
 
-from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.cycle_run import damper_power
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE
-from cranktrain.dynamics.simulation import Settings, Simulation, fitted_engine, simulate
+from cranktrain.dynamics.simulation import Settings, fitted_engine, simulate
 from cranktrain.loads.damper import damper_parameters, damper_temperature, damper_torque, with_damper_housing
 from cranktrain.structure.crank.level import crank_body
 
@@ -32,15 +33,9 @@ def with_damper(**changes):
 )
 def test_torque_twist_and_heat_are_those_of_the_law(damper):
     engine = with_damper(**damper)
-    simulation = Simulation(engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
     h = math.radians(0.5) / SPEED
-    rows = []
-    for k in range(1, 400):
-        simulation.step(k * h)
-        rows.append(simulation.outputs.copy())
-    out = dict(zip(simulation.output_names, np.array(rows).T, strict=True))
+    out = series(simulation, h, 399)
     twist = out["damper.twist"]
     rate = (8 * (twist[3:-1] - twist[1:-3]) - (twist[4:] - twist[:-4])) / (12 * h)
     law, found = damper_parameters(engine.damper, damper_temperature(engine.damper, SPEED)), np.zeros(4)
@@ -60,16 +55,13 @@ def test_torque_twist_and_heat_are_those_of_the_law(damper):
 
 def test_the_ring_is_driven_by_the_torque_alone():
     engine = with_damper(law="newtonian")
-    simulation = Simulation(engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))
     h = math.radians(0.5) / SPEED
-    for k in range(1, 100):
-        simulation.step(k * h)
-    out, angles, torque = simulation.output_names, [], 0.0
+    series(simulation, h, 99)
+    angles, torque = [], 0.0
     for k in range(100, 105):
         simulation.step(k * h)
-        read = dict(zip(out, simulation.outputs, strict=True))
+        read = shown(simulation)
         frame = simulation.state[SHAFT_ANGLE] + simulation.state[LEAD_ANGLE]
         angles.append(frame + read["pulley.torsion"] - read["damper.twist"])
         torque = torque or (read["damper.torque"] if k == 102 else 0.0)
@@ -112,8 +104,7 @@ def test_a_stuck_ring_is_a_heavier_pulley():
     stuck = replace(with_damper(law="newtonian", viscosity=1e6), damping=damping, pulley=central)
     housed = with_damper_housing(stuck)
     heavier = replace(
-        housed,
-        pulley=replace(housed.pulley, polar_inertia=housed.pulley.polar_inertia + SIX.damper.ring_inertia),
+        housed, pulley=replace(housed.pulley, polar_inertia=housed.pulley.polar_inertia + SIX.damper.ring_inertia)
     )
     # By inertia alone: gas follows the crank's mean rotation, of which a ring is a part or not (2e-3 of the torsion).
     motored = replace(LINEAR, gas_source="input")
@@ -147,7 +138,7 @@ def test_too_much_heat_for_the_cooling_area_is_warned_of():
 
 
 def test_a_damper_hotter_than_its_law_is_refused():
-    with pytest.raises(InputError, match="hotter than its law is valid"):
+    with one_line("hotter than its law is valid"):
         simulate(SIX, rigid_crank(SIX), replace(FITTED, damper_temperature=500.0), SPEED, 1)
 
 

@@ -6,10 +6,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from started import at_speed
 
 from cranktrain.dynamics.cycle_run import communication_step, row_step
 from cranktrain.dynamics.model.settings import RECORDED, ROW, Settings, resolved, step_each_row
-from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import LAWS
 from cranktrain.structure.assembly import assemble
@@ -24,10 +25,7 @@ def levels_of(engine, crank, bearings):
 
 
 def started(assembly, speed, **choices):
-    simulation = Simulation(assembly.engine, assembly.body, replace(assembly.settings, **choices), parts=assembly.parts)
-    simulation.inputs[0] = speed
-    simulation.initialize()
-    return simulation
+    return at_speed(speed, assembly.engine, assembly.body, replace(assembly.settings, **choices), parts=assembly.parts)
 
 
 def cycle(assembly, speed, cycles=4, **choices):

@@ -20,12 +20,7 @@ from elastic_bearing import (
 
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import density_factor, pressure_constants, pressure_factor
-from cranktrain.film.elastic.grid import (
-    FILM_MIN,
-    FRICTION_TORQUE,
-    PRESSURE_MAX,
-    ElasticGrid,
-)
+from cranktrain.film.elastic.grid import FILM_MIN, FRICTION_TORQUE, PRESSURE_MAX, ElasticGrid
 from cranktrain.film.elastic.oil import HIGHEST, oil_tables, reduced_pressure
 from cranktrain.film.reynolds.field import Supply, solve_film
 
@@ -119,13 +114,8 @@ def test_oil_that_thickens_with_pressure_carries_on_a_thicker_film_with_more_fri
     least, torque = {}, {}
     for name in ("none", "roelands", "barus"):
         bearing = grooved(count=7, oil=tables(replace(PLAIN, pressure_law=name)))
-        rows = carry(
-            bearing,
-            lambda angle: load * min(angle, 1.0),
-            np.radians(4),
-            60,
-            record=(FILM_MIN, FRICTION_TORQUE, PRESSURE_MAX),
-        )
+        record = FILM_MIN, FRICTION_TORQUE, PRESSURE_MAX
+        rows = carry(bearing, lambda angle: load * min(angle, 1.0), np.radians(4), 60, record=record)
         least[name], torque[name], peak = rows[-1]
     assert least["none"] < 0.9 * least["roelands"] and least["roelands"] < least["barus"]
     assert abs(torque["none"]) < abs(torque["roelands"])

@@ -55,27 +55,21 @@ def of_six(bearings, block, step_deg=1.25, **choices):
         shares = np.zeros((2, 7, 3))
         shares[0, 3, 0] = shares[1, 4, 0] = 1.0
         area = math.pi * engine.main_bearing.diameter * engine.main_bearing.width
-        parts = parts._replace(
-            bore=BoreCompliance(shares, np.array([2e-10, 1e-10]), np.zeros((2, 4)), np.array([0.6, 1.0]), area)
-        )
+        bore = BoreCompliance(shares, np.array([2e-10, 1e-10]), np.zeros((2, 4)), np.array([0.6, 1.0]), area)
+        parts = parts._replace(bore=bore)
     level = "ground" if block == "ground" else "flexible"
     return balance(engine, body, 2000, step_deg, parts, bearings=bearings, block=level, **choices)
 
 
-@pytest.mark.parametrize("block", ["ground", "rigid", "elastic"])
-def test_six_with_films_without_tilt(block):
-    assert abs(of_six("impedance", block)["residual_of_gas_work"]) < CLOSED
-
-
-@pytest.mark.parametrize("block", ["ground", "elastic"])
-def test_six_with_tabulated_films(block):
-    assert abs(of_six("table", block)["residual_of_gas_work"]) < CLOSED
-
-
-@pytest.mark.slow
-def test_six_with_elastic_films():
-    """Their method is of second order: 5e-5 are left at the usual step, 1e-5 at half of it."""
-    assert abs(of_six("ehd", "elastic", 0.625)["residual_of_gas_work"]) < CLOSED
+@pytest.mark.parametrize(
+    ("bearings", "block", "step_deg"),
+    [("impedance", "ground", 1.25), ("impedance", "rigid", 1.25), ("impedance", "elastic", 1.25),
+     ("table", "ground", 1.25), ("table", "elastic", 1.25),
+     pytest.param("ehd", "elastic", 0.625, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_six_on_films(bearings, block, step_deg):
+    """The method of elastic films is of second order: 5e-5 are left at the usual step, 1e-5 at half of it."""
+    assert abs(of_six(bearings, block, step_deg)["residual_of_gas_work"]) < CLOSED
 
 
 def test_six_with_floating_big_ends_and_damper():

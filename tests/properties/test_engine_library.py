@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from some import some
+from started import at_speed, shown
 
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.firing import firing_summary
 from cranktrain.loads.gas_pressure import GasTrace
@@ -254,9 +255,7 @@ def test_big_ends_of_a_large_engine_start_in_their_films():
     """Gas turns a large crank far while its start is sought: its big ends then stood forty clearances off."""
     engine = load_engine("two_stroke_six")
     settings = Settings(crank="rigid", block="ground", bearings="linear", pistons="rigid", big_ends="impedance")
-    simulation = Simulation(engine, running_crank(engine, "rigid"), settings)
-    simulation.inputs[0] = 10.0
-    simulation.initialize()
-    named = dict(zip(simulation.output_names, simulation.outputs.tolist(), strict=True))
+    simulation = at_speed(10.0, engine, running_crank(engine, "rigid"), settings)
+    named = shown(simulation)
     assert max(named[f"big_end[{k}].eccentricity"] for k in range(1, 7)) < 1.0
     simulation.step(1e-3)
