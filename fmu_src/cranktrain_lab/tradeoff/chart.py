@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from cranktrain_lab.tradeoff.pareto import pareto_front
-from cranktrain_lab.tradeoff.point import INPUT, MODEL, NUMERICAL, OUTPUTS, TOP, Point, in_scene
+from cranktrain_lab.tradeoff.point import INPUT, MODEL, NUMERICAL, OUTPUTS, TOP, Point, in_scene, pareto_front
 
 NAMES = {"pulley_torsion": "pulley torsion", "pulley_axial": "pulley axial motion", "bearing_film": "least film"}
 COST = "processor s per simulated s / 1"

@@ -13,9 +13,9 @@ from typing import Any
 from cranktrain.studies.total_error.families import Family
 from cranktrain.studies.total_error.point import PARTS, TotalPoint, at_scene, shown
 from cranktrain_lab.tradeoff.chart import name_points
-from cranktrain_lab.tradeoff.pareto import front
-from cranktrain_lab.tradeoff.total.choice import ACCURACIES, percent, rate
-from cranktrain_lab.tradeoff.total.study import TotalStudy
+from cranktrain_lab.tradeoff.point import front
+from cranktrain_lab.tradeoff.study import TotalStudy
+from cranktrain_lab.tradeoff.total_choice import ACCURACIES, percent, rate
 
 COLOURS = ("#8a8f98", "#c58b00", "#1f77b4", "#2ca02c", "#8e44ad", "#d62728", "#17a2a2", "#7f4f24")
 """Colours of bearing levels, the lowest level first."""

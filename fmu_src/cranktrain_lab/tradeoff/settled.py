@@ -20,7 +20,6 @@ from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import Progress
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import SHAFT_ANGLE
 from cranktrain.dynamics.motion.film_memory import memory_offset
@@ -31,8 +30,9 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.results.whole_run import whole
 from cranktrain.store.kept import Kept, digest
-from cranktrain.structure.assembly import Assembly, assemble
+from cranktrain.structure.assembly import assemble
 from cranktrain.studies.total_error.families import Cycle, wanted
+from cranktrain_lab.tradeoff.runs import at_start, timed
 
 FINE_SETTLE = 3.0e-4
 """Largest settling error of reference runs, as a fraction."""
@@ -49,14 +49,17 @@ SLOW = 2.0
 
 @dataclass(frozen=True)
 class Job:
-    """Input of one settled run; ``fine_grid``: use ``FINE_GRID``; ``goes_on``: add cycles without correction."""
+    """Input of one settled run.
+
+    ``reference``: settle to ``FINE_SETTLE`` from the motion at a long step, without cycles that follow; ``fine_grid``:
+    use ``FINE_GRID``.
+    """
 
     engine: Engine
     speed: float
     settings: Settings
-    settle: float = TOLERANCE
+    reference: bool = False
     fine_grid: bool = False
-    goes_on: bool = True
 
 
 @dataclass(frozen=True)
@@ -107,20 +110,20 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     parts = made.parts
     if job.fine_grid and parts.bore is not None:
         parts = parts._replace(bore=replace(parts.bore, grid=FINE_GRID))
-    simulation = _begun(made, made.settings, parts, job.speed)
-    if not job.goes_on:
-        coarse = _begun(made, replace(made.settings, step=math.radians(COARSE_DEG)), made.parts, job.speed)
+    simulation = at_start(made, made.settings, job.speed, parts=parts)
+    if job.reference:
+        coarse = at_start(made, replace(made.settings, step=math.radians(COARSE_DEG)), job.speed)
         whole(run_cycles(coarse, None, TOLERANCE, None, None))
         _go_on_from(simulation, coarse)
     begin = time.process_time()
-    result = whole(run_cycles(simulation, None, job.settle, None, None))
+    result = whole(run_cycles(simulation, None, FINE_SETTLE if job.reference else TOLERANCE, None, None))
     seconds = time.process_time() - begin
     shown = set(simulation.shown_outputs)
     names = [name for name in wanted(job.engine) if name in shown]
     places = [simulation.output_names.index(name) for name in names]
     last = np.array([result.outputs[name][-result.per_cycle :] for name in names])
     after, cost = last, seconds / (result.settling.cycles * result.per_cycle * result.step)
-    if job.goes_on:
+    if not job.reference:
         rows, cost = _plain_cycles(simulation, result.per_cycle, result.step)
         after = np.ascontiguousarray(rows[:, places].T)
     figures = [cost, seconds, result.settling.cycles, result.settling.repeats]
@@ -128,14 +131,6 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
         "names": np.array(names), "last": last, "after": after,
         "figures": np.array(figures, dtype=float),
     }  # fmt: skip
-
-
-def _begun(made: Assembly, settings: Settings, parts: Parts, speed: float) -> Simulation:
-    """Return an initialized simulation at a shaft speed (rad/s)."""
-    simulation = Simulation(made.engine, made.body, settings, None, parts)
-    simulation.inputs[0] = speed
-    simulation.initialize()
-    return simulation
 
 
 def _go_on_from(simulation: Simulation, other: Simulation) -> None:
@@ -156,14 +151,7 @@ def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, flo
     first, costs = np.empty((0, 0)), list[float]()
     rows = np.empty((per_cycle, simulation.outputs.size))
     while not _enough(costs):
-        taken = len(costs) * per_cycle
-        begin = time.process_time()
-        done = simulation.series(h, taken + 1, rows)
-        while done < per_cycle:
-            simulation.step((taken + done + 1) * h)  # raises the error with its reason
-            rows[done] = simulation.outputs
-            done += 1
-        costs.append(time.process_time() - begin)
+        costs.append(timed(simulation, h, len(costs) * per_cycle, rows))
         if len(costs) == 1:
             first = rows.copy()
     return first, median(costs) / (per_cycle * h)
