@@ -271,12 +271,6 @@ class Master:
         except UnitError as error:
             raise UnitError(f"{unit.name} at {self.time:.6g} s: {error}") from None
 
-    def _advance(self, unit: Unit, size: float) -> None:
-        try:
-            unit.step(self.time, size)
-        except UnitError as error:
-            raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
-
     def _one_by_one(self, first: int, end: int, size: float, place: float) -> None:
         """Step units ``first`` to ``end`` in turn, each with the outputs of the previous units at the step's end."""
         if self._turns is not None:
@@ -298,7 +292,12 @@ class Master:
         if what & WRITE:
             self._write(unit)
         if what & STEP:
-            self._advance(unit, size)
+            try:
+                unit.step(self.time, size)
+            except UnitError as error:
+                raise UnitError(
+                    f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}"
+                ) from None
         if what & MEAN and unit in self._feeding:
             self._expect(unit, place)
         if what & READ:

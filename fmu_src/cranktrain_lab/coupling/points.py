@@ -30,21 +30,17 @@ class PointsFile:
         """Write a point and return the number of points written."""
         place = self._count % ROWS
         if place == 0:
-            self._rows = self._room()
+            size = ROWS * self._width * 8
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(self._file.fileno(), self._size, size)
+            else:
+                self._file.truncate(self._size + size)
+            room = mmap.mmap(self._file.fileno(), size, offset=self._size)
+            self._size += size
+            self._rows = np.frombuffer(room).reshape(ROWS, self._width)
         self._rows[place] = row
         self._count += 1
         return self._count
-
-    def _room(self) -> Array:
-        """Reserve and map space for the next ROWS points."""
-        size = ROWS * self._width * 8
-        if hasattr(os, "posix_fallocate"):
-            os.posix_fallocate(self._file.fileno(), self._size, size)
-        else:
-            self._file.truncate(self._size + size)
-        room = mmap.mmap(self._file.fileno(), size, offset=self._size)
-        self._size += size
-        return np.frombuffer(room).reshape(ROWS, self._width)
 
 
 def read_points(path: Path, width: int, count: int) -> Array:

@@ -84,7 +84,8 @@ def add_parameters(group: Element, unit: Fmu3Unit, values: Mapping[str, Any]) ->
         if variable.name in done:
             continue
         done.add(variable.name)
-        texts = [_text(value) for value in unit.start_values(name, values)]
+        starts = unit.start_values(name, values)
+        texts = [str(value).lower() if isinstance(value, bool) else str(value) for value in starts]
         parameter = SubElement(group, f"{{{SSV}}}Parameter", name=variable.name)
         typed = SubElement(parameter, f"{{{SSV}}}{variable.kind}")
         if variable.shape and variable.kind in _TEXTS:
@@ -93,7 +94,3 @@ def add_parameters(group: Element, unit: Fmu3Unit, values: Mapping[str, Any]) ->
         else:
             typed.set("value", " ".join(texts))
         add_dimensions(parameter, variable.shape)
-
-
-def _text(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -132,7 +132,13 @@ class Turns:
         notes = noted[-1] if noted else np.zeros(at.NOTE_SLOTS, dtype=np.int64)
         tables = self._units, self._wires, self._places, self._values, self._sources, self._exchanged
         self.arguments = (self._control, self._numbers, *tables, *vectors, notes)
-        self.until = self._ends()
+        ends = [0] * len(self._order)
+        for k in reversed(range(len(ends))):
+            if self._order[k].name in self._chosen:
+                ends[k] = ends[k + 1] if k + 1 < len(ends) and ends[k + 1] > k + 1 else k + 1
+            else:
+                ends[k] = k
+        self.until = ends
         if chosen:
             self._call = bound_call(at.take_turns, self.arguments)
 
@@ -159,15 +165,6 @@ class Turns:
                     self._sources[part] = begin + values.places
                 begin += values.values.size
             first = end
-
-    def _ends(self) -> list[int]:
-        ends = [0] * len(self._order)
-        for k in reversed(range(len(ends))):
-            if self._order[k].name in self._chosen:
-                ends[k] = ends[k + 1] if k + 1 < len(ends) and ends[k + 1] > k + 1 else k + 1
-            else:
-                ends[k] = k
-        return ends
 
     def weigh(self, weights: Sequence[float]) -> None:
         """Set weights of the means over the next step: of the new value, then of earlier communication points."""

@@ -105,16 +105,11 @@ def _over_time(name: str, one: Judged, run: Coupled, other: Judged | None) -> st
     if name.startswith(f"{MISFIT}."):
         output = name.removeprefix(f"{MISFIT}.")
         for word, source in (("model", CRANKTRAIN), ("measurement", UNIT)):
-            curves[word] = _of_misfit(run, source, output)[::every]
+            angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
+            own = without_zero(angle, model)
+            curves[word] = (own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}"))[::every]
     label = f"{name.removeprefix(f'{SIGNALS}.')}{f' / {unit}' if unit else ''}"
     return line_chart(f"{label} over the time", x, curves, ("time / s", label))
-
-
-def _of_misfit(run: Coupled, source: str, output: str) -> Array:
-    """Return the curve of model or measurement from which a misfit was computed, minus its mean over a cycle."""
-    angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
-    own = without_zero(angle, model)
-    return own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}")
 
 
 def _orders(harness: Harness, name: str, runs: Mapping[str, Coupled]) -> list[str]:

@@ -57,7 +57,13 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
         units, connections, exchange, outputs, bonds = _of_virtual_engine(harness, scenario, fmus, starts)
     else:
         units = {name: open_fmu(path, name, starts[name]) for name, path in fmus.items()}
-        connections = _connected(harness, units)
+        connections = []
+        for link in harness.links or ():
+            ends = [tuple(end.strip().split(".", 1)) for end in link.split("->")]
+            connections.append(Connection((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
+        if harness.by_name:
+            taken = {connection.target for connection in connections}
+            connections += [connection for connection in by_name(units) if connection.target not in taken]
         exchange = Exchange(scenario.way.scheme, scenario.way.reconstruction, harness.abscissa)
         outputs, bonds = {name: [] for name in units}, []
     bonds = [*bonds, *harness.bonds]
@@ -172,18 +178,6 @@ def _of_recording(
     outputs = {UNIT: list(recorded.outputs), CRANKTRAIN: ["crank.angle", "crank.speed"]}
     exchange = gas_exchange(scenario.way.scheme, scenario.way.reconstruction)
     return {CRANKTRAIN: cranktrain}, connected(cylinders, recorded, rule == POLYTROPIC), exchange, outputs
-
-
-def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:
-    """Return connections that the harness file lists, and connections of other inputs by equal names."""
-    found = []
-    for link in harness.links or ():
-        ends = [tuple(end.strip().split(".", 1)) for end in link.split("->")]
-        found.append(Connection((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
-    if harness.by_name:
-        taken = {connection.target for connection in found}
-        found += [connection for connection in by_name(units) if connection.target not in taken]
-    return found
 
 
 def _read(

@@ -41,7 +41,7 @@ def identified_text(
     for one, row in zip(sought, rows, strict=True):
         if one.in_file and not one.key.startswith(RATIOS):
             value = rounded(one.scale * row["value"], one.scale) + one.zero
-            written[one.key] = Written(value, IDENTIFIED, notes[_list_of(one.key)])
+            written[one.key] = Written(value, IDENTIFIED, notes[one.key.partition("[")[0]])
             for key, number in following(engine, sought, one, value).items():
                 written[key] = Written(rounded(number), "derived", f"follows {one.key} in proportion")
     ratios = [(one, row) for one, row in zip(sought, rows, strict=True) if one.key.startswith(RATIOS)]
@@ -66,11 +66,6 @@ def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
     unit = "" if one.unit == "1" else f" {one.unit}"
     unit = unit if row["low"] is not None else ""
     return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
-
-
-def _list_of(key: str) -> str:
-    """Return the key of a value, or of the list that contains it."""
-    return key.partition("[")[0]
 
 
 def _notes(sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str) -> dict[str, str]:

@@ -78,7 +78,13 @@ def read_recordings(
     own = corrected(place)
     values = [_at_points(file, place, own, corrected) for file in files]
     for recordings in (range(len(watched)), range(len(watched), len(files))):
-        _check_different(files, values, recordings)
+        for second in recordings:  # equal ones would underestimate the scatter
+            for first in recordings[: second - recordings[0]]:
+                if np.array_equal(values[first], values[second]):
+                    raise InputError(
+                        f"{files[second].name}: holds the same orders as {files[first].name}; a recording counts once, "
+                        "so leave one of them out"
+                    )
     return Recordings(place, np.array(values[: len(watched)]), np.array(values[len(watched) :]))
 
 
@@ -98,17 +104,6 @@ def _read(path: str | Path, output: str) -> _File:
             )
         points[order] = speeds, sizes * np.exp(1j * phases)
     return _File(name, points)
-
-
-def _check_different(files: Sequence[_File], values: Sequence[ComplexArray], recordings: Sequence[int]) -> None:
-    """Raise ``InputError`` for recordings with equal orders, because they would underestimate the scatter."""
-    for second in recordings:
-        for first in recordings[: second - recordings[0]]:
-            if np.array_equal(values[first], values[second]):
-                raise InputError(
-                    f"{files[second].name}: holds the same orders as {files[first].name}; a recording counts once, so "
-                    "leave one of them out"
-                )
 
 
 def _operating_points(speeds: Sequence[Array]) -> Array:
