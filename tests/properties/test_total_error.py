@@ -28,11 +28,11 @@ from cranktrain.studies.total_error import shipped
 from cranktrain.studies.total_error.families import FAMILIES, wanted
 from cranktrain.studies.total_error.point import Best, Split, TotalPoint, at_scene
 from cranktrain_lab.tradeoff import settled
-from cranktrain_lab.tradeoff.distance import distance, resampled, split
 from cranktrain_lab.tradeoff.families import StudyScene
 from cranktrain_lab.tradeoff.files import total_page, write_files
 from cranktrain_lab.tradeoff.models import best_model, default_model, every_model, models
 from cranktrain_lab.tradeoff.point import front, with_fronts
+from cranktrain_lab.tradeoff.settled import distance, resampled, split
 from cranktrain_lab.tradeoff.study import TotalStudy, total_study
 from cranktrain_lab.tradeoff.total_choice import cheapest, default_rows, table_rows, total_choice_text
 

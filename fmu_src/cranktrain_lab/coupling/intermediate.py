@@ -14,8 +14,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.unit_turns import MEAN, READ, WRITE
-from cranktrain_lab.coupling.unit import Unit, UnitError
-from cranktrain_lab.coupling.updates import Master, Updates
+from cranktrain_lab.coupling.unit import Master, Unit, UnitError, Updates
 
 CLOSE = 1.0e-5
 """Largest difference of an intermediate point from the expected point, as a fraction of the step size."""

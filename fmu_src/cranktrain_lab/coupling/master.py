@@ -24,16 +24,47 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.unit_turns import MEAN, READ, STEP, WRITE
 from cranktrain_lab.coupling.connections import Connection, checked, wiring
-from cranktrain_lab.coupling.quasi_newton import QuasiNewton
 from cranktrain_lab.coupling.reconstruction import DEGREES, Samples
 from cranktrain_lab.coupling.schemes import INSIDE, SCHEMES
 from cranktrain_lab.coupling.turns import Turns, Vectors
 from cranktrain_lab.coupling.unit import Unit, UnitError
 
+MOST = 8
+"""Number of differences kept within a step."""
+DISTINCT = 1.0e-10
+"""Singular values of the differences are ignored below this fraction of the largest singular value."""
 PASSES = 4
 """Largest number of iterations at a communication point, for outputs with direct feedthrough."""
 STEADY = 1.0e-12
 """Relative change of outputs at which the iteration of outputs with direct feedthrough has converged."""
+
+
+class QuasiNewton:
+    """Interface quasi-Newton iteration of one communication step for fixed points x = H(x) of its exchanged values.
+
+    Least squares over the last evaluations give the combination with the least residual, and from it the next x.
+    Degroote, Bathe, Vierendeels (2009), *Performance of a new partitioned procedure versus a monolithic procedure in
+    fluid–structure interaction*, Computers & Structures 87, 793–801.
+    """
+
+    def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
+        """Discard the data of the last step."""
+        self._results: list[Array] = []
+        self._changes: list[Array] = []
+
+    def next(self, result: Array, change: Array) -> Array:
+        """Return the next x from H(x) and H(x) − x, each (n,)."""
+        self._results = [*self._results[-MOST:], result]
+        self._changes = [*self._changes[-MOST:], change]
+        if len(self._changes) == 1:
+            return result
+        changes = np.array([c - change for c in self._changes[:-1]]).T
+        results = np.array([r - result for r in self._results[:-1]]).T
+        share = np.linalg.lstsq(changes, -change, rcond=DISTINCT)[0]
+        return np.asarray(result + results @ share)
 
 
 @dataclass(frozen=True)

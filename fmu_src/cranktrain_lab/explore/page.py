@@ -205,7 +205,7 @@ class Page:
         """Return the comparison with the other engine or run-up, on equal axes."""
         if self._explored.other is None:
             return []
-        from cranktrain_lab.explore.compared import Beside
+        from cranktrain_lab.explore.charts import Beside
 
         self._beside = Beside(self._live.whole.title, *self._explored.other)
         self._beside.show(self._now, self._orders.value)

@@ -14,8 +14,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain_lab.measured.channels import Channel
-from cranktrain_lab.measured.decimation import decimated
+from cranktrain_lab.measured.channels import Channel, decimated
 from cranktrain_lab.measured.rotation import Rotation
 from cranktrain_lab.measured.tracking import ComplexArray, Orders, Points, check_orders
 from cranktrain_lab.measured.vold_kalman import MOST_UNKNOWNS, POLES, envelopes

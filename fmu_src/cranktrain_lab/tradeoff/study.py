@@ -23,13 +23,12 @@ from cranktrain.studies.total_error.families import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.studies.total_error.families import Cycle
 from cranktrain.studies.total_error.point import Best, TotalPoint
 from cranktrain.studies.total_error.shipped import engine_digest, model_sources
-from cranktrain_lab.tradeoff.distance import split
 from cranktrain_lab.tradeoff.families import FAMILIES, StudyScene
 from cranktrain_lab.tradeoff.level_points import error_estimate, reference_case
 from cranktrain_lab.tradeoff.measure import Entry, measured
 from cranktrain_lab.tradeoff.models import FINE, Method, Model, best_model, default_model, models
 from cranktrain_lab.tradeoff.point import OUTPUTS, Point, marked, with_fronts
-from cranktrain_lab.tradeoff.settled import Job, Settled, settled
+from cranktrain_lab.tradeoff.settled import Job, Settled, settled, split
 
 COMMAND = "cranktrain tradeoff --total"
 SPEEDS_RPM = (1000.0, 2000.0)
