@@ -28,16 +28,7 @@ import numpy as np
 
 from cranktrain.core.errors import CranktrainError, InputError, StoreError
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.unit_turns import (
-    CLOSING,
-    INITIALIZATION,
-    INPUTS,
-    NOTE_SLOTS,
-    NOTHING,
-    OUTPUTS,
-    STATE,
-    STEPPING,
-)
+from cranktrain.core.unit_turns import CLOSING, INITIALIZATION, INPUTS, NOTE_SLOTS, NOTHING, OUTPUTS, STATE, STEPPING
 from cranktrain.store.side_by_side import leave_to_parent, process_context
 from cranktrain_lab.coupling.connections import Connection
 from cranktrain_lab.coupling.master import Exchange, Master

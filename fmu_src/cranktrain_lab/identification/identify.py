@@ -29,13 +29,7 @@ from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.advice import advised, remedy_for
 from cranktrain_lab.identification.bending import Bending, target_scalars, targets_of
 from cranktrain_lab.identification.comparison import Comparison
-from cranktrain_lab.identification.confidence import (
-    Confidence,
-    bootstrap,
-    confidence_of,
-    profiles,
-    told_apart,
-)
+from cranktrain_lab.identification.confidence import Confidence, bootstrap, confidence_of, profiles, told_apart
 from cranktrain_lab.identification.data import MOUNTS, Orbit, read_data
 from cranktrain_lab.identification.ladder import Ask, Climbed, climb
 from cranktrain_lab.identification.model import TIME, TorsionalModel
