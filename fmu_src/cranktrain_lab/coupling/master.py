@@ -131,9 +131,15 @@ class Master:
         checked(by_name, connections)
         self.exchange, self.time, self.sweeps = exchange, 0.0, 0
         self._degree = DEGREES[exchange.reconstruction]
-        self._order = _independent_first(units, connections)
+        driven = {connection.target[0] for connection in connections}
+        self._order = sorted(units, key=lambda unit: unit.name in driven)  # stable: else as given
         if exchange.scheme == "iterative":
-            _all_restorable(self._order)
+            fixed = [unit.name for unit in self._order if not unit.restorable]
+            if fixed:
+                raise InputError(
+                    f"scheme 'iterative': {', '.join(fixed)} cannot keep and restore its state; take gauss-seidel, or "
+                    "a unit with canGetAndSetFMUstate"
+                )
         self.inside = INSIDE[exchange.scheme](self._order, exchange) if exchange.scheme in INSIDE else None
         self._parts: dict[str, slice] = {}
         at: dict[tuple[str, str], int] = {}
@@ -392,19 +398,3 @@ class Master:
             self._samples.stand(place)
         else:
             self._samples.add(place, values)
-
-
-def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:
-    """Return units without connected inputs first, then all other units in unchanged order."""
-    driven = {connection.target[0] for connection in connections}
-    return sorted(units, key=lambda unit: unit.name in driven)
-
-
-def _all_restorable(units: Sequence[Unit]) -> None:
-    """Raise ``InputError`` for units that cannot repeat a step."""
-    fixed = [unit.name for unit in units if not unit.restorable]
-    if fixed:
-        raise InputError(
-            f"scheme 'iterative': {', '.join(fixed)} cannot keep and restore its state; take gauss-seidel, or a unit "
-            "with canGetAndSetFMUstate"
-        )

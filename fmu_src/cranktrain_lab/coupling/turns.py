@@ -112,7 +112,8 @@ class Turns:
     ) -> None:  # fmt: skip
         """Prepare calls of those units in ``asked`` that are direct, with their wirings and slices of outputs."""
         known = vectors.known
-        found = {name: _direct(unit) for name, unit in asked.items()}
+        offers = {name: getattr(unit, "direct", lambda: None) for name, unit in asked.items()}
+        found: dict[str, Direct | None] = {name: offer() for name, offer in offers.items()}
         chosen = {name: one for name, one in found.items() if one is not None and not wirings[name].modified}
         self._chosen, self._order = chosen, order
         self._units = np.zeros((len(order), at.COLUMNS), dtype=np.int64)
@@ -197,10 +198,3 @@ class Turns:
     def failed(self) -> tuple[Unit, bool]:
         """Return the unit whose call failed last, and True if this call was a step."""
         return self._order[int(self._control[at.FAILED])], self._control[at.CALL] == at.STEPPING
-
-
-def _direct(unit: Unit) -> Direct | None:
-    """Return the unit's description for compiled code, or None."""
-    offer = getattr(unit, "direct", None)
-    found: Direct | None = None if offer is None else offer()
-    return found

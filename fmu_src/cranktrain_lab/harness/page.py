@@ -46,7 +46,10 @@ def page(harness: Harness, scenarios: Sequence[Judged]) -> str:
     header = ("scenario", "verdict", "assertions passed", "seconds", "result file")
     body = "<section>" + table(Table(f"{count} of {len(scenarios)} scenarios passed", header, rows)) + "</section>"
     for k, one in enumerate(scenarios, 1):
-        parts = [table(_assertions(one))]
+        found = tuple(
+            ("passed" if o.passed else "FAILED", o.name, o.quantity, o.expected, found_text(o)) for o in one.outcomes
+        )
+        parts = [table(Table("Assertions", ("verdict", "assertion", "quantity", "expected", "found"), found))]
         if one.ran.ended:
             parts.append(paragraph(f"The run ended: {one.ran.ended}"))
         parts += _charts(harness, one, by_name)
@@ -56,20 +59,6 @@ def page(harness: Harness, scenarios: Sequence[Judged]) -> str:
         f'<li><a href="#s{k}">{html.escape(one.scenario.name)}</a></li>' for k, one in enumerate(scenarios, 1)
     )
     return whole_page("harness", f"{harness.title}: harness report", contents, body)
-
-
-def _assertions(one: Judged) -> Table:
-    rows = tuple(
-        (
-            "passed" if outcome.passed else "FAILED",
-            outcome.name,
-            outcome.quantity,
-            outcome.expected,
-            found_text(outcome),
-        )
-        for outcome in one.outcomes
-    )
-    return Table("Assertions", ("verdict", "assertion", "quantity", "expected", "found"), rows)
 
 
 def _charts(harness: Harness, one: Judged, others: Mapping[str, Judged]) -> list[str]:

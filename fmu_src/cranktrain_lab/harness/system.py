@@ -205,18 +205,13 @@ def _read(
         if place[1] in units[place[0]].outputs
     ]
     wanted = [(output, where) for output, where in wanted if output[0] not in (UNIT, MISFIT)]
-    for output, where in wanted:
-        _need_output(output, units, where)
-        there = outputs.setdefault(output[0], [])
-        if output[1] not in there:
-            there.append(output[1])
-
-
-def _need_output(output: Variable, units: Mapping[str, Unit], where: str) -> None:
-    unit, name = output
-    if name not in units[unit].outputs:
-        kind = "an input, which is not recorded" if name in units[unit].inputs else "not an output"
-        raise InputError(f"{where}: {unit}.{name} is {kind}; {nearest(name, units[unit].outputs)}")
+    for (unit, name), where in wanted:
+        if name not in units[unit].outputs:
+            kind = "an input, which is not recorded" if name in units[unit].inputs else "not an output"
+            raise InputError(f"{where}: {unit}.{name} is {kind}; {nearest(name, units[unit].outputs)}")
+        there = outputs.setdefault(unit, [])
+        if name not in there:
+            there.append(name)
 
 
 def _signals(
