@@ -7,7 +7,7 @@ Both ways give bitwise equal results.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, NoReturn, Protocol
+from typing import Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,8 +112,8 @@ class Turns:
     ) -> None:  # fmt: skip
         """Prepare calls of those units in ``asked`` that are direct, with their wirings and slices of outputs."""
         known = vectors.known
-        offers = {name: getattr(unit, "direct", lambda: None) for name, unit in asked.items()}
-        found: dict[str, Direct | None] = {name: offer() for name, offer in offers.items()}
+        offers: dict[str, Any] = {name: getattr(unit, "direct", None) for name, unit in asked.items()}
+        found: dict[str, Direct | None] = {name: offer and offer() for name, offer in offers.items()}
         chosen = {name: one for name, one in found.items() if one is not None and not wirings[name].modified}
         self._chosen, self._order = chosen, order
         self._units = np.zeros((len(order), at.COLUMNS), dtype=np.int64)
