@@ -24,8 +24,7 @@ from cranktrain.engine import values
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten, rounded
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.engine_text import Written, engine_text, new_path, rewritten, rounded, write_new
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.crank.modal import KINDS
@@ -88,10 +87,7 @@ def calibrate(
     if new is not None:
         # If the file cannot be written, the report of the long search is returned all the same.
         try:
-            with whole_file(new, NEW) as temporary:
-                written = written_values(problem, free, report)
-                temporary.write_text(rewritten(old, base, written), encoding="utf-8")
-                load_engine(temporary)
+            write_new(new, rewritten(old, base, written_values(problem, free, report)))
             report["file"] = str(new)
         except (InputError, StoreError) as error:
             report["refused"] = str(error)

@@ -89,10 +89,7 @@ class Exchange:
     whole: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for value, valid, what in (
-            (self.scheme, SCHEMES, "scheme"),
-            (self.reconstruction, DEGREES, "reconstruction"),
-        ):
+        for value, valid, what in ((self.scheme, SCHEMES, "scheme"), (self.reconstruction, DEGREES, "reconstruction")):
             if value not in valid:
                 raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
         if self.scheme == "stages" and (self.reconstruction != "hold" or self.abscissa is not None):

@@ -34,9 +34,10 @@ from cranktrain.core.types import Array
 from cranktrain.core.units import RPM, UNITS, known_factor
 from cranktrain.core.user_file import beside
 from cranktrain.engine.model import Engine
-from cranktrain_lab.identification.data import BEYOND, Orbit, name_of_set
+from cranktrain_lab.identification.data import Orbit, name_of_set
 from cranktrain_lab.identification.parameters import Sought
 from cranktrain_lab.identification.tables import OrbitTable
+from cranktrain_lab.measured.order_table import BEYOND
 
 MOST = 180
 """Largest number of points of an orbit that are fitted."""

@@ -12,10 +12,9 @@ from typing import Any
 from cranktrain import __version__
 from cranktrain.core.errors import InputError
 from cranktrain.engine import values as places
-from cranktrain.engine.file import engine_of, load_engine
+from cranktrain.engine.file import engine_of
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import NEW, Written, put, rewritten, rounded
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.engine_text import Written, put, rewritten, rounded, write_new
 from cranktrain_lab.identification.parameters import RATIOS, Sought, following
 
 IDENTIFIED = "identified"
@@ -107,6 +106,4 @@ def write_identified(path: Path, text: str, beside: Path, sought: Sequence[Sough
             wanted = row["value"] * one.scale + one.zero
             if abs(places.value(found, one.key) - wanted) > 1e-3 * abs(wanted):
                 raise InputError(f"{path}: {one.key} would not be {one.text(wanted)} there; write the value by hand")
-    with whole_file(path, NEW) as place:
-        place.write_text(text, "utf-8")
-        load_engine(place)
+    write_new(path, text)

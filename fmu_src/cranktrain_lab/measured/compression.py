@@ -287,12 +287,7 @@ def burn_begins(angle: Array, pressure: Array, cylinder: Cylinder) -> float:
     return float(theta[below[-1]]) if below.size else float(theta[0])
 
 
-def two_point_zero(
-    angle: Array,
-    pressure: Array,
-    cylinder: Cylinder,
-    exponent: float,
-) -> float:
+def two_point_zero(angle: Array, pressure: Array, cylinder: Cylinder, exponent: float) -> float:
     """Return the zero (Pa, to be added) for equal p V^n at 100 and 65° before dead centre, by means over 2° around."""
     means, powers = [], []
     for point in (-100.0, -65.0):

@@ -87,11 +87,7 @@ def _in_pieces(phase: Array, values: Array, step: float, orders: Array, bandwidt
 
 
 def _binned(
-    found: ComplexArray,
-    times: Array,
-    turning: Rotation,
-    asked: tuple[Array, float, float],
-    words: tuple[str, str],
+    found: ComplexArray, times: Array, turning: Rotation, asked: tuple[Array, float, float], words: tuple[str, str]
 ) -> Orders:
     """Average envelopes in bins of speed. Samples half a decay time apart count as independent."""
     orders, bandwidth, step_rpm = asked

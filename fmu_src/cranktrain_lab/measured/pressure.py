@@ -97,12 +97,7 @@ def cycles_by_encoder(
 
 
 def cycles_by_rotation(
-    channel: Channel,
-    rotation: Rotation,
-    *,
-    firing: float = 0.0,
-    cycle: float = 4.0 * math.pi,
-    unit: str = "",
+    channel: Channel, rotation: Rotation, *, firing: float = 0.0, cycle: float = 4.0 * math.pi, unit: str = ""
 ) -> Cycles:
     """Return cycles of a channel sampled over time, resampled at equal steps of the measured rotation.
 

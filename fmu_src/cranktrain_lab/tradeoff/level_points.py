@@ -88,12 +88,7 @@ def reference_case(case: Case, quick: bool = False) -> Case:
     """Return the reference case for the numerical error, which is the same model with a fine step."""
     level = case.levels.bearings
     step = REFERENCE_DEG.get(level, COARSEST_DEG) * (2.0 if quick else 1.0)
-    fine = replace(
-        case.settings,
-        integrator=REFERENCE_INTEGRATOR,
-        step=math.radians(step),
-        control="fixed",
-    )
+    fine = replace(case.settings, integrator=REFERENCE_INTEGRATOR, step=math.radians(step), control="fixed")
     return replace(case, settings=fine, interval_deg=GRID_DEG)
 
 

@@ -96,9 +96,7 @@ def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Cha
         return again().abscissae(first, last)
 
     return replace(
-        channel,
-        read=lambda first, last: again().read(first, last),
-        places=None if channel.places is None else places,
+        channel, read=lambda first, last: again().read(first, last), places=None if channel.places is None else places
     )
 
 
