@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,11 +10,12 @@ import numpy as np
 
 from cranktrain.results.run_up.plot_data import figure_of
 from cranktrain_lab.variants.results import statistics
-from cranktrain_lab.variants.results.plot_data import shown_unit
 
 MOST_OUTPUTS, MOST_VALUES = 6, 12
 """Largest numbers of outputs in a figure, and of values per output."""
 BLUE, LIGHT, RED = "#2b6ca3", "#9cc3e3", "#b5403a"
+SHOWN = {"rad": ("deg", 180.0 / math.pi), "Pa": ("MPa", 1e-6), "m": ("um", 1e6)}
+"""Customary engineering unit of each SI unit, and factor from the SI unit to the customary unit."""
 
 
 def variants_figure(variants: Any) -> Any:
@@ -100,3 +102,8 @@ def _draw_front(axes: Any, variants: Any, names: tuple[str, ...]) -> None:
         ax.set(xlabel=labels[0], ylabel=labels[1])
         ax.legend(frameon=False, fontsize=7)
         ax.grid(alpha=0.25)
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """Return the customary unit of an output, and the factor from SI."""
+    return SHOWN.get(unit, (unit, 1.0))
