@@ -234,9 +234,9 @@ def test_best_own_cost_beside_the_best_of_scipy():
 
 
 def test_an_unknown_family_names_the_nearest():
-    assert chosen_families(None, True) == list(FAMILIES)
+    assert chosen_families(None) == list(FAMILIES)
     with pytest.raises(InputError, match="did you mean 'integrators'"):
-        chosen_families(["integrator"], False)
+        chosen_families(["integrator"])
 
 
 @pytest.mark.slow

@@ -70,7 +70,7 @@ def tradeoff(ask: TradeOff) -> VerbResult:
 
     if ask.total and ask.family:
         raise InputError("--family does not go with --total; leave one out")
-    families = chosen_families(ask.family, ask.quick)
+    families = chosen_families(ask.family)
     scenes = default_scenes(ask.quick, ask.total) if ask.scene is None else scenes_of(ask.scene, ask.quick)
     folder = Path(ask.output)
     check_folder(folder, "--output")

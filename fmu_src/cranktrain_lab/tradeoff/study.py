@@ -125,8 +125,8 @@ def scenes_of(path: str | Path | Scene, quick: bool) -> list[StudyScene]:
     ]
 
 
-def chosen_families(names: Sequence[str] | None, quick: bool) -> list[str]:
-    """Return the functions of the families to measure; raises ``InputError`` for an unknown family name."""
+def chosen_families(names: Sequence[str] | None) -> list[str]:
+    """Return the names of the families to measure; raises ``InputError`` for an unknown family name."""
     for name in names or ():
         if name not in FAMILIES:
             raise InputError(f"--family '{name}' does not exist; {nearest(name, FAMILIES)}")
