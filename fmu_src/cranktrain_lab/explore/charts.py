@@ -163,7 +163,7 @@ class LineChart:
 class CampbellChart:
     """Campbell diagram: torsional frequencies over the speed, lines of orders, circles by amplitudes of orders."""
 
-    def __init__(self, order_count: int = 5) -> None:
+    def __init__(self) -> None:
         self.plot = _plot("Campbell diagram, circles: pulley torsion by order", "frequency, Hz")
         self._modes, self._old = (ColumnDataSource({"xs": [], "ys": []}) for _ in range(2))
         self._rays = ColumnDataSource({"xs": [], "ys": []})
