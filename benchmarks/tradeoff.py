@@ -40,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
     scenes = default_scenes(quick=True) if options.scene is None else scenes_of(options.scene, options.quick)
     with tempfile.TemporaryDirectory() as folder:
         found = study(
-            scenes, ["integrators"] if options.output is None else chosen_families(None, options.quick), options.quick,
+            scenes, ["integrators"] if options.output is None else chosen_families(None), options.quick,
             store=Kept(Path(folder)) if options.output is None else None,
             say=lambda stage: print(f"tradeoff: {stage}", file=sys.stderr, flush=True), others=other_entries,
         )  # fmt: skip

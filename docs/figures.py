@@ -675,7 +675,7 @@ def shipped_total_error(*folders: Path) -> str:
 def total_tables(points: Sequence[Any]) -> list[str]:
     """What to take for an accuracy, and the default, scene by scene."""
     from cranktrain.studies.total_error.point import at_scene
-    from cranktrain_lab.tradeoff.total.choice import HEADER, default_rows, rate, table_rows
+    from cranktrain_lab.tradeoff.total_choice import HEADER, default_rows, rate, table_rows
 
     parts = []
     for scene in dict.fromkeys(point.scene for point in points):

@@ -9,7 +9,7 @@ from bodies import COARSE
 
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
-from cranktrain_lab.tradeoff import level_points, reference
+from cranktrain_lab.tradeoff import level_points
 from cranktrain_lab.tradeoff.families import StudyScene
 
 
@@ -21,7 +21,7 @@ def small(monkeypatch):
     monkeypatch.setattr(entries, "EXPLICIT_DEG", {"runge-kutta-4": (0.1, 0.1)})
     monkeypatch.setattr(entries, "RADAU_DEG", (3.0, 3.0, 3.0))
     monkeypatch.setattr(entries, "FEW", {})
-    monkeypatch.setattr(reference, "STEPS_DEG", {"linear": 0.25})
+    monkeypatch.setattr(level_points, "REFERENCE_DEG", {"linear": 0.25})
     engine = load_engine("diesel_i6")
     engine = replace(engine, crankshaft=replace(engine.crankshaft, mesh_size=COARSE))
     return StudyScene("small six", engine, 2000.0 * math.pi / 30.0, Settings(bearings="linear"))

@@ -14,9 +14,9 @@ from benchmarks.peer_programs.equal_error import cost_at
 from cranktrain.film.laws.register import bearing_law
 from cranktrain_lab.tradeoff.case import COMMUNICATION_DEG, Case
 from cranktrain_lab.tradeoff.families import StudyScene
+from cranktrain_lab.tradeoff.level_points import reference_case
 from cranktrain_lab.tradeoff.measure import Entry
 from cranktrain_lab.tradeoff.point import NUMERICAL, OUTPUTS, Point
-from cranktrain_lab.tradeoff.reference import reference_case
 
 TOLERANCES = {
     ("scipy:BDF", "each"): (1e-2, 1e-3),

@@ -22,8 +22,7 @@ from scipy.integrate import solve_ivp
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import Array
-from cranktrain_lab.tradeoff.case import COMMUNICATION_DEG, Case
-from cranktrain_lab.tradeoff.other_method import Started, Unstable
+from cranktrain_lab.tradeoff.case import COMMUNICATION_DEG, Case, Started, Unstable
 
 SCIPY = ("scipy:Radau", "scipy:BDF", "scipy:LSODA")
 FLOOR = 0.1

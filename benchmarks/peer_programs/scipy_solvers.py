@@ -19,10 +19,10 @@ from benchmarks.peer_programs.equal_error import Point, beside, listed
 
 from cranktrain.store.kept import Kept
 from cranktrain_lab.tradeoff.families import StudyScene
+from cranktrain_lab.tradeoff.level_points import reference_case
 from cranktrain_lab.tradeoff.measure import Entry
 from cranktrain_lab.tradeoff.measure import measured as points_of
 from cranktrain_lab.tradeoff.point import NUMERICAL
-from cranktrain_lab.tradeoff.reference import reference_case
 from cranktrain_lab.tradeoff.study import default_scenes
 
 OWN = {"esdirk47": (6.0, 5.0, 4.0), "esdirk4": (6.0, 4.0, 2.5, 1.5, 1.0)}

@@ -21,7 +21,7 @@ from cranktrain.fmu.flat import FlatModel
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.modules.register import module_files
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
-from cranktrain_lab.coupling.trace_unit import MeasuredPressures
+from cranktrain_lab.coupling.recording_unit import MeasuredPressures
 
 
 @pytest.fixture(scope="session")

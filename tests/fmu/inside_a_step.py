@@ -11,8 +11,8 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain_lab.coupling.modules import CRANKTRAIN
+from cranktrain_lab.coupling.recording_unit import MeasuredPressures
 from cranktrain_lab.coupling.run import Steps, run
-from cranktrain_lab.coupling.trace_unit import MeasuredPressures
 from cranktrain_lab.coupling.virtual_engine import Partners, VirtualEngine, virtual_engine
 
 COARSE_DEG = 1.5

@@ -27,8 +27,8 @@ from cranktrain_lab.coupling.fmu3_unit import Fmu3Unit, open_fmu
 from cranktrain_lab.coupling.fmu_unit import described
 from cranktrain_lab.coupling.master import Exchange, Master
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain_lab.coupling.recording_unit import MeasuredPressures
 from cranktrain_lab.coupling.run import Steps, run
-from cranktrain_lab.coupling.trace_unit import MeasuredPressures
 from cranktrain_lab.coupling.unit import Around, Port, UnitError
 from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 

@@ -15,9 +15,8 @@ from cranktrain_lab.coupling.connections import Connection
 from cranktrain_lab.coupling.fmu3_unit import open_fmu
 from cranktrain_lab.coupling.fmu_unit import FmuUnit
 from cranktrain_lab.coupling.master import Exchange
-from cranktrain_lab.coupling.points import ROWS
 from cranktrain_lab.coupling.run import Steps
-from cranktrain_lab.coupling.supervised import Limits, run_supervised
+from cranktrain_lab.coupling.supervised import ROWS, Limits, run_supervised
 from cranktrain_lab.coupling.unit import UnitError
 
 pytestmark = [pytest.mark.skipif(os.name == "nt" or shutil.which("cc") is None, reason="no C compiler")]

@@ -11,7 +11,7 @@ from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, surface_shape
-from cranktrain_lab.calibration.stand_ins import stand_ins
+from cranktrain_lab.calibration.calibrate import stand_ins
 
 pytestmark = pytest.mark.slow
 

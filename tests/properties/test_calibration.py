@@ -174,11 +174,9 @@ def test_values_that_meet_the_targets_are_confirmed(coarse, task, monkeypatch, t
     )
 
     def refused(path):
-        if path != "diesel_i6":
-            raise InputError("no engine")
-        return engine
+        raise InputError("no engine")
 
-    monkeypatch.setattr(calibrate, "load_engine", refused)
+    monkeypatch.setattr("cranktrain.store.engine_text.load_engine", refused)
     report = calibrate.calibrate("diesel_i6", tmp_path / "met.toml", tmp_path / "other.toml")
     assert report["refused"] == "no engine" and report["file"] is None and report["targets"]
     assert [path.name for path in tmp_path.glob("*.toml") if path.name not in ("t.toml", "met.toml")] == ["new.toml"]

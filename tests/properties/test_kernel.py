@@ -151,7 +151,7 @@ def test_kept_maps_and_points_rest_on_all_that_their_modules_import():
     assert {"oil_whirl.py", "integrators.py", "impedance.py", "stability_map.py"} <= maps
     assert not {"draw.py", "cold_start.py", "kept_maps.py"} & maps
     points = {path.name for path in rests_on(Path(inspect.getfile(measure)), deferred=True)}
-    assert {"measure.py", "case.py", "coupled.py", "other_method.py", "beam.py"} <= points
+    assert {"measure.py", "case.py", "runs.py", "master.py", "beam.py"} <= points
 
 
 def _tokens(content):

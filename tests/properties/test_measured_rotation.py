@@ -17,11 +17,10 @@ from pulse_signals import RPM, channel, crossing_times, motion, pitch_errors, si
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain_lab.measured.channels import Measurement
-from cranktrain_lab.measured.filtered import filtered_orders
+from cranktrain_lab.measured.filtered import envelopes, filtered_orders
 from cranktrain_lab.measured.pulses import pulse_times
 from cranktrain_lab.measured.rotation import rotation, tachos
 from cranktrain_lab.measured.tracking import channel_points, torsion_points, track
-from cranktrain_lab.measured.vold_kalman import envelopes
 from cranktrain_lab.measured.wheel import Wheel, number_teeth
 
 ORDERS = np.array([0.5, 1.0, 1.5, 2.0, 3.0, 4.5, 6.0, 7.5, 9.0, 12.0, 16.5, 24.0])

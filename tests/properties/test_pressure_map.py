@@ -24,7 +24,7 @@ from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 from cranktrain.studies.torsion.rod_torque import gas_push
-from cranktrain_lab.coupling.trace_unit import MeasuredPressures, TraceUnit
+from cranktrain_lab.coupling.recording_unit import MeasuredPressures, TraceUnit
 
 SIX = load_engine("diesel_i6")
 RPM = math.pi / 30.0

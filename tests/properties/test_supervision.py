@@ -22,9 +22,8 @@ from cranktrain.store.hdf5 import read_result
 from cranktrain_lab.cli.couple import Couple, _run_into
 from cranktrain_lab.coupling.master import Exchange, Master
 from cranktrain_lab.coupling.run import Bond, Steps, run
-from cranktrain_lab.coupling.supervised import Limits, run_supervised
+from cranktrain_lab.coupling.supervised import Limits, Watched, run_supervised
 from cranktrain_lab.coupling.unit import EndingError, UnitError
-from cranktrain_lab.coupling.watch import Watched
 from cranktrain_lab.stability.two_mass import TwoMass
 
 STOP, STEP, BREAKS = 1.0, 0.1, 0.5 - 1e-9

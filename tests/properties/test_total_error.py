@@ -28,15 +28,14 @@ from cranktrain.studies.scene import load_scene
 from cranktrain.studies.total_error import shipped
 from cranktrain.studies.total_error.families import FAMILIES, wanted
 from cranktrain.studies.total_error.point import Best, Split, TotalPoint, at_scene
+from cranktrain_lab.tradeoff import settled
 from cranktrain_lab.tradeoff.families import StudyScene
-from cranktrain_lab.tradeoff.pareto import front, with_fronts
-from cranktrain_lab.tradeoff.total import measure
-from cranktrain_lab.tradeoff.total.choice import cheapest, choice_text, default_rows, table_rows
-from cranktrain_lab.tradeoff.total.choices import best_model, default_model, every_model, models
-from cranktrain_lab.tradeoff.total.distance import distance, resampled, split
-from cranktrain_lab.tradeoff.total.files import write_files
-from cranktrain_lab.tradeoff.total.page import page
-from cranktrain_lab.tradeoff.total.study import TotalStudy, total_study
+from cranktrain_lab.tradeoff.files import total_page, write_files
+from cranktrain_lab.tradeoff.models import best_model, default_model, every_model, models
+from cranktrain_lab.tradeoff.point import front, with_fronts
+from cranktrain_lab.tradeoff.settled import distance, resampled, split
+from cranktrain_lab.tradeoff.study import TotalStudy, total_study
+from cranktrain_lab.tradeoff.total_choice import cheapest, default_rows, table_rows, total_choice_text
 
 __all__ = ["few"]
 SIX = load_engine("diesel_i6")
@@ -128,8 +127,8 @@ def test_a_bore_may_bring_the_grid_of_its_films():
     def nodes(own):
         return elastic_films(Bearings(rows, SIX.main_bearing, parts={"bore": own}, oil=SIX.oil)).memory.start.shape[1]
 
-    fine = nodes(replace(bore, grid=measure.FINE_GRID))
-    assert fine - nodes(bore) == measure.FINE_GRID.size - IN_LOOP.size > 0
+    fine = nodes(replace(bore, grid=settled.FINE_GRID))
+    assert fine - nodes(bore) == settled.FINE_GRID.size - IN_LOOP.size > 0
 
 
 def test_models_without_any_output_are_no_points():
@@ -257,7 +256,7 @@ def test_a_study_splits_what_it_measures(few, tmp_path):
     text = (tmp_path / "out" / "total.html").read_text("utf-8")
     assert "src=" not in text and "@import" not in text and "href=" not in text and "@DATA@" not in text
     # Whether the default is on the front depends on measured times.
-    assert "for 10 %" in choice_text(found) and "all of these together: " in choice_text(found)
+    assert "for 10 %" in total_choice_text(found) and "all of these together: " in total_choice_text(found)
     digest, read = shipped.read((tmp_path / "out" / "total.json").read_text("utf-8"))
     assert read.points == found.points and read.best == found.best and read.current
     assert digest == shipped.engine_digest(few.engine)
@@ -266,7 +265,7 @@ def test_a_study_splits_what_it_measures(few, tmp_path):
 
 
 def test_what_has_run_is_kept_and_what_failed_says_why(few, tmp_path, monkeypatch):
-    honest, calls = measure._run, []
+    honest, calls = settled._run, []
 
     def interrupted(job, say):
         calls.append(job)
@@ -274,7 +273,7 @@ def test_what_has_run_is_kept_and_what_failed_says_why(few, tmp_path, monkeypatc
             raise KeyboardInterrupt
         return honest(job, say)
 
-    monkeypatch.setattr(measure, "_run", interrupted)
+    monkeypatch.setattr(settled, "_run", interrupted)
     with pytest.raises(KeyboardInterrupt):
         total_study([few], store=Kept(tmp_path))
     assert len(list(tmp_path.glob("*.npz"))) == 2
@@ -284,19 +283,19 @@ def test_what_has_run_is_kept_and_what_failed_says_why(few, tmp_path, monkeypatc
         raise SolverError("film of main[3] lost")
 
     calls.clear()
-    monkeypatch.setattr(measure, "_run", lost)
+    monkeypatch.setattr(settled, "_run", lost)
     found = total_study([few], store=Kept(tmp_path))
     assert calls and {p.status for p in found.points} == {"failed: film of main[3] lost"}
     assert all(p.total("forces") is None for p in found.points)
     assert table_rows(found.points) == []
     with monkeypatch.context() as patch:
-        patch.setattr(measure, "_run", lambda job, say: pytest.fail("ran again"))
+        patch.setattr(settled, "_run", lambda job, say: pytest.fail("ran again"))
         assert total_study([few], store=Kept(tmp_path)).points == found.points
 
 
 def test_half_a_run_is_not_kept(few, tmp_path, monkeypatch):
-    honest = measure.run_cycles
-    monkeypatch.setattr(measure, "run_cycles", lambda *given: replace(honest(*given), complete=False))
+    honest = settled.run_cycles
+    monkeypatch.setattr(settled, "run_cycles", lambda *given: replace(honest(*given), complete=False))
     with pytest.raises(KeyboardInterrupt):
         total_study([few], store=Kept(tmp_path))
     assert not list(tmp_path.iterdir())
@@ -378,7 +377,7 @@ def test_speeds_on_either_side():
 
 
 def test_every_level_has_a_colour():
-    from cranktrain_lab.tradeoff.total.chart import COLOURS, MARKS
+    from cranktrain_lab.tradeoff.total_chart import COLOURS, MARKS
 
     assert len(MARKS) >= len(CRANKS)
     assert len(COLOURS) >= len([law for law in LAWS.values() if any(kind in law.forms for kind in MAINS)])
@@ -392,7 +391,7 @@ def test_the_page_draws_itself_in_a_browser(few, tmp_path):
     best = {"here 2000": Best("solid/ehd/flexible", "esdirk4", 1.0, True, 300.0)}
     study = TotalStudy((replace(few, name="here 2000"),), tuple(points), best)
     path = tmp_path / "page.html"
-    path.write_text(page(study), "utf-8")
+    path.write_text(total_page(study), "utf-8")
     document, console, picture = shown(path, 1200, 1100)
     assert console == [] and picture.startswith(b"\x89PNG")
     assert document.count("<path") == len(points)

@@ -22,7 +22,7 @@ from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.modules.combustion.file import load
 from cranktrain.store.kept import Kept
 from cranktrain_lab.cli.tradeoff import _row
-from cranktrain_lab.tradeoff import coupled, families, measure
+from cranktrain_lab.tradeoff import families, measure, runs
 from cranktrain_lab.tradeoff.choice import choice_text, unsettled_lines
 from cranktrain_lab.tradeoff.families import FAMILIES
 from cranktrain_lab.tradeoff.files import points_csv, write_files
@@ -110,7 +110,7 @@ def test_points_of_a_study(small, tmp_path):
     text = (tmp_path / "out" / "tradeoff.html").read_text(encoding="utf-8")
     assert "src=" not in text and "@import" not in text and "href=" not in text
     assert "esdirk47 5" in text and "@DATA@" not in text
-    rows = list(csv.DictReader(io.StringIO(points_csv(result))))
+    rows = list(csv.DictReader(io.StringIO(points_csv(result.points))))
     assert len(rows) == len(result.points)
     assert float(rows[0]["error_pulley_torsion"]) == result.points[0].error["pulley_torsion"]
     said = choice_text(result)
@@ -216,9 +216,9 @@ def test_best_own_cost_beside_the_best_of_scipy():
 
 
 def test_an_unknown_family_names_the_nearest():
-    assert chosen_families(None, True) == list(FAMILIES)
+    assert chosen_families(None) == list(FAMILIES)
     with pytest.raises(InputError, match="did you mean 'integrators'"):
-        chosen_families(["integrator"], False)
+        chosen_families(["integrator"])
 
 
 @pytest.mark.slow
@@ -230,7 +230,7 @@ def test_schemes_beside_the_combustion_converge(small, tmp_path, monkeypatch):
     """
     monkeypatch.setattr(families, "COUPLED_REFERENCE_DEG", 0.25)
     slow = {"injection_angle": math.radians(-0.1), "intake_pressure": 2.6e5, "exhaust_pressure": 2.3e5}
-    monkeypatch.setattr(coupled, "load", lambda path: replace(load(path), **slow))
+    monkeypatch.setattr(runs.combustion_file, "load", lambda path: replace(load(path), **slow))
     entries = FAMILIES["schemes"](small, True)
     entries += [e for e in FAMILIES["schemes"](small, False) if e.label in ("jacobi, linear 1°", "jacobi, linear 2°")]
     points = {point.label: point for point in measured(entries, Kept(tmp_path))}
@@ -258,9 +258,9 @@ def test_runs_begin_with_the_friction_of_the_spline_in_the_settled_cycle(small, 
 
 def test_a_start_that_does_not_settle_is_told(small, tmp_path, monkeypatch):
     """One cycle does not settle the slow drive line: points, table of choices and page say what is left."""
-    monkeypatch.setattr(measure, "SETTLE", 0.0)
-    monkeypatch.setattr(measure, "run_cycles", lambda model, cycles, *rest: run_cycles(model, 2, *rest))
-    monkeypatch.setattr(measure, "_SETTLED", {})
+    monkeypatch.setattr(runs, "SETTLE", 0.0)
+    monkeypatch.setattr(runs, "run_cycles", lambda model, cycles, *rest: run_cycles(model, 2, *rest))
+    monkeypatch.setattr(runs, "_SETTLED", {})
     entry = FAMILIES["pressure"](small, True)[0]
     case, reference = (replace(one, cycles=2) for one in (entry.case, entry.reference))
     store = Kept(tmp_path / "kept")
@@ -279,9 +279,9 @@ def test_a_start_that_does_not_settle_is_told(small, tmp_path, monkeypatch):
 def test_an_interrupt_before_the_start_is_settled_is_none_of_a_result(small, tmp_path, monkeypatch):
     """The cycles that it cut short are not the settled ones, so nothing is kept."""
     monkeypatch.setattr(
-        measure, "run_cycles", lambda model, *rest: replace(run_cycles(model, 1, *rest[1:]), complete=False)
+        runs, "run_cycles", lambda model, *rest: replace(run_cycles(model, 1, *rest[1:]), complete=False)
     )
-    monkeypatch.setattr(measure, "_SETTLED", {})
+    monkeypatch.setattr(runs, "_SETTLED", {})
     with pytest.raises(KeyboardInterrupt):
         measured(FAMILIES["pressure"](small, True)[:1], Kept(tmp_path / "kept"))
-    assert not list((tmp_path / "kept").rglob("*.*")) and not measure._SETTLED
+    assert not list((tmp_path / "kept").rglob("*.*")) and not runs._SETTLED

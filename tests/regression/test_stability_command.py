@@ -11,7 +11,7 @@ from cranktrain.cli.main import main
 from cranktrain.store import kept
 from cranktrain_lab import stability
 from cranktrain_lab.stability import kept_maps
-from cranktrain_lab.stability.page import shown_deviation
+from cranktrain_lab.stability.draw import shown_deviation
 from cranktrain_lab.stability.stability_map import (
     Axis,
     Boundary,

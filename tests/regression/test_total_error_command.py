@@ -12,7 +12,7 @@ from cranktrain.store import kept as stores
 from cranktrain.studies.total_error import shipped
 from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.total_error.point import Best, Split, TotalPoint
-from cranktrain_lab.tradeoff.total import measure, study
+from cranktrain_lab.tradeoff import settled, study
 
 __all__ = ["few"]
 
@@ -20,7 +20,7 @@ __all__ = ["few"]
 @pytest.fixture
 def scene(few, monkeypatch, tmp_path):
     """The few choices in place of the usual ones, with a store of its own."""
-    monkeypatch.setattr(study, "total_scenes", lambda quick: [few])
+    monkeypatch.setattr(study, "default_scenes", lambda quick, total: [few])
     monkeypatch.setattr(stores, "cache_folder", lambda: tmp_path / "cache")
     return few
 
@@ -55,7 +55,7 @@ def test_json_is_what_ships_and_tables_say_what_to_take(scene, capsys, tmp_path)
 
 
 def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypatch):
-    honest, calls = measure._run, []
+    honest, calls = settled._run, []
 
     def interrupted(job, say):
         calls.append(job)
@@ -63,14 +63,14 @@ def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypat
             raise KeyboardInterrupt
         return honest(job, say)
 
-    monkeypatch.setattr(measure, "_run", interrupted)
+    monkeypatch.setattr(settled, "_run", interrupted)
     arguments = ["tradeoff", "--total", "--output", str(tmp_path / "out"), "--json"]
     assert main(arguments) == 130
     assert "repeat the command to continue" in capsys.readouterr().err
     assert not list((tmp_path / "out").iterdir())
-    kept = len(list((tmp_path / "cache" / "total").glob("*.npz")))
+    kept = len(list((tmp_path / "cache" / "tradeoff").glob("*.npz")))
     calls.clear()
-    monkeypatch.setattr(measure, "_run", lambda job, say: calls.append(job) or honest(job, say))
+    monkeypatch.setattr(settled, "_run", lambda job, say: calls.append(job) or honest(job, say))
     assert main(arguments) == 0
     assert kept == 2 and len(calls) == 8 - kept  # the best model's own fine run is what all are compared with
 

@@ -15,7 +15,7 @@ __all__ = ["small"]
 @pytest.fixture
 def scene(small, monkeypatch, tmp_path):
     """The small scene in place of the usual ones, with a store of its own."""
-    monkeypatch.setattr(study, "default_scenes", lambda quick: [small])
+    monkeypatch.setattr(study, "default_scenes", lambda quick, total: [small])
     monkeypatch.setattr(stores, "cache_folder", lambda: tmp_path / "cache")
     return small
 

@@ -13,10 +13,10 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.units import unit_factor
 from cranktrain.core.user_file import ending
 from cranktrain.engine import values
-from cranktrain.engine.file import engine_path
+from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS
-from cranktrain.store.whole_file import Kind, check_place
+from cranktrain.store.whole_file import Kind, check_place, whole_file
 
 DIGITS = 4
 NEW = Kind("file to be replaced", lambda path: False)
@@ -77,6 +77,13 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
         entry = f'{name} = {{ value = {number}, unit = "{unit}", origin = "{change.origin}", note = "{note}" }}'
         put(lines, key, table, name, entry)
     return "\n".join(lines) + "\n"
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a new engine file, and read it back; on ``InputError`` nothing is written."""
+    with whole_file(path, NEW) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+        load_engine(temporary)
 
 
 def put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:

@@ -36,8 +36,7 @@ from cranktrain.film.laws.films import ANGLE, COS, SIN
 from cranktrain.film.laws.roller import FIRST_ANGLE, IN_LOOP
 from cranktrain.film.laws.roller_contacts import BY_PLACE, WORK, force_at
 from cranktrain.results.strength.recorded_cycle import whole
-from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten, rounded
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.engine_text import Written, engine_text, new_path, rewritten, rounded, write_new
 from cranktrain.structure.assembly import Progress, assemble
 
 RIGID = 6
@@ -215,7 +214,5 @@ def with_stand_ins(engine: str | Path | Engine, out: str | Path, report: dict[st
         changes[f"main_roller.stiffness[{row}]"] = Written(rounded(1e3 * stiffness), "derived", note)
         changes[f"main_roller.tilt_stiffness[{row}]"] = Written(rounded(tilt), "derived", note)
     new = new_path(Path(out))
-    with whole_file(new, NEW) as temporary:
-        temporary.write_text(rewritten(engine_text(engine).text, base, changes), encoding="utf-8")
-        load_engine(temporary)
+    write_new(new, rewritten(engine_text(engine).text, base, changes))
     return new

@@ -17,17 +17,16 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.core.reduced_body import Array
+from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.engine import values
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten, rounded
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.engine_text import Written, engine_text, new_path, rewritten, rounded, write_new
 from cranktrain.structure.assembly import assemble
-from cranktrain.structure.block.reduction import reduced_block
+from cranktrain.structure.block.reduction import complete_block, reduced_block
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.fem.factor import one_thread
@@ -36,7 +35,6 @@ from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, ref
 from cranktrain_lab.calibration.geometry import Change, changes
 from cranktrain_lab.calibration.problem import Match, Problem, at_bounds, engine_with, match, sensitivities
 from cranktrain_lab.calibration.search import Found, search
-from cranktrain_lab.calibration.stand_ins import stand_ins
 from cranktrain_lab.calibration.targets import Task, load_targets
 from cranktrain_lab.calibration.train import FilmMeans, Train
 
@@ -44,6 +42,8 @@ CLOSED = "thrust.closed_stiffness"
 RESTS_ON = 0.05
 """Least sensitivity of a target to a value for which the target is listed as determined by this value."""
 Follow = Callable[[float, float], None]
+RIGID = 6
+"""Number of rigid motions of a free block."""
 
 
 def calibrate(
@@ -88,10 +88,7 @@ def calibrate(
     if new is not None:
         # If the file cannot be written, the report of the long search is returned all the same.
         try:
-            with whole_file(new, NEW) as temporary:
-                written = written_values(problem, free, report)
-                temporary.write_text(rewritten(old, base, written), encoding="utf-8")
-                load_engine(temporary)
+            write_new(new, rewritten(old, base, written_values(problem, free, report)))
             report["file"] = str(new)
         except (InputError, StoreError) as error:
             report["refused"] = str(error)
@@ -252,3 +249,31 @@ def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> 
     for d in task.derived:
         found[d.key] = Written(rounded(values.value(engine, d.key)), "derived", d.note or d.formula)
     return found
+
+
+def stand_ins(engine: Engine, block: ReducedBody, axial_hz: float) -> dict[str, float]:
+    """Return springs that replace the block at level ``ground``, N/m: its stiffness at main bores and thrust faces.
+
+    They are ``bore_stiffness_x``, ``bore_stiffness_y``, ``thrust_face_stiffness``, each the inverse of the compliance
+    of the free block with its heads under a unit load at that interface,
+
+        C(ω) = Σ φ² / (ω_k² − ω²)
+
+    For the bores the static elastic stiffness is used (ω = 0, without rigid motions, because inertia balances the
+    load), with the mean compliance of all mains, so that the engine file has one value for all. The thrust faces carry
+    the whole axial motion. Their stiffness includes the rigid motions and is taken at the frequency of the axial mode,
+    where the block moves against the crank and raises the frequency above that on ground. It is the elastic stiffness
+    alone if ``axial_hz`` is 0, or above the frequency of zero dynamic stiffness.
+    """
+    complete = complete_block(engine, block)
+
+    def compliance(interface: str, component: int, hz: float = 0.0) -> float:
+        squares, omega2 = complete.shapes[complete.index(interface), component] ** 2, complete.omega**2
+        first = 0 if hz > 0.0 else RIGID
+        return float(np.sum(squares[first:] / (omega2[first:] - (2.0 * np.pi * hz) ** 2)))
+
+    bores = [name for name in complete.interfaces if name.startswith("bore")]
+    x, y = (float(1.0 / np.mean([compliance(name, k) for name in bores])) for k in (0, 1))
+    thrust = compliance("thrust", 2, axial_hz)
+    thrust = thrust if thrust > 0.0 else compliance("thrust", 2)
+    return {"bore_stiffness_x": x, "bore_stiffness_y": y, "thrust_face_stiffness": 1.0 / thrust}

@@ -18,7 +18,7 @@
     "flywheel.polar_inertia" = { formula = "flywheel.mass * flywheel_gyration ** 2", note = "radius of gyration" }
 
 Formulas are in SI. They may use ``bore_stiffness_x``, ``bore_stiffness_y`` and ``thrust_face_stiffness`` of the block,
-see :mod:`cranktrain_lab.calibration.stand_ins`.
+see :func:`cranktrain_lab.calibration.calibrate.stand_ins`.
 """
 
 from __future__ import annotations

@@ -27,9 +27,9 @@ from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTI
 from cranktrain_lab.coupling.schemes import INSIDE, SCHEMES
 
 if TYPE_CHECKING:
+    from cranktrain_lab.coupling.recording_unit import MeasuredPressures
     from cranktrain_lab.coupling.run import Coupled, Steps
     from cranktrain_lab.coupling.supervised import System
-    from cranktrain_lab.coupling.trace_unit import MeasuredPressures
     from cranktrain_lab.coupling.virtual_engine import VirtualEngine
 
 DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
@@ -175,7 +175,7 @@ def fmus(named: str | Path | Engine, ask: Couple, folder: Path) -> tuple[Path, P
 def _measured(ask: Couple, engine: Engine) -> MeasuredPressures | None:
     """Measured pressures at the speed of the run, told of; None for a combustion. ``InputError``."""
     from cranktrain.studies.constant_speed import Request
-    from cranktrain_lab.coupling.trace_unit import MeasuredPressures
+    from cranktrain_lab.coupling.recording_unit import MeasuredPressures
 
     choices = {key: getattr(ask, key) for key in ("speed_rpm", "pressure", "pressure_unit", "pressure_tdc_deg")}
     request = Request(**choices)
@@ -254,8 +254,8 @@ def _reconstruction(ask: Couple) -> str:
 
 def _export(path: Path, engine: VirtualEngine, speed: float, ask: Couple) -> VerbResult:
     """Write the system as an SSP in place of running it."""
+    from cranktrain_lab.coupling.recording_unit import TraceUnit
     from cranktrain_lab.coupling.ssp import write_ssp
-    from cranktrain_lab.coupling.trace_unit import TraceUnit
 
     units = {name: (unit, unit.path) for name, unit in engine.units.items() if not isinstance(unit, TraceUnit)}
     stop = ask.cycles * 4.0 * math.pi / speed

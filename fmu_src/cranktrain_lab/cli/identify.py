@@ -100,8 +100,8 @@ def identify(named: str | Path | Engine, ask: Identify) -> VerbResult:
     """Identify, and write the engine file."""
     from cranktrain_lab.calibration.targets import targets_path
     from cranktrain_lab.identification import identify as study
+    from cranktrain_lab.identification.confidence import with_confidence
     from cranktrain_lab.identification.ladder import Ask
-    from cranktrain_lab.identification.targets_alone import with_confidence
 
     place: str | Path = ask.measured if ending(ask.measured) else targets_path(ask.measured)
     read, _ = study.read_measured_file(place)

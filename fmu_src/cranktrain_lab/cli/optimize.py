@@ -80,7 +80,7 @@ def found_optimum(study: Study, folder: Path, means: Means, target: Path | None)
 
 def report(study: Study, found: Optimum) -> dict[str, Any]:
     """What was found; values in SI, outputs in engineers' units."""
-    from cranktrain_lab.variants.results.plot_data import shown_unit
+    from cranktrain_lab.variants.results.figures import shown_unit
     from cranktrain_lab.variants.study import output_unit
 
     assert study.aim is not None

@@ -86,7 +86,7 @@ def stability(ask: Stability) -> VerbResult:
 
 def show(said: VerbResult) -> None:
     """Print a table of all maps, and what each explains."""
-    from cranktrain_lab.stability.page import shown_deviation
+    from cranktrain_lab.stability.draw import shown_deviation
 
     found = said.beside["shown"]
     rows = []
@@ -101,7 +101,7 @@ def show(said: VerbResult) -> None:
 
 def _write_page(path: Path, maps: list[Any], pictures: list[Path]) -> None:
     """Write the page."""
-    from cranktrain_lab.stability.page import page
+    from cranktrain_lab.stability.draw import page
 
     places = [os.path.relpath(picture, path.parent) for picture in pictures]
     with whole_file(path, PAGE) as file:

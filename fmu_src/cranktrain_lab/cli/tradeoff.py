@@ -60,22 +60,29 @@ class TradeOff(Question):
 @verb_alone(TradeOff, DESCRIPTION)
 def tradeoff(ask: TradeOff) -> VerbResult:
     """Measure, and write the files."""
-    if ask.total:
-        return _total(ask)
+    from cranktrain.core.errors import InputError
     from cranktrain.results.figures import check_folder
     from cranktrain.structure.fem.factor import one_thread
     from cranktrain_lab.tradeoff.choice import choice_text
     from cranktrain_lab.tradeoff.files import write_files
-    from cranktrain_lab.tradeoff.study import chosen_families, default_scenes, scenes_of, study
+    from cranktrain_lab.tradeoff.study import chosen_families, default_scenes, scenes_of, study, total_study
+    from cranktrain_lab.tradeoff.total_choice import total_choice_text
 
-    families = chosen_families(ask.family, ask.quick)
-    scenes = default_scenes(ask.quick) if ask.scene is None else scenes_of(ask.scene, ask.quick)
+    if ask.total and ask.family:
+        raise InputError("--family does not go with --total; leave one out")
+    families = chosen_families(ask.family)
+    scenes = default_scenes(ask.quick, ask.total) if ask.scene is None else scenes_of(ask.scene, ask.quick)
     folder = Path(ask.output)
     check_folder(folder, "--output")
+    found: Any
     with _counted() as (say, advance), one_thread():
-        found = study(scenes, families, ask.quick, say=say, progress=advance)
-    written = write_files(found, folder)
-    said = {**found.as_dict(), "files": [str(path) for path in written]}
+        if ask.total:
+            found = total_study(scenes, ask.quick, say=say, progress=advance)
+        else:
+            found = study(scenes, families, ask.quick, say=say, progress=advance)
+    said = {**found.as_dict(), "files": [str(path) for path in write_files(found, folder)]}
+    if ask.total:
+        return VerbResult.of(said, "tradeoff", text=total_choice_text(found))
     return VerbResult.of(said, "tradeoff", text=choice_text(found), points=found.points, scenes=scenes)
 
 
@@ -87,29 +94,6 @@ def show(said: VerbResult) -> None:
         show_rows(f"{scene.name}: Pareto fronts", header, [_row(point) for point in points])
     print(said.beside["text"], end="")
     print("Written: " + ", ".join(said["files"]))
-
-
-def _total(ask: TradeOff) -> VerbResult:
-    """Measure total errors, and write the files."""
-    from cranktrain.core.errors import InputError
-    from cranktrain.results.figures import check_folder
-    from cranktrain.structure.fem.factor import one_thread
-    from cranktrain_lab.tradeoff.study import scenes_of
-    from cranktrain_lab.tradeoff.total.choice import choice_text
-    from cranktrain_lab.tradeoff.total.files import document, write_files
-    from cranktrain_lab.tradeoff.total.study import total_scenes, total_study
-
-    if ask.family:
-        raise InputError("--family does not go with --total; leave one out")
-    scenes = total_scenes(ask.quick) if ask.scene is None else scenes_of(ask.scene, ask.quick)
-    folder = Path(ask.output)
-    check_folder(folder, "--output")
-    with _counted() as (say, advance), one_thread():
-        found = total_study(scenes, ask.quick, say=say, progress=advance)
-    written = write_files(found, folder)
-    return VerbResult.of(
-        {**document(found), "files": [str(path) for path in written]}, "tradeoff", text=choice_text(found)
-    )
 
 
 @contextmanager

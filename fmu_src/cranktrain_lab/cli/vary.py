@@ -123,7 +123,7 @@ def report(variants: Variants, outcome: Outcome) -> dict[str, Any]:
     """What the variants say, in engineers' units."""
     import numpy as np
 
-    from cranktrain_lab.variants.results.plot_data import shown_unit
+    from cranktrain_lab.variants.results.figures import shown_unit
     from cranktrain_lab.variants.results.variants import PERCENTILES
 
     outputs = []

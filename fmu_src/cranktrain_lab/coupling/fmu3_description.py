@@ -54,7 +54,7 @@ def _elements(variable: ModelVariable, own: bool) -> list[ModelVariable]:
     for number, index in enumerate(product(*(range(1, n + 1) for n in shape))):
         one = _Element(variable, Place(variable.valueReference, variable.type, variable.name, shape, number))
         one.name = element_name(variable.name, index, own)
-        one.type = _type(variable.type)
+        one.type = "Real" if variable.type == "Float64" else "Integer" if variable.type in _INTEGERS else variable.type
         one.start = starts[number] if starts else None
         one.shape = ()
         found.append(one)
@@ -77,11 +77,6 @@ def _starts(variable: ModelVariable, size: int) -> list[Any]:
         return []
     texts = [start] if variable.type in ("String", "Binary") or size == 1 else str(start).split()
     return texts * size if len(texts) == 1 else texts if len(texts) == size else []
-
-
-def _type(kind: str) -> str:
-    """Return the FMI 2.0 name of an FMI 3.0 type. Types that FMI 2.0 lacks keep their FMI 3.0 name."""
-    return "Real" if kind == "Float64" else "Integer" if kind in _INTEGERS else kind
 
 
 def whole_numbers(kind: str) -> tuple[int, int]:

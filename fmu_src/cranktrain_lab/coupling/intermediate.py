@@ -14,8 +14,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.unit_turns import MEAN, READ, WRITE
-from cranktrain_lab.coupling.unit import Unit, UnitError
-from cranktrain_lab.coupling.updates import Master, Updates
+from cranktrain_lab.coupling.unit import Master, Unit, UnitError, Updates
 
 CLOSE = 1.0e-5
 """Largest difference of an intermediate point from the expected point, as a fraction of the step size."""
@@ -76,20 +75,16 @@ class Inside(Updates):
         if self._noted is not None:
             self._noted.append(time)
         elif self._master is not None:
-            self._exchange(time)
-
-    def _exchange(self, time: float) -> None:
-        """Complete the part of the step that ends at ``time`` (s), and begin the next part."""
-        master = self._master
-        if len(self._ends) == 1 or not abs(time - self._ends[0]) <= self._close:
-            raise UnitError(
-                f"{self._unit.name}: an intermediate update at {time:.9g} s, but {self._ends[0]:.9g} s was due; its "
-                "points must not move while the step is the same"
-            )
-        self._read()
-        master.time = self._ends.pop(0)
-        master.arrive()
-        self._lead()
+            master = self._master
+            if len(self._ends) == 1 or not abs(time - self._ends[0]) <= self._close:
+                raise UnitError(
+                    f"{self._unit.name}: an intermediate update at {time:.9g} s, but {self._ends[0]:.9g} s was due; "
+                    "its points must not move while the step is the same"
+                )
+            self._read()
+            master.time = self._ends.pop(0)
+            master.arrive()
+            self._lead()
 
     def _lead(self) -> None:
         """Step the other units to the next intermediate point, and write their outputs there to the last unit."""

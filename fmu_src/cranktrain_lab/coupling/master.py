@@ -24,16 +24,47 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.unit_turns import MEAN, READ, STEP, WRITE
 from cranktrain_lab.coupling.connections import Connection, checked, wiring
-from cranktrain_lab.coupling.quasi_newton import QuasiNewton
 from cranktrain_lab.coupling.reconstruction import DEGREES, Samples
 from cranktrain_lab.coupling.schemes import INSIDE, SCHEMES
 from cranktrain_lab.coupling.turns import Turns, Vectors
 from cranktrain_lab.coupling.unit import Unit, UnitError
 
+MOST = 8
+"""Number of differences kept within a step."""
+DISTINCT = 1.0e-10
+"""Singular values of the differences are ignored below this fraction of the largest singular value."""
 PASSES = 4
 """Largest number of iterations at a communication point, for outputs with direct feedthrough."""
 STEADY = 1.0e-12
 """Relative change of outputs at which the iteration of outputs with direct feedthrough has converged."""
+
+
+class QuasiNewton:
+    """Interface quasi-Newton iteration of one communication step for fixed points x = H(x) of its exchanged values.
+
+    Least squares over the last evaluations give the combination with the least residual, and from it the next x.
+    Degroote, Bathe, Vierendeels (2009), *Performance of a new partitioned procedure versus a monolithic procedure in
+    fluid–structure interaction*, Computers & Structures 87, 793–801.
+    """
+
+    def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
+        """Discard the data of the last step."""
+        self._results: list[Array] = []
+        self._changes: list[Array] = []
+
+    def next(self, result: Array, change: Array) -> Array:
+        """Return the next x from H(x) and H(x) − x, each (n,)."""
+        self._results = [*self._results[-MOST:], result]
+        self._changes = [*self._changes[-MOST:], change]
+        if len(self._changes) == 1:
+            return result
+        changes = np.array([c - change for c in self._changes[:-1]]).T
+        results = np.array([r - result for r in self._results[:-1]]).T
+        share = np.linalg.lstsq(changes, -change, rcond=DISTINCT)[0]
+        return np.asarray(result + results @ share)
 
 
 @dataclass(frozen=True)
@@ -58,10 +89,7 @@ class Exchange:
     whole: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for value, valid, what in (
-            (self.scheme, SCHEMES, "scheme"),
-            (self.reconstruction, DEGREES, "reconstruction"),
-        ):
+        for value, valid, what in ((self.scheme, SCHEMES, "scheme"), (self.reconstruction, DEGREES, "reconstruction")):
             if value not in valid:
                 raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
         if self.scheme == "stages" and (self.reconstruction != "hold" or self.abscissa is not None):
@@ -100,9 +128,15 @@ class Master:
         checked(by_name, connections)
         self.exchange, self.time, self.sweeps = exchange, 0.0, 0
         self._degree = DEGREES[exchange.reconstruction]
-        self._order = _independent_first(units, connections)
+        driven = {connection.target[0] for connection in connections}
+        self._order = sorted(units, key=lambda unit: unit.name in driven)  # stable: else as given
         if exchange.scheme == "iterative":
-            _all_restorable(self._order)
+            fixed = [unit.name for unit in self._order if not unit.restorable]
+            if fixed:
+                raise InputError(
+                    f"scheme 'iterative': {', '.join(fixed)} cannot keep and restore its state; take gauss-seidel, or "
+                    "a unit with canGetAndSetFMUstate"
+                )
         self.inside = INSIDE[exchange.scheme](self._order, exchange) if exchange.scheme in INSIDE else None
         self._parts: dict[str, slice] = {}
         at: dict[tuple[str, str], int] = {}
@@ -271,12 +305,6 @@ class Master:
         except UnitError as error:
             raise UnitError(f"{unit.name} at {self.time:.6g} s: {error}") from None
 
-    def _advance(self, unit: Unit, size: float) -> None:
-        try:
-            unit.step(self.time, size)
-        except UnitError as error:
-            raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
-
     def _one_by_one(self, first: int, end: int, size: float, place: float) -> None:
         """Step units ``first`` to ``end`` in turn, each with the outputs of the previous units at the step's end."""
         if self._turns is not None:
@@ -298,7 +326,12 @@ class Master:
         if what & WRITE:
             self._write(unit)
         if what & STEP:
-            self._advance(unit, size)
+            try:
+                unit.step(self.time, size)
+            except UnitError as error:
+                raise UnitError(
+                    f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}"
+                ) from None
         if what & MEAN and unit in self._feeding:
             self._expect(unit, place)
         if what & READ:
@@ -362,19 +395,3 @@ class Master:
             self._samples.stand(place)
         else:
             self._samples.add(place, values)
-
-
-def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:
-    """Return units without connected inputs first, then all other units in unchanged order."""
-    driven = {connection.target[0] for connection in connections}
-    return sorted(units, key=lambda unit: unit.name in driven)
-
-
-def _all_restorable(units: Sequence[Unit]) -> None:
-    """Raise ``InputError`` for units that cannot repeat a step."""
-    fixed = [unit.name for unit in units if not unit.restorable]
-    if fixed:
-        raise InputError(
-            f"scheme 'iterative': {', '.join(fixed)} cannot keep and restore its state; take gauss-seidel, or a unit "
-            "with canGetAndSetFMUstate"
-        )

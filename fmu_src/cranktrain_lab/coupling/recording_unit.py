@@ -1,25 +1,74 @@
-"""Measurement as a unit of the virtual engine, with channels as functions of the model's crank angle.
+"""Measurements as units of the virtual engine: channels, or pressures in place of a combustion, over crank angle.
 
-Samples lie at uniform crank angles over whole cycles and repeat after the last one. Like
-:class:`cranktrain_lab.coupling.trace_unit.TraceUnit` the unit extrapolates the crank angle over a step by the speed. It
-outputs the values at the end with their angle, so model and measurement are compared at equal crank angles.
+Samples of a recording lie at uniform crank angles over whole cycles and repeat after the last one. Like a combustion,
+the units extrapolate the crank angle over a step by the speed, and output the values at the end with their angle, so
+model and measurement are compared at equal crank angles.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.loads.gas_pressure import gas_pressure, spline_coefficients
-from cranktrain_lab.coupling.by_angle import ByAngle
+from cranktrain.dynamics.model.slots import AMBIENT
+from cranktrain.engine.model import Engine
+from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 from cranktrain_lab.coupling.unit import Port
 
 AT = "pressure.angle"
 """Output with the crank angle of the values."""
+ANGLE, SPEED = "crank.angle", "crank.speed"
+
+
+class ByAngle:
+    """Unit with crank angle and speed as inputs; subclasses add ``read`` (:class:`cranktrain_lab.coupling.unit.Unit`).
+
+    The angle at the end of a step, ``_angle``, is extrapolated from the angle at its start by the speed.
+    """
+
+    restorable = True
+
+    def __init__(self, name: str, outputs: Mapping[str, Port]) -> None:
+        self.name = name
+        self.inputs: Mapping[str, Port] = dict.fromkeys((ANGLE, SPEED), Port())
+        self.outputs = outputs
+        self._given, self._angle = np.zeros(2), 0.0
+        self.link((ANGLE, SPEED), list(outputs))
+
+    def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """Choose the inputs that ``write`` sets and the outputs that ``read`` returns."""
+        self._in = [(ANGLE, SPEED).index(name) for name in inputs]
+        self._read = list(outputs)
+
+    def initialize(self, time: float) -> None:
+        """Prepare the unit for steps from ``time`` (s) on."""
+        self._angle = float(self._given[0])
+
+    def write(self, values: Array) -> None:
+        """Set the values (k,) of the k linked inputs."""
+        self._given[self._in] = values
+
+    def step(self, time: float, size: float) -> None:
+        """Advance the unit from ``time`` (s) by one step of ``size`` (s)."""
+        self._angle = float(self._given[0] + self._given[1] * size)
+
+    def keep(self, held: Any = None) -> Any:
+        """Return the unit's state; memory of the earlier state ``held`` may be reused."""
+        return self._angle, self._given.copy()
+
+    def restore(self, state: Any) -> None:
+        """Restore a state of the unit that ``keep`` returned."""
+        self._angle, given = state
+        self._given[:] = given
+
+    def close(self) -> None:
+        """Release the unit and its memory; may be called repeatedly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,3 +127,35 @@ def without_zero(angle: Array, values: Array) -> Array:
     if not np.all(span > 0.0):
         return np.asarray(values - values.mean())
     return np.asarray(values - (np.interp(end, angle, whole) - np.interp(begin, angle, whole)) / span)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPressures:
+    """Engine with the measured pressures of a run at one speed."""
+
+    engine: Engine
+    trace: GasTrace
+
+
+class TraceUnit(ByAngle):
+    """Unit that outputs measured pressures at the crank angle."""
+
+    def __init__(self, name: str, measured: MeasuredPressures) -> None:
+        engine, trace = measured.engine, measured.trace
+        self._engine = engine
+        self._phases = engine.firing_angles
+        tables = [spline_coefficients(own.fired) for own in trace.own or (trace,)]
+        self._tables = tables if trace.own else tables * len(self._phases)
+        self._mean = trace.imep
+        pressures = [f"cylinder[{c + 1}].pressure" for c in range(len(self._phases))]
+        outputs = (*pressures, "pressure.angle", "indicated.pressure_mean", "indicated.torque")
+        super().__init__(name, dict.fromkeys(outputs, Port()))
+
+    def read(self) -> Array:
+        """Return the values (k,) of the k linked outputs."""
+        own = np.array([self._angle - phase for phase in self._phases])
+        pressures = [float(gas_pressure(angle, table)) for angle, table in zip(own, self._tables, strict=True)]
+        rise = np.array([cylinder_volume(self._engine, own[c : c + 1], c)[1][0] for c in range(own.size)])
+        torque = float((np.array(pressures) - AMBIENT) @ rise)
+        found = dict(zip(self.outputs, (*pressures, self._angle, self._mean, torque), strict=True))
+        return np.array([found[name] for name in self._read])

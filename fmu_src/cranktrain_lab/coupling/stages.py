@@ -19,8 +19,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.unit_turns import MEAN, READ, WRITE
-from cranktrain_lab.coupling.unit import Unit, UnitError
-from cranktrain_lab.coupling.updates import Master, Updates
+from cranktrain_lab.coupling.unit import Master, Unit, UnitError, Updates
 
 NONE = 1.0e-9
 """Fraction of a step below which two stage times count as equal, because they differ by rounding."""

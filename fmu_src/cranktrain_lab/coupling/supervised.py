@@ -8,6 +8,8 @@ FMU instances and their extracted files are removed with the process and its fol
 
 from __future__ import annotations
 
+import ctypes
+import mmap
 import os
 import signal
 import tempfile
@@ -16,19 +18,23 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import Connection as Pipe
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from cranktrain.core.errors import CranktrainError, InputError, StoreError
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.unit_turns import CLOSING, INITIALIZATION, INPUTS, NOTE_SLOTS, NOTHING, OUTPUTS, STATE, STEPPING
 from cranktrain.store.side_by_side import leave_to_parent, process_context
 from cranktrain_lab.coupling.connections import Connection
 from cranktrain_lab.coupling.master import Exchange, Master
-from cranktrain_lab.coupling.points import PointsFile, read_points
 from cranktrain_lab.coupling.run import Bond, Coupled, Record, Steps, run
-from cranktrain_lab.coupling.unit import EndingError, Unit, UnitError
-from cranktrain_lab.coupling.watch import INITIALIZATION, WORDS, Notes, Watched
+from cranktrain_lab.coupling.turns import Direct
+from cranktrain_lab.coupling.unit import Around, EndingError, Unit, UnitError
 
 LOOK = 0.1
 """Interval of checks of the process, s."""
@@ -38,6 +44,107 @@ SHORT = 0.01
 """Interval of checks of a process that is ending, s."""
 GRACE = 5.0
 """Time limit for a process to end by itself, s."""
+ROWS = mmap.ALLOCATIONGRANULARITY // 8
+"""Number of points for which space is reserved at once. Their size is a multiple of the page size for any width."""
+WORDS = ("after a call", "initialization", "its inputs", "its outputs", "step", "its state", "its end")
+"""Names of unit calls in messages, by the code of the call."""
+
+
+class Notes(ctypes.Structure):
+    """Entries of the shared record of a unit's current call.
+
+    ``unit`` is the index in the master's order, ``call`` the index in :data:`WORDS`. ``count`` increases at the begin
+    and end of each call. ``points`` counts the communication points in the file, ``time`` (s) is the last one,
+    ``seconds`` the run's wall time. ``stop`` asks the process to end. The first NOTE_SLOTS entries are the kernel's.
+    """
+
+    _fields_ = (
+        ("unit", ctypes.c_int64), ("call", ctypes.c_int64), ("count", ctypes.c_int64), ("stop", ctypes.c_int64),
+        ("sweeps", ctypes.c_int64), ("refused", ctypes.c_int64), ("points", ctypes.c_int64), ("time", ctypes.c_double),
+        ("seconds", ctypes.c_double),
+    )  # fmt: skip
+
+
+CALLS = {
+    "initialize": INITIALIZATION, "write": INPUTS, "read": OUTPUTS, "step": STEPPING, "keep": STATE,
+    "restore": STATE, "close": CLOSING,
+}  # fmt: skip
+"""Codes of the methods whose calls are recorded."""
+
+
+class Watched(Around):
+    """Wrapper of a unit that records its calls; ``step`` raises ``KeyboardInterrupt`` if the process is to stop."""
+
+    def __init__(self, unit: Unit, place: int, notes: Notes) -> None:
+        super().__init__(unit)
+        self._place, self._notes = place, notes
+
+    def direct(self) -> Direct | None:
+        """Return the unit's description for compiled code, which then records the calls."""
+        offer = getattr(self._unit, "direct", None)
+        found: Direct | None = None if offer is None else offer()
+        if found is None:
+            return None
+        return found._replace(notes=np.frombuffer(memoryview(self._notes), np.int64, NOTE_SLOTS), place=self._place)
+
+    def listen(self, *calls: Callable[[float], None]) -> None:
+        """Register functions that the unit calls inside a step, and record the step again after each call."""
+        super().listen(*(partial(self._reported, call) for call in calls))
+
+    def _reported(self, call: Callable[[float], None], time: float) -> None:
+        call(time)
+        self._notes.unit, self._notes.call = self._place, CALLS["step"]
+        self._notes.count += 1
+
+    def _on(self, call: str, *arguments: Any) -> Any:
+        """Call a method of the unit and record it as the unit's current call."""
+        notes = self._notes
+        if call == "step" and notes.stop:
+            raise KeyboardInterrupt
+        if call not in CALLS:
+            return super()._on(call, *arguments)
+        notes.unit, notes.call = self._place, CALLS[call]
+        notes.count += 1
+        found = super()._on(call, *arguments)
+        notes.call = NOTHING
+        notes.count += 1
+        return found
+
+
+class PointsFile:
+    """Writer of points of ``width`` numbers into a file that can be read even if this process has died.
+
+    The file is mapped into memory, so writing a point needs no system call. Disk space is reserved before mapping, so a
+    full disk raises ``OSError`` instead of a memory fault later.
+    """
+
+    def __init__(self, path: Path, width: int) -> None:
+        self._file = path.open("w+b")
+        self._width, self._count, self._size = width, 0, 0
+        self._rows = np.empty((0, width))
+
+    def take(self, row: Array) -> int:
+        """Write a point and return the number of points written."""
+        place = self._count % ROWS
+        if place == 0:
+            size = ROWS * self._width * 8
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(self._file.fileno(), self._size, size)
+            else:
+                self._file.truncate(self._size + size)
+            room = mmap.mmap(self._file.fileno(), size, offset=self._size)
+            self._size += size
+            self._rows = np.frombuffer(room).reshape(ROWS, self._width)
+        self._rows[place] = row
+        self._count += 1
+        return self._count
+
+
+def read_points(path: Path, width: int, count: int) -> Array:
+    """Return the first ``count`` points (k, width), or fewer if the file holds fewer."""
+    held = path.stat().st_size // (8 * width)
+    values = np.fromfile(path, dtype=np.float64, count=min(max(0, count), held) * width)
+    return values[: len(values) // width * width].reshape(-1, width)
 
 
 class System(Protocol):

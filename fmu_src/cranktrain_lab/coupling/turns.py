@@ -7,7 +7,7 @@ Both ways give bitwise equal results.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, NoReturn, Protocol
+from typing import Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,7 +112,8 @@ class Turns:
     ) -> None:  # fmt: skip
         """Prepare calls of those units in ``asked`` that are direct, with their wirings and slices of outputs."""
         known = vectors.known
-        found = {name: _direct(unit) for name, unit in asked.items()}
+        offers: dict[str, Any] = {name: getattr(unit, "direct", None) for name, unit in asked.items()}
+        found: dict[str, Direct | None] = {name: offer and offer() for name, offer in offers.items()}
         chosen = {name: one for name, one in found.items() if one is not None and not wirings[name].modified}
         self._chosen, self._order = chosen, order
         self._units = np.zeros((len(order), at.COLUMNS), dtype=np.int64)
@@ -132,7 +133,13 @@ class Turns:
         notes = noted[-1] if noted else np.zeros(at.NOTE_SLOTS, dtype=np.int64)
         tables = self._units, self._wires, self._places, self._values, self._sources, self._exchanged
         self.arguments = (self._control, self._numbers, *tables, *vectors, notes)
-        self.until = self._ends()
+        ends = [0] * len(self._order)
+        for k in reversed(range(len(ends))):
+            if self._order[k].name in self._chosen:
+                ends[k] = ends[k + 1] if k + 1 < len(ends) and ends[k + 1] > k + 1 else k + 1
+            else:
+                ends[k] = k
+        self.until = ends
         if chosen:
             self._call = bound_call(at.take_turns, self.arguments)
 
@@ -159,15 +166,6 @@ class Turns:
                     self._sources[part] = begin + values.places
                 begin += values.values.size
             first = end
-
-    def _ends(self) -> list[int]:
-        ends = [0] * len(self._order)
-        for k in reversed(range(len(ends))):
-            if self._order[k].name in self._chosen:
-                ends[k] = ends[k + 1] if k + 1 < len(ends) and ends[k + 1] > k + 1 else k + 1
-            else:
-                ends[k] = k
-        return ends
 
     def weigh(self, weights: Sequence[float]) -> None:
         """Set weights of the means over the next step: of the new value, then of earlier communication points."""
@@ -200,10 +198,3 @@ class Turns:
     def failed(self) -> tuple[Unit, bool]:
         """Return the unit whose call failed last, and True if this call was a step."""
         return self._order[int(self._control[at.FAILED])], self._control[at.CALL] == at.STEPPING
-
-
-def _direct(unit: Unit) -> Direct | None:
-    """Return the unit's description for compiled code, or None."""
-    offer = getattr(unit, "direct", None)
-    found: Direct | None = None if offer is None else offer()
-    return found

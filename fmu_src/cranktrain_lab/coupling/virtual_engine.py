@@ -24,8 +24,8 @@ from cranktrain_lab.coupling.fmu3_unit import open_fmu
 from cranktrain_lab.coupling.fmu_unit import FmuUnit
 from cranktrain_lab.coupling.master import Exchange, Master
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, STAGES, VALVETRAIN
+from cranktrain_lab.coupling.recording_unit import MeasuredPressures, TraceUnit
 from cranktrain_lab.coupling.run import Bond, Coupled
-from cranktrain_lab.coupling.trace_unit import MeasuredPressures, TraceUnit
 
 ANGLE, SPEED, FRAME_SPEED = "crank.angle", "crank.speed", "frame.speed"
 POLYTROPIC = "polytropic"

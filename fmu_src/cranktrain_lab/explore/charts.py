@@ -1,8 +1,13 @@
-"""Charts of an engine's torsion: orders, twist, Campbell diagram and damper heat. Knobs replace the charts' data."""
+"""Charts of an engine's torsion: orders, twist, Campbell diagram and damper heat. Knobs replace the charts' data.
+
+The orders of another engine or run-up may stand beside them, on equal axes, with a table of peaks.
+"""
 
 from __future__ import annotations
 
+import html
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +20,7 @@ from cranktrain.core.units import RPM
 from cranktrain.results.orders.measured import Measured, band_of
 from cranktrain.results.run_up.plots import DECADES
 from cranktrain.results.run_up.run_up import TORSION, RunUp
-from cranktrain_lab.explore.frequencies import FREQUENCIES
-from cranktrain_lab.explore.live import ORDERS, Curves
+from cranktrain_lab.explore.live import FREQUENCIES, ORDERS, Curves
 
 DEG = 180.0 / math.pi
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#444444", "#8c6bb1")
@@ -159,7 +163,7 @@ class LineChart:
 class CampbellChart:
     """Campbell diagram: torsional frequencies over the speed, lines of orders, circles by amplitudes of orders."""
 
-    def __init__(self, order_count: int = 5) -> None:
+    def __init__(self) -> None:
         self.plot = _plot("Campbell diagram, circles: pulley torsion by order", "frequency, Hz")
         self._modes, self._old = (ColumnDataSource({"xs": [], "ys": []}) for _ in range(2))
         self._rays = ColumnDataSource({"xs": [], "ys": []})
@@ -204,3 +208,52 @@ class CampbellChart:
             y += (order * rpm[seen] / 60.0).tolist()
             size += (22.0 * np.sqrt(share[seen])).tolist()
         return {"x": x, "y": y, "size": size}
+
+
+class Beside:
+    """View of two charts of orders with common axes, and a table of the largest amplitudes."""
+
+    def __init__(self, title: str, other_title: str, other: Curves | RunUp) -> None:
+        self._titles = title, other_title
+        speeds, amplitudes = (
+            (other.speeds, orders_of(other)) if isinstance(other, RunUp) else (other.speeds, other.orders)
+        )
+        none = np.zeros(0)
+        self._other = Curves(speeds, amplitudes, none, none, none, 0.0, none, np.zeros((0, 0)), 0.0)
+        self._charts = OrdersChart(title), OrdersChart(other_title)
+        self._charts[1].plot.x_range, self._charts[1].plot.y_range = (
+            self._charts[0].plot.x_range, self._charts[0].plot.y_range,
+        )  # fmt: skip
+        self._table = pn.pane.HTML("", sizing_mode="stretch_width")
+        heading = pn.pane.HTML("<b>Compared: pulley torsion by order</b>", sizing_mode="stretch_width")
+        self.parts = [heading, side_by_side([chart.plot for chart in self._charts]), self._table]
+
+    def show(self, now: Curves, orders: list[float]) -> None:
+        """Show these orders of both engines."""
+        for chart, curves in zip(self._charts, (now, self._other), strict=True):
+            chart.choose(sorted(orders))
+            chart.show(curves, None)
+        rows = []
+        for order in sorted(orders):
+            (here, at), (there, other_at) = (_peak(one, order) for one in (now, self._other))
+            share = f"{100.0 * (there / here - 1.0):+.1f} %" if here > 0.0 and np.isfinite(there) else "-"
+            rows.append((f"{order:g}", f"{here:.4f}", f"{at:.0f}", f"{there:.4f}", f"{other_at:.0f}", share))
+        head = ("order", "deg", "rev/min", "deg", "rev/min", "difference")
+        self._table.object = _table(self._titles, head, rows)
+
+
+def _peak(curves: Curves, order: float) -> tuple[float, float]:
+    """Return the largest amplitude (deg) of an order, and the speed (rev/min) of this peak."""
+    found: Array = np.nan_to_num(curves.orders[ORDERS.index(order)], nan=-1.0)
+    at = int(found.argmax())
+    return (DEG * float(found[at]) if found[at] >= 0.0 else float("nan")), float(curves.speeds[at] / RPM)
+
+
+def _table(titles: tuple[str, str], head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    over = f"<tr><th></th><th colspan=2>{html.escape(titles[0])}</th><th colspan=2>{html.escape(titles[1])}</th></tr>"
+    cells = "".join(f"<th style='padding:0 8px'>{one}</th>" for one in head)
+    body = "".join(
+        "<tr>" + "".join(f"<td style='text-align:right;padding:0 8px'>{one}</td>" for one in row) + "</tr>"
+        for row in rows
+    )
+    return f"<table>{over}<tr>{cells}</tr>{body}</table>"

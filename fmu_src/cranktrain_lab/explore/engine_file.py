@@ -82,9 +82,10 @@ def write_engine(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: 
         raise InputError(f"{path}: an engine file ends in .toml; give such a name")
     check_place(path)
     text = engine_text(source, engine, knobs, chosen)
-    whole = (
-        engine if isinstance(source, Engine) else engine_of(_document(source), path.name, engine_path(source).parent)
-    )
+    whole = engine
+    if not isinstance(source, Engine):
+        old = engine_path(source)
+        whole = engine_of(tomllib.loads(old.read_text("utf-8")), path.name, old.parent)
     wanted = chosen_engine(whole, knobs, chosen)
     found = engine_of(tomllib.loads(text), path.name, path.absolute().parent)
     for change in changes(engine, knobs, chosen):
@@ -97,10 +98,6 @@ def write_engine(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: 
     with whole_file(path) as place:
         place.write_text(text, "utf-8")
     return path
-
-
-def _document(source: str | Path) -> dict[str, Any]:
-    return tomllib.loads(engine_path(source).read_text("utf-8"))
 
 
 def _head(name: str, digest: str, found: Sequence[Change]) -> str:

@@ -96,7 +96,7 @@ def knobs_of(engine: Engine) -> list[Knob]:
         found += list(_knobs(engine, "damper", _OF_DAMPER[engine.damper.kind], "Damper"))
     for table in ("pulley", "flywheel"):
         # A body's diametral inertia is at least half of its polar inertia, so both are scaled together.
-        if engine_part(engine, table).polar_inertia > 0.0:
+        if getattr(engine, table).polar_inertia > 0.0:
             title = f"{table} inertia"
             found += _knob(engine, f"{table}.polar_inertia", title, "Masses", (f"{table}.diametral_inertia",))
     chain = engine.drive_line_chain
@@ -119,14 +119,9 @@ def knobs_of(engine: Engine) -> list[Knob]:
     return found
 
 
-def engine_part(engine: Engine, table: str) -> Any:
-    """Return a table of an engine."""
-    return getattr(engine, table)
-
-
 def _knobs(engine: Engine, table: str, keys: Sequence[str], group: str) -> Iterator[Knob]:
     for key in keys:
-        held = getattr(engine_part(engine, table), key)
+        held = getattr(getattr(engine, table), key)
         if isinstance(held, tuple):
             if held and min(held) > 0.0:
                 rest = tuple(f"{table}.{key}[{k}]" for k in range(2, len(held) + 1))
@@ -217,7 +212,7 @@ def chosen_engine(engine: Engine, knobs: Sequence[Knob], chosen: Chosen) -> Engi
             whole[name] = value
             continue
         table, _, entry = name.partition(".")
-        entries = list(whole.get(name, getattr(engine_part(engine, table), entry)))
+        entries = list(whole.get(name, getattr(getattr(engine, table), entry)))
         entries[int(index.rstrip("]")) - 1] = value
         whole[name] = entries
     return engine.with_(whole) if whole else engine

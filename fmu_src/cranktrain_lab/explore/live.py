@@ -18,11 +18,19 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
-from cranktrain.loads.damper import required_damper
+from cranktrain.loads.damper import (
+    STIFFNESS,
+    damper_parameters,
+    damper_temperature,
+    damping_coefficient,
+    required_damper,
+)
 from cranktrain.results.run_up.plot_data import DROWNED
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
-from cranktrain_lab.explore.frequencies import torsional_frequencies
+from cranktrain.studies.torsion.peak_modes import OVERDAMPED
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain_lab.explore.knobs import Chosen, Knob, chosen_engine, knobs_of
 from cranktrain_lab.variants.design import Design
 from cranktrain_lab.variants.distributions import Distribution
@@ -34,6 +42,10 @@ SPEEDS, FEWEST = 91, 21
 MOVING = 0.06
 """Time limit of a computation while a knob moves, s. The rest of 100 ms is for drawing."""
 ORDERS = tuple(0.5 * k for k in range(1, round(2.0 * HIGHEST_ORDER) + 1))
+FREQUENCIES = 3
+"""Largest number of torsional frequencies in the diagram."""
+PLACES = 5
+"""Number of speeds at which frequencies are computed, because a damper's fluid changes with its temperature."""
 
 
 @dataclass(frozen=True)
@@ -186,3 +198,26 @@ def checked_speeds(engine: Engine, from_rpm: float | None, to_rpm: float | None)
     if not low < high:
         raise InputError(f"--from {low / RPM:g} is not below --to {high / RPM:g} rev/min; exchange or widen them")
     return float(low), float(high)
+
+
+def torsional_frequencies(structure: ShaftOrders, engine: Engine, low: float, high: float) -> tuple[Array, Array]:
+    """Return speeds (s,) rad/s from ``low`` to ``high``, and frequencies (s, m) Hz, NaN for missing modes.
+
+    The model has mean rods and no damping except the damper. The damper's ring is an additional coordinate with the
+    damper's stiffness and damping at small amplitude and at its temperature for the speed. Modes with half of the
+    critical damping or more are left out, because they are not resonances.
+    """
+    speeds = np.linspace(low, high, PLACES)
+    if not structure.ring or engine.damper is None:
+        own = structure.frequencies_hz()[:FREQUENCIES]
+        return speeds, np.broadcast_to(own, (PLACES, own.size))
+    stiffness, _, mass = structure.matrices(True)
+    twist = structure.ends_rows()[0]
+    link = np.outer(twist, twist)
+    found = np.full((PLACES, FREQUENCIES), np.nan)
+    for row, speed in zip(found, speeds.tolist(), strict=True):
+        law = damper_parameters(engine.damper, damper_temperature(engine.damper, speed))
+        modes = damped_modes(stiffness + law[STIFFNESS] * link, damping_coefficient(law) * link, mass)
+        hz = modes.hz[modes.damping_ratios < OVERDAMPED][:FREQUENCIES]
+        row[: hz.size] = hz
+    return speeds, found[:, ~np.isnan(found).all(axis=0)]

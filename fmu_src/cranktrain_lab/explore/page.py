@@ -205,7 +205,7 @@ class Page:
         """Return the comparison with the other engine or run-up, on equal axes."""
         if self._explored.other is None:
             return []
-        from cranktrain_lab.explore.compared import Beside
+        from cranktrain_lab.explore.charts import Beside
 
         self._beside = Beside(self._live.whole.title, *self._explored.other)
         self._beside.show(self._now, self._orders.value)
@@ -261,14 +261,6 @@ class Page:
         if not self._quiet:
             self._history.rest()
             self._tell_choice()
-
-    def _rest(self) -> None:
-        """Handle a knob at rest: compute all speeds, and harmonic balance."""
-        self._resting = True
-        if self._now.speeds.size < self._live.speeds.size:
-            self._answer(moving=False)
-        self._ask_balance()
-        self._tell_choice()
 
     def _ask_balance(self) -> None:
         if self._explored.balance is not None:
@@ -333,7 +325,11 @@ class Page:
     def look(self) -> None:
         """Receive results of background work; called periodically while the page is open."""
         if not (self._resting or self._waiting) and time.monotonic() - self._turned > REST:
-            self._rest()
+            self._resting = True
+            if self._now.speeds.size < self._live.speeds.size:
+                self._answer(moving=False)
+            self._ask_balance()
+            self._tell_choice()
         balance = self._explored.balance
         if balance is not None and (found := balance.found()) is not None:
             chosen, run = found

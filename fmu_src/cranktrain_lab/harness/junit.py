@@ -25,7 +25,9 @@ def junit(title: str, scenarios: Sequence[Judged]) -> bytes:
         )  # fmt: skip
         for k, outcome in enumerate(one.outcomes):
             _case(suite, one, outcome, first=k == 0)
-        SubElement(suite, "system-out").text = _plain(_text(one))
+        lines = [f"{'passed' if o.passed else 'FAILED'}  {o.quantity}: {found_text(o)}, expected {o.expected}"
+                 for o in one.outcomes]  # fmt: skip
+        SubElement(suite, "system-out").text = _plain("\n".join([*lines, f"result: {one.result or 'none'}"]))
     for key in ("tests", "failures", "errors"):
         root.set(key, str(sum(int(suite.get(key, "0")) for suite in root)))
     root.set("time", f"{sum(one.ran.seconds for one in scenarios):.3f}")
@@ -48,12 +50,6 @@ def _case(suite: Element, one: Judged, outcome: Outcome, first: bool) -> None:
     kind = "error" if first and _is_error(one) else "failure"
     said = f"expected {outcome.expected}, found {found_text(outcome)}"
     SubElement(case, kind, message=_plain(said), type=kind).text = _plain(f"{outcome.quantity}: {said}")
-
-
-def _text(one: Judged) -> str:
-    lines = [f"{'passed' if o.passed else 'FAILED'}  {o.quantity}: {found_text(o)}, expected {o.expected}"
-             for o in one.outcomes]  # fmt: skip
-    return "\n".join([*lines, f"result: {one.result or 'none'}"])
 
 
 def found_text(outcome: Outcome) -> str:

@@ -46,7 +46,10 @@ def page(harness: Harness, scenarios: Sequence[Judged]) -> str:
     header = ("scenario", "verdict", "assertions passed", "seconds", "result file")
     body = "<section>" + table(Table(f"{count} of {len(scenarios)} scenarios passed", header, rows)) + "</section>"
     for k, one in enumerate(scenarios, 1):
-        parts = [table(_assertions(one))]
+        found = tuple(
+            ("passed" if o.passed else "FAILED", o.name, o.quantity, o.expected, found_text(o)) for o in one.outcomes
+        )
+        parts = [table(Table("Assertions", ("verdict", "assertion", "quantity", "expected", "found"), found))]
         if one.ran.ended:
             parts.append(paragraph(f"The run ended: {one.ran.ended}"))
         parts += _charts(harness, one, by_name)
@@ -56,20 +59,6 @@ def page(harness: Harness, scenarios: Sequence[Judged]) -> str:
         f'<li><a href="#s{k}">{html.escape(one.scenario.name)}</a></li>' for k, one in enumerate(scenarios, 1)
     )
     return whole_page("harness", f"{harness.title}: harness report", contents, body)
-
-
-def _assertions(one: Judged) -> Table:
-    rows = tuple(
-        (
-            "passed" if outcome.passed else "FAILED",
-            outcome.name,
-            outcome.quantity,
-            outcome.expected,
-            found_text(outcome),
-        )
-        for outcome in one.outcomes
-    )
-    return Table("Assertions", ("verdict", "assertion", "quantity", "expected", "found"), rows)
 
 
 def _charts(harness: Harness, one: Judged, others: Mapping[str, Judged]) -> list[str]:
@@ -105,16 +94,11 @@ def _over_time(name: str, one: Judged, run: Coupled, other: Judged | None) -> st
     if name.startswith(f"{MISFIT}."):
         output = name.removeprefix(f"{MISFIT}.")
         for word, source in (("model", CRANKTRAIN), ("measurement", UNIT)):
-            curves[word] = _of_misfit(run, source, output)[::every]
+            angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
+            own = without_zero(angle, model)
+            curves[word] = (own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}"))[::every]
     label = f"{name.removeprefix(f'{SIGNALS}.')}{f' / {unit}' if unit else ''}"
     return line_chart(f"{label} over the time", x, curves, ("time / s", label))
-
-
-def _of_misfit(run: Coupled, source: str, output: str) -> Array:
-    """Return the curve of model or measurement from which a misfit was computed, minus its mean over a cycle."""
-    angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
-    own = without_zero(angle, model)
-    return own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}")
 
 
 def _orders(harness: Harness, name: str, runs: Mapping[str, Coupled]) -> list[str]:

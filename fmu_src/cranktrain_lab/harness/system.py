@@ -57,7 +57,13 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
         units, connections, exchange, outputs, bonds = _of_virtual_engine(harness, scenario, fmus, starts)
     else:
         units = {name: open_fmu(path, name, starts[name]) for name, path in fmus.items()}
-        connections = _connected(harness, units)
+        connections = []
+        for link in harness.links or ():
+            ends = [tuple(end.strip().split(".", 1)) for end in link.split("->")]
+            connections.append(Connection((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
+        if harness.by_name:
+            taken = {connection.target for connection in connections}
+            connections += [connection for connection in by_name(units) if connection.target not in taken]
         exchange = Exchange(scenario.way.scheme, scenario.way.reconstruction, harness.abscissa)
         outputs, bonds = {name: [] for name in units}, []
     bonds = [*bonds, *harness.bonds]
@@ -174,18 +180,6 @@ def _of_recording(
     return {CRANKTRAIN: cranktrain}, connected(cylinders, recorded, rule == POLYTROPIC), exchange, outputs
 
 
-def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:
-    """Return connections that the harness file lists, and connections of other inputs by equal names."""
-    found = []
-    for link in harness.links or ():
-        ends = [tuple(end.strip().split(".", 1)) for end in link.split("->")]
-        found.append(Connection((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
-    if harness.by_name:
-        taken = {connection.target for connection in found}
-        found += [connection for connection in by_name(units) if connection.target not in taken]
-    return found
-
-
 def _read(
     harness: Harness, scenario: Scenario, units: Mapping[str, Unit], outputs: dict[str, list[str]],
     bonds: Sequence[Bond],
@@ -211,18 +205,13 @@ def _read(
         if place[1] in units[place[0]].outputs
     ]
     wanted = [(output, where) for output, where in wanted if output[0] not in (UNIT, MISFIT)]
-    for output, where in wanted:
-        _need_output(output, units, where)
-        there = outputs.setdefault(output[0], [])
-        if output[1] not in there:
-            there.append(output[1])
-
-
-def _need_output(output: Variable, units: Mapping[str, Unit], where: str) -> None:
-    unit, name = output
-    if name not in units[unit].outputs:
-        kind = "an input, which is not recorded" if name in units[unit].inputs else "not an output"
-        raise InputError(f"{where}: {unit}.{name} is {kind}; {nearest(name, units[unit].outputs)}")
+    for (unit, name), where in wanted:
+        if name not in units[unit].outputs:
+            kind = "an input, which is not recorded" if name in units[unit].inputs else "not an output"
+            raise InputError(f"{where}: {unit}.{name} is {kind}; {nearest(name, units[unit].outputs)}")
+        there = outputs.setdefault(unit, [])
+        if name not in there:
+            there.append(name)
 
 
 def _signals(

@@ -105,12 +105,12 @@ def _alike(speeds: Array, length: float) -> tuple[Array, Array]:
     return (1.0 + apart) * fall, apart**2 * fall
 
 
-def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
-    """Return the initial guess of the bias: a fraction of the amplitudes, with a tenth of the speed range as length."""
+def first_bias(parts: Sequence[Residue]) -> Bias:
+    """Return the initial guess of the bias: a tenth of the amplitudes, with a tenth of the speed range as length."""
     span = max(float(np.ptp(one.speeds)) for one in parts)
     known = np.concatenate([one.noise[np.isfinite(one.noise)] for one in parts])
     noise = float(np.sqrt(np.mean(known**2))) if known.size else 0.02 * _rms(parts)
-    return Bias(noise, relative, max(0.1 * span, 1e-3), len(parts) * (relative,))
+    return Bias(noise, 0.1, max(0.1 * span, 1e-3), len(parts) * (0.1,))
 
 
 def noise_of_differences(parts: Sequence[Residue]) -> float:

@@ -23,13 +23,7 @@ from cranktrain_lab.identification.bias import Bias, Residue, covariance, estima
 from cranktrain_lab.identification.data import Data
 from cranktrain_lab.identification.model import Answers
 from cranktrain_lab.identification.parameters import Sought, inner_values, outer_values
-from cranktrain_lab.identification.wheel_constants import (
-    WIDE,
-    Constant,
-    FoundConstant,
-    beside_slopes,
-    by_constant,
-)
+from cranktrain_lab.identification.wheel_constants import WIDE, Constant, FoundConstant, beside_slopes, by_constant
 
 STEP = 1e-3
 """Step in the search coordinate u of a parameter for derivatives, about a thousandth of the parameter."""

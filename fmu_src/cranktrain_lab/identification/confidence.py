@@ -13,14 +13,19 @@ runs of a speed, draws from the priors, and maps each draw to u by the linear es
 
 Sources: G. A. F. Seber, C. J. Wild, *Nonlinear Regression* (1989), ch. 5; H. R. Künsch, Ann. Statist. 17 (1989) 1217,
 blocks.
+
+With the sensitivities J = ∂ ln f/∂ ln p of a calibration's report, tolerances τ of its targets as standard deviations
+and bounds as a uniform prior, its free values have
+
+    A = Jᵀ diag(1/τ²) J,     S = (A + diag(12/ln²(high/low)))⁻¹.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -306,3 +311,25 @@ def _test(
         first, second, float(square.sum()), int(both.sum()), float(chi2.sf(square.sum(), both.sum())), k,
         (wants[0], wants[1]),
     )  # fmt: skip
+
+
+def with_confidence(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a calibration's report with ``deviation_percent`` of its parameters, and ``told_apart`` in words.
+
+    Parameters that may be zero or negative have no relative deviation.
+    """
+    parameters = [p for p in report["parameters"] if p["low"] * p["high"] > 0.0 and p["value"]]
+    keys = [p["key"] for p in parameters]
+    if not keys:
+        return {**report, "told_apart": []}
+    rows = [
+        [target["sensitivities"][key] / (0.01 * target["tolerance_percent"]) for key in keys]
+        for target in report["targets"]
+    ]
+    slopes = np.array(rows)
+    information = slopes.T @ slopes
+    bounds = np.diag([12.0 / math.log(p["high"] / p["low"]) ** 2 for p in parameters])
+    spread = np.sqrt(np.diag(np.linalg.inv(information + bounds)))
+    known = dict(zip(keys, (100.0 * spread).tolist(), strict=True))
+    own = [{**p, "deviation_percent": known.get(p["key"])} for p in report["parameters"]]
+    return {**report, "parameters": own, "told_apart": told_apart(information, bounds, keys)}

@@ -30,12 +30,11 @@ from cranktrain_lab.identification.tables import (
     RangeTable,
     TorqueTable,
 )
+from cranktrain_lab.measured.order_table import check_speeds
 from cranktrain_lab.measured.tracking import BAND
 
 FREQUENCY, RATIO, TARGET, MOUNTS = "frequency", "damping ratio", "target", "mount frequency"
 """Kinds of measured numbers: two of torsional modes, two of the bending crank in its block."""
-BEYOND = 0.05
-"""Relative distance outside the engine's speed range up to which measured speeds are accepted."""
 FEWEST = 4
 """Least number of speeds of an order."""
 
@@ -209,7 +208,7 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
             raise InputError(
                 f"{where}: order {order:g} has {int(keep.sum())} speeds; a fit takes {FEWEST} or more of each order"
             )
-        _check_speeds(engine, speeds[keep], where)
+        check_speeds(engine, speeds[keep], where, "cut them by speeds = {{ from = {low}, to = {high} }}")
         missing = int(np.isnan(phases[keep]).sum())
         if missing and not table.amplitudes_only:
             raise InputError(
@@ -262,18 +261,6 @@ def _within(speeds: Array, table: RangeTable | None) -> NDArray[np.bool_]:
     if table is None:
         return np.ones(speeds.size, dtype=bool)
     return np.asarray((speeds >= table.first * RPM * (1 - 1e-9)) & (speeds <= table.last * RPM * (1 + 1e-9)))
-
-
-def _check_speeds(engine: Engine, speeds: Array, where: str) -> None:
-    """Raise ``InputError`` for speeds outside the engine's range."""
-    low, high = engine.speeds
-    outside = (speeds < low * (1.0 - BEYOND)) | (speeds > high * (1.0 + BEYOND))
-    if outside.any():
-        raise InputError(
-            f"{where}: {int(outside.sum())} of {speeds.size} speeds, {speeds.min() / RPM:.0f} to "
-            f"{speeds.max() / RPM:.0f} rev/min, lie outside those of '{engine.name}', {low / RPM:.0f} to "
-            f"{high / RPM:.0f} rev/min; cut them by speeds = {{ from = {low / RPM:.0f}, to = {high / RPM:.0f} }}"
-        )
 
 
 def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:

@@ -10,8 +10,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.studies.run_up.free_decay import decaying_parts
-from cranktrain_lab.measured.channels import TIME, Channel, of_array
-from cranktrain_lab.measured.decimation import decimated
+from cranktrain_lab.measured.channels import TIME, Channel, decimated, of_array
 from cranktrain_lab.measured.reading import read_measured
 
 MOST_SAMPLES = 2000

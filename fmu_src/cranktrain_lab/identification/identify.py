@@ -6,7 +6,7 @@ A file of ``[targets]`` alone is a calibration, with the same search and with in
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,20 +29,13 @@ from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.advice import advised, remedy_for
 from cranktrain_lab.identification.bending import Bending, target_scalars, targets_of
 from cranktrain_lab.identification.comparison import Comparison
-from cranktrain_lab.identification.confidence import (
-    Confidence,
-    bootstrap,
-    confidence_of,
-    profiles,
-    told_apart,
-)
+from cranktrain_lab.identification.confidence import Confidence, bootstrap, confidence_of, profiles, told_apart
 from cranktrain_lab.identification.data import MOUNTS, Orbit, read_data
-from cranktrain_lab.identification.doubts import doubtful_values
 from cranktrain_lab.identification.ladder import Ask, Climbed, climb
 from cranktrain_lab.identification.model import TIME, TorsionalModel
 from cranktrain_lab.identification.orbit_runs import check_films
 from cranktrain_lab.identification.orbits import check_orbits, read_orbits
-from cranktrain_lab.identification.parameters import RATIOS, Sought, outer_values, sought_parameters
+from cranktrain_lab.identification.parameters import LOAD, RATIOS, Sought, outer_values, sought_parameters
 from cranktrain_lab.identification.residuals import held_out, number_rows, orbit_rows, residual_rows
 from cranktrain_lab.identification.tables import MeasuredTable
 from cranktrain_lab.identification.written import identified_text, write_identified
@@ -50,6 +43,12 @@ from cranktrain_lab.identification.written import identified_text, write_identif
 Follow = Callable[[float, float], None]
 AT_BOUND = 1e-3
 """Distance of a parameter from a bound, as a fraction of the range, below which it counts as at the bound."""
+MOST_LOAD = 1.4
+"""Ratio of identified load to full load of the engine file above which the amplitudes are doubted."""
+PEAK_TO_PEAK = (
+    "amplitudes are zero to peak: peak-to-peak ones are twice as large, r.m.s. values 0.71 times; or combustion.heat "
+    "is too small"
+)
 
 
 @dataclass(frozen=True)
@@ -288,3 +287,21 @@ def correlations(confidence: Confidence, sought: Sequence[Sought]) -> list[dict[
         for k in range(i + 1, len(sought))
         if abs(matrix[i, k]) > 0.9
     ]
+
+
+def doubtful_values(rows: Sequence[Mapping[str, Any]], amplitudes: bool) -> Iterator[str]:
+    """Yield warnings on rows of parameters; ``amplitudes``: True if orders are among the data."""
+    for row in rows:
+        value, unit = row["value"], "" if row["unit"] == "1" else f" {row['unit']}"
+        hint = ""
+        if row["key"] == LOAD and amplitudes and value > MOST_LOAD:
+            hint = f"; {PEAK_TO_PEAK}"
+        if row["at_bound"]:
+            low, high = row["bounds"]
+            side, other = ("lower", "less") if abs(value - low) < abs(value - high) else ("upper", "more")
+            yield (
+                f"{row['key']} lies at its {side} bound, {value:.4g}{unit}: the data want {other}, and the other "
+                f"values make up for it; widen the bound{hint or ', or seek what else differs'}"
+            )
+        elif hint:
+            yield f"{row['key']} is {value:.3g} times the full load of the engine file{hint}"

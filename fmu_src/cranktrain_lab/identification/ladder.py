@@ -18,7 +18,7 @@ parameters by each level is added to their covariance, because the residuals of 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -35,8 +35,12 @@ from cranktrain_lab.identification.mapping import Mapped, imitated
 from cranktrain_lab.identification.model import BALANCE, LINEAR, TIME, TorsionalModel
 from cranktrain_lab.identification.orbit_runs import ABOVE, OrbitModel
 from cranktrain_lab.identification.parameters import outer_values
-from cranktrain_lab.identification.progress import BALANCED, SEARCH, Follow, Work
 from cranktrain_lab.identification.tables import NEXT, NONE
+
+SEARCH, BALANCED = 10.0, 10.0
+"""Work of the linear search, and of all evaluations by harmonic balance, in units of one run in time."""
+Follow = Callable[[float, float], None]
+
 
 MOST, MOST_ORBITS = 5, 15
 """Largest number of corrections by a higher level, without orbits, and with orbits (Gauss-Newton steps)."""
@@ -55,6 +59,54 @@ SAME = 0.1
 SETTLED = 1e-4
 """Largest settling error of runs in time whose differences give derivatives."""
 ComplexArrays = tuple[NDArray[np.complex128], ...]
+
+
+class Work:
+    """Ordered parts of an identification's work, with the completed fraction of the expected work for progress reports.
+
+    Work is counted in runs in time at one speed, because these take most of the time if there are any. If a level needs
+    fewer evaluations than expected, progress jumps to the end of its part; if it needs more, progress slows down within
+    its part.
+
+    Parameters
+    ----------
+    say, follow : called with the stage, and with the completed fraction and the cost of a search
+    parts : name → expected work, in runs
+    """
+
+    def __init__(self, say: Progress, follow: Follow, parts: Mapping[str, float]) -> None:
+        self._say, self._follow = say, follow
+        self._parts, self._whole = dict(parts), max(sum(parts.values()), 1e-9)
+        self._before, self._own, self._done, self._cost, self._shown = 0.0, 0.0, 0.0, 0.0, 0.0
+
+    def begin(self, part: str) -> None:
+        """Begin a part of the work; all earlier parts count as done."""
+        names = list(self._parts)
+        self._before = sum(self._parts[name] for name in names[: names.index(part)])
+        self._own, self._done = self._parts[part], 0.0
+        self._show(0.0)
+
+    def say(self, stage: str) -> None:
+        """Report a stage of the work that is not a run in time."""
+        self._say(stage)
+
+    def run(self, stage: str) -> None:
+        """Report the begin of a run; earlier runs count as done."""
+        share = self._done / max(self._own, 1.0)
+        # The last fifth of a part is reserved for more runs than expected.
+        self._show(share if share < 0.8 else 1.0 - 0.2 * 0.8 / share)
+        self._done += 1.0
+        self._say(stage)
+
+    def search(self, share: float, cost: float) -> None:
+        """Report the cost of a search of the cheap model, and its progress if the present part is this search."""
+        self._cost = cost
+        self._show(share if self._done == 0.0 else 0.0)
+
+    def _show(self, share: float) -> None:
+        """Report the completed fraction of the whole work. The reported fraction never decreases."""
+        self._shown = max(self._shown, min(1.0, (self._before + share * self._own) / self._whole))
+        self._follow(self._shown, self._cost)
 
 
 @dataclass(frozen=True)

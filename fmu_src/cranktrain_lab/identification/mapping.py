@@ -23,14 +23,7 @@ from cranktrain_lab.identification.comparison import Answering, Comparison
 from cranktrain_lab.identification.data import Data
 from cranktrain_lab.identification.estimate import estimate
 from cranktrain_lab.identification.model import Answers, TorsionalModel
-from cranktrain_lab.identification.parameters import (
-    CRANK,
-    SCALE,
-    ZERO,
-    inner_values,
-    outer_values,
-    sought_parameters,
-)
+from cranktrain_lab.identification.parameters import CRANK, SCALE, ZERO, inner_values, outer_values, sought_parameters
 from cranktrain_lab.identification.tables import SoughtTable
 
 ComplexArrays = Sequence[NDArray[np.complex128]]

@@ -186,7 +186,7 @@ class TorsionalModel:
             for solved in ([solved_orders(made, self.speeds, self._structure(made))] if self.data.strands else [])
             for one, rows in zip(self.data.strands, self._rows, strict=True)
         )
-        return Answers(strands, self._scalars(made, values), self._shapes(made))
+        return Answers(strands, self._scalars(made, values), tuple(shape_of(made, one) for one in self.data.shapes))
 
     def balanced(self, values: Array) -> tuple[ComplexArray, ...]:
         """Return orders of each strand by harmonic balance; raises ``InputError``, ``SolverError``."""
@@ -207,7 +207,8 @@ class TorsionalModel:
         ``cycles`` by speed, from a run-up with other values, are the initial states; they are replaced by new ones.
         """
         named, made = self._named(values), self.made_in_time(values, crank)
-        outputs = sorted({name for one in self.data.strands for name in _needed(one.output)})
+        wanted = {one.output for one in self.data.strands}
+        outputs = sorted(wanted - {TWIST} | ({TORSION, FLYWHEEL} if TWIST in wanted else set()))
         runs = SteadyRuns(Job(made, None, settle, HIGHEST_ORDER, tuple(outputs)))
         found: dict[str, list[ComplexArray]] = {name: [] for name in outputs}
         starts: list[CycleStart] = []
@@ -268,15 +269,6 @@ class TorsionalModel:
                 found.append(mode_of(made, one)[0 if one.kind == FREQUENCY else 1])
         bent = [] if self._bending is None else self._bending.frequencies(self.engine_of(values)).tolist()
         return np.array([*found, *bent])
-
-    def _shapes(self, made: Assembly) -> tuple[Array, ...]:
-        """Return the computed shape for each measured mode shape, of unit length and the same sign."""
-        return tuple(shape_of(made, one) for one in self.data.shapes)
-
-
-def _needed(output: str) -> tuple[str, ...]:
-    """Return the outputs of a run from which a measured output is computed."""
-    return (TORSION, FLYWHEEL) if output == TWIST else (output,)
 
 
 def _of_run_up(one: Strand, amplitudes: Any, orders: Sequence[float]) -> ComplexArray:

@@ -34,9 +34,10 @@ from cranktrain.core.types import Array
 from cranktrain.core.units import RPM, UNITS, known_factor
 from cranktrain.core.user_file import beside
 from cranktrain.engine.model import Engine
-from cranktrain_lab.identification.data import BEYOND, Orbit, name_of_set
+from cranktrain_lab.identification.data import Orbit, name_of_set
 from cranktrain_lab.identification.parameters import Sought
 from cranktrain_lab.identification.tables import OrbitTable
+from cranktrain_lab.measured.order_table import BEYOND
 
 MOST = 180
 """Largest number of points of an orbit that are fitted."""
@@ -204,7 +205,8 @@ def check_orbits(engine: Engine, orbits: Sequence[Orbit], sought: Sequence[Sough
     for one in orbits:
         assert engine.main_bearing is not None
         own = [s.high for s in sought if s.key == CLEARANCE] or [engine.main_bearing.clearance]
-        width = _width(one.values) if one.free else 2.0 * float(np.abs(one.values).max())
+        across = one.values[:, None] - one.values if one.free else 2.0 * one.values
+        width = float(np.abs(across).max())
         if width < STILL * own[0]:
             raise InputError(
                 f"[[orbit]] '{one.name}': the journal does not move: its orbit is {1e6 * width:.2g} um wide; check "
@@ -218,8 +220,3 @@ def check_orbits(engine: Engine, orbits: Sequence[Orbit], sought: Sequence[Sough
                 f"clearance of main[{one.bearing}], {2e6 * own[0]:.4g} um; check the unit and the gain of the probes, "
                 f"or that they do not measure against a moving block"
             )
-
-
-def _width(values: NDArray[np.complex128]) -> float:
-    """Return the largest distance between two points (n,), m."""
-    return float(np.abs(values[:, None] - values).max())

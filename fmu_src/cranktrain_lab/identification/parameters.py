@@ -136,7 +136,9 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
     ]
     low, high = _bounds(ends, start, key, where)
     if rule is not None:
-        least, largest = _range(rule)
+        stated_in = rule.unit or next(iter(UNITS[rule.dimension]))
+        scale, shift = UNITS[rule.dimension][stated_in], OFFSETS.get(stated_in, 0.0)
+        least, largest = rule.low * scale + shift, rule.high * scale + shift
         low, high = (
             end if given is not None else min(max(end, least), largest)
             for end, given in zip((low, high), ends, strict=True)
@@ -163,13 +165,6 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
             "move one of them"
         )
     return replace(found, start=start)
-
-
-def _range(rule: Any) -> tuple[float, float]:
-    """Return the valid range (SI) of a field of the engine file."""
-    unit = rule.unit or next(iter(UNITS[rule.dimension]))
-    scale, zero = UNITS[rule.dimension][unit], OFFSETS.get(unit, 0.0)
-    return rule.low * scale + zero, rule.high * scale + zero
 
 
 def _bounds(ends: Sequence[float | None], start: float, key: str, where: str) -> tuple[float, float]:

@@ -12,10 +12,9 @@ from typing import Any
 from cranktrain import __version__
 from cranktrain.core.errors import InputError
 from cranktrain.engine import values as places
-from cranktrain.engine.file import engine_of, load_engine
+from cranktrain.engine.file import engine_of
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import NEW, Written, put, rewritten, rounded
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.engine_text import Written, put, rewritten, rounded, write_new
 from cranktrain_lab.identification.parameters import RATIOS, Sought, following
 
 IDENTIFIED = "identified"
@@ -41,7 +40,7 @@ def identified_text(
     for one, row in zip(sought, rows, strict=True):
         if one.in_file and not one.key.startswith(RATIOS):
             value = rounded(one.scale * row["value"], one.scale) + one.zero
-            written[one.key] = Written(value, IDENTIFIED, notes[_list_of(one.key)])
+            written[one.key] = Written(value, IDENTIFIED, notes[one.key.partition("[")[0]])
             for key, number in following(engine, sought, one, value).items():
                 written[key] = Written(rounded(number), "derived", f"follows {one.key} in proportion")
     ratios = [(one, row) for one, row in zip(sought, rows, strict=True) if one.key.startswith(RATIOS)]
@@ -66,11 +65,6 @@ def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
     unit = "" if one.unit == "1" else f" {one.unit}"
     unit = unit if row["low"] is not None else ""
     return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
-
-
-def _list_of(key: str) -> str:
-    """Return the key of a value, or of the list that contains it."""
-    return key.partition("[")[0]
 
 
 def _notes(sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str) -> dict[str, str]:
@@ -112,6 +106,4 @@ def write_identified(path: Path, text: str, beside: Path, sought: Sequence[Sough
             wanted = row["value"] * one.scale + one.zero
             if abs(places.value(found, one.key) - wanted) > 1e-3 * abs(wanted):
                 raise InputError(f"{path}: {one.key} would not be {one.text(wanted)} there; write the value by hand")
-    with whole_file(path, NEW) as place:
-        place.write_text(text, "utf-8")
-        load_engine(place)
+    write_new(path, text)

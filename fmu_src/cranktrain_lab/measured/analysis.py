@@ -115,7 +115,9 @@ def orders_of(
         sources = [measurement[name] for name in of] if of else rotations
         found = [filtered_orders(source, base, wanted, bandwidth, step_rpm) for source in sources]
         if of:
-            found = [_in_si(one, *angle_unit(one.unit, 0)) for one in found]
+            for k, own in enumerate(found):
+                scale, unit = angle_unit(own.unit, 0)
+                found[k] = replace(own, amplitudes=own.amplitudes * scale, errors=own.errors * scale, unit=unit)
         return found if of or len(found) < 2 else [*found, _twist(found[0], found[1])]
     if of:
         points: list[Points] = []
@@ -132,11 +134,6 @@ def orders_of(
         cycles = max(fit_shape(one, base, wanted).cycles for one in points)
     found = [track(one, base, wanted, step_rpm=step_rpm, cycles=cycles) for one in points]
     return found if of or len(found) < 2 else [*found, _twist(found[0], found[1])]
-
-
-def _in_si(orders: Orders, scale: float, unit: str) -> Orders:
-    """Convert orders to another unit of measurement by a factor."""
-    return replace(orders, amplitudes=orders.amplitudes * scale, errors=orders.errors * scale, unit=unit)
 
 
 def angle_unit(unit: str, integrals: int) -> tuple[float, str]:

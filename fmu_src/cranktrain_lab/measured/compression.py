@@ -118,7 +118,6 @@ def fit_compression(
     intake_temperature: float = 310.0,
     wall_temperature: float = 430.0,
     noise: float = 0.0,
-    shift: float | None = None,
 ) -> Compression:
     """Fit dead centre and zero of a mean cycle; ``InputError`` without visible compression or for another engine.
 
@@ -128,9 +127,8 @@ def fit_compression(
     pressure : (n,) Pa, with unknown zero
     speed : speed, rad/s
     noise : standard deviation of a value of ``pressure``, Pa
-    shift : known shift, rad; then only the zero is fitted
     """
-    trace = _Trace(angle, pressure, cylinder, speed, intake_temperature, wall_temperature, noise, shift)
+    trace = _Trace(angle, pressure, cylinder, speed, intake_temperature, wall_temperature, noise)
     if not is_motored(angle, pressure):
         return _fitted(trace, False)
     motored, refusal = None, InputError("")
@@ -163,7 +161,6 @@ class _Trace(NamedTuple):
     intake_temperature: float
     wall_temperature: float
     noise: float
-    shift: float | None
 
 
 def _burned(trace: _Trace, fit: Compression) -> float:
@@ -179,7 +176,7 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
     """Fit the compression, or both flanks if ``motored``; raises ``InputError``."""
     from scipy.optimize import least_squares
 
-    cylinder, shift, warm = trace.cylinder, trace.shift, trace.intake_temperature
+    cylinder, warm = trace.cylinder, trace.intake_temperature
     inside = _compressed(trace.angle, trace.pressure, cylinder, motored)
     theta, p = trace.angle[inside], trace.pressure[inside]
     weight = 1.0 / np.sqrt(max(trace.noise, 1.0) ** 2 + (MODEL_ERROR * np.abs(p)) ** 2)
@@ -189,15 +186,9 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
         return (x[2], x[3] + warm, x[4], x[5], x[6], trace.wall_temperature)
 
     def residual(x: Array) -> Array:
-        by = x[0] if shift is None else shift
-        model = _pressure(theta + by, cylinder, trace.speed, numbers(x))
-        priors = [
-            (x[3] - TEMPERATURE[0]) / TEMPERATURE[1],
-            (x[4] - HEAT[0]) / HEAT[1],
-            x[5] / CAPACITY[motored],
-            x[6] / CAPACITY[motored],
-            0.0 if shift is None else x[0],
-        ]
+        model = _pressure(theta + x[0], cylinder, trace.speed, numbers(x))
+        capacities = x[5] / CAPACITY[motored], x[6] / CAPACITY[motored]
+        priors = (x[3] - TEMPERATURE[0]) / TEMPERATURE[1], (x[4] - HEAT[0]) / HEAT[1], *capacities
         return np.concatenate((weight * (model - x[1] - p), priors))
 
     scale = np.array([0.01, 1e4, 1e4, 20.0, 0.3, 0.01, 0.01])
@@ -205,7 +196,7 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
     found = least_squares(residual, first, "3-point", x_scale=scale, ftol=TIGHT, xtol=TIGHT, gtol=TIGHT)
     x, points = found.x, theta.size
     errors = _standard_errors(found, points, scale, motored)
-    by = float(x[0]) if shift is None else shift
+    by = float(x[0])
     left = float(np.sqrt(np.mean((found.fun[:points] / weight) ** 2)))
     pulls = found.fun[points : points + 4]
     doubt = _doubt(x, pulls, warm, cylinder) if np.abs(pulls).max() > UNUSUAL else ""
@@ -219,7 +210,7 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
         )
     exponent, loss = _shape(theta + by, cylinder, trace.speed, numbers(x), motored)
     return Compression(
-        by, float(x[1]), exponent, loss, math.exp(float(x[4])), float(errors[0]) if shift is None else 0.0,
+        by, float(x[1]), exponent, loss, math.exp(float(x[4])), float(errors[0]),
         float(errors[1]), motored, (float(theta[0]), float(theta[-1])), left, doubt,
     )  # fmt: skip
 
@@ -296,16 +287,10 @@ def burn_begins(angle: Array, pressure: Array, cylinder: Cylinder) -> float:
     return float(theta[below[-1]]) if below.size else float(theta[0])
 
 
-def two_point_zero(
-    angle: Array,
-    pressure: Array,
-    cylinder: Cylinder,
-    exponent: float = 1.34,
-    points: tuple[float, float] = (-100.0, -65.0),
-) -> float:
-    """Return the zero (Pa, to be added) for equal p V^n at two angles, deg, with means over 2 degrees around each."""
+def two_point_zero(angle: Array, pressure: Array, cylinder: Cylinder, exponent: float) -> float:
+    """Return the zero (Pa, to be added) for equal p V^n at 100 and 65° before dead centre, by means over 2° around."""
     means, powers = [], []
-    for point in points:
+    for point in (-100.0, -65.0):
         near = np.abs(angle - math.radians(point)) <= math.radians(1.0)
         power = cylinder.volume(angle[near])[0] ** exponent
         means.append(float(np.mean(pressure[near] * power)))

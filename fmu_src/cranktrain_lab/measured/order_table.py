@@ -19,6 +19,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM, to_si
 from cranktrain.core.user_file import user_path
+from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import OrderCurve
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain_lab.measured.channels import Measurement
@@ -27,6 +28,8 @@ from cranktrain_lab.measured.tracking import BAND, Orders
 
 MARK = "# cranktrain measured orders"
 TRACE_MARK = "# cranktrain measured pressure"
+BEYOND = 0.05
+"""Part by which measured speeds may lie outside those of the engine."""
 ORDER = re.compile(r"(?i)\border\b\D{0,3}(\d+(?:\.\d+)?)|\bo(\d+(?:\.\d+)?)\b")
 
 
@@ -105,3 +108,16 @@ def write_trace(path: str | Path, angle: Array, pressures: Sequence[Array], cyli
     with whole_file(path, marked("measured pressure", TRACE_MARK)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return Path(path)
+
+
+def check_speeds(engine: Engine, speeds: Array, where: str, remedy: str) -> None:
+    """Raise ``InputError`` for speeds (rad/s) outside those of the engine; ``{low}`` and ``{high}`` in the remedy."""
+    low, high = engine.speeds
+    outside = (speeds < low * (1.0 - BEYOND)) | (speeds > high * (1.0 + BEYOND))
+    if outside.any():
+        ends = {"low": f"{low / RPM:.0f}", "high": f"{high / RPM:.0f}"}
+        raise InputError(
+            f"{where}: {int(outside.sum())} of {speeds.size} speeds, {speeds.min() / RPM:.0f} to "
+            f"{speeds.max() / RPM:.0f} rev/min, lie outside those of '{engine.name}', {ends['low']} to {ends['high']} "
+            f"rev/min; {remedy.format(**ends)}"
+        )

@@ -97,13 +97,7 @@ def cycles_by_encoder(
 
 
 def cycles_by_rotation(
-    channel: Channel,
-    rotation: Rotation,
-    *,
-    firing: float = 0.0,
-    step_deg: float = STEP_DEG,
-    cycle: float = 4.0 * math.pi,
-    unit: str = "",
+    channel: Channel, rotation: Rotation, *, firing: float = 0.0, cycle: float = 4.0 * math.pi, unit: str = ""
 ) -> Cycles:
     """Return cycles of a channel sampled over time, resampled at equal steps of the measured rotation.
 
@@ -113,7 +107,7 @@ def cycles_by_rotation(
     scale, zero = pascal(channel, unit)
     if not math.isfinite(channel.rate):
         raise InputError(f"{channel.source}, channel {channel.name}: its samples have no even step in time")
-    count = round(math.degrees(cycle) / step_deg)
+    count = round(math.degrees(cycle) / STEP_DEG)
     low = max(rotation.angle[0], float(np.interp(channel.start, rotation.times, rotation.angle)))
     high = min(rotation.angle[-1], float(np.interp(channel.start + channel.duration, rotation.times, rotation.angle)))
     begin = math.ceil((low - firing + 0.5 * cycle) / cycle) * cycle + firing - 0.5 * cycle

@@ -115,7 +115,9 @@ def _read_file(path: Path) -> Listing:
     listing, wrong = None, ""
     with _quiet():
         try:
-            listing = _reader(kind)(path)
+            own = kind.module if ":" in kind.module else f"{SOURCE}.{kind.module}:channels"
+            reader: Callable[[Path], Listing] = resolve(own)
+            listing = reader(path)
         except CranktrainError:
             raise
         except ImportError as error:
@@ -141,13 +143,6 @@ def _read_file(path: Path) -> Listing:
         told = f" ({remarks[0]})" if remarks else ""
         raise InputError(f"{path.name}: holds no channel of numbers{told}; export it again with its signals")
     return channels, remarks
-
-
-def _reader(kind: Format) -> Callable[[Path], Listing]:
-    """Load the reader of a format."""
-    own = kind.module if ":" in kind.module else f"{SOURCE}.{kind.module}:channels"
-    reader: Callable[[Path], Listing] = resolve(own)
-    return reader
 
 
 def _odd_values(channels: Sequence[Channel]) -> list[str]:

@@ -85,11 +85,6 @@ class Rotation:
         return self.mean.speed(self.times)
 
     @property
-    def instant_speed(self) -> Array:
-        """Speed between pulses, (k − 1,) rad/s."""
-        return np.asarray(np.diff(self.angle) / np.diff(self.times))
-
-    @property
     def speed_range(self) -> tuple[float, float]:
         """Lowest and highest mean speed, rad/s."""
         speed = np.diff(self.mean.angle) / np.diff(self.mean.times)

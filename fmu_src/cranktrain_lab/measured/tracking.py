@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain_lab.measured.channels import Channel
-from cranktrain_lab.measured.decimation import decimated, integrated
+from cranktrain_lab.measured.channels import Channel, decimated, integrated
 from cranktrain_lab.measured.rotation import Rotation
 from cranktrain_lab.measured.wheel import CYCLE
 

@@ -13,16 +13,9 @@ from cranktrain_lab.stability.stability_map import Axis, Boundary, Progress, Sta
 __all__ = ["MAPS", "Axis", "Boundary", "Progress", "StabilityMap"]
 
 NAMES = (
-    "step_film_stiffness",
-    "contact_ringing",
-    "oil_whirl",
-    "rotating_damping",
-    "variable_inertia",
-    "cosimulation",
-    "combustion_steps",
-    "mode_truncation",
-    "cold_start",
-)
+    "step_film_stiffness", "contact_ringing", "oil_whirl", "rotating_damping", "variable_inertia", "cosimulation",
+    "combustion_steps", "mode_truncation", "cold_start",
+)  # fmt: skip
 
 
 def _lazily(name: str) -> Callable[[bool, Progress], StabilityMap]:

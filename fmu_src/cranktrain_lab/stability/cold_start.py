@@ -130,7 +130,7 @@ def _cycle(simulation: Simulation, state: Array) -> tuple[bool, int]:
     return bool(np.isfinite(simulation.outputs).all()), int(work.counters[slots.N_REJECTED])
 
 
-def reynolds_equilibrium(simulation: Simulation, speed: float, load: float = LOAD) -> complex:
+def reynolds_equilibrium(simulation: Simulation, speed: float) -> complex:
     """Return the position x + iy of the rotor's journals at a speed (rad/s) over the clearance, load downwards.
 
     From the two-dimensional Reynolds equation, with the bearing of the simulation and the oil of the speed.
@@ -138,12 +138,12 @@ def reynolds_equilibrium(simulation: Simulation, speed: float, load: float = LOA
     law, oil = simulation.model.bearings[0], simulation.engine.oil
     warm = viscosity(oil, oil_temperature(oil, speed))
     journal = Journal(2.0 * law[RADIUS], law[WIDTH], law[CLEARANCE], warm, speed)
-    along, ahead = SteadyBearing(bearing_grid("none")).state(journal, load).eccentricity
+    along, ahead = SteadyBearing(bearing_grid("none")).state(journal, LOAD).eccentricity
     # In the bearing's axes x is along the load, y is rotated by 90 degrees.
     return complex(ahead, -along)
 
 
-def plain_newton(simulation: Simulation, eccentricity: float, direction: float, load: float = LOAD) -> bool:
+def plain_newton(simulation: Simulation, eccentricity: float, direction: float) -> bool:
     """True if undamped Newton steps on the static equation lead from a position to an equilibrium in the bore."""
     law, out = film_law(simulation.model.bearings[0]), np.zeros(16)
     c = law.clearance
@@ -155,7 +155,7 @@ def plain_newton(simulation: Simulation, eccentricity: float, direction: float, 
         tangent = out[2:6].reshape(2, 2)
         if not np.isfinite(out[:6]).all() or abs(np.linalg.det(tangent)) == 0.0:
             return False
-        move = -np.linalg.solve(tangent, out[:2] + np.array([0.0, -load]))
+        move = -np.linalg.solve(tangent, out[:2] + np.array([0.0, -LOAD]))
         place = place + move
         if np.hypot(*move) < 1.0e-9 * c:
             return bool(np.hypot(*place) < c)

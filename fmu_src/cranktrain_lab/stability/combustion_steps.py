@@ -141,10 +141,7 @@ def found_work(duration: float, way: tuple[str, str], count: int, phase: float) 
     turn = 4.0 * math.pi / count
     start = STARTS + phase * turn
     crank = UniformCrank("polytropic" if exchange == OWN else "hold", start)
-    units = [
-        SimulationUnit(COMBUSTION, started_combustion(duration, start)),
-        SimulationUnit(CRANKTRAIN, crank),
-    ]
+    units = [SimulationUnit(COMBUSTION, started_combustion(duration, start)), SimulationUnit(CRANKTRAIN, crank)]
     own = exchange == OWN
     master = Master(units, gas_connections(1, own), gas_exchange(scheme, exchange))
     master.initialize()

@@ -12,13 +12,7 @@ import math
 import numpy as np
 
 from cranktrain_lab.stability.stability_map import Array, Axis, Onset, Progress, StabilityMap, curve, deviation
-from cranktrain_lab.stability.two_mass import (
-    Coupling,
-    TwoMass,
-    critical_step,
-    growth,
-    simulated_onset,
-)
+from cranktrain_lab.stability.two_mass import Coupling, TwoMass, critical_step, growth, simulated_onset
 
 REFERENCE = Coupling("force/displacement", "jacobi", "hold")
 """Coupling whose stability the map's colours show."""

@@ -34,15 +34,7 @@ from cranktrain.dynamics.time.integrators import carried, integrator_table
 from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain_lab.stability.amplification import radius
 from cranktrain_lab.stability.rotor import default_method, default_step, modal_places, rotor_body, rotor_engine
-from cranktrain_lab.stability.stability_map import (
-    Axis,
-    Onset,
-    Progress,
-    StabilityMap,
-    curve,
-    deviation,
-    onset,
-)
+from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, StabilityMap, curve, deviation, onset
 
 DISC, NATURAL = 50.0, 2.0 * math.pi * 50.0
 """Mass (kg) and natural frequency (rad/s) of the map's rotor; the map depends only on ratios."""

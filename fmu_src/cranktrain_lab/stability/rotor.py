@@ -131,10 +131,10 @@ def film_law(bearing: Array) -> MapFilm:
     return MapFilm(clearance, factor, height, load, impedance_map(float(bearing[KAPPA2])))
 
 
-def film_at(eccentricity: float, law: MapFilm, speed: float = SPEED) -> LinearFilm:
+def film_at(eccentricity: float, law: MapFilm) -> LinearFilm:
     """Return the film's equilibrium at an eccentricity (fraction of the clearance), with exact tangents."""
     out = np.zeros(16)
-    journal_force(eccentricity * law.clearance, 0.0, 0.0, 0.0, 0.5 * speed, law, out)
+    journal_force(eccentricity * law.clearance, 0.0, 0.0, 0.0, 0.5 * SPEED, law, out)
     # Rotate so that the force points up.
     angle = 0.5 * math.pi - math.atan2(out[1], out[0])
     cos, sin = math.cos(angle), math.sin(angle)

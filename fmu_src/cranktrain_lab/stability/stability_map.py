@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
+from cranktrain.results.page_head import jsonable
 
 Progress = Callable[[str, float], None]
 """Function that is called with the stage and the completed fraction of the map, 0 to 1."""
@@ -182,7 +183,7 @@ def as_record(found: StabilityMap) -> dict[str, Any]:
 
     Non-finite numbers become None; an infinite ``max_deviation`` becomes ``"inf"``.
     """
-    record = _plain(found)
+    record: dict[str, Any] = jsonable(asdict(found))
     del record["name"]
     if found.max_deviation == math.inf:
         record["max_deviation"] = "inf"
@@ -215,12 +216,3 @@ def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
         if values is not None and values.shape != (found.rows.values.size, found.columns.values.size):
             raise ValueError(f"map '{name}' is {values.shape}, its axes are not")
     return found
-
-
-def _plain(value: Any) -> Any:
-    """Convert dataclasses, tuples and arrays to JSON types."""
-    if is_dataclass(value):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(entry) for entry in (value.tolist() if isinstance(value, np.ndarray) else value)]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -31,15 +31,7 @@ from cranktrain_lab.stability.rotor import (
     film_law,
     film_rotor,
 )
-from cranktrain_lab.stability.stability_map import (
-    Axis,
-    Onset,
-    Progress,
-    StabilityMap,
-    curve,
-    deviation,
-    onset,
-)
+from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, StabilityMap, curve, deviation, onset
 
 MASS = 10.0
 """Mass of the journal, kg: a seventh of the six's crank without flywheel, so light that no film whirls."""

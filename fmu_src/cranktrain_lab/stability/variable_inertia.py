@@ -113,10 +113,10 @@ class SingleCrank:
         simulation.initialize()
         return cls(simulation, epsilon)
 
-    def monodromy(self, nu: float, kick: float = KICK) -> Array:
+    def monodromy(self, nu: float) -> Array:
         """Return the matrix (2, 2) of half a turn at Ω = ω_n/ν for (φ, φ̇/Ω)."""
-        rest, displaced, hastened = (self.after(nu, *start) for start in ((0.0, 0.0), (kick, 0.0), (0.0, kick)))
-        return np.column_stack((displaced - rest, hastened - rest)) / kick
+        rest, displaced, hastened = (self.after(nu, *start) for start in ((0.0, 0.0), (KICK, 0.0), (0.0, KICK)))
+        return np.column_stack((displaced - rest, hastened - rest)) / KICK
 
     def after(self, nu: float, lead: float, rate: float, half_turns: int = 1) -> Array:
         """Return φ and φ̇/Ω, (2,), after some half turns from the initial values ``lead`` and ``rate``."""
@@ -202,7 +202,7 @@ def exact_band(epsilon: float, band: int) -> tuple[float, float]:
     return edges[0], edges[1]
 
 
-def found_band(crank: SingleCrank, about: tuple[float, float], tolerance: float = 2.0e-5) -> tuple[float, float]:
+def found_band(crank: SingleCrank, about: tuple[float, float]) -> tuple[float, float]:
     """Return lower and upper ν of the band in which the product's crank grows, searched from the middle of ``about``.
 
     An edge is NaN if there is growth even at ``WIDER`` times the half width of ``about``, or none in the middle.
@@ -217,9 +217,7 @@ def found_band(crank: SingleCrank, about: tuple[float, float], tolerance: float 
     def edge(side: float) -> float:
         outside = next((nu for nu in middle + side * half * WIDER if not grows(nu)), math.nan)
         return (
-            bisected(grows, min(middle, outside), max(middle, outside), tolerance)
-            if math.isfinite(outside)
-            else math.nan
+            bisected(grows, min(middle, outside), max(middle, outside), 2.0e-5) if math.isfinite(outside) else math.nan
         )
 
     return edge(-1.0), edge(1.0)

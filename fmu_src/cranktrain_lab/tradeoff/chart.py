@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from cranktrain_lab.tradeoff.pareto import pareto_front
-from cranktrain_lab.tradeoff.point import INPUT, MODEL, NUMERICAL, OUTPUTS, TOP, Point, in_scene
+from cranktrain_lab.tradeoff.point import INPUT, MODEL, NUMERICAL, OUTPUTS, TOP, Point, in_scene, pareto_front
 
 NAMES = {"pulley_torsion": "pulley torsion", "pulley_axial": "pulley axial motion", "bearing_film": "least film"}
 COST = "processor s per simulated s / 1"
@@ -24,6 +23,11 @@ KINDS = {
     MODEL: "model error: against the next level up",
     INPUT: "error of the inputs: against inputs known exactly",
 }
+LINES = {
+    "integrators": ("integrator",), "adaptive": ("integrator", "control"), "coupling": ("reconstruction",),
+    "schemes": ("scheme", "reconstruction"), "pressure": ("trace_rule",),
+}  # fmt: skip
+"""Parameters whose values are common to a line of a chart, by family."""
 MARKS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*")
 LEAST = 1.0e-9
 """Least error in charts. Smaller errors are drawn at this value."""
@@ -44,18 +48,10 @@ Labels = list[tuple[float, float, str]]
 def series(point: Point) -> str:
     """Return the name of the line to which a point belongs in a chart."""
     p = point.parameters
-    if point.family == "integrators":
-        if point.solver:
-            return point.solver
-        return f"{p['integrator']}, tight" if point.label.endswith("tight") else str(p["integrator"])
-    if point.family == "adaptive":
-        return f"{p['integrator']}, {p['control']}"
-    if point.family == "coupling":
-        return str(p["reconstruction"])
-    if point.family == "schemes":
-        return f"{p['scheme']}, {p['reconstruction']}"
-    if point.family == "pressure":
-        return str(p["trace_rule"])
+    if point.solver:
+        return point.solver
+    if point.family in LINES:
+        return ", ".join(str(p[name]) for name in LINES[point.family])
     if point.family == "bearings":
         if p.get("film_grid"):
             return "grid of films in the loop"

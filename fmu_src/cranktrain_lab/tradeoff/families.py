@@ -18,15 +18,10 @@ from cranktrain.engine.levels import BLOCKS, CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain_lab.coupling.modules import OWN, STAGES
 from cranktrain_lab.tradeoff.case import Case
-from cranktrain_lab.tradeoff.coupled import has_combustion
-from cranktrain_lab.tradeoff.level_points import (
-    bearing_levels,
-    level_case,
-    numerical_entries,
-)
+from cranktrain_lab.tradeoff.level_points import bearing_levels, level_case, numerical_entries, reference_case
 from cranktrain_lab.tradeoff.measure import Entry
 from cranktrain_lab.tradeoff.point import INPUT, MODEL, NUMERICAL, TOP
-from cranktrain_lab.tradeoff.reference import reference_case
+from cranktrain_lab.tradeoff.runs import has_combustion
 
 Entries = list[Entry]
 

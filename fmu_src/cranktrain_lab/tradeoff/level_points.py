@@ -1,19 +1,22 @@
-"""Cases of levels, and entries of every integrator with its steps at one level."""
+"""Cases of levels, their reference runs with an error estimate, and entries of every integrator at one level."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
+import numpy as np
+
+from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.settings import Settings, keeps_peaks, resolved
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
+from cranktrain.store.kept import Kept
 from cranktrain.studies.output_levels import bearing_ladder
-from cranktrain_lab.tradeoff.case import CYCLES, Case
-from cranktrain_lab.tradeoff.measure import Entry
+from cranktrain_lab.tradeoff.case import CYCLES, GRID_DEG, Case
+from cranktrain_lab.tradeoff.measure import Entry, differences, named_errors, recorded
 from cranktrain_lab.tradeoff.point import NUMERICAL
-from cranktrain_lab.tradeoff.reference import reference_case
 
 SLOW_CYCLES = {DEAR: 2, DEAREST: 2}
 """Number of cycles of runs with films solved online; only the second cycle is evaluated."""
@@ -41,6 +44,19 @@ STEPS = {
     **dict.fromkeys(("esdirk5", "esdirk47", "esdirk57"), (10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5)),
 }
 """Steps in degrees of each listed integrator. Integrators that are not listed use the steps of ``sdirk2``."""
+REFERENCE_INTEGRATOR = "esdirk4"
+REFERENCE_DEG = {
+    "linear": 0.0625,
+    "impedance": 0.0625,
+    "held": 0.0625,
+    "roller": 0.0625,
+    "table": 0.25,
+    "reynolds": 0.5,
+}
+"""Steps (degrees) of reference runs by bearing level. A quick study uses twice these steps."""
+COARSEST_DEG = 0.5
+SLOWEST_RATE, FASTEST_RATE = 2.0, 16.0
+"""Limits of the assumed ratio of errors when the step is halved: methods of first and of fourth order."""
 
 
 def integrator_steps(quick: bool) -> list[tuple[str, float]]:
@@ -66,6 +82,36 @@ def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: floa
         newton_tolerance=None, film_change=None,
     )  # fmt: skip
     return Case(engine, speed, chosen, SLOW_CYCLES.get(bearing_law(levels.bearings).cost, CYCLES), cutoff_hz)
+
+
+def reference_case(case: Case, quick: bool = False) -> Case:
+    """Return the reference case for the numerical error, which is the same model with a fine step."""
+    level = case.levels.bearings
+    step = REFERENCE_DEG.get(level, COARSEST_DEG) * (2.0 if quick else 1.0)
+    fine = replace(case.settings, integrator=REFERENCE_INTEGRATOR, step=math.radians(step), control="fixed")
+    return replace(case, settings=fine, interval_deg=GRID_DEG)
+
+
+def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict[str, float | None]:
+    """Estimate a reference run's error, by output, from runs with two and four times its step (Richardson).
+
+    With the differences e₂ of the steps 4h and 2h, and e₁ of 2h and h, the ratio r = e₂/e₁ is what a halving gains;
+    what is left at h is e₁/(r − 1), with r bounded below by 2. Where halving gains nothing it is the larger of both.
+    """
+    films = bearing_law(case.levels.bearings).film
+    bearings = len(case.engine.crankshaft.main_widths)
+    runs = []
+    for factor in (1.0, 2.0, 4.0):
+        settings = replace(case.settings, step=factor * case.levels.step)
+        interval = max(GRID_DEG, factor * case.step_deg)
+        runs.append(recorded(replace(case, settings=settings, interval_deg=interval), store, say))
+    fine, middle, coarse = runs
+    first = differences(*middle, *fine, case.cycles)
+    second = differences(*coarse, *middle, case.cycles)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gained = np.clip(second / first, SLOWEST_RATE, FASTEST_RATE)
+    estimate = np.where(second > first, first / (gained - 1.0), np.maximum(first, second))
+    return named_errors(estimate, bearings, films)
 
 
 def numerical_entries(case: Case, quick: bool) -> list[Entry]:

@@ -19,12 +19,11 @@ from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import MeasuredOrders, read_measured_orders
 from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER
+from cranktrain_lab.measured.order_table import check_speeds
 from cranktrain_lab.watch.model import ComplexArray, Place
 
 NEAR = 0.02
 """Relative difference up to which two speeds belong to one operating point."""
-BEYOND = 0.05
-"""Relative distance outside the engine's speed range up to which speeds are accepted."""
 
 
 class Recordings(NamedTuple):
@@ -73,12 +72,18 @@ def read_recordings(
             f"{files[0].name}: no order is in all files; analyse all of them by 'cranktrain measured' with one --orders"
         )
     speeds = _operating_points([file.points[order][0] for file in files[: len(watched)] for order in wanted.tolist()])
-    _check_speeds(engine, speeds, files[0].name)
+    check_speeds(engine, speeds, files[0].name, "leave them out")
     place = Place(output, speeds, wanted)
     own = corrected(place)
     values = [_at_points(file, place, own, corrected) for file in files]
     for recordings in (range(len(watched)), range(len(watched), len(files))):
-        _check_different(files, values, recordings)
+        for second in recordings:  # equal ones would underestimate the scatter
+            for first in recordings[: second - recordings[0]]:
+                if np.array_equal(values[first], values[second]):
+                    raise InputError(
+                        f"{files[second].name}: holds the same orders as {files[first].name}; a recording counts once, "
+                        "so leave one of them out"
+                    )
     return Recordings(place, np.array(values[: len(watched)]), np.array(values[len(watched) :]))
 
 
@@ -100,17 +105,6 @@ def _read(path: str | Path, output: str) -> _File:
     return _File(name, points)
 
 
-def _check_different(files: Sequence[_File], values: Sequence[ComplexArray], recordings: Sequence[int]) -> None:
-    """Raise ``InputError`` for recordings with equal orders, because they would underestimate the scatter."""
-    for second in recordings:
-        for first in recordings[: second - recordings[0]]:
-            if np.array_equal(values[first], values[second]):
-                raise InputError(
-                    f"{files[second].name}: holds the same orders as {files[first].name}; a recording counts once, so "
-                    "leave one of them out"
-                )
-
-
 def _operating_points(speeds: Sequence[Array]) -> Array:
     """Return means (s,) of groups of speeds within ``NEAR`` of each other, rad/s."""
     groups: list[list[float]] = []
@@ -120,17 +114,6 @@ def _operating_points(speeds: Sequence[Array]) -> Array:
         else:
             groups.append([speed])
     return np.array([float(np.mean(group)) for group in groups])
-
-
-def _check_speeds(engine: Engine, speeds: Array, name: str) -> None:
-    low, high = engine.speeds
-    outside = (speeds < low * (1.0 - BEYOND)) | (speeds > high * (1.0 + BEYOND))
-    if outside.any():
-        raise InputError(
-            f"{name}: {int(outside.sum())} of {speeds.size} speeds, {speeds.min() / RPM:.0f} to "
-            f"{speeds.max() / RPM:.0f} rev/min, lie outside those of '{engine.name}', {low / RPM:.0f} to "
-            f"{high / RPM:.0f} rev/min; leave them out"
-        )
 
 
 def _at_points(

@@ -16,9 +16,9 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.contact.gap import relief
-from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten
+from cranktrain.store.engine_text import Written, engine_text, new_path, rewritten, write_new
 from cranktrain.store.hdf5 import WEAR
-from cranktrain.store.whole_file import check_place, whole_file
+from cranktrain.store.whole_file import check_place
 from cranktrain_lab.wear.history import Choices, Running, wear_history
 from cranktrain_lab.wear.records import WearHistory
 from cranktrain_lab.wear.run_in import fitted_profile
@@ -127,6 +127,4 @@ def _write_engine(new: Path, old: str, base: Engine, history: WearHistory, found
     }  # fmt: skip
     note = f"run-in: {found['hours']:.4g} h of wear; see cranktrain run-in"
     changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in values.items()}
-    with whole_file(new, NEW) as temporary:
-        temporary.write_text(rewritten(old, base, changes), encoding="utf-8")
-    load_engine(new)
+    write_new(new, rewritten(old, base, changes))

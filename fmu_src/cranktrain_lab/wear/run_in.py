@@ -33,8 +33,7 @@ from cranktrain.film.contact.journal import REACH2, RELIEF
 from cranktrain.film.contact.journal import ZETA as LINE_ZETA
 from cranktrain.film.journal.grid import FACE_PROFILE, FACE_ZETA, PROFILE, ZETA
 from cranktrain.film.laws.rigid_bore import rigid_bore
-from cranktrain.store.engine_text import NEW, Written, engine_text, new_path, rewritten
-from cranktrain.store.whole_file import whole_file
+from cranktrain.store.engine_text import Written, engine_text, new_path, rewritten, write_new
 from cranktrain.structure import assembly
 
 PASSES, CYCLES, PER_CYCLE = 9, 3, 288
@@ -101,9 +100,7 @@ def run_in(
         note = f"run-in at {speed:.6g} rev/min, {passes} passes of wear; see cranktrain run-in"
         found = {"relief_depth": depth, "relief_share": share, "relief_exponent": exponent}
         changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in found.items()}
-        with whole_file(new, NEW) as temporary:
-            temporary.write_text(rewritten(old, base, changes), encoding="utf-8")
-        load_engine(new)
+        write_new(new, rewritten(old, base, changes))
     return {
         "engine": base.name, "speed_rpm": speed, "relief_depth_um": 1e6 * depth, "relief_share": share,
         "relief_exponent": exponent, "fit_error_um": 1e6 * float(np.sqrt(np.mean((fitted - worn) ** 2))),

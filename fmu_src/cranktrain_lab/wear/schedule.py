@@ -40,17 +40,6 @@ def read_schedule(path: str | Path) -> tuple[Block, ...]:
     """Read the blocks of a schedule file; ``InputError`` is one line with file and line number."""
     name = Path(path).name
     table = read_rows(path, "schedule of running in", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
-    columns = _columns(table, name)
-    blocks = [
-        _block(f"{name}: line {number}", dict(zip(columns, row, strict=False)), table) for number, row in table.rows
-    ]
-    if not blocks:
-        raise InputError(f"{name}: has no line of values; {REMEDY}")
-    return tuple(blocks)
-
-
-def _columns(table: TextRows, name: str) -> list[str]:
-    """Return the kind of each column of a schedule table."""
     kinds = [kind_of(column, KINDS) for column in table.names]
     for column, kind in zip(table.names, kinds, strict=True):
         if not kind:
@@ -59,7 +48,12 @@ def _columns(table: TextRows, name: str) -> list[str]:
         raise InputError(
             f"{name}: columns are {', '.join(table.names)}; give hours, speed_rpm and load (or none), once"
         )
-    return kinds
+    blocks = [
+        _block(f"{name}: line {number}", dict(zip(kinds, row, strict=False)), table) for number, row in table.rows
+    ]
+    if not blocks:
+        raise InputError(f"{name}: has no line of values; {REMEDY}")
+    return tuple(blocks)
 
 
 def _block(where: str, cells: dict[str, str], table: TextRows) -> Block:

@@ -186,15 +186,12 @@ def _stored(data: Mapping[str, Any], attributes: Mapping[str, Any]) -> InsideCyc
     )
 
 
-def bearing_looks(
-    run: Sampled, engine: Engine, films: Mapping[str, FilmPressure] | None = None
-) -> tuple[BearingLook, ...]:
-    """Return all bearings over the last cycle of a run; ``films`` by bearing name; raises ``InputError``."""
-    report = bearing_report(run, engine)
-    return tuple(_look(one, engine, (films or {}).get(one.name)) for one in report.bearings)
+def bearing_looks(run: Sampled, engine: Engine) -> tuple[BearingLook, ...]:
+    """Return all bearings over the last cycle of a run, without films; raises ``InputError``."""
+    return tuple(_look(one, engine) for one in bearing_report(run, engine).bearings)
 
 
-def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> BearingLook:
+def _look(found: BearingCycle, engine: Engine) -> BearingLook:
     order = np.argsort(found.angle)
     of_rod = found.family == BIG_END
     bearing = engine.big_end_bearing if of_rod else engine.main_bearing
@@ -203,7 +200,7 @@ def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> Bea
     sizes = (0.0, 0.0, 0.0) if bearing is None else (bearing.diameter, bearing.width, bearing.clearance)
     shell = found.on_rod if found.on_rod is not None else found.on_shell
     orbit = np.zeros(0, dtype=complex) if found.orbit is None else found.orbit[order]
-    return BearingLook(found.name, found.angle[order], shell[order], found.on_journal[order], orbit, *sizes, film=film)
+    return BearingLook(found.name, found.angle[order], shell[order], found.on_journal[order], orbit, *sizes)
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from cranktrain.results.strength.recorded_cycle import RecordedCycle, recorded_c
 from cranktrain.results.strength.stress import CrankStress
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.reduction import reduced_crankshaft
-from cranktrain.structure.stress.stress_modes import StressModes, stress_modes
+from cranktrain.structure.stress.stress_modes import stress_modes
 from cranktrain.studies.constant_speed import Request
 from cranktrain_lab.explore.background import Advance, Say
-from cranktrain_lab.explore.inside.crank_surface import CrankSurface, crank_surface_of
+from cranktrain_lab.explore.inside.crank_surface import crank_surface_of
 from cranktrain_lab.explore.inside.cycle import FRAME_DEG, InsideCycle, Repeated, bearing_looks
 from cranktrain_lab.explore.inside.film_record import FilmPressure, FilmWatch
 
@@ -80,15 +80,12 @@ class LookInside:
         stress = surface = None
         if modes is not None:
             advance("stresses over the cycle", 0.92)
-            stress, surface = self._stressed(modes, cycle)
+            stress = CrankStress.of(reduced_crankshaft(self.engine), modes, cycle)
+            surface = crank_surface_of(self.engine, cycle.body, stress, FRAME_DEG)
         chosen = made.settings
         levels = {"crank": chosen.crank, "bearings": chosen.bearings, "big_ends": chosen.big_ends}
         found = InsideCycle(self.engine.name, request.speed, levels, looks, surface, attributes={"load": self.load})
         return found, cycle, stress
-
-    def _stressed(self, modes: StressModes, cycle: RecordedCycle) -> tuple[CrankStress, CrankSurface]:
-        stress = CrankStress.of(reduced_crankshaft(self.engine), modes, cycle)
-        return stress, crank_surface_of(self.engine, cycle.body, stress, FRAME_DEG)
 
 
 def _at_frames(film: FilmPressure | None, sample: Callable[[int], int]) -> FilmPressure | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 from pathlib import Path
-from typing import Any
 
 import panel as pn
 
@@ -64,7 +63,9 @@ class InsideView:
         self._quiet = False
         self._charts = side_by_side([self.orbit.plot, self.film.plot, self.polar.plot])
         self.boxes = list(self._charts.objects)
-        self._no_crank, self._no_orbit, self._no_film = (_said() for _ in range(3))
+        self._no_crank, self._no_orbit, self._no_film = (
+            pn.pane.HTML("", sizing_mode="stretch_width", visible=False) for _ in range(3)
+        )
         self._crank_box = pn.Column(sizing_mode="stretch_width")
         # A Bokeh pane takes its visibility from its figure, so the columns around panes are shown and hidden.
         self._orbit_box, self._film_box, polar = (pn.Column(box, sizing_mode="stretch_width") for box in self.boxes)
@@ -142,7 +143,9 @@ class InsideView:
             if self._film_box.visible:
                 self.film.show(frame)
             self.polar.show(frame)
-        self._push()
+        document = pn.state.curdoc
+        if document is None or not document.session_context:
+            pn.io.push_notebook(*self.boxes)
 
     def _choose_bearing(self) -> None:
         if self._quiet or self.cycle is None:
@@ -195,16 +198,6 @@ class InsideView:
             self._saved.object = f"<span style='color:#b00020'>{html.escape(str(error))}</span>"
             return
         self._saved.object = html.escape(f"{path.absolute()} written; --inside {path} shows it again")
-
-    def _push(self) -> None:
-        """Push new data of charts to a notebook; pages of a server update by themselves."""
-        document = pn.state.curdoc
-        if document is None or not document.session_context:
-            pn.io.push_notebook(*self.boxes)
-
-
-def _said() -> Any:
-    return pn.pane.HTML("", sizing_mode="stretch_width", visible=False)
 
 
 def _line(text: str) -> str:

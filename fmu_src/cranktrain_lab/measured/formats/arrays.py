@@ -27,17 +27,8 @@ TIME_NAMES = ("time", "zeit", "t", "time_s", "timestamps", "timestamp", "x_time"
 RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "samplerate", "samplingrate", "f_s", "fsample")
 STEP_NAMES = ("dt", "delta_t", "step", "increment", "xincrement", "x_increment", "ts", "wf_increment")
 START_NAMES = (
-    "t0",
-    "start",
-    "start_time",
-    "t_start",
-    "tstart",
-    "x0",
-    "xstart",
-    "x_start",
-    "wf_start_offset",
-    "offset_s",
-)
+    "t0", "start", "start_time", "t_start", "tstart", "x0", "xstart", "x_start", "wf_start_offset", "offset_s",
+)  # fmt: skip
 TIME_UNITS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0, "ns": 1e-9}
 
 

@@ -34,7 +34,8 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
         for index, channel in enumerate(entry.channels):
             if index == master:
                 continue
-            name, unit = str(channel.name), str(_unit(channel))
+            name, conversion = str(channel.name), getattr(channel, "conversion", None)
+            unit = str(channel.unit or getattr(conversion, "unit", "") or "")
             if not size:
                 remarks.append(f"{path.name}, channel {name}: is empty and left out")
                 continue
@@ -46,11 +47,6 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             found.append(replace(made, began=began))
             remarks += [text for text in told if text not in remarks]
     return found, remarks
-
-
-def _unit(channel: Any) -> str:
-    """Return the unit of a channel, or of its conversion."""
-    return channel.unit or getattr(getattr(channel, "conversion", None), "unit", "") or ""
 
 
 def _instant(file: Any) -> int | None:

@@ -51,13 +51,8 @@ def _incomplete(file: Any) -> bool:
 
 def _is_time(channel: Any) -> bool:
     """True if a channel is the time base of its group."""
-    return "wf_increment" not in channel.properties and channel.name.strip().lower() in (
-        "time",
-        "zeit",
-        "t",
-        "x",
-        "time [s]",
-    )
+    name = channel.name.strip().lower()
+    return "wf_increment" not in channel.properties and name in ("time", "zeit", "t", "x", "time [s]")
 
 
 def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel, list[str]]:

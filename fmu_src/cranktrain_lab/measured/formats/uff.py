@@ -96,9 +96,7 @@ def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Cha
         return again().abscissae(first, last)
 
     return replace(
-        channel,
-        read=lambda first, last: again().read(first, last),
-        places=None if channel.places is None else places,
+        channel, read=lambda first, last: again().read(first, last), places=None if channel.places is None else places
     )
 
 
@@ -170,17 +168,14 @@ def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channe
     ordinate = "" if ordinate.lower() in NOTHING else ordinate
     x = np.asarray(one["x"], dtype=np.float64)
     if np.iscomplexobj(data):
-        return Channel(name, ordinate, data.size, source, _complex(data), float(x[0]) if x.size else 0.0, math.nan,
-                       of_array(x), abscissa, own_unit or unit, about), []  # fmt: skip
+        return Channel(name, ordinate, data.size, source, lambda first, last: data[first:last].astype(np.complex128),
+                       float(x[0]) if x.size else 0.0, math.nan, of_array(x), abscissa, own_unit or unit,
+                       about), []  # fmt: skip
     if abscissa == TIME:
         scale = 1e-3 if unit.lower() == "ms" else 1.0
         return sampled(name, ordinate, scale * x, data, source, about, _instant(str(one.get("id3") or "")))
     return Channel(name, ordinate, data.size, source, of_array(data), float(x[0]) if x.size else 0.0, math.nan,
                    of_array(x), abscissa, own_unit or unit, about), []  # fmt: skip
-
-
-def _complex(values: np.ndarray) -> Any:
-    return lambda first, last: np.asarray(values[first:last], dtype=np.complex128)
 
 
 def _named(label: str, unit: str) -> str:

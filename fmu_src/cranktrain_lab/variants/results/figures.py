@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,11 +10,12 @@ import numpy as np
 
 from cranktrain.results.run_up.plot_data import figure_of
 from cranktrain_lab.variants.results import statistics
-from cranktrain_lab.variants.results.plot_data import shown_unit
 
 MOST_OUTPUTS, MOST_VALUES = 6, 12
 """Largest numbers of outputs in a figure, and of values per output."""
 BLUE, LIGHT, RED = "#2b6ca3", "#9cc3e3", "#b5403a"
+SHOWN = {"rad": ("deg", 180.0 / math.pi), "Pa": ("MPa", 1e-6), "m": ("um", 1e6)}
+"""Customary engineering unit of each SI unit, and factor from the SI unit to the customary unit."""
 
 
 def variants_figure(variants: Any) -> Any:
@@ -29,11 +31,23 @@ def variants_figure(variants: Any) -> Any:
         unit, factor = shown_unit(variants.output(name).unit)
         label = name if unit == "1" else f"{name} / {unit}"
         if variants.output(name).over_speed and variants.speeds_rpm.size > 1:
-            _draw_percentiles(
-                left, variants.speeds_rpm, factor * variants.percentiles(name, (5, 25, 50, 75, 95)), label
-            )
+            least, low, middle, high, most = factor * variants.percentiles(name, (5, 25, 50, 75, 95))
+            left.fill_between(variants.speeds_rpm, least, most, color=LIGHT, alpha=0.45, lw=0, label="5 to 95 %")
+            left.fill_between(variants.speeds_rpm, low, high, color=LIGHT, lw=0, label="25 to 75 %")
+            left.plot(variants.speeds_rpm, middle, color=BLUE, lw=1.6, label="median")
+            left.set(xlabel="speed / (rev/min)", ylabel=label, xlim=(variants.speeds_rpm[0], variants.speeds_rpm[-1]))
+            left.legend(frameon=False, fontsize=7, ncols=3, loc="best")
+            left.grid(alpha=0.25)
         else:
-            _draw_histogram(left, factor * variants[name], label)
+            values = factor * variants[name]
+            good = values[np.isfinite(values)]
+            left.hist(good, bins="auto" if np.ptp(good) > 0.0 else 1, color=LIGHT) if good.size else None
+            for share, line in zip(
+                np.percentile(good, (5, 50, 95)) if good.size else (), ("--", "-", "--"), strict=False
+            ):
+                left.axvline(share, color=BLUE, ls=line, lw=1.2)
+            left.set(xlabel=f"{label}; lines: 5, 50, 95 %", ylabel="variants")
+            left.grid(alpha=0.25)
         _draw_sensitivities(right, found[name], name)
     if front:
         _draw_front(axes[-1], variants, front)
@@ -44,25 +58,6 @@ def variants_figure(variants: Any) -> Any:
     title = f"{about['title']}: {len(variants)} variants of {about['engine']}, {about['method']}{lost}{more}"
     figure.suptitle(title, fontsize=11, parse_math=False)
     return figure
-
-
-def _draw_percentiles(ax: Any, speeds: Any, percentiles: Any, label: str) -> None:
-    least, low, middle, high, most = percentiles
-    ax.fill_between(speeds, least, most, color=LIGHT, alpha=0.45, lw=0, label="5 to 95 %")
-    ax.fill_between(speeds, low, high, color=LIGHT, lw=0, label="25 to 75 %")
-    ax.plot(speeds, middle, color=BLUE, lw=1.6, label="median")
-    ax.set(xlabel="speed / (rev/min)", ylabel=label, xlim=(speeds[0], speeds[-1]))
-    ax.legend(frameon=False, fontsize=7, ncols=3, loc="best")
-    ax.grid(alpha=0.25)
-
-
-def _draw_histogram(ax: Any, values: Any, label: str) -> None:
-    good = values[np.isfinite(values)]
-    ax.hist(good, bins="auto" if np.ptp(good) > 0.0 else 1, color=LIGHT) if good.size else None
-    for share, line in zip(np.percentile(good, (5, 50, 95)) if good.size else (), ("--", "-", "--"), strict=False):
-        ax.axvline(share, color=BLUE, ls=line, lw=1.2)
-    ax.set(xlabel=f"{label}; lines: 5, 50, 95 %", ylabel="variants")
-    ax.grid(alpha=0.25)
 
 
 def _draw_sensitivities(ax: Any, records: Sequence[dict[str, Any]], name: str) -> None:
@@ -107,3 +102,8 @@ def _draw_front(axes: Any, variants: Any, names: tuple[str, ...]) -> None:
         ax.set(xlabel=labels[0], ylabel=labels[1])
         ax.legend(frameon=False, fontsize=7)
         ax.grid(alpha=0.25)
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """Return the customary unit of an output, and the factor from SI."""
+    return SHOWN.get(unit, (unit, 1.0))

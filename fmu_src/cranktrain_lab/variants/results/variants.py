@@ -15,7 +15,7 @@ from cranktrain.results.figures import save_figure
 from cranktrain.results.views.plot_data import for_notebook, html_table, optional
 from cranktrain.store.variant_files import NUMBER, REASON, Column, VariantFiles
 from cranktrain_lab.variants.results import statistics
-from cranktrain_lab.variants.results.plot_data import shown_unit
+from cranktrain_lab.variants.results.figures import shown_unit
 
 MOST_AT_ONCE = 16_000_000
 """Largest number of values in memory at once for percentiles."""

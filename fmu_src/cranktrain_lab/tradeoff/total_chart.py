@@ -13,9 +13,9 @@ from typing import Any
 from cranktrain.studies.total_error.families import Family
 from cranktrain.studies.total_error.point import PARTS, TotalPoint, at_scene, shown
 from cranktrain_lab.tradeoff.chart import name_points
-from cranktrain_lab.tradeoff.pareto import front
-from cranktrain_lab.tradeoff.total.choice import ACCURACIES, percent, rate
-from cranktrain_lab.tradeoff.total.study import TotalStudy
+from cranktrain_lab.tradeoff.point import front
+from cranktrain_lab.tradeoff.study import TotalStudy
+from cranktrain_lab.tradeoff.total_choice import ACCURACIES, percent, rate
 
 COLOURS = ("#8a8f98", "#c58b00", "#1f77b4", "#2ca02c", "#8e44ad", "#d62728", "#17a2a2", "#7f4f24")
 """Colours of bearing levels, the lowest level first."""
@@ -77,6 +77,8 @@ def worth_naming(points: Sequence[TotalPoint], family: str) -> list[TotalPoint]:
 
 def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequence[TotalPoint]) -> None:
     """Draw the total errors of all choices over cost, the Pareto front ``listed``, and a ring around the default."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     colours, marks = _colours(), _marks()
     for model in dict.fromkeys((p.levels, p.integrator) for p in points):
         line = sorted((p for p in points if (p.levels, p.integrator) == model), key=lambda p: -p.step_deg)
@@ -99,7 +101,10 @@ def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequ
     for accuracy in ACCURACIES:
         ax.axhline(accuracy, color=PALE, lw=0.9, ls=(0, (4, 3)), zorder=1)
     _percents(ax.yaxis)
-    _plain(ax.xaxis)
+    ax.xaxis.set(
+        major_locator=LogLocator(10.0, subs=(1.0,)), major_formatter=FuncFormatter(lambda value, _: f"{value:g}"),
+        minor_formatter=NullFormatter(),
+    )  # fmt: skip
     ax.set_xlabel(COST, fontsize=9)
     ax.set_ylabel("total error", fontsize=9)
     _quiet(ax)
@@ -120,7 +125,10 @@ def plot_parts(ax: Any, rows: Sequence[TotalPoint], family: str, numbers: dict[i
             percent(parts.total), (1.0, k), xycoords=("axes fraction", "data"), xytext=(-5, 0),
             textcoords="offset points", ha="right", va="center", fontsize=8, color=INK,
         )  # fmt: skip
-        for text, place, weight in _row_texts(point, numbers.get(id(point), "–")):
+        number, label = numbers.get(id(point), "–"), f"{point.label}{' (default)' if point.default else ''}"
+        # Each text left of the row has its right end, points from the axis, and its font weight.
+        texts = (number, -7, "bold"), (rate(point.cost), -24, "normal"), (label, -76, "normal")
+        for text, place, weight in texts:
             ax.annotate(
                 text, (0.0, k), xycoords=("axes fraction", "data"), xytext=(place, 0), textcoords="offset points",
                 ha="right", va="center", fontsize=8, color=INK, weight=weight, parse_math=False,
@@ -132,19 +140,10 @@ def plot_parts(ax: Any, rows: Sequence[TotalPoint], family: str, numbers: dict[i
     ax.set_xlim(low, high * (high / low) ** 0.2)  # room for the percentages at the right
     _percents(ax.xaxis, high)
     ax.set_xlabel("error and its parts", fontsize=9)
-    ax.set_title("choices on the front" + _besides(rows, numbers), fontsize=9, loc="left", color=INK)
+    beside = ", and the default" if any(id(point) not in numbers for point in rows) else ""
+    ax.set_title(f"choices on the front{beside}", fontsize=9, loc="left", color=INK)
     _quiet(ax)
     ax.tick_params(axis="y", length=0)
-
-
-def _besides(rows: Sequence[TotalPoint], numbers: dict[int, str]) -> str:
-    return ", and the default" if any(id(point) not in numbers for point in rows) else ""
-
-
-def _row_texts(point: TotalPoint, number: str) -> list[tuple[str, int, str]]:
-    """Return texts left of a row, each with its right end (points from the axis) and its font weight."""
-    default = " (default)" if point.default else ""
-    return [(number, -7, "bold"), (rate(point.cost), -24, "normal"), (f"{point.label}{default}", -76, "normal")]
 
 
 def _height(point: TotalPoint, family: str) -> float:
@@ -202,14 +201,6 @@ def _percents(axis: Any, highest: float = math.inf) -> None:
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(10.0, subs=(1.0, 3.0) if high / low < 1.0e3 else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{100.0 * value:g} %" if value <= highest else ""))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _plain(axis: Any) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(10.0, subs=(1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 

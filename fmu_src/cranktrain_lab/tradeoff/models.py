@@ -60,8 +60,8 @@ class Model:
 
     @property
     def work(self) -> float:
-        """Approximate work of a run relative to a run with springs and dampers as bearings."""
-        return WORK[self.cost]
+        """Approximate work of a run relative to a run with springs and dampers as bearings on a block on ground."""
+        return WORK[self.cost] * (1.0 if self.settings.block == "ground" else 1.5)
 
     @property
     def usual(self) -> Method:

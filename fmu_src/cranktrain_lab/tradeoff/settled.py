@@ -4,6 +4,15 @@ A run continues until its outputs repeat, as in ``cranktrain simulate``. A refer
 from the settled motion of the same run with a long step on the usual grid. Cycles without correction follow, with all
 films solved anew. The first of them gives the settling error, and the median of their processor times is the cost of a
 settled cycle. Finished runs are stored at once.
+
+The distance of two runs in an output family is, for each member m (an output, or the axes of one vector), the RMS of
+the difference over the RMS of the reference's alternating part, and of these the largest,
+
+    |y − z| = max_m  ( Σ_axes mean (y − z)² / Σ_axes var y_ref )^½ .
+
+In families whose means depend on the history of a run, only alternating parts are compared. Cycles are resampled by
+Fourier series over 720° at the reference's samples. All distances have the same scale, so they obey the triangle
+inequality.
 """
 
 from __future__ import annotations
@@ -20,7 +29,6 @@ from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import Progress
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import SHAFT_ANGLE
 from cranktrain.dynamics.motion.film_memory import memory_offset
@@ -31,8 +39,10 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.results.strength.recorded_cycle import whole
 from cranktrain.store.kept import Kept, digest
-from cranktrain.structure.assembly import Assembly, assemble
-from cranktrain.studies.total_error.families import Cycle, wanted
+from cranktrain.structure.assembly import assemble
+from cranktrain.studies.total_error.families import Cycle, Family, wanted
+from cranktrain.studies.total_error.point import Split
+from cranktrain_lab.tradeoff.runs import at_start, timed
 
 FINE_SETTLE = 3.0e-4
 """Largest settling error of reference runs, as a fraction."""
@@ -49,14 +59,17 @@ SLOW = 2.0
 
 @dataclass(frozen=True)
 class Job:
-    """Input of one settled run; ``fine_grid``: use ``FINE_GRID``; ``goes_on``: add cycles without correction."""
+    """Input of one settled run.
+
+    ``reference``: settle to ``FINE_SETTLE`` from the motion at a long step, without cycles that follow; ``fine_grid``:
+    use ``FINE_GRID``.
+    """
 
     engine: Engine
     speed: float
     settings: Settings
-    settle: float = TOLERANCE
+    reference: bool = False
     fine_grid: bool = False
-    goes_on: bool = True
 
 
 @dataclass(frozen=True)
@@ -107,20 +120,20 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     parts = made.parts
     if job.fine_grid and parts.bore is not None:
         parts = parts._replace(bore=replace(parts.bore, grid=FINE_GRID))
-    simulation = _begun(made, made.settings, parts, job.speed)
-    if not job.goes_on:
-        coarse = _begun(made, replace(made.settings, step=math.radians(COARSE_DEG)), made.parts, job.speed)
+    simulation = at_start(made, made.settings, job.speed, parts=parts)
+    if job.reference:
+        coarse = at_start(made, replace(made.settings, step=math.radians(COARSE_DEG)), job.speed)
         whole(run_cycles(coarse, None, TOLERANCE, None, None))
         _go_on_from(simulation, coarse)
     begin = time.process_time()
-    result = whole(run_cycles(simulation, None, job.settle, None, None))
+    result = whole(run_cycles(simulation, None, FINE_SETTLE if job.reference else TOLERANCE, None, None))
     seconds = time.process_time() - begin
     shown = set(simulation.shown_outputs)
     names = [name for name in wanted(job.engine) if name in shown]
     places = [simulation.output_names.index(name) for name in names]
     last = np.array([result.outputs[name][-result.per_cycle :] for name in names])
     after, cost = last, seconds / (result.settling.cycles * result.per_cycle * result.step)
-    if job.goes_on:
+    if not job.reference:
         rows, cost = _plain_cycles(simulation, result.per_cycle, result.step)
         after = np.ascontiguousarray(rows[:, places].T)
     figures = [cost, seconds, result.settling.cycles, result.settling.repeats]
@@ -128,14 +141,6 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
         "names": np.array(names), "last": last, "after": after,
         "figures": np.array(figures, dtype=float),
     }  # fmt: skip
-
-
-def _begun(made: Assembly, settings: Settings, parts: Parts, speed: float) -> Simulation:
-    """Return an initialized simulation at a shaft speed (rad/s)."""
-    simulation = Simulation(made.engine, made.body, settings, None, parts)
-    simulation.inputs[0] = speed
-    simulation.initialize()
-    return simulation
 
 
 def _go_on_from(simulation: Simulation, other: Simulation) -> None:
@@ -156,14 +161,7 @@ def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, flo
     first, costs = np.empty((0, 0)), list[float]()
     rows = np.empty((per_cycle, simulation.outputs.size))
     while not _enough(costs):
-        taken = len(costs) * per_cycle
-        begin = time.process_time()
-        done = simulation.series(h, taken + 1, rows)
-        while done < per_cycle:
-            simulation.step((taken + done + 1) * h)  # raises the error with its reason
-            rows[done] = simulation.outputs
-            done += 1
-        costs.append(time.process_time() - begin)
+        costs.append(timed(simulation, h, len(costs) * per_cycle, rows))
         if len(costs) == 1:
             first = rows.copy()
     return first, median(costs) / (per_cycle * h)
@@ -176,3 +174,56 @@ def _enough(costs: list[float]) -> bool:
     if costs[0] > SLOW or len(costs) >= TIMED_CYCLES:
         return True
     return len(costs) >= FEWEST_CYCLES and sum(costs) >= TIMED_SECONDS
+
+
+def split(family: Family, engine: Engine, last: Cycle, after: Cycle, fine: Cycle, reference: Cycle) -> Split | None:
+    """Return the total error of a run in a family, and its parts; None if one of the models lacks the family's outputs.
+
+    Parameters
+    ----------
+    last, after : the run's last cycle and the one that would follow
+    fine : last cycle of the same model with a fine step
+    reference : last cycle of the best model with a fine step
+    """
+    found = [
+        distance(family, engine, one, other, reference)
+        for one, other in ((last, reference), (fine, reference), (last, fine), (after, last))
+    ]
+    total, model, numerical, settling = found
+    if total is None or model is None or numerical is None or settling is None:
+        return None
+    return Split(total, model, numerical, settling)
+
+
+def distance(family: Family, engine: Engine, one: Cycle, other: Cycle, reference: Cycle) -> float | None:
+    """Return the distance of two cycles in a family, relative to the reference's alternating part, or None.
+
+    A member that is constant in the reference is ignored.
+    """
+    largest = None
+    for names in family.members(engine):
+        if any(name not in cycle for cycle in (one, other, reference) for name in names):
+            return None
+        square, scale = 0.0, 0.0
+        for name in names:
+            count = reference[name].size
+            difference = resampled(one[name], count) - resampled(other[name], count)
+            square += float(np.var(difference) if family.alternating else np.mean(difference**2))
+            scale += float(np.var(reference[name]))
+        if scale > 0.0:
+            largest = max(largest or 0.0, math.sqrt(square / scale))
+    return largest
+
+
+def resampled(values: Array, count: int) -> Array:
+    """Resample a periodic cycle, given at the ends of n equal intervals, at ``count`` intervals by Fourier series."""
+    n = values.size
+    if n == count:
+        return values
+    lines = np.fft.rfft(np.roll(values, 1)) / n  # the last sample, at the end of the cycle, is also its start
+    kept = np.zeros(count // 2 + 1, dtype=complex)
+    most = min(n, count) // 2
+    kept[: most + 1] = lines[: most + 1]
+    if min(n, count) % 2 == 0 and n != count:
+        kept[most] *= 0.5 if n < count else 2.0  # the Nyquist line splits into two in the finer series
+    return np.roll(np.fft.irfft(kept * count, count), -1)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.total_error.point import TotalPoint, at_scene, shown
-from cranktrain_lab.tradeoff.total.study import TotalStudy
+from cranktrain_lab.tradeoff.study import TotalStudy
 
 ACCURACIES = (0.1, 0.03, 0.01)
 NONE = "–"
@@ -93,7 +93,7 @@ def _parts(point: TotalPoint, family: str) -> tuple[float | None, ...]:
 HEADER = ("outputs", *(f"for {100 * accuracy:g} %" for accuracy in ACCURACIES))
 
 
-def choice_text(study: TotalStudy) -> str:
+def total_choice_text(study: TotalStudy) -> str:
     """Return a text on each scene: best model, recommended choice for each accuracy, and errors of the default."""
     lines = [
         "What to choose for a total error, from the measured points. Errors are RMS of the difference over the last",
