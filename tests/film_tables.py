@@ -94,6 +94,17 @@ def differences(force, state, steps):
     return np.array(slopes).T
 
 
+def tangents(out):
+    """Slopes (4, 8) of the law's output by place, tilt and both their rates."""
+    return np.concatenate([out[4:20].reshape(4, 4), out[20:36].reshape(4, 4)], axis=1)
+
+
+def apart(tangent, slopes):
+    """Differences (., .) of tangents to slopes by differences, by place and by velocity over their largest ones."""
+    blocks = np.split(np.arange(tangent.shape[1]), 2)
+    return [np.abs(tangent - slopes)[:, block] / np.abs(tangent[:, block]).max() for block in blocks]
+
+
 def crosses(state, steps):
     """Whether a difference step may leave the cell of a tilt axis."""
 

@@ -68,8 +68,7 @@ def test_a_history_at_rest_has_no_cycle():
 def test_haigh_line_is_continuous_and_falls(sensitivity):
     ratios = np.linspace(-3.0, 5.0, 1601)
     factors = np.array([mean_stress_factor(ratio, sensitivity) for ratio in ratios])
-    assert mean_stress_factor(0.0, sensitivity) == 1.0
-    assert np.all(np.diff(factors) <= 1e-12)
+    assert mean_stress_factor(0.0, sensitivity) == 1.0 and np.all(np.diff(factors) <= 1e-12)
     assert np.abs(np.diff(factors)).max() <= 0.01 * (1.0 + 4.0 * sensitivity)
     # Pulsating: the strength at R = 0 defines M = σ_A(−1)/σ_A(0) − 1.
     assert 1.0 / mean_stress_factor(1.0, sensitivity) - 1.0 == pytest.approx(sensitivity)
@@ -157,8 +156,7 @@ def test_fillets_of_a_web_are_the_rule_s_sums():
     pin, main = rule_rows(THROWS, STEEL, [web], [])
     histories = nominal_histories(THROWS, TURN, [web], [])
     for row, one in zip((pin, main), histories, strict=True):
-        assert row.name == one.name
-        assert 0.5 * np.ptp(one.tensor[:, 0]) == pytest.approx(row.bending)
+        assert row.name == one.name and 0.5 * np.ptp(one.tensor[:, 0]) == pytest.approx(row.bending)
         assert 0.5 * np.ptp(one.tensor[:, 3]) == pytest.approx(row.shear)
     # Pressed together, a throw pulls at the pin's fillet and presses on the journal's.
     crest = int(wave.argmax())

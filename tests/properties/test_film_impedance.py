@@ -133,12 +133,6 @@ def test_symmetries(state, faster, angle, turning):
     assert carried == pytest.approx(force + contact, abs=size + 1e-7 * np.abs(force + contact).max())
 
 
-def test_a_journal_that_whirls_at_half_the_surface_speed_finds_no_wedge():
-    place = np.array([0.5, 0.2])
-    force = film(place, SPIN * TURN @ place)[:2]
-    assert np.abs(force).max() < 1e-12 * np.abs(film(place, (0.0, 0.0))[:2]).max()
-
-
 @settings(max_examples=100, deadline=None)
 @given(states(0.99))
 def test_film_takes_energy_from_pure_squeeze(state):
@@ -173,8 +167,7 @@ def test_near_the_centre_the_force_is_smooth():
 def test_contact_sets_in_smoothly_and_grows():
     eps = np.linspace(ROUGH - 0.02, 1.05, 400)
     normal = np.array([-film((e, 0.0), (0.0, 0.0), 0.0)[0] for e in eps])
-    assert (normal[eps < ROUGH] == 0.0).all()
-    assert (np.diff(normal[eps > ROUGH]) > 0).all()
+    assert (normal[eps < ROUGH] == 0.0).all() and (np.diff(normal[eps > ROUGH]) > 0).all()
     # At first touch neither force nor stiffness jumps; at the wall the pressure is the one given.
     assert np.abs(film((ROUGH + 1e-9, 0.0), (0.0, 0.0), 0.0)[2]) < 1e-4 * CONTACT / BEARING.contact_height
     assert -film((1.0, 0.0), (0.0, 0.0), 0.0)[0] == pytest.approx(CONTACT, rel=1e-9)

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
+from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.film.table.database import TableSettings, slab_names
 from cranktrain.store.film_tables import film_table, load_film_table, table_path
@@ -25,15 +26,21 @@ def kept(tmp_path_factory):
     return path
 
 
-def command(*arguments, **environment):
-    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, env={**os.environ, **environment})
+def broken(path, settings=SETTINGS, after=1, say=lambda text: None):
+    """Build a table up to an interrupt after so many slabs."""
+
+    def interrupt(done, total):
+        assert total == len(slab_names(settings))
+        if done >= after:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_table(settings, path, workers=1, progress=interrupt, say=say)
 
 
 def test_a_kept_table_is_read_and_solved_no_more(kept):
     table, path, solved = film_table(SETTINGS, kept)
-    assert (path, solved) == (kept, 0)
-    assert table.cells == 48 * 96
-    assert table.arrays.tilted.size == 1
+    assert (path, solved, table.cells, table.arrays.tilted.size) == (kept, 0, 48 * 96, 1)
     assert set(table.worst()) == {"aligned_max", "aligned_p95"}
 
 
@@ -68,40 +75,24 @@ def reshaped(data, name, change):
 
 def test_spoilt_slabs_of_an_interrupted_build_are_solved_anew(kept, tmp_path):
     path = tmp_path / "table.h5"
-
-    def interrupt(done, total):
-        if done == 8:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        film_table(SETTINGS, path, workers=1, progress=interrupt)
+    broken(path, after=8)
     with h5py.File(path.with_name("table.h5.part"), "r+") as file:
         slabs = file["data/slab"]
         first, second, *_ = slabs
         slabs[first][0, 0] = np.nan
         reshaped(slabs, second, lambda x: x[:-1])
     _, _, solved = film_table(SETTINGS, path, workers=1)
-    assert solved == 97 - 8 + 2
-    assert path.read_bytes() == kept.read_bytes()
+    assert solved == 97 - 8 + 2 and path.read_bytes() == kept.read_bytes()
 
 
 def test_an_interrupted_build_goes_on_and_ends_with_the_same_bits(kept, tmp_path):
     path, told = tmp_path / "table.h5", []
-
-    def interrupt(done, total):
-        assert total == len(slab_names(SETTINGS)) == 97
-        if done == 30:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        film_table(SETTINGS, path, workers=1, progress=interrupt)
-    assert not path.exists()
-    assert path.with_name("table.h5.part").is_file()
+    broken(path, after=30)
+    assert not path.exists() and path.with_name("table.h5.part").is_file()
     table, _, solved = film_table(SETTINGS, path, workers=2, say=told.append)
     assert solved == 67
     assert len(told) == 1 and "continues with 30 of 97" in told[0]
-    assert path.read_bytes() == kept.read_bytes()
-    assert not path.with_name("table.h5.part").exists()
+    assert path.read_bytes() == kept.read_bytes() and not path.with_name("table.h5.part").exists()
     whole = load_film_table(kept, SETTINGS)
     assert all((a == b).all() for a, b in zip(table.arrays, whole.arrays, strict=True))
 
@@ -110,7 +101,6 @@ def test_an_interrupted_build_goes_on_and_ends_with_the_same_bits(kept, tmp_path
 def test_a_killed_build_leaves_no_process_and_loses_no_kept_slab(tmp_path):
     path = tmp_path / "killed.h5"
     part = path.with_name("killed.h5.part")
-    settings = TableSettings(0.35, resolution="coarse")
     build = subprocess.Popen(
         [*COMMAND, "--length-ratio", "0.35", "--resolution", "coarse", "--workers", "2", "--output", str(path)],
         start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -128,68 +118,50 @@ def test_a_killed_build_leaves_no_process_and_loses_no_kept_slab(tmp_path):
             os.killpg(build.pid, 0)
             time.sleep(0.1)
     told = []
-
-    def stop(done, total):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        film_table(settings, path, workers=1, progress=stop, say=told.append)
+    broken(path, TableSettings(0.35, resolution="coarse"), say=told.append)
     assert "continues with" in told[0]
 
 
 def test_a_part_of_another_table_is_put_aside_with_a_word(tmp_path):
     path, told = tmp_path / "table.h5", []
-
-    def interrupt(done, total):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        film_table(TableSettings(0.8, tilt=False), path, workers=1, progress=interrupt)
-
-    def stop(done, total):
-        assert done == 1
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        film_table(SETTINGS, path, workers=1, progress=stop, say=told.append)
+    broken(path, TableSettings(0.8, tilt=False))
+    broken(path, say=told.append)
     assert len(told) == 1 and "L/D 0.8" in told[0] and "solved again" in told[0]
     path.with_name("table.h5.part").write_bytes(b"nonsense")
     with pytest.raises(InputError, match=r"table\.h5\.part: exists and is no .*; choose another name, or delete it"):
-        film_table(SETTINGS, path, workers=1, progress=stop, say=told.append)
+        film_table(SETTINGS, path, workers=1)
 
 
-def test_other_geometry_schema_and_foreign_files_are_refused_in_one_line(kept, tmp_path):
-    with pytest.raises(StoreError, match=r"made for L/D 0.5.*wanted L/D 0.6.*--anew") as refusal:
-        film_table(TableSettings(0.6, tilt=False), kept)
+@pytest.mark.parametrize(
+    ("wanted", "says"),
+    [
+        (TableSettings(0.6, tilt=False), r"made for L/D 0.5.*wanted L/D 0.6.*--anew"),
+        (TableSettings(0.5, groove="circumferential", tilt=False), r"groove none.*wanted.*groove circumferential"),
+    ],
+)
+def test_a_table_of_another_geometry_is_refused_in_one_line(kept, wanted, says):
+    with pytest.raises(StoreError, match=says) as refusal:
+        film_table(wanted, kept)
     assert "\n" not in str(refusal.value)
-    with pytest.raises(StoreError, match=r"groove none.*wanted.*groove circumferential"):
-        film_table(TableSettings(0.5, groove="circumferential", tilt=False), kept)
+
+
+def test_foreign_files_and_other_schemas_are_refused(kept, tmp_path):
     other = tmp_path / "other.h5"
-    other.write_bytes(kept.read_bytes())
-    with h5py.File(other, "a") as file:
-        file.attrs["schema"] = 99
-    with pytest.raises(StoreError, match="schema 99"):
-        load_film_table(other, SETTINGS)
-    with h5py.File(other, "a") as file:
-        file.attrs["schema"], file.attrs["format"] = 1, "something else"
-    with pytest.raises(StoreError, match="not a cranktrain film table"):
-        load_film_table(other, SETTINGS)
+    for attributes, says in (({"schema": 99}, "schema 99"), ({"format": "else"}, "not a cranktrain film table")):
+        other.write_bytes(kept.read_bytes())
+        with h5py.File(other, "a") as file:
+            file.attrs.update(attributes)
+        with pytest.raises(StoreError, match=says):
+            load_film_table(other, SETTINGS)
     other.write_bytes(kept.read_bytes()[:2000])
-    with pytest.raises(StoreError, match=r"damaged"):
-        load_film_table(other, SETTINGS)
-    with pytest.raises(StoreError, match="no such file"):
-        load_film_table(tmp_path / "none.h5", SETTINGS)
+    for path, says in ((other, "damaged"), (tmp_path / "none.h5", "no such file")):
+        with pytest.raises(StoreError, match=says):
+            load_film_table(path, SETTINGS)
 
 
 def test_tables_of_different_settings_do_not_share_a_file():
-    variants = [
-        SETTINGS,
-        TableSettings(0.5),
-        TableSettings(0.51),
-        TableSettings(0.5, groove="circumferential"),
-        TableSettings(0.5, tilt_range=0.8),
-        TableSettings(0.5, resolution="fine"),
-    ]
+    changes = {}, {"groove": "circumferential"}, {"tilt_range": 0.8}, {"resolution": "fine"}
+    variants = [SETTINGS, TableSettings(0.51), *(TableSettings(0.5, **change) for change in changes)]
     assert len({table_path(settings) for settings in variants}) == len(variants)
     assert table_path(TableSettings(0.5)) == table_path(TableSettings(0.5))
 
@@ -209,17 +181,12 @@ def test_settings_that_cannot_be_are_refused(wrong, says):
         TableSettings(**wrong)
 
 
-def test_the_command_prints_what_a_machine_reads(kept):
-    done = command("--length-ratio", "0.5", "--no-tilt", "--output", str(kept), "--json")
-    assert done.returncode == 0
-    result = json.loads(done.stdout)
-    assert result["path"] == str(kept)
-    assert result["cells"] == 48 * 96
-    assert 0 < result["max_interpolation_error"] < 0.02
+def test_the_command_prints_what_a_machine_reads(kept, capsys):
+    assert main(["bearing", "table", "--length-ratio", "0.5", "--no-tilt", "--output", str(kept), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["path"] == str(kept) and result["cells"] == 48 * 96 and result["seconds"] > 0
     assert result["aligned_max_error_to_0.95"] < 0.005
-    assert result["seconds"] > 0
-    table = load_film_table(kept, SETTINGS)
-    assert result["max_interpolation_error"] == np.max(table.aligned_error)
+    assert 0 < result["max_interpolation_error"] == np.max(load_film_table(kept, SETTINGS).aligned_error) < 0.02
 
 
 @pytest.mark.parametrize(
@@ -230,18 +197,10 @@ def test_the_command_prints_what_a_machine_reads(kept):
         ([], "--length-ratio"),
         (["--length-ratio", "0.5", "--groove", "axial"], "groove"),
         (["--length-ratio", "0.5", "--workers", "0"], "--workers"),
+        (["--length-ratio", "0.7", "--no-tilt"], "made for L/D 0.5"),
     ],
 )
-def test_the_command_refuses_in_one_line(arguments, says):
-    done = command(*arguments)
-    assert done.returncode == 2
-    assert says in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert done.stdout == ""
-
-
-def test_the_command_refuses_a_table_of_another_geometry(kept):
-    done = command("--length-ratio", "0.7", "--no-tilt", "--output", str(kept))
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "made for L/D 0.5" in done.stderr
+def test_the_command_refuses_in_one_line(kept, capsys, arguments, says):
+    assert main(["bearing", "table", *arguments, "--output", str(kept)]) == 2
+    told = capsys.readouterr()
+    assert says in told.err and told.err.count("\n") == 1 and told.out == ""

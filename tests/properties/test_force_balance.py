@@ -8,6 +8,7 @@ displacement from the predictor.
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -15,13 +16,16 @@ from bodies import free_six, rigid_crank, six
 from momentum import imbalance
 from small_block import single
 from standing import rigid_block
+from started import at_speed
 
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model import arrays
-from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.block.reduction import running_block
+from cranktrain.structure.crank.reduction import running_body
 
 SIX, EIGHT = free_six(), load_engine("diesel_v8")
 STEP = math.radians(0.5)
@@ -41,10 +45,8 @@ def worst_imbalance(engine, crank, block, rpm=2000, cycles=1.0, **choices):
     # By the larger γ of this method: rounding in accelerations grows with its inverse squared.
     choices = {"bearings": "linear", "crank": "solid", "integrator": "esdirk4", **choices}
     settings = Settings(block="flexible", step=STEP, newton_tolerance=1e-13, **choices)
-    simulation = Simulation(engine, crank, settings, parts=Parts(block=block))
     speed = rpm * math.pi / 30
-    simulation.inputs[0] = speed
-    simulation.initialize()
+    simulation = at_speed(speed, engine, crank, settings, parts=Parts(block=block))
     h = communication_step(speed, STEP)
     worst = np.zeros((2, 3))
     for k in range(1, round(cycles * 4 * math.pi / STEP) + 1):
@@ -54,25 +56,17 @@ def worst_imbalance(engine, crank, block, rpm=2000, cycles=1.0, **choices):
     return worst / peak_gas_force(engine)
 
 
-@pytest.mark.parametrize(
-    "engine",
-    [
-        SIX,
-        with_cylinders(SIX, replace(GUIDED, friction=0.0)),
-        with_cylinders(SIX, pin_offset=0.002),
-        with_cylinders(SIX, replace(GUIDED, clearance=4e-5)),
-    ],
-    ids=["friction", "none", "pin offset", "clearance"],
-)
-@pytest.mark.parametrize("bearings", ["linear", "impedance"])
-def test_rigid_six(engine, bearings):
-    crank = rigid_crank(engine)
-    assert worst_imbalance(engine, crank, rigid_block(engine, crank), bearings=bearings).max() < 1e-9
+SIXES = {
+    "friction": SIX, "none": with_cylinders(SIX, replace(GUIDED, friction=0.0)),
+    "pin offset": with_cylinders(SIX, pin_offset=0.002),
+    "clearance": with_cylinders(SIX, replace(GUIDED, clearance=4e-5)),
+}  # fmt: skip
+RIGID = [*product(SIXES, ("linear", "impedance")), ("two banks", "linear"), ("two banks", "roller")]
 
 
-@pytest.mark.parametrize("bearings", ["linear", "roller"])
-def test_rigid_eight_with_two_banks(bearings):
-    engine = EIGHT
+@pytest.mark.parametrize(("case", "bearings"), RIGID)
+def test_rigid_crank(case, bearings):
+    engine = SIXES.get(case, EIGHT)
     crank = rigid_crank(engine)
     assert worst_imbalance(engine, crank, rigid_block(engine, crank), bearings=bearings).max() < 1e-9
 
@@ -84,22 +78,16 @@ def test_elastic_crank():
 
 
 def test_elastic_block():
-    from cranktrain.structure.block.reduction import running_block
-
     engine = single()
     block = running_block(engine)
     crank = rigid_crank(engine, mass=20.0, inertia=(0.2, 0.2, 0.3), centre=(0.0, 0.0, 0.065), pitch=0.13)
-    assert block.n_modes > 6
-    assert worst_imbalance(engine, crank, block, cycles=0.5).max() < 1e-9
+    assert block.n_modes > 6 and worst_imbalance(engine, crank, block, cycles=0.5).max() < 1e-9
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "rpm"), [(SIX, 2000), (EIGHT, 1800)], ids=["six", "eight"])
 def test_engines_as_they_are(engine, rpm):
     """Elastic crank in its elastic block, with the films or rollers that the engine has."""
-    from cranktrain.structure.block.reduction import running_block
-    from cranktrain.structure.crank.reduction import running_body
-
     crank, block = running_body(engine), running_block(engine)
     assert worst_imbalance(engine, crank, block, rpm, 0.5, bearings="auto").max() < 1e-9
 

@@ -19,8 +19,6 @@ from cranktrain.film.laws.gap_motion import (
     VELOCITY_EFFECTIVE,
     gap_motion,
 )
-from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
-from cranktrain.film.laws.parabolic import film_geometry
 
 C = 40e-6
 
@@ -77,20 +75,6 @@ def test_least_gap_of_a_relieved_shell(profile):
     assert inside > 0
 
 
-def test_rates_are_the_derivatives_of_gap_and_angle():
-    step = 1e-7
-    for place, velocity, *speeds in some(random_states(50, 2)):
-        out = motion(place, velocity, *speeds)
-        after, before = (motion(place + s * velocity, velocity) for s in (step, -step))
-        if after[LEAST_SIDE] != before[LEAST_SIDE]:
-            continue  # the least gap just leaps to the other end
-        scale = np.abs(velocity).max()
-        assert (after[LEAST_GAP] - before[LEAST_GAP]) / (2 * step) == pytest.approx(out[LEAST_RATE], abs=1e-5 * scale)
-        line = [math.atan2(p[1], p[0]) for p in (place + step * velocity, place - step * velocity)]
-        turned = math.remainder(line[0] - line[1], 2 * np.pi) / (2 * step)
-        assert turned == pytest.approx(out[SPEED_GAP], rel=1e-4, abs=1e-3)
-
-
 def test_effective_velocity_is_made_of_radial_motion_and_effective_speed():
     for place, velocity, *speeds in some(random_states(50, 3)):
         out = motion(place, velocity, *speeds)
@@ -111,35 +95,13 @@ def test_a_journal_that_turns_in_place_is_squeezed_at_half_its_speed():
 
 
 @pytest.mark.parametrize("speeds", [(200.0, 0.0), (120.0, 80.0), (-50.0, 250.0)])
-def test_half_speed_whirl_has_no_effective_speed_and_no_force(speeds):
+def test_half_speed_whirl_has_no_effective_speed(speeds):
     x, y = 0.6 * C, 0.2 * C
     whirl = 0.5 * sum(speeds)
     out = motion((x, y, 0.0, 0.0), (-whirl * y, whirl * x, 0.0, 0.0), *speeds)
     assert out[SPEED_GAP] == pytest.approx(whirl, rel=1e-14)
     assert out[SPEED_EFFECTIVE] == pytest.approx(0.0, abs=1e-12 * abs(whirl))
     assert out[VELOCITY_EFFECTIVE] == pytest.approx(0.0, abs=1e-12 * C * abs(whirl))
-    _, kappa2, factor = film_geometry(0.08, 0.04, C, 0.01)
-    force, steady = np.zeros(16), np.zeros(16)
-    film = MapFilm(C, factor, 0.0, 0.0, impedance_map(kappa2))
-    journal_force(x, y, -whirl * y, whirl * x, whirl, film, force)
-    journal_force(x, y, 0.0, 0.0, whirl, film, steady)
-    assert np.hypot(*force[:2]) < 1e-9 * np.hypot(*steady[:2])
-
-
-def test_the_film_force_goes_with_the_effective_velocity_alone():
-    """States of one place and one v, by squeeze or by turning: the same force."""
-    _, kappa2, factor = film_geometry(0.08, 0.04, C, 0.01)
-    film = MapFilm(C, factor, 0.0, 0.0, impedance_map(kappa2))
-    for place, velocity, *speeds in some(random_states(10, 4)):
-        x, y = place[:2]
-        half = 0.5 * sum(speeds)
-        turned, squeezed = np.zeros(16), np.zeros(16)
-        journal_force(x, y, *velocity[:2], half, film, turned)
-        still = (velocity[0] + half * y, velocity[1] - half * x)
-        journal_force(x, y, *still, 0.0, film, squeezed)
-        assert turned[:2] == pytest.approx(squeezed[:2], rel=1e-10)
-        both = (motion(place, velocity, *speeds), motion(place, (*still, 0.0, 0.0)))
-        assert both[0][VELOCITY_EFFECTIVE] == pytest.approx(both[1][VELOCITY_EFFECTIVE], rel=1e-12)
 
 
 def test_turning_the_axes_turns_the_angle_and_nothing_else():
@@ -156,7 +118,6 @@ def test_turning_the_axes_turns_the_angle_and_nothing_else():
 def test_a_centred_journal_and_one_whose_edge_touches():
     out = motion(np.zeros(4), (3e-3, 4e-3, 0.0, 0.0), journal=100.0)
     assert (out[LEAST_GAP], out[LEAST_ANGLE], out[LEAST_SIDE], out[SPEED_GAP]) == (C, 0.0, 0.0, 0.0)
-    assert out[LEAST_RATE] == pytest.approx(-5e-3, rel=1e-14)
-    assert np.isfinite(out).all()
+    assert out[LEAST_RATE] == pytest.approx(-5e-3, rel=1e-14) and np.isfinite(out).all()
     edge = motion((0.0, 0.0, 0.0, -1.1 * C), np.zeros(4))
     assert edge[LEAST_GAP] == pytest.approx(-0.1 * C, rel=1e-12) and edge[LEAST_SIDE] == 1.0

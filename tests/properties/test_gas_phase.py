@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from started import at_speed
 
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, LEAD_ANGLE, POSITION, VELOCITY, offset
-from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.cylinder_volume import cylinder_volume
@@ -23,10 +24,7 @@ def started(**changes):
     """A rigid crank on its axis at 2000 rev/min."""
     engine = load_engine("diesel_i6")
     settings = Settings(crank="torsional", bearings="held", step=math.radians(2.0), newton_tolerance=1e-11, **changes)
-    simulation = Simulation(engine, rigid_crank(engine), settings)
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return at_speed(SPEED, engine, rigid_crank(engine), settings)
 
 
 def moved(simulation, block, amount):
@@ -58,8 +56,8 @@ def test_two_frames_are_one_physics(kind):
     names = ("crank.angle", "shaft.torque", "cylinder[3].volume", "big_end[2].force.y", "piston[1].side_force")
     (ours, h), (theirs, _) = series(plain, 1, *names), series(shifted, 1, *names)
     assert h < 2e-4
-    ours[0] -= SPEED * h * np.arange(1, ours.shape[1] + 1)
-    theirs[0] -= SPEED * h * np.arange(1, theirs.shape[1] + 1)
+    for angle in (ours[0], theirs[0]):
+        angle -= SPEED * h * np.arange(1, angle.size + 1)
     for mine, other in zip(ours, theirs, strict=True):
         assert np.abs(mine - other).max() < 2e-6 * np.ptp(mine)
 

@@ -13,28 +13,17 @@ import pytest
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.cylinder_volume import cylinder_volume, mean_effective_pressure
-from cranktrain.loads.gas_pressure import (
-    CYCLE,
-    GasTrace,
-    gas_pressure,
-    spline_coefficients,
-)
+from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
 
 ENGINE = load_engine("diesel_i6")
-MEASURED = Path(
-    os.environ.get(
-        "CRANKTRAIN_MEASURED",
-        Path(__file__).parents[2] / "../shared/data/six_cylinder_diesel_pressure.csv",
-    )
-)
+SHARED = Path(__file__).parents[2] / "../shared/data/six_cylinder_diesel_pressure.csv"
+MEASURED = Path(os.environ.get("CRANKTRAIN_MEASURED", SHARED))
 
 
 def test_built_in_trace_peaks_as_a_diesel_at_full_load_does():
     trace = GasTrace.from_engine(ENGINE)
-    assert 12e6 < trace.peak < 14e6
-    assert 5.0 < math.degrees(trace.peak_angle) < 15.0
-    assert 1.0e6 < trace.imep < 2.0e6
-    assert trace.fired.min() > 1e5
+    assert 12e6 < trace.peak < 14e6 and 5.0 < math.degrees(trace.peak_angle) < 15.0
+    assert 1.0e6 < trace.imep < 2.0e6 and trace.fired.min() > 1e5
 
 
 def test_without_burn_fired_and_motored_are_one_and_cost_work():
@@ -157,8 +146,7 @@ def test_a_clean_file_comes_back_whatever_its_form(tmp_path, header, separator, 
     read = GasTrace.from_csv(path, ENGINE, unit)
     # a monotone interpolant of one-degree points is third order or better; 0.1 % of the peak is its known size
     assert np.abs(read.fired - trace.fired).max() < 1e-3 * trace.peak
-    assert read.imep == pytest.approx(trace.imep, rel=1e-3)
-    assert read.falloff == 0.0
+    assert read.imep == pytest.approx(trace.imep, rel=1e-3) and read.falloff == 0.0
 
 
 def test_shift_order_start_and_several_cycles_do_not_matter(tmp_path):
@@ -187,8 +175,7 @@ def test_irregular_points_do_not_overshoot(tmp_path):
     angle, pressure, trace = points()
     chosen = np.unique(np.concatenate((np.arange(0, 720, 25), np.arange(300, 460, 4))))
     read = GasTrace.from_csv(write(tmp_path / "sparse.csv", angle[chosen], pressure[chosen]), ENGINE)
-    assert read.fired.min() > 0.95 * trace.fired.min()
-    assert read.peak < 1.01 * trace.peak
+    assert read.fired.min() > 0.95 * trace.fired.min() and read.peak < 1.01 * trace.peak
     assert read.imep == pytest.approx(trace.imep, rel=0.01)
 
 

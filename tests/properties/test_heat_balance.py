@@ -1,9 +1,7 @@
 """Heat balance of a film: Petrov's unloaded journal, whose balance is one closed equation, and what rises with what."""
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -16,17 +14,6 @@ OIL = load_engine("diesel_i6").oil
 DIAMETER, WIDTH, CLEARANCE, FLOW = 85e-3, 30e-3, 40e-6, 20e-6
 INLET = 363.15
 TORQUE = math.pi * DIAMETER**3 * WIDTH / (4.0 * CLEARANCE)
-
-
-DATA = Path(__file__).parents[1] / "data" / "cavitation.json"
-
-
-def test_friction_is_that_of_petrovs_published_form():
-    case = next(c for c in json.loads(DATA.read_text()) if c["id"] == "petroff")
-    names = {"eta": 0.01, "d": DIAMETER, "D": DIAMETER + 2 * CLEARANCE, "B": WIDTH, "pi": math.pi}
-    names |= {"omega1": 200.0, "omega2": 0.0}
-    published = eval(case["expected"]["P"].replace("^", "**"), {"__builtins__": {}}, names)
-    assert published == pytest.approx(0.01 * TORQUE * 200.0**2, rel=1e-4)
 
 
 def petrov(speed, oil=OIL, flow=FLOW, place=0.5, inlet=INLET):

@@ -1,6 +1,7 @@
 """Files that ask for memory without end, name what is not theirs, or hold what a terminal obeys: refused or shown."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -10,8 +11,11 @@ import pytest
 
 import cranktrain as ct
 from cranktrain.cli.main import main
+from cranktrain.core.element_names import array_element
 from cranktrain.core.errors import InputError
+from cranktrain.core.text_table import split_columns
 from cranktrain.core.visible_text import visible
+from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
 from cranktrain.structure.fem.superelement_file import read_superelement
 
@@ -51,9 +55,6 @@ LONG = "9" * 5000
 
 @pytest.mark.parametrize("number", [LONG, "²", "１２x", f"-{LONG}"], ids=["long", "superscript", "wide", "negative"])
 def test_whole_numbers_that_are_none_are_refused_wherever_they_stand(tmp_path, number):
-    from cranktrain.core.element_names import array_element
-    from cranktrain.engine.file import load_engine
-
     texts = {
         "a.inp": f"*NODE\n1, 0, 0, 0\n*ELSET, ELSET=A\n{number}, 2\n*ELEMENT, TYPE=C3D10\n1, 1\n",
         "b.bdf": f"BEGIN BULK\nGRID,{number},,0.,0.,0.\nENDDATA\n",
@@ -98,16 +99,12 @@ def test_names_that_no_file_can_have_are_missing_files(tmp_path, monkeypatch, ca
     names = [f"pressure of cylinder {k} at full load, averaged over the cycles of the day" for k in range(1, 7)]
     rows = [";".join([f"{a:g}", *6 * [f"{3 + 130 * np.exp(-(((a - 370) / 25) ** 2)):.4f}"]]) for a in angle]
     (tmp_path / "p.csv").write_text("\n".join([";".join(["deg", *names]), *rows]))
-    from cranktrain.core.text_table import split_columns
-
     path, columns = split_columns("p.csv:" + ",".join(one.replace(",", " ") for one in names))
     assert str(path) == "p.csv" and len(columns) == 6
 
 
 def test_memory_of_what_is_refused_is_bounded(tmp_path):
     """Sets of 300 million members, sets of sets that double, devices, a pipe, and files of 8 GB of nothing."""
-    import os
-
     texts = {
         "nset.inp": "*NSET, NSET=A, GENERATE\n1, 300000000, 1\n",
         "elset.inp": "*ELSET, ELSET=A, GENERATE\n1, 300000000, 1\n",
@@ -193,8 +190,7 @@ def test_what_a_terminal_obeys_is_shown(tmp_path, capsys):
     name = "\x1b]0;title\x07p\x9b31m\u202e"
     path = str(tmp_path / "run.parquet")
     pd.DataFrame({"time": np.arange(50.0), name: np.arange(50.0) % 5}).to_parquet(path)
-    assert name in ct.read_measured(path).names
-    assert main(["measured", path]) == 0
+    assert name in ct.read_measured(path).names and main(["measured", path]) == 0
     assert main(["measured", path, "--channels", f"{name}x"]) == 2
     shown = capsys.readouterr()
     for text in (shown.out, shown.err):

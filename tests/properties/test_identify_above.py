@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from identified import identified, model_of, places, write_orders
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError, SolverError
@@ -16,13 +17,11 @@ from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import confidence_of
-from cranktrain_lab.identification.data import Data, Strand
+from cranktrain_lab.identification.data import Data
 from cranktrain_lab.identification.identify import prepared, read_measured_file
 from cranktrain_lab.identification.ladder import Ask, climb
 from cranktrain_lab.identification.mapping import imitated
 from cranktrain_lab.identification.model import TorsionalModel
-from cranktrain_lab.identification.parameters import sought_parameters
-from cranktrain_lab.identification.tables import SoughtTable
 
 KEYS = ("crank.stiffness", "load")
 ENGINES = {
@@ -31,46 +30,29 @@ ENGINES = {
 }
 """Engines with the speeds and orders of their data."""
 TRUE = (1.03, 0.95)
-TEXT = """
-[parameters]
-"crank.stiffness" = { low = 0.5, high = 2.0 }
-load = { low = 0.7, high = 1.3 }
-"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }
-
+TWO = """
 [[orders]]
 name = "pulley"
 file = "orders.csv"
+[parameters]
+"crank.stiffness" = { low = 0.5, high = 2.0 }
+load = { low = 0.7, high = 1.3 }
 """
+TEXT = f'{TWO}"damping.torsional_ratios[1]" = {{ low = 0.002, high = 0.2 }}\n'
 
 
-def model_of(name):
-    """Model of an engine that has the true values' parameters, and the true values (p,)."""
-    speeds, orders = ENGINES[name]
+def measured_model(name):
+    """Model of an engine that has the true values' parameters."""
     engine = load_engine(name)
-    sought = sought_parameters(engine, {key: SoughtTable() for key in KEYS}, [], 1.0)
-    still = np.zeros(speeds.size)
-    strands = tuple(
-        Strand("pulley", "pulley.torsion", order, speeds, still.astype(complex), still + 1e-5, still > 1.0, True)
-        for order in orders
-    )
-    return TorsionalModel(engine, Data(strands), sought, 1.0, engine.damper is not None, True)
+    return model_of(engine, KEYS, Data(places(*ENGINES[name], deviation=1e-5)), engine.damper is not None)
 
 
-def written(folder, name, values, noise):
-    """Measured file of an engine's orders, rad, with noise of so much of the largest order."""
-    speeds, orders = ENGINES[name]
-    rng, lines = np.random.default_rng(4), ["speed_rpm,order,amplitude,unit,phase_deg"]
-    spread = noise * max(float(np.abs(one).max()) for one in values)
-    for order, own in zip(orders, values, strict=True):
-        drawn = own + spread * (rng.normal(size=own.size) + 1j * rng.normal(size=own.size))
-        for speed, value in zip(speeds, drawn, strict=True):
-            lines.append(
-                f"{speed / RPM:.4f},{order:g},{math.degrees(abs(value)):.9f},deg,{math.degrees(np.angle(value)):.5f}"
-            )
-    (folder / "orders.csv").write_text("\n".join(lines) + "\n", "utf-8")
-    path = folder / "measured.toml"
-    path.write_text(TEXT, "utf-8")
-    return path
+def written(folder, name, values, text=TEXT):
+    """Measured file of an engine's orders, rad, with noise of 0.3 % of the largest order."""
+    spread = 0.003 * max(float(np.abs(one).max()) for one in values)
+    write_orders(folder / "orders.csv", places(*ENGINES[name]), values, spread, 4)
+    (folder / "measured.toml").write_text(text, "utf-8")
+    return folder / "measured.toml"
 
 
 @pytest.fixture(
@@ -79,23 +61,16 @@ def written(folder, name, values, noise):
 def bending(request, tmp_path_factory):
     """An engine's name, and the measured file of its crank of beams on films."""
     with one_thread():
-        values = model_of(request.param).in_time(np.array(TRUE), "beam", 1e-3)
-    return request.param, written(tmp_path_factory.mktemp("bending"), request.param, values, 0.003)
-
-
-def stiffness(report):
-    return next(row for row in report["parameters"] if row["key"] == "crank.stiffness")
+        values = measured_model(request.param).in_time(np.array(TRUE), "beam", 1e-3)
+    return request.param, written(tmp_path_factory.mktemp("bending"), request.param, values)
 
 
 def test_the_step_to_a_crank_that_bends_is_in_the_interval_of_a_torsional_fit(bending, tmp_path):
     """Films hold the journals: a crank in motion is stiffer than the torsional one by formula. No residual says so."""
     name, path = bending
-    alone, held = (
-        ct.identify(name, path, method="linear", bootstrap=0, profile=False, above=above) for above in ("none", "next")
-    )
-    found, wide = stiffness(alone), stiffness(held)
-    assert found["value"] == wide["value"]
-    assert not found["low"] <= TRUE[0] <= found["high"]
+    (rows, alone), (more, held) = (identified(name, path, method="linear", above=above) for above in ("none", "next"))
+    found, wide = rows[KEYS[0]], more[KEYS[0]]
+    assert found["value"] == wide["value"] and not found["low"] <= TRUE[0] <= found["high"]
     assert wide["low"] <= TRUE[0] <= wide["high"]
     assert [step["level"] for step in alone["above"]] == ["harmonic-balance"]
     assert [step["level"] for step in held["above"]] == ["harmonic-balance", "beam in time"]
@@ -131,12 +106,11 @@ def test_derivatives_of_a_crank_that_bends_are_its_own_and_progress_follows_its_
     Progress never falls, moves within the runs in time, those of the next crank too, and ends at the whole.
     """
     name = "four_petrol"
-    model = model_of(name)
+    model = measured_model(name)
     monkeypatch.setattr(TorsionalModel, "in_time", in_time_as_linear)
     monkeypatch.setattr(TorsionalModel, "balanced", lambda self, values: self.answers(values).strands)
     with one_thread():
-        path = written(tmp_path, name, model.in_time(np.array(TRUE), "beam", 1e-3), 0.003)
-        path.write_text(TEXT.replace('"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }\n', ""), "utf-8")
+        path = written(tmp_path, name, model.in_time(np.array(TRUE), "beam", 1e-3), TWO)
         read = read_measured_file(path)[0]
         spread, told = {}, Told()
         for level, ask in (("linear", Ask("linear")), ("time", Ask("time", "beam", above="next"))):
@@ -154,7 +128,7 @@ def test_derivatives_of_a_crank_that_bends_are_its_own_and_progress_follows_its_
 
 def test_an_interrupt_within_the_derivatives_keeps_the_best_so_far(tmp_path, monkeypatch):
     name, runs = "four_petrol", []
-    model = model_of(name)
+    model = measured_model(name)
 
     def in_time(self, values, *given, **named):
         runs.append(values)
@@ -164,8 +138,7 @@ def test_an_interrupt_within_the_derivatives_keeps_the_best_so_far(tmp_path, mon
 
     monkeypatch.setattr(TorsionalModel, "balanced", lambda self, values: self.answers(values).strands)
     with one_thread():
-        path = written(tmp_path, name, in_time_as_linear(model, np.array(TRUE), "beam", 1e-3), 0.003)
-        path.write_text(TEXT.replace('"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }\n', ""), "utf-8")
+        path = written(tmp_path, name, in_time_as_linear(model, np.array(TRUE), "beam", 1e-3), TWO)
         monkeypatch.setattr(TorsionalModel, "in_time", in_time)
         own, comparison = prepared(load_engine(name), read_measured_file(path)[0], path, lambda stage: None)
         found = climb(own, comparison, Ask("time", "beam", above="next"))
@@ -180,13 +153,11 @@ def test_a_crank_that_bends_finds_its_own_stiffness_though_the_linear_level_reso
     The fitted linear level has its peaks an eighth lower, so that its derivatives are of use only where it is moved.
     """
     name = "four_petrol"
-    model = model_of(name)
+    model = measured_model(name)
     with one_thread():
         values = model.in_time(np.array(TRUE), "beam", 1e-3)
-    path = written(tmp_path, name, values, 0.003)
-    path.write_text(TEXT.replace('"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }\n', ""), "utf-8")
-    report = ct.identify(name, path, method="time", crank="beam", bootstrap=0, profile=False, above="none")
-    row = stiffness(report)
+    rows, _ = identified(name, written(tmp_path, name, values, TWO), method="time", crank="beam")
+    row = rows[KEYS[0]]
     assert abs(math.log(row["value"] / TRUE[0])) < min(0.03 * row["deviation_percent"], 0.005)
 
 
@@ -207,7 +178,7 @@ def test_where_no_crank_above_answers_the_intervals_leave_its_step_out_and_say_s
 
 def test_a_model_imitates_itself_where_it_stands():
     """A level above that answers as the fitted one does moves nothing."""
-    model = model_of("four_petrol")
+    model = measured_model("four_petrol")
     with one_thread():
         own = model.answers(np.array(TRUE)).strands
         comparison = Comparison(

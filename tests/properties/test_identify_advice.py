@@ -5,20 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from identified import model_of, places
 
 from cranktrain.cli.main import main
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.advice import HELPS, advised, half_intervals
 from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import Confidence, confidence_of
-from cranktrain_lab.identification.data import FREQUENCY, RATIO, Data, Scalar, Strand
+from cranktrain_lab.identification.data import FREQUENCY, RATIO, Data, Scalar
 from cranktrain_lab.identification.estimate import estimate
 from cranktrain_lab.identification.further_signals import further_signals
 from cranktrain_lab.identification.ladder import Ask, Climbed, Step, levels_beyond
 from cranktrain_lab.identification.model import TorsionalModel
-from cranktrain_lab.identification.parameters import Sought, outer_values, sought_parameters
-from cranktrain_lab.identification.tables import SoughtTable
+from cranktrain_lab.identification.parameters import Sought
 
 FIRST, SECOND = "damping.torsional_ratios[1]", "damping.torsional_ratios[2]"
 SHORT = ("single_petrol", (1.0, 2.0, 2.5), (FIRST, "load"), 1e-5)
@@ -35,11 +35,9 @@ def measured(name, orders, keys, noise, output="pulley.torsion", scalars=()):
     """Comparison of a model with its own linear orders and the file's values, and its estimate."""
     engine = load_engine(name).without_additions
     engine = replace(engine, damping=replace(engine.damping, torsional_ratios=(0.02, 0.03)))
-    speeds, still = np.linspace(*engine.speeds, 16), np.zeros(16)
-    strands = tuple(Strand(output, output, one, speeds, still + 0j, still + noise, still > 1.0, True) for one in orders)
-    sought = sought_parameters(engine, {key: SoughtTable() for key in keys}, [], 1.0)
-    model = TorsionalModel(engine, Data(strands, scalars), sought, 1.0, engine.damper is not None, True)
-    return compared(model, sought)
+    data = Data(places(np.linspace(*engine.speeds, 16), orders, output, noise), scalars)
+    model = model_of(engine, keys, data, engine.damper is not None)
+    return compared(model, model.sought)
 
 
 def compared(model, sought):
@@ -107,8 +105,7 @@ def test_orders_at_the_other_end_narrow_as_is_said(case):
     _, both, again = compared(other, comparison.sought)
     measured_spread = np.sqrt(np.diag(np.linalg.inv(again.information + both.known)))
     before = np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
-    assert measured_spread == pytest.approx(said, rel=0.05)
-    assert np.all(said < before)
+    assert measured_spread == pytest.approx(said, rel=0.05) and np.all(said < before)
     after = further_signals(other, both, again.inner)
     assert after and not any(one.states.startswith("[[orders]]") for one in after)
 
@@ -169,8 +166,7 @@ def test_numbers_beside_orders_hold_the_estimate_against_the_level_above(monkeyp
         monkeypatch.setattr(TorsionalModel, "balanced", lambda self, values: self.answers(values).strands)
         steps = levels_beyond(model, None, comparison, found, Ask("linear", above="beam"))
         moves.append(abs(steps[-1].inner[0] - found.inner[0]))
-    assert moves[0] == pytest.approx(math.log(1.5), rel=0.05)
-    assert moves[1] < 0.3 * moves[0]
+    assert moves[0] == pytest.approx(math.log(1.5), rel=0.05) and moves[1] < 0.3 * moves[0]
 
 
 def test_an_angle_about_zero_has_no_relative_interval_and_one_far_from_it_has():
@@ -183,18 +179,14 @@ def test_an_angle_about_zero_has_no_relative_interval_and_one_far_from_it_has():
 
 def test_the_command_prints_one_sentence_for_each_wide_parameter(tmp_path, capsys):
     """Of a frequency alone neither inertia nor stiffness is known; the start of a line names what would tell them."""
-    text = engine_path("single_petrol").read_text("utf-8")
-    (tmp_path / "single.toml").write_text(text, "utf-8")
-    engine = load_engine("single_petrol")
-    sought = sought_parameters(engine, {"load": SoughtTable()}, [], 1.0)
-    model = TorsionalModel(engine, Data((), (Scalar("hz", FREQUENCY, 1, 1.0, 0.005, False),)), sought, 1.0, False, True)
-    (hz,) = model.numbers(outer_values(sought, np.zeros(1)))
+    data = Data((), (Scalar("hz", FREQUENCY, 1, 1.0, 0.005, False),))
+    (hz,) = model_of(load_engine("single_petrol"), ["load"], data).numbers(np.ones(1))
     path = tmp_path / "measured.toml"
     path.write_text(
         f'[parameters]\n"pulley.polar_inertia" = {{}}\n"crank.stiffness" = {{}}\n[[frequencies]]\nhz = {hz:.2f}\n',
         "utf-8",
     )
-    assert main(["identify", str(tmp_path / "single.toml"), str(path), "--bootstrap", "0", "--no-profile"]) == 0
+    assert main(["identify", "single_petrol", str(path), "--bootstrap", "0", "--no-profile"]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Narrower: ")]
     assert [line.split()[1] for line in lines] == ["pulley.polar_inertia", "crank.stiffness"]
     assert all("would narrow this to ±" in line for line in lines)

@@ -1,19 +1,18 @@
 """Orbits of main journals as data: clearance and oil temperature found again, what is refused, in one line each."""
 
-import json
 import math
-from contextlib import suppress
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from identified import identified, places, stated, write_orders
 
-import cranktrain as ct
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
@@ -23,7 +22,6 @@ from cranktrain_lab.identification.orbit_runs import HIGHEST, Series
 from cranktrain_lab.identification.orbits import read_orbits
 from cranktrain_lab.identification.tables import OrbitTable
 
-RATIOS = 'torsional_ratios = { value = [0.03, 0.03], unit = "1", origin = "chosen" }'
 SPEED, WARM, WIDER = 2500.0, 368.15, 1.15
 ANGLES = np.linspace(0.0, CYCLE, 360, endpoint=False)
 PARAMETERS = """[parameters]
@@ -35,11 +33,7 @@ ORBIT = f'[[orbit]]\nfile = "orbit.csv"\nbearing = "main[2]"\nrpm = {SPEED:g}\n'
 
 @pytest.fixture(scope="module")
 def single(tmp_path_factory):
-    """File of a single with stated damping ratios, so that no level above is run."""
-    text = engine_path("single_petrol").read_text("utf-8")
-    path = tmp_path_factory.mktemp("single") / "single.toml"
-    path.write_text(text.replace("\n[damping]\n", f"\n[damping]\n{RATIOS}\n"), "utf-8")
-    return path
+    return stated("single_petrol", tmp_path_factory.mktemp("single"))
 
 
 @pytest.fixture(scope="module")
@@ -83,10 +77,9 @@ def write_orbit(
 
 def in_time(engine, folder, text, **more):
     """Rows of the parameters by key, and the report, by runs in time of a beam crank."""
-    path = folder / "measured.toml"
-    path.write_text(text, "utf-8")
-    report = ct.identify(engine, path, method="time", crank="beam", bootstrap=0, **{"above": "none", **more})
-    return {row["key"]: row for row in report["parameters"]}, report
+    return identified(
+        engine, folder / "measured.toml", text, **{"method": "time", "crank": "beam", "profile": True, **more}
+    )
 
 
 def read(engine, folder, **more):
@@ -150,17 +143,11 @@ def test_orders_and_an_orbit_are_fitted_together(single, orbit, tmp_path, monkey
         lambda self, values, crank, settle, tell, cycles=None: by_crank(self, values, "beam", settle, tell, cycles),
     )  # fmt: skip
     made = assemble(wider(load_engine(single)), Settings(crank="beam"))
-    speeds, lines = np.array([1500.0, 2000.0, 2500.0, 3000.0, 3500.0]), ["speed_rpm,order,amplitude,unit,phase_deg"]
+    speeds = np.array([1500.0, 2000.0, 2500.0, 3000.0, 3500.0]) * RPM
     with one_thread():
         runs = SteadyRuns(Job(made, None, 1e-4, 12.0, ("pulley.torsion",)))
-        for rpm in speeds.tolist():
-            amplitudes = runs.at(rpm * RPM).amplitudes["pulley.torsion"]
-            for order in (0.5, 1.0, 1.5):
-                value = amplitudes[round(2 * order) - 1]
-                lines.append(
-                    f"{rpm:g},{order:g},{math.degrees(abs(value)):.9g},deg,{math.degrees(np.angle(value)):.5f}"
-                )
-    (tmp_path / "orders.csv").write_text("\n".join(lines) + "\n", "utf-8")
+        values = [runs.at(speed).amplitudes["pulley.torsion"][:3] for speed in speeds.tolist()]
+    write_orders(tmp_path / "orders.csv", places(speeds, (0.5, 1.0, 1.5)), np.transpose(values))
     write_orbit(tmp_path, orbit)
     text = PARAMETERS + 'load = { low = 0.8, high = 1.2 }\n[[orders]]\nfile = "orders.csv"\n' + ORBIT
     found, report = in_time(single, tmp_path, text, above="next")
@@ -203,7 +190,7 @@ def test_stated_noise_is_that_of_a_sample_and_falls_with_the_cycles(single, orbi
     ("more", "said"),
     [
         ({"bearing": '"mian[2]"'}, "no main bearing is called 'mian[2]'; did you mean 'main[2]'?"),
-        ({"bearing": '"main[9]"'}, "no main bearing is called 'main[9]'; did you mean 'main["),
+        ({"bearing": '"main[9]"'}, "no main bearing is called 'main[9]'"),
         ({"rpm": "90000"}, "rpm"),
         ({"rpm": "200"}, "200 rev/min lies outside the speeds of"),
         ({"rpm": None}, "rpm"),
@@ -216,51 +203,55 @@ def test_stated_noise_is_that_of_a_sample_and_falls_with_the_cycles(single, orbi
         ({"file": '"nowhere.csv"'}, "nowhere.csv"),
     ],
 )
-def test_a_table_that_cannot_be_used_is_refused_in_one_line(single, orbit, tmp_path, capsys, more, said):
+def test_a_table_that_cannot_be_used_is_refused_in_one_line(single, orbit, tmp_path, more, said):
     write_orbit(tmp_path, orbit)
     keys = {"file": '"orbit.csv"', "bearing": '"main[2]"', "rpm": "2500"} | more
     text = "".join(f"{key} = {value}\n" for key, value in keys.items() if value is not None)
-    refused(single, tmp_path, capsys, f"{PARAMETERS}[[orbit]]\n{text}", said)
+    refused(single, tmp_path, f"{PARAMETERS}[[orbit]]\n{text}", said)
 
 
-def test_files_that_are_no_orbit_of_the_bearing_are_refused_in_one_line(single, orbit, tmp_path, capsys):
+LOAD = "[parameters]\nload = {}\n"
+NO_ORBITS = [
+    (PARAMETERS, lambda z: 4.0 * z, ANGLES, "um", "times the largest sought diametral clearance of main[2]"),
+    (LOAD, lambda z: 4.0 * z, ANGLES, "um", "times the diametral clearance of main[2], "),
+    (PARAMETERS, lambda z: 1e-9 * z, ANGLES, "um", "the journal does not move: its orbit is "),
+    (PARAMETERS, lambda z: z[:270], ANGLES[:270], "um", "its crank angles cover 0.75 cycles of 720 deg"),
+    (PARAMETERS, lambda z: np.tile(z, 2)[:540], np.append(ANGLES, ANGLES[:180]), "um", "cover 1.5 cycles of 720 deg"),
+    (PARAMETERS, lambda z: z[::10], ANGLES[::10], "um", "its crank angles are up to 20 deg apart"),
+    (PARAMETERS, lambda z: z[::-1], ANGLES[::-1], "um", "does not rise at sample 2; sort the samples"),
+    (PARAMETERS, lambda z: z, ANGLES, "bar", "column 'x' is in 'bar', no length"),
+    (PARAMETERS, lambda z: z, ANGLES, "", "column 'x' states no unit, no length; write 'x [um]' in its header"),
+]
+
+
+@pytest.mark.parametrize(("parameters", "change", "angles", "unit", "said"), NO_ORBITS)
+def test_files_that_are_no_orbit_of_the_bearing_are_refused(
+    single, orbit, tmp_path, parameters, change, angles, unit, said
+):
     """Orbits wider than the clearance, of parts of a cycle, with wide steps, in other units, without unit."""
-    text = PARAMETERS + ORBIT
-    write_orbit(tmp_path, 4.0 * orbit)
-    refused(single, tmp_path, capsys, text, "times the largest sought diametral clearance of main[2]")
-    write_orbit(tmp_path, 4.0 * orbit)
-    refused(single, tmp_path, capsys, "[parameters]\nload = {}\n" + ORBIT, "times the diametral clearance of main[2], ")
-    write_orbit(tmp_path, 0.0 * orbit, noise=0.0)
-    refused(single, tmp_path, capsys, text, "the journal does not move: its orbit is ")
-    write_orbit(tmp_path, orbit[:270], angles=ANGLES[:270])
-    refused(single, tmp_path, capsys, text, "its crank angles cover 0.75 cycles of 720 deg")
-    write_orbit(tmp_path, np.tile(orbit, 2)[:540], angles=np.concatenate((ANGLES, ANGLES[:180])))
-    refused(single, tmp_path, capsys, text, "its crank angles cover 1.5 cycles of 720 deg")
-    write_orbit(tmp_path, orbit[::10], angles=ANGLES[::10])
-    refused(single, tmp_path, capsys, text, "its crank angles are up to 20 deg apart")
-    write_orbit(tmp_path, orbit[::-1], angles=ANGLES[::-1])
-    refused(single, tmp_path, capsys, text, "the crank angle does not rise at sample 2; sort the samples")
-    write_orbit(tmp_path, orbit, unit="bar")
-    refused(single, tmp_path, capsys, text, "column 'x' is in 'bar', no length")
-    path = write_orbit(tmp_path, orbit)
-    path.write_text(path.read_text("utf-8").replace(" [um]", ""), "utf-8")
-    refused(single, tmp_path, capsys, text, "column 'x' states no unit, no length; write 'x [um]' in its header")
+    path = write_orbit(tmp_path, change(orbit), noise=0.0, unit=unit, angles=angles)
+    path.write_text(path.read_text("utf-8").replace(" []", ""), "utf-8")
+    refused(single, tmp_path, parameters + ORBIT, said)
 
 
-def test_a_level_without_films_is_refused_with_the_one_to_take(single, orbit, tmp_path, capsys):
+def test_a_level_without_films_is_refused_with_the_one_to_take(single, orbit, tmp_path):
     write_orbit(tmp_path, orbit)
     text = PARAMETERS + ORBIT
-    refused(single, tmp_path, capsys, text, "level 'linear' has no oil films; an orbit takes --level time --crank beam "
-            "or solid", "--level", "linear")  # fmt: skip
-    refused(single, tmp_path, capsys, text, "crank level 'torsional' are of level 'held'", "--level", "time")
+    refused(
+        single,
+        tmp_path,
+        text,
+        "level 'linear' has no oil films; an orbit takes",
+        method="linear",
+        crank=None,
+    )
+    refused(single, tmp_path, text, "crank level 'torsional' are of level 'held'", crank=None)
 
 
 def test_rollers_have_no_orbit(orbit, tmp_path):
     write_orbit(tmp_path, orbit)
-    with pytest.raises(
-        InputError, match=r"main\[2\] of 'diesel_v8' runs on rollers, whose orbit no oil film determines"
-    ):
-        in_time("diesel_v8", tmp_path, PARAMETERS.replace("main_bearing", "big_end_bearing") + ORBIT)
+    text = PARAMETERS.replace("main_bearing", "big_end_bearing") + ORBIT
+    refused("diesel_v8", tmp_path, text, "main[2] of 'diesel_v8' runs on rollers, whose orbit no oil film determines")
 
 
 def test_an_interrupt_before_the_first_orbit_is_answered_keeps_what_orders_gave(single, orbit, tmp_path, monkeypatch):
@@ -274,17 +265,14 @@ def test_an_interrupt_before_the_first_orbit_is_answered_keeps_what_orders_gave(
     write_orbit(tmp_path, orbit)
     path = tmp_path / "measured.toml"
     path.write_text(PARAMETERS + ORBIT, "utf-8")
-    command = ["identify", str(single), str(path), "--level", "time", "--crank", "beam", "--json"]
+    command = ["identify", str(single), str(path), "--method", "time", "--crank", "beam", "--json"]
     assert main(command) == 130
 
 
-def refused(engine, folder, capsys, text, said, *options):
-    """One line with these words and exit code 2."""
+def refused(engine, folder, text, said, **levels):
+    """One line with these words."""
+    levels = {key: value for key, value in ({"method": "time", "crank": "beam"} | levels).items() if value}
     path = folder / "measured.toml"
-    path.write_text(text, "utf-8")
-    options = options or ("--level", "time", "--crank", "beam")
-    assert main(["identify", str(engine), str(path), *options, "--json"]) == 2
-    error = capsys.readouterr().err.strip().splitlines()[-1]
-    with suppress(ValueError):
-        error = json.loads(error).get("error", error)
-    assert said in str(error), error
+    with pytest.raises(InputError, match=re.escape(said)) as error:
+        identified(engine, path, text, **levels)
+    assert "\n" not in str(error.value)

@@ -5,80 +5,43 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from identified import identified, model_of, places, stated, write_orders
 
 import cranktrain as ct
 from cranktrain.core.typed_file import record
-from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.bending import Bending
-from cranktrain_lab.identification.data import FREQUENCY, MOUNTS, TARGET, Data, Scalar, Strand
-from cranktrain_lab.identification.model import TorsionalModel, mode_of
-from cranktrain_lab.identification.parameters import sought_parameters
-from cranktrain_lab.identification.tables import MeasuredTable, SoughtTable
+from cranktrain_lab.identification.data import FREQUENCY, MOUNTS, TARGET, Data, Scalar
+from cranktrain_lab.identification.model import mode_of
+from cranktrain_lab.identification.tables import MeasuredTable
 
-SPEEDS: Array = np.linspace(1000.0, 4500.0, 12) * RPM
+SPEEDS = np.linspace(1000.0, 4500.0, 12) * RPM
 SHAFT = "flywheel to secondary"
 
 
 @pytest.fixture(scope="module")
 def four(tmp_path_factory):
-    """File of a four with stated damping ratios, so that no level above is run."""
-    text = engine_path("four_petrol").read_text("utf-8")
-    entry = 'torsional_ratios = { value = [0.03, 0.03], unit = "1", origin = "chosen" }'
-    path = tmp_path_factory.mktemp("four") / "four.toml"
-    path.write_text(text.replace("\n[damping]\n", f"\n[damping]\n{entry}\n"), "utf-8")
-    return path
+    return stated("four_petrol", tmp_path_factory.mktemp("four"))
 
 
-def places(output, orders, speeds=SPEEDS):
-    """Strands without values."""
-    still = np.zeros(speeds.size)
-    return Data(
-        tuple(Strand("own", output, one, speeds, still + 0j, still + math.nan, still > 1.0, True) for one in orders)
-    )
-
-
-def model_of(path, parameters, data):
-    """Model of the four with sought parameters, and their own values."""
-    engine = load_engine(path)
-    sought = sought_parameters(engine, {key: SoughtTable() for key in parameters}, [], 1.0)
-    return TorsionalModel(engine, data, sought, 1.0, False, True), np.array([one.start for one in sought])
-
-
-def write_orders(path, data, values, unit, factor=1.0, noise=0.0):
-    """Table of orders as ``cranktrain measured`` writes it."""
-    rng, lines = np.random.default_rng(1), ["speed_rpm,order,amplitude,unit,phase_deg"]
-    for one, own in zip(data.strands, values, strict=True):
-        spread = noise * np.abs(own).max()
-        for speed, value in zip(
-            one.speeds, own + spread * (rng.normal(size=own.size) + 1j * rng.normal(size=own.size)), strict=True
-        ):
-            amplitude, phase = factor * abs(value), math.degrees(np.angle(value))
-            lines.append(f"{speed / RPM:.4f},{one.order:g},{amplitude:.9g},{unit},{phase:.5f}")
-    path.write_text("\n".join(lines) + "\n", "utf-8")
-
-
-def identified(engine, path, text, **more):
-    """Rows of the parameters by key, and the report, without profiles and bootstrap."""
-    path.write_text(text, "utf-8")
-    report = ct.identify(engine, path, profile=False, bootstrap=0, **{"above": "none", **more})
-    return {row["key"]: row for row in report["parameters"]}, report
+def largest(values, share):
+    """Noise of each order as a share of its largest amplitude."""
+    return [share * np.abs(own).max() for own in values]
 
 
 def test_the_torque_of_a_shaft_knows_its_stiffness_and_damping(four, tmp_path):
     """Orders 2 and 4 in the bow springs, 1 % of noise: within three of their deviations and 5 % of the stiffness."""
     keys = ("drive_line_chain.stiffnesses[1]", "load")
-    data = places(f"shaft[{SHAFT}].torque", (2.0, 4.0))
+    data = places(SPEEDS, (2.0, 4.0), f"shaft[{SHAFT}].torque")
     with one_thread():
-        model, own = model_of(four, keys, data)
+        model = model_of(load_engine(four), keys, Data(data))
+        own = np.array([one.start for one in model.sought])
         values = model.answers(own * [1.2, 0.95]).strands
-    write_orders(tmp_path / "torque.csv", data, values, "N m", noise=0.01)
-    text = (
-        "".join(["[parameters]\n", *(f'"{key}" = {{}}\n' for key in keys)])
-        + f'[[torque]]\nfile = "torque.csv"\nshaft = "{SHAFT}"\n'
-    )
+    write_orders(tmp_path / "torque.csv", data, values, largest(values, 0.01), 1, 1.0, "N m")
+    text = "".join(["[parameters]\n", *(f'"{key}" = {{}}\n' for key in keys)])
+    text += f'[[torque]]\nfile = "torque.csv"\nshaft = "{SHAFT}"\n'
     found, report = identified(four, tmp_path / "measured.toml", text, method="linear")
     for key, true in zip(keys, own * [1.2, 0.95], strict=True):
         si = found[key]["value"] / true
@@ -88,11 +51,10 @@ def test_the_torque_of_a_shaft_knows_its_stiffness_and_damping(four, tmp_path):
 
 def test_runs_in_time_correct_what_harmonic_balance_found(four, tmp_path):
     """Data by runs in time of a torsional crank: its steady cycle's orders are those of harmonic balance to 1 %."""
-    data = places("pulley.torsion", (2.0, 4.0), np.array([1500.0, 2000.0, 2500.0, 3000.0]) * RPM)
+    data = places(np.array([1500.0, 2000.0, 2500.0, 3000.0]) * RPM, (2.0, 4.0))
     with one_thread():
-        model, own = model_of(four, ("load",), data)
-        values = model.in_time(own * 0.9, "torsional", 1e-3)
-    write_orders(tmp_path / "orders.csv", data, values, "deg", 180.0 / math.pi)
+        values = model_of(load_engine(four), ("load",), Data(data)).in_time(np.array([0.9]), "torsional", 1e-3)
+    write_orders(tmp_path / "orders.csv", data, values)
     text = '[parameters]\nload = { low = 0.7, high = 1.2 }\n[[orders]]\nfile = "orders.csv"\n'
     found, report = identified(four, tmp_path / "measured.toml", text, method="time", crank="torsional")
     assert [step["level"] for step in report["levels"]] == ["linear", "harmonic-balance", "time"]
@@ -120,8 +82,7 @@ def test_targets_and_mounts_stand_beside_frequencies_of_twist(tmp_path):
             engine, read, [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)], lambda stage: None
         ).frequencies(soft)  # fmt: skip
         # The crank of the engine itself: one that is made for another pulley is tuned to that.
-        sought = sought_parameters(engine, {"pulley.polar_inertia": SoughtTable()}, [], 1.0)
-        model = TorsionalModel(engine, Data(), sought, 1.0, False, False)
+        model = model_of(engine, ["pulley.polar_inertia"], Data(), inherit=False)
         first = Scalar("first", FREQUENCY, 1, 200.0, 0.01, False)
         twist, _ = mode_of(model.assembly(np.array([soft.pulley.polar_inertia])), first)
     text = f"""damper = false
@@ -176,23 +137,18 @@ source = "test"
 @pytest.mark.slow
 def test_orders_and_mounts_of_one_file_are_fitted_together_and_held_out_speeds_lie_in_their_bands(tmp_path):
     """A six on softer mounts with a lower load: orders know the load, the frequency on the mounts their stiffness."""
-    engine = load_engine("diesel_i6")
-    text = engine_path("diesel_i6").read_text("utf-8")
-    entry = 'torsional_ratios = { value = [0.03, 0.03], unit = "1", origin = "chosen" }'
-    path = tmp_path / "six.toml"
-    path.write_text(text.replace("\n[damping]\n", f"\n[damping]\n{entry}\n"), "utf-8")
+    engine, path = load_engine("diesel_i6"), stated("diesel_i6", tmp_path)
     stiffness = engine.mounts.stiffness_y
     soft = replace(engine, mounts=replace(engine.mounts, stiffness_y=tuple(0.8 * one for one in stiffness)))
     speeds = np.linspace(*np.array(engine.speeds) / RPM, 14)[1:-1]
-    data = places("pulley.torsion", (1.5, 3.0, 4.5, 6.0), speeds * RPM)
+    data = places(speeds * RPM, (1.5, 3.0, 4.5, 6.0))
     with one_thread():
         bending = Bending(
             engine, record(MeasuredTable, {}), [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)], lambda stage: None
         )
         (vertical,) = bending.frequencies(soft)
-        model, own = model_of(path, ("load",), data)
-        values = model.balanced(0.92 * own)
-    write_orders(tmp_path / "orders.csv", data, values, "deg", 180.0 / math.pi, noise=0.005)
+        values = model_of(load_engine(path), ("load",), Data(data)).balanced(np.array([0.92]))
+    write_orders(tmp_path / "orders.csv", data, values, largest(values, 0.005), 1)
     held = [float(speeds[3]), float(speeds[7])]
     found, report = identified(
         path, tmp_path / "measured.toml",
@@ -204,5 +160,4 @@ def test_orders_and_mounts_of_one_file_are_fitted_together_and_held_out_speeds_l
     assert found["load"]["value"] == pytest.approx(0.92, rel=0.01)
     assert found["mounts.stiffness_y"]["value"] == pytest.approx(0.8 * stiffness[0], rel=0.02)
     assert abs(report["numbers"][0]["over_deviation"]) < 0.1 and not report["told_apart"]
-    assert len(report["held_out"]) == 8
-    assert sum(row["inside"] for row in report["held_out"]) >= 7
+    assert len(report["held_out"]) == 8 and sum(row["inside"] for row in report["held_out"]) >= 7

@@ -1,4 +1,7 @@
-"""Identification in closed form: one mass and two masses, whose derivatives, bounds and optima are known."""
+"""Identification in closed form: one mass and two masses, whose derivatives, bounds and optima are known.
+
+Constants that the pitch errors of a toothed wheel add to whole orders are eliminated as unknowns of a linear fit.
+"""
 
 import math
 from dataclasses import replace
@@ -7,6 +10,7 @@ import numpy as np
 import pytest
 from some import some
 
+from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.bias import Bias, Residue, _unlikely, covariance, effective_count, estimated_bias
 from cranktrain_lab.identification.comparison import Comparison
@@ -23,7 +27,9 @@ from cranktrain_lab.identification.estimate import estimate
 from cranktrain_lab.identification.ladder import Ask, climb
 from cranktrain_lab.identification.model import Answers
 from cranktrain_lab.identification.parameters import Sought
-from cranktrain_lab.identification.residuals import lack_of_fit, region, runs_probability
+from cranktrain_lab.identification.residuals import held_out, lack_of_fit, region, residual_rows, runs_probability
+from cranktrain_lab.measured.order_table import write_orders
+from cranktrain_lab.measured.tracking import Orders
 
 
 @pytest.fixture(autouse=True)
@@ -90,8 +96,7 @@ def bound(speeds=SPEEDS, noise=NOISE):
 
 
 def test_the_covariance_is_that_of_cramer_and_rao():
-    comparison = compared(one_mass(TRUE.values()))
-    found = estimate(comparison)
+    found = estimate(compared(one_mass(TRUE.values())))
     assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=1e-5)
     assert np.linalg.inv(found.information) == pytest.approx(bound(), rel=0.02, abs=1e-12)
 
@@ -128,20 +133,13 @@ def test_profiles_are_the_intervals_of_the_covariance_where_the_model_is_nearly_
         assert (found.inner[k] - low, high - found.inner[k]) == pytest.approx((half, half), rel=0.15)
 
 
-def test_the_bootstrap_scatters_as_the_covariance():
-    comparison = compared(noisy(np.random.default_rng(5), one_mass(TRUE.values())))
-    found = estimate(comparison)
-    drawn = bootstrap(comparison, found, 400, 1)
-    ratio = drawn.std(axis=0) / np.sqrt(np.diag(np.linalg.inv(found.information)))
-    assert np.all((ratio > 0.6) & (ratio < 1.6))
-
-
-def test_the_bootstrap_scatters_as_the_covariance_where_a_prior_counts():
-    """A prior on the stiffness worth three times the data: draws of the data alone scatter half as much."""
-    parameters = tuple(replace(one, prior=1e-5) if one.key == "k" else one for one in THREE)
+@pytest.mark.parametrize("prior", [None, 1e-5])
+def test_the_bootstrap_scatters_as_the_covariance(prior):
+    """A prior on the stiffness worth three times the data: draws of the data alone would scatter half as much."""
+    parameters = tuple(replace(one, prior=prior) if prior and one.key == "k" else one for one in THREE)
     comparison = compared(noisy(np.random.default_rng(5), one_mass(TRUE.values())), parameters)
     found = estimate(comparison)
-    assert comparison.prior[0, 0] > 3.0 * found.information[0, 0]
+    assert not prior or comparison.prior[0, 0] > 3.0 * found.information[0, 0]
     drawn = bootstrap(comparison, found, 400, 1)
     ratio = drawn.std(axis=0) / np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
     assert np.all((ratio > 0.6) & (ratio < 1.6))
@@ -164,8 +162,7 @@ def test_bias_of_the_model_widens_the_intervals_so_that_they_hold():
         sure = confidence_of(comparison, found, np.zeros(3))
         naive += np.abs(found.inner - own) <= 1.96 * np.sqrt(np.diag(bound()))
         inside += np.abs(found.inner - own) <= sure.reach * sure.deviations
-    assert np.all(inside >= 0.85 * trials)
-    assert np.sum(naive) < np.sum(inside) - 0.5 * trials
+    assert np.all(inside >= 0.85 * trials) and np.sum(naive) < np.sum(inside) - 0.5 * trials
 
 
 ORDERS, PARTS = (1.0, 1.5, 2.0), (1.0, 0.5, 0.3)
@@ -217,15 +214,16 @@ def model_slopes(which, speeds):
     return np.stack((-(y**2) / force * k, -(y**2) / force * 1j * ORDERS[which] * speeds * c, y), axis=1)
 
 
+def residue(rng, count, size, told, noise=math.nan):
+    """Residuals of an order with a bias, drawn by its covariance."""
+    speeds, sizes, unknown = np.linspace(0.0, 200.0, count), np.full(count, size), np.full(count, math.nan)
+    factor = np.linalg.cholesky(covariance(speeds, sizes, np.full(count, noise), told))
+    return Residue(speeds, sizes, unknown, factor @ rng.normal(size=(count, 2)), np.zeros((count, 2, 1)))
+
+
 def test_the_restricted_likelihood_finds_noise_bias_and_length():
-    rng = np.random.default_rng(3)
-    speeds, sizes, told = np.linspace(0.0, 200.0, 120), np.ones(120), Bias(0.01, 0.05, 15.0)
-    factor = np.linalg.cholesky(covariance(speeds, sizes, np.full(120, math.nan), told))
-    parts = [
-        Residue(speeds, sizes, np.full(120, math.nan), factor @ rng.normal(size=(120, 2)), np.zeros((120, 2, 1)))
-        for _ in range(4)
-    ]
-    found = estimated_bias(parts, np.eye(1))
+    rng, told = np.random.default_rng(3), Bias(0.01, 0.05, 15.0)
+    found = estimated_bias([residue(rng, 120, 1.0, told) for _ in range(4)], np.eye(1))
     assert found.noise == pytest.approx(told.noise, rel=0.2)
     assert found.relative == pytest.approx(told.relative, rel=0.3)
     assert found.length == pytest.approx(told.length, rel=0.4)
@@ -233,16 +231,10 @@ def test_the_restricted_likelihood_finds_noise_bias_and_length():
 
 def test_each_order_of_a_set_has_a_bias_of_its_own():
     """A large order wrong by 1 % beside a small one wrong by 30 %, noise far below both."""
-    rng, speeds, parts = np.random.default_rng(4), np.linspace(0.0, 200.0, 60), []
-    for size, relative in ((1.0, 0.01), (0.05, 0.3)):
-        factor = np.linalg.cholesky(
-            covariance(speeds, np.full(60, size), np.full(60, 1e-4), Bias(1e-4, relative, 15.0))
-        )
-        rows = factor @ rng.normal(size=(60, 2))
-        parts.append(Residue(speeds, np.full(60, size), np.full(60, math.nan), rows, np.zeros((60, 2, 1))))
+    rng, orders = np.random.default_rng(4), ((1.0, 0.01), (0.05, 0.3))
+    parts = [residue(rng, 60, size, Bias(1e-4, relative, 15.0), 1e-4) for size, relative in orders]
     found = estimated_bias(parts, np.eye(1))
-    assert found.of(0).relative == pytest.approx(0.01, rel=0.4)
-    assert found.of(1).relative == pytest.approx(0.3, rel=0.4)
+    assert [found.of(k).relative for k in range(2)] == pytest.approx([0.01, 0.3], rel=0.4)
 
 
 def test_derivatives_of_the_restricted_likelihood_are_its_differences():
@@ -282,18 +274,18 @@ def test_what_nothing_depends_on_is_named():
     assert unexcited(comparison, estimate(comparison)) == [3]
 
 
+def told(*strands):
+    comparison = Comparison(Model(one_mass, len(strands)), Data(strands), THREE)
+    return contradictions(comparison, estimate(comparison))
+
+
 def test_sets_that_want_different_values_contradict_each_other_in_numbers():
     rng = np.random.default_rng(8)
     one, other = (noisy(rng, one_mass((k, 6.0, 30.0))) for k in (1e4, 1.05e4))
-    data = Data((strand(one, "first"), strand(other, "second")))
-    comparison = Comparison(Model(one_mass, 2), data, THREE)
-    (found,) = contradictions(comparison, estimate(comparison))
+    (found,) = told(strand(one, "first"), strand(other, "second"))
     assert (found.first, found.second, THREE[found.parameter].key) == ("first", "second", "k")
     assert found.probability < 1e-4 and found.wants[0] < found.wants[1]
-    alike = Comparison(
-        Model(one_mass, 2), Data((strand(one, "a"), strand(noisy(rng, one_mass(TRUE.values())), "b"))), THREE
-    )
-    assert not contradictions(alike, estimate(alike))
+    assert not told(strand(one, "a"), strand(noisy(rng, one_mass(TRUE.values())), "b"))
 
 
 def test_a_frequency_and_an_order_contradict_each_other():
@@ -338,9 +330,7 @@ def two_masses(values, speeds=SPEEDS):
 
 def test_a_tuned_damper_of_two_masses_is_found():
     tuned = sought(spring=(500.0, 200.0, 3000.0), damper=(1.0, 0.5, 20.0))
-    values = noisy(np.random.default_rng(2), two_masses((826.0, 3.3)))
-    comparison = compared(values, tuned, Model(two_masses))
-    found = estimate(comparison)
+    found = estimate(compared(noisy(np.random.default_rng(2), two_masses((826.0, 3.3))), tuned, Model(two_masses)))
     assert np.exp(found.inner) == pytest.approx([826.0, 3.3], rel=0.02)
 
 
@@ -358,9 +348,7 @@ def test_an_interrupted_search_keeps_the_best_so_far():
                 raise KeyboardInterrupt
             return super().answers(values)
 
-    model = Stops(one_mass)
-    comparison = compared(one_mass(TRUE.values()), model=model)
-    found = estimate(comparison)
+    found = estimate(compared(one_mass(TRUE.values()), model=Stops(one_mass)))
     fresh = compared(one_mass(TRUE.values()))
     own = [one_mass(TRUE.values())]
     fresh.weigh(fresh.first_biases(own), own)
@@ -389,3 +377,91 @@ def test_the_region_of_a_predicted_point_holds_95_percent_of_draws(parts):
     draws = rng.normal(size=(40000, parts)) @ root.T
     squares = np.einsum("bi,ij,bj->b", draws, np.linalg.inv(root @ root.T), draws)
     assert np.mean(squares <= region(parts, 1e6) ** 2) == pytest.approx(0.95, abs=0.004)
+
+
+TEETH = 10.0 * NOISE * np.exp(0.7j)
+"""A pitch error far above the noise."""
+
+
+def with_constant(values, wheel=True, **of_strand):
+    return Comparison(Model(one_mass), Data((replace(strand(values, **of_strand), wheel=wheel),)), THREE)
+
+
+def test_the_information_is_that_of_a_fit_that_seeks_the_constant_too():
+    """Of the parameters (ln k, ln c, ln F, Re w, Im w) the first three: a block of the inverse, by own derivatives."""
+    comparison = with_constant(one_mass(TRUE.values()) + TEETH)
+    found = estimate(comparison)
+    k, c, force = TRUE.values()
+    y = one_mass(TRUE.values())
+    slopes = np.stack((-(y**2) / force * k, -(y**2) / force * 1j * SPEEDS * c, y, y**0, 1j * y**0), axis=1)
+    whole = np.linalg.inv((slopes.conj().T @ slopes).real / NOISE**2)
+    assert np.linalg.inv(found.information) == pytest.approx(whole[:3, :3], rel=0.02, abs=1e-12)
+    assert np.all(np.diag(whole)[:3] > np.diag(bound()))
+    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=1e-5)
+    constant = found.pieces[0].constant
+    assert constant.number == pytest.approx(TEETH, rel=1e-3)
+    spread = constant.spread + constant.slopes @ np.linalg.inv(found.information) @ constant.slopes.T
+    assert spread == pytest.approx(whole[3:, 3:], rel=0.02, abs=0.01 * whole[3, 3])
+
+
+def test_any_constant_leaves_the_estimate_where_it_is():
+    values = noisy(np.random.default_rng(3), one_mass(TRUE.values()))
+    one, other = (estimate(with_constant(values + w)) for w in (0.0, 30.0 * TEETH))
+    spread = np.sqrt(np.diag(np.linalg.inv(one.information)))
+    assert np.all(np.abs(one.inner - other.inner) < 0.01 * spread)  # the search ends within this
+    assert np.diag(one.information) == pytest.approx(np.diag(other.information), rel=0.03)
+
+
+def test_intervals_hold_the_true_values_beside_a_constant_and_errors_are_those_of_the_noise():
+    """Eight draws of noise and of the constant's phase, three parameters each: 95 % of 24 are 23."""
+    rng, inside, squares = np.random.default_rng(7), {True: 0, False: 0}, {True: 0.0, False: 0.0}
+    true = np.log(list(TRUE.values()))
+    for _ in range(8):
+        values = noisy(rng, one_mass(TRUE.values())) + abs(TEETH) * np.exp(1j * rng.uniform(0.0, math.tau))
+        for wheel in inside:
+            comparison = with_constant(values, wheel)
+            found = estimate(comparison)
+            squares[wheel] += (found.inner - true) ** 2 / 8.0
+            ends = profiles(comparison, found, confidence_of(comparison, found, np.zeros((1, 3))))
+            inside[wheel] += sum(low <= u <= high for (low, high), u in zip(ends, true, strict=True))
+    assert inside[True] >= 22
+    assert np.all(squares[True] < 6.0 * np.diag(bound()))  # a constant costs information
+    assert squares[False].sum() > 4.0 * squares[True].sum()
+
+
+def test_amplitudes_alone_lose_the_constant_to_first_order():
+    """|y + w| ≈ |y| + Re(w exp(−i arg y)): with |w| a two hundredth of the least |y| its square is left."""
+    y = one_mass(TRUE.values())
+    small = 0.005 * float(np.abs(y).min()) * np.exp(0.7j)
+    away = {}
+    for wheel in (True, False):
+        comparison = with_constant(np.abs(y + small).astype(complex), wheel, phases=False, noise=0.01 * abs(small))
+        away[wheel] = np.abs(estimate(comparison).inner - np.log(list(TRUE.values()))).max()
+    assert away[True] < 0.3 * away[False]
+
+
+def test_rows_of_the_report_name_the_constant_and_held_out_speeds_are_predicted_with_it():
+    held = np.zeros(SPEEDS.size, dtype=bool)
+    held[::4] = True
+    values = noisy(np.random.default_rng(5), one_mass(TRUE.values())) + TEETH
+    comparison = with_constant(values, held=held)
+    found = estimate(comparison)
+    sure = confidence_of(comparison, found, np.zeros((1, 3)))
+    (row,) = residual_rows(comparison, found, sure)
+    assert not row["systematic"] and row["over_noise"] == pytest.approx(1.0, rel=0.3)
+    assert row["constant_deg"] == pytest.approx(math.degrees(abs(TEETH)), abs=row["constant_band_deg"])
+    assert row["constant_phase_deg"] == pytest.approx(math.degrees(0.7), abs=20.0)
+    rows = held_out(comparison, found, sure)
+    assert sum(one["inside"] for one in rows) >= len(rows) - 2
+
+
+def test_the_table_of_measured_orders_says_which_wheel_measured_them(tmp_path):
+    shape = (5, 1)
+    found = Orders(np.linspace(100.0, 200.0, 5), np.array([2.0]), np.full(shape, 1e-3 + 0j), np.full(shape, 1e-5),
+                   np.ones(shape), np.ones(5, dtype=int), 4, "pulley", "rad")  # fmt: skip
+    for wheel, stated in (("60-2", {"pulley.torsion": "60-2"}), ("", {})):
+        path = write_orders(tmp_path / "orders.csv", [found], ("pulley.torsion",), wheel=wheel)
+        assert read_measured_orders(path).wheels == stated
+    path = tmp_path / "own.csv"
+    path.write_text("speed_rpm,order,amplitude,unit\n1000,2,0.1,deg\n", "utf-8")
+    assert read_measured_orders(path).wheels is None

@@ -14,6 +14,7 @@ import pytest
 from cranktrain.cli import engines
 from cranktrain.cli.console import Interrupted
 from cranktrain.cli.main import main
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.settled.judging import Settling
@@ -28,7 +29,7 @@ from cranktrain.studies.run_up.starts import drop_starts, keep_start, kept_start
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-RPM = math.pi / 30.0
+LINE = "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept\n"
 WHILE_LOADING = """
 import os, signal, sys
 from cranktrain.cli.main import main
@@ -46,38 +47,31 @@ sys.exit(main(["modal", "diesel_i6", "--json"]))
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+NUMBERS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+
+
+def ran(folder, script):
+    """A Python process of its own."""
+    command = [sys.executable, "-c", script]
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=300, check=False)
+
+
+def is_told(done, number):
+    assert (done.returncode, done.stderr) == (128 + number, LINE)
+    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
+
+
+@NUMBERS
 @pytest.mark.parametrize(
     "module", ["rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"]
 )
 def test_while_libraries_are_loaded_it_is_one_line(tmp_path, module, number):
     """The first second: some libraries make another error of it, or swallow it."""
-    script = WHILE_LOADING.format(module=module, number=int(number))
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, cwd=tmp_path, timeout=300, check=False
-    )
-    assert done.returncode == 128 + number, done.stderr
-    assert done.stderr.splitlines() == [
-        "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept"
-    ]
-    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
-
-
-def ended_by(number, ending):
-    """The verb ``engines`` in which a signal arrives."""
-
-    def run(options):
-        try:
-            signal.raise_signal(number)
-        except KeyboardInterrupt:
-            return ending()
-        raise AssertionError
-
-    return run
+    is_told(ran(tmp_path, WHILE_LOADING.format(module=module, number=int(number))), number)
 
 
 def raised(error):
-    def ending():
+    def ending(*given, **named):
         raise error
 
     return ending
@@ -92,7 +86,7 @@ def interruptible():
 
 
 @pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@NUMBERS
 @pytest.mark.parametrize(
     ("ending", "said"),
     [
@@ -103,7 +97,14 @@ def interruptible():
     ],
 )
 def test_the_exit_code_is_that_of_the_signal(monkeypatch, capsys, number, ending, said):
-    monkeypatch.setattr(engines, "answer", ended_by(number, ending), raising=False)
+    def run(options):
+        try:
+            signal.raise_signal(number)
+        except KeyboardInterrupt:
+            return ending()
+        raise AssertionError
+
+    monkeypatch.setattr(engines, "answer", run, raising=False)
     monkeypatch.setattr(files, "WRITTEN", [])
     before = signal.getsignal(signal.SIGINT)
     assert main(["engines", "--json"]) == 128 + number
@@ -123,10 +124,8 @@ def test_files_that_were_written_before_are_named(monkeypatch, capsys, tmp_path)
 
 
 def test_memory_that_is_not_enough_is_no_fault_of_the_program(monkeypatch, capsys):
-    def run(options):
-        raise MemoryError("Unable to allocate 73. TiB")
-
-    monkeypatch.setattr(engines, "answer", run, raising=False)
+    error = MemoryError("Unable to allocate 73. TiB")
+    monkeypatch.setattr(engines, "answer", raised(error), raising=False)
     assert main(["engines"]) == 2
     assert "the memory is not enough (Unable to allocate 73. TiB)" in capsys.readouterr().err
 
@@ -140,14 +139,9 @@ def job(crank, bearings):
 @pytest.mark.parametrize(("crank", "bearings"), [("torsional", "held"), ("rigid", "impedance")])
 def test_a_run_up_that_is_interrupted_at_every_second_speed_is_the_whole_one(tmp_path, monkeypatch, crank, bearings):
     """Each attempt keeps the one speed that it finished, and goes on from the motions of those before."""
-    asked = job(crank, bearings)
+    asked, means = job(crank, bearings), Means(workers=1)
     speeds = [RPM * rpm for rpm in (1500.0, 1520.0, 1540.0, 1560.0, 1580.0)]
-    means = Means(workers=1)
-
-    def fresh():
-        monkeypatch.setattr(workers._here, "job", None, raising=False)
-
-    fresh()
+    monkeypatch.setattr(workers._here, "job", None, raising=False)
     whole = run_up(asked, speeds, tmp_path / "whole.h5", means, {}).run_up
     at, calls = SteadyRuns.at, []
 
@@ -161,17 +155,15 @@ def test_a_run_up_that_is_interrupted_at_every_second_speed_is_the_whole_one(tmp
     monkeypatch.setattr(SteadyRuns, "at", interrupted)
     for count in range(1, len(speeds)):
         calls.clear()
-        fresh()
+        monkeypatch.setattr(workers._here, "job", None)
         with pytest.raises(KeyboardInterrupt):
             run_up(asked, speeds, path, means, {})
         assert RunUp.load(path).speeds.size == count
     calls.clear()
     often = run_up(replace(asked), speeds, path, means, {}).run_up
     assert np.array_equal(often.speeds, whole.speeds) and np.array_equal(often.cycles, whole.cycles)
-    for name in whole.amplitudes:
-        assert (
-            np.abs(often.amplitudes[name] - whole.amplitudes[name]).max() <= 1e-9 * np.abs(whole.amplitudes[name]).max()
-        )
+    for name, amplitudes in whole.amplitudes.items():
+        assert np.abs(often.amplitudes[name] - amplitudes).max() <= 1e-9 * np.abs(amplitudes).max()
     for name, extremes in whole.extremes.items():
         assert np.abs(often.extremes[name] - extremes).max() <= 1e-9 * max(np.abs(extremes).max(), 1e-12), name
     assert not journal_place(path.with_name(f"{path.name}.starts")).exists()
@@ -217,10 +209,7 @@ def test_an_interrupt_before_the_first_speed_says_what_an_older_file_keeps(tmp_p
     assert main(command) == 0
     capsys.readouterr()
 
-    def stopped(*asked):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("cranktrain.cli.runup.assembled", stopped)
+    monkeypatch.setattr("cranktrain.cli.runup.assembled", raised(KeyboardInterrupt()))
     assert main(command) == 130
     assert "up.h5 keeps 2 speeds; run the same command again" in capsys.readouterr().err
     assert main([*command, "--anew"]) == 130
@@ -252,29 +241,23 @@ runpy.run_module("cranktrain", run_name="__main__", alter_sys=True)
 
 def as_command(folder, number, module="", late=False):
     """The command in a process, to which a signal is sent when it loads a module or as its interpreter goes."""
-    script = OUTSIDE.format(module=module, number=int(number), late=late)
-    command = [sys.executable, "-c", script]
-    return subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=300, check=False)
+    return ran(folder, OUTSIDE.format(module=module, number=int(number), late=late))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@NUMBERS
 @pytest.mark.parametrize("module", ["cranktrain.cli.main", "argparse", "cranktrain.core.errors"])
 def test_before_the_verb_begins_it_is_one_line(tmp_path, number, module):
-    done = as_command(tmp_path, number, module)
-    assert done.returncode == 128 + number, done.stderr
-    assert done.stderr == "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept\n"
-    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
+    is_told(as_command(tmp_path, number, module), number)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@NUMBERS
 def test_once_the_verb_has_ended_its_exit_code_stands(tmp_path, number):
     """Python gives signals back to the system while it takes its modules down."""
     done = as_command(tmp_path, number, late=True)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert len(json.loads(done.stdout)["engines"]) > 5
+    assert (done.returncode, done.stderr) == (0, "") and len(json.loads(done.stdout)["engines"]) > 5
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@NUMBERS
 def test_a_signal_within_a_text_that_is_executed_ends_as_any_other(tmp_path, number):
     """Python kills a process at its end whose KeyboardInterrupt once left such a text, as a dataclass is made from."""
     script = f"""
@@ -285,10 +268,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 engines.answer = lambda options: exec("signal.raise_signal({int(number)})")
 sys.exit(main(["engines"]))
 """
-    command = [sys.executable, "-c", script]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300, check=False)
-    assert done.returncode == 128 + number
-    assert done.stderr == "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept\n"
+    done = ran(tmp_path, script)
+    assert (done.returncode, done.stderr) == (128 + number, LINE)
 
 
 def test_a_second_signal_while_the_first_is_told_changes_nothing(tmp_path):
@@ -304,8 +285,7 @@ from cranktrain.cli import engines
 engines.answer = lambda options: signal.raise_signal(signal.SIGINT)
 sys.exit(main.main(["engines"]))
 """
-    command = [sys.executable, "-c", script]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300, check=False)
+    done = ran(tmp_path, script)
     assert done.returncode == 130 and len(done.stderr.splitlines()) == 1, done.stderr
 
 

@@ -21,12 +21,7 @@ from cranktrain.film.contact.asperity import (
     contact_table,
 )
 from cranktrain.film.contact.gap import STRAIGHT, relief
-from cranktrain.film.contact.journal import (
-    N_OUT,
-    bearing_contact,
-    journal_contact,
-    journal_contact_data,
-)
+from cranktrain.film.contact.journal import N_OUT, bearing_contact, journal_contact, journal_contact_data
 
 SIGMA, CLEARANCE, RADIUS, WIDTH = 0.4e-6, 40e-6, 42.5e-3, 30e-3
 MU, TAU = 0.1, 2e6

@@ -1,9 +1,10 @@
-"""The stage solver's own linear algebra against LAPACK, at every size that its unrolled loops tell apart."""
+"""The stage solver's linear algebra against LAPACK, at every size that its unrolled loops tell apart; its memory."""
 
 import numpy as np
 import pytest
 
 from cranktrain.core.kernel import keep_record
+from cranktrain.core.memory import CACHE_LINE, zeros
 from cranktrain.dynamics.motion.linear_algebra import (
     add_columns,
     add_product,
@@ -19,6 +20,7 @@ from cranktrain.dynamics.motion.linear_algebra import (
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.bearings import bearing_parameters
 from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
+from cranktrain.film.table.tilted import table_work
 
 SIZES = [1, 2, 3, 4, 5, 6, 7, 8, 9, 27, 62]
 
@@ -54,15 +56,18 @@ def test_lu_pivots_and_leaves_what_lies_outside_its_block():
 
 @pytest.mark.parametrize("bad", [np.zeros((3, 3)), np.ones((3, 3)), np.full((3, 3), np.nan)])
 def test_what_cannot_be_factored_is_said(bad):
-    assert factor_lu(bad.copy(), 3, np.zeros(3)) == 1
-    assert factor_rows(bad.copy(), 3) == 1
+    assert factor_lu(bad.copy(), 3, np.zeros(3)) == 1 and factor_rows(bad.copy(), 3) == 1
+
+
+def skew(n):
+    """A matrix whose symmetric part is positive, however far from symmetric."""
+    a = matrix(n)
+    return a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
 
 
 @pytest.mark.parametrize("n", SIZES)
 def test_inverse(n):
-    """Of a matrix whose symmetric part is positive, however far from symmetric."""
-    a = matrix(n)
-    a = a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
+    a = skew(n)
     inverse = np.full((n, n), 7.0)
     assert invert(a.copy(), n, inverse) == 0
     assert inverse @ a == pytest.approx(np.eye(n), abs=1e-13 * n)
@@ -70,8 +75,7 @@ def test_inverse(n):
 
 @pytest.mark.parametrize("n", SIZES)
 def test_lu_by_rows_solves_where_the_symmetric_part_is_positive(n):
-    a = matrix(n)
-    a = a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
+    a = skew(n)
     b = np.random.default_rng(2).standard_normal(n)
     wide, vectors = np.full((n + 1, n + 1), 7.0), np.full((2, n + 1), 7.0)
     x = vectors[1]
@@ -151,3 +155,17 @@ def test_products_of_matrices(rows, inner, columns):
     expected = left[:rows, :inner] @ right[:inner, :columns]
     assert np.allclose(out[:rows, :columns], expected, rtol=0.0, atol=1e-13)
     assert np.all(out[rows:] == 7.0) and np.all(out[:, columns:] == 7.0)
+
+
+@pytest.mark.parametrize("shape", [0, 1, 7, (3,), (0, 4), (2, 5, 12), (999, 777)])
+def test_zeros_are_those_of_numpy_at_the_start_of_a_line(shape):
+    found = zeros(shape)
+    expected = np.zeros(shape)
+    assert found.shape == expected.shape and found.dtype == float and found.flags.c_contiguous and not found.any()
+    assert found.size == 0 or found.ctypes.data % CACHE_LINE == 0
+    found[...] = 1.0
+    assert found.sum() == expected.size
+
+
+def test_the_memory_of_a_film_does():
+    assert all(array.ctypes.data % CACHE_LINE == 0 for array in table_work())

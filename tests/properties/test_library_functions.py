@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import json
 import pickle
 import re
 import subprocess
@@ -89,10 +90,10 @@ def test_help_names_every_keyword_and_no_option_of_the_verb(verb):
 def test_editors_and_type_checkers_see_every_name():
     """Names are loaded lazily, so only the stub tells of them."""
     stated = re.findall(r"^from (cranktrain[\w.]*) import (\w+) as \2$", FACE.read_text("utf-8"), re.MULTILINE)
-    places = {
-        name: place if place.startswith("cranktrain_lab") else f"cranktrain.{place}" for name, place in ct.NAMES.items()
-    }
-    assert {name: place for place, name in stated} == places and FACE.with_name("py.typed").is_file()
+    places = {name: place for place, name in stated}
+    assert {name: place.removeprefix("cranktrain.") for name, place in places.items()} == ct.NAMES and FACE.with_name(
+        "py.typed"
+    ).is_file()
     assert callable(ct.runup)
 
 
@@ -110,12 +111,10 @@ def test_a_question_is_a_value():
 
 
 def test_keywords_bear_engineers_units():
-    fields = [
-        (verb, one) for verb in FUNCTIONS.keys() - {"measured", "export", "bearing plain"} for one in known(verb).fields
-    ]
-    options = [(verb, one.name, one.names[0].removeprefix("--")) for verb, one in fields if one.names and one.number]
-    for verb, name, option in some(one for one in options if one[2] in UNITS):
-        assert name.endswith(f"_{UNITS[option]}"), (verb, option)
+    verbs = sorted(FUNCTIONS.keys() - {"measured", "export", "bearing plain"})
+    fields = [one for verb in verbs for one in known(verb).fields if one.names and one.number]
+    for one in some(one for one in fields if one.names[0].removeprefix("--") in UNITS):
+        assert one.name.endswith(f"_{UNITS[one.names[0].removeprefix('--')]}"), one
 
 
 def test_importing_is_light():
@@ -190,11 +189,9 @@ def test_an_engine_in_memory_is_that_of_its_file(tmp_path, monkeypatch):
 
 
 def test_a_changed_engine_is_checked_by_every_function():
-    from dataclasses import replace
-
     engine = ct.load_engine("single_petrol")
-    heavy = replace(engine, flywheel=replace(engine.flywheel, mass=-1.0))
-    wrong = replace(engine, flywheel=replace(engine.flywheel, mass="heavy"))
+    heavy = dataclasses.replace(engine, flywheel=dataclasses.replace(engine.flywheel, mass=-1.0))
+    wrong = dataclasses.replace(engine, flywheel=dataclasses.replace(engine.flywheel, mass="heavy"))
     for call in (
         lambda one: ct.simulate(one, **RIGID),
         lambda one: ct.runup(one, **STEADY),
@@ -220,8 +217,7 @@ def test_a_new_engine_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     engine = ct.new_engine("my_twin", layout="i2", bore_mm=80, stroke_mm=72)
     assert engine.n_cylinders == 2 and engine.cylinders.bore == pytest.approx(0.08)
-    assert list(tmp_path.iterdir()) == []
-    assert ct.simulate(engine, **RIGID).engine == engine
+    assert list(tmp_path.iterdir()) == [] and ct.simulate(engine, **RIGID).engine == engine
     with pytest.raises(ct.InputError, match=r"layout .*'i22'"):
         ct.new_engine("my_twin", layout="i22", bore_mm=80, stroke_mm=72)
 
@@ -232,8 +228,6 @@ def test_engines_are_named_with_titles():
 
 
 def test_campbell_is_the_verb_s(capsys):
-    import json
-
     found = ct.campbell("single_petrol", crank="beam", from_rpm=2000, to_rpm=8000)
     arguments = ["campbell", "single_petrol", "--crank", "beam", "--from", "2000", "--to", "8000", "--json"]
     assert command_line.main(arguments) == 0
@@ -248,26 +242,17 @@ def test_campbell_is_the_verb_s(capsys):
 
 def test_what_a_function_finds_is_what_the_verb_prints(tmp_path, monkeypatch, capsys):
     """Of verbs that take seconds; a list, a scalar and a file as keywords."""
-    import json
-
     monkeypatch.chdir(tmp_path)
     ct.simulate("single_petrol", **{**RIGID, "bearings": "impedance", "step_deg": 2.5}, output="run.h5")
+    loads = ["bearing-loads", "single_petrol", "--result", "run.h5"]
+    roller = ["bearing", "roller", "--rollers", "12", "--length-mm", "20", "--load-n", "5000"]
     cases = [
         (lambda: ct.damper_optimum(inertia_ratio=0.5), ["damper-optimum", "--inertia-ratio", "0.5"]),
-        (
-            lambda: ct.bearing_loads(ct.load_engine("single_petrol"), result="run.h5"),
-            ["bearing-loads", "single_petrol", "--result", "run.h5"],
-        ),
-        (
-            lambda: ct.bearing_loads("single_petrol", result=["run.h5"]),
-            ["bearing-loads", "single_petrol", "--result", "run.h5"],
-        ),
-        (
-            lambda: ct.roller(rollers=12, length_mm=20, load_n=5000),
-            ["bearing", "roller", "--rollers", "12", "--length-mm", "20", "--load-n", "5000"],
-        ),
+        (lambda: ct.bearing_loads(ct.load_engine("single_petrol"), result="run.h5"), loads),
+        (lambda: ct.bearing_loads("single_petrol", result=["run.h5"]), loads),
+        (lambda: ct.roller(rollers=12, length_mm=20, load_n=5000), roller),
         (lambda: ct.export("run.h5", to="run.csv"), ["export", "run.h5", "--to", "again.csv"]),
-    ]  # fmt: skip
+    ]
     for call, words in cases:
         found = call()
         assert command_line.main([*words, "--json"]) == 0

@@ -95,8 +95,7 @@ def test_a_stiff_line_shares_the_strain_and_a_mode_of_the_crank_keeps_its_name(c
     """A flywheel bolted on by a shaft stiffer than the crank holds little strain: the mode is the crank's."""
     stiff = behind([("wheel", 0.5)], [(("flywheel", "wheel"), 5e7)])
     modes = line_modes(stiff, crank)
-    assert modes.names[0] == "torsional"
-    assert modes.strain[0] < 0.1
+    assert modes.names[0] == "torsional" and modes.strain[0] < 0.1
 
 
 def test_report_and_campbell_name_the_same_modes(crank):
@@ -124,10 +123,8 @@ def test_tables_over_torque_are_read_for_their_linear_part(tmp_path, capsys):
     )
     line = read_drive_line(path)
     shaft = line.chain.shafts[0]
-    assert shaft.stiffness == 2e4
-    assert shaft.torques == (500.0, 500.0, 1500.0, 1500.0)
-    assert DriveLineChain.of(line.chain) == line
-    assert main(["modal", str(path)]) == 2
+    assert shaft.stiffness == 2e4 and shaft.torques == (500.0, 500.0, 1500.0, 1500.0)
+    assert DriveLineChain.of(line.chain) == line and main(["modal", str(path)]) == 2
     assert f"cranktrain modal ENGINE --drive-line {path}" in capsys.readouterr().err
     path.write_text(path.read_text().replace("500/1500", ""))
     with pytest.warns(UserWarning, match="without the torques at which they hold; the first, 20000 N m/rad"):

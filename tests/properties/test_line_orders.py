@@ -1,4 +1,4 @@
-"""Drive lines in the frequency domain: two masses in closed form, couplings over torque, friction, linear dampers.
+"""Drive lines by frequency and in time: two masses in closed form, couplings over torque, friction, linear dampers.
 
 Two masses J₁ (crank and rods), J₂ on a shaft of complex stiffness κ: a torque T on J₁ puts
 κ T/J₁/(κ (1/J₁ + 1/J₂) − ω²) into the shaft. Damper: a hub J₁ on k with a ring J₂ = μ J₁ coupled by c alone has the
@@ -13,7 +13,10 @@ import pytest
 from bodies import rigid_crank
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.units import RPM
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.drive_line_chain import DriveLineChain
 from cranktrain.engine.file import load_engine
@@ -22,17 +25,19 @@ from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.engine.parts import Damper, MeanLoad
 from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
 from cranktrain.loads.damper import damper_parameters, damper_torque, with_damper_housing
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import CYCLE, GasTrace
 from cranktrain.loads.mean_load import balancing_load, mean_torques
 from cranktrain.loads.torsional_line import torsional_line
+from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
+from cranktrain.structure.assembly import assemble
+from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain.studies.torsion import frequency_run_up as run_ups
 from cranktrain.studies.torsion.frequency_run_up import _Transfer, frequency_run_up
 from cranktrain.studies.torsion.line_link import LineLink, linear_engine, mean_shares
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
 SIX = load_engine("diesel_i6")
-RPM = math.pi / 30.0
 RIGID = Settings(crank="rigid", bearings="held")
 SPEEDS = np.array([700.0, 1450.0]) * RPM
 J2 = 0.8
@@ -42,7 +47,8 @@ def shaft(between, **values):
     return Shaft(between, **element_values("shaft", values))
 
 
-DRIVEN = (Disc("driven", J2),)
+FREQUENCIES = (10.0, 60.0, 200.0)
+DRIVEN, HEAVY = (Disc("driven", J2),), (Disc("driven", 2.0),)
 
 
 def behind(*shafts, discs=DRIVEN, engine=SIX):
@@ -60,12 +66,7 @@ def orders_of(engine, settings=RIGID):
     [
         {"stiffness": 2e4, "damping": 6.0},
         {"stiffness": 2e4, "loss_factor": 0.15},
-        {
-            "stiffness": (1e4, 2e4, 5e4),
-            "damping": (9.0, 5.0, 2.0),
-            "frequencies": (10.0, 60.0, 200.0),
-            "frequency": 30.0,
-        },
+        {"stiffness": (1e4, 2e4, 5e4), "damping": (9.0, 5.0, 2.0), "frequencies": FREQUENCIES, "frequency": 30.0},
     ],
 )
 def test_the_shaft_of_two_free_masses_carries_the_closed_form(values):
@@ -182,8 +183,7 @@ def test_a_speed_that_fails_is_lost_alone(monkeypatch):
     found = frequency_run_up(engine, body, RIGID, speeds, [3.0, 6.0], "harmonic-balance", failed=failed)
     assert [(one.speed, one.reason) for one in failed] == [(speeds[2], "the orders do not settle at 1000 rev/min")]
     kept = np.arange(6) != 2
-    assert np.isnan(found.torsion[2]).all()
-    assert np.isnan(found.extremes["pulley.torsion"][2]).all()
+    assert np.isnan(found.torsion[2]).all() and np.isnan(found.extremes["pulley.torsion"][2]).all()
     assert found.torsion[kept] == pytest.approx(whole.torsion[kept], rel=1e-9)
     assert all(math.isfinite(peak.amplitude) for peak in peaks(found))
     with pytest.raises(SolverError, match="do not settle"):
@@ -245,19 +245,6 @@ def test_a_steel_spring_damper_has_stiffness_and_damping_of_each_frequency():
 
 
 @pytest.mark.parametrize(
-    ("values", "says"),
-    [
-        ({}, r"damper\.damping: is missing; a linear damper needs damping or stiffness"),
-        ({"frequencies": (1.0, 2.0), "frequency": 1.0}, r"damper\.stiffnesses: 0 values for 2 frequencies"),
-        ({"frequencies": (1.0,), "stiffnesses": (1.0,), "dampings": (1.0,)}, r"damper\.frequency: is missing"),
-    ],
-)
-def test_a_linear_damper_that_lacks_something_is_refused(values, says):
-    with pytest.raises(InputError, match=says):
-        check_engine(replace(SIX, damper=Damper(kind="linear", ring_inertia=0.1, **values)))
-
-
-@pytest.mark.parametrize(
     ("load", "expected"),
     [
         (MeanLoad(kind="propeller", speed=200.0, torque=1200.0), [300.0, 1200.0 * 0.5625]),
@@ -282,8 +269,22 @@ def test_a_load_that_the_engine_cannot_carry_is_refused():
         balancing_load(heavy, gas, 100.0)
     with pytest.raises(InputError, match=r"has no \[load\]; add that table"):
         balancing_load(SIX, gas, 100.0)
-    with pytest.raises(InputError, match=r"load\.power: is missing; a load of kind power needs it"):
-        check_engine(replace(SIX, load=MeanLoad(kind="power", speed=200.0)))
+
+
+POINTS = {"frequencies": (1.0,), "stiffnesses": (1.0,), "dampings": (1.0,)}
+LACKING = [
+    ({"load": MeanLoad(kind="power", speed=200.0)}, r"load\.power: is missing; a load of kind power needs it"),
+    ({}, r"damper\.damping: is missing; a linear damper needs damping or stiffness"),
+    ({"frequencies": (1.0, 2.0), "frequency": 1.0}, r"damper\.stiffnesses: 0 values for 2 frequencies"),
+    (POINTS, r"damper\.frequency: is missing"),
+]
+
+
+@pytest.mark.parametrize(("values", "says"), LACKING)
+def test_a_load_or_linear_damper_that_lacks_something_is_refused(values, says):
+    parts = values if "load" in values else {"damper": Damper(kind="linear", ring_inertia=0.1, **values)}
+    with pytest.raises(InputError, match=says):
+        check_engine(replace(SIX, **parts))
 
 
 def test_an_engine_with_all_of_it_survives_its_dictionary():
@@ -314,3 +315,104 @@ def test_elements_that_contradict_themselves_are_refused(values, says):
     with pytest.raises(InputError, match=says) as caught:
         element_values("shaft", values)
     assert "\n" not in str(caught.value)
+
+
+# In time the mean torque of the gas winds up each shaft; small oscillations about it are those of its tangent.
+SPEED = 1500.0 * RPM
+
+
+def last_cycle(engine, settings=RIGID):
+    """Outputs of the last of the cycles that repeat."""
+    run = simulate(engine, rigid_crank(engine), settings, SPEED)
+    assert run.settling.repeats == 1
+    return {name: values[-run.per_cycle :] for name, values in run.outputs.items()}
+
+
+def order(values, number):
+    orders, amplitudes = order_amplitudes(values, 12.0, 1)
+    return abs(amplitudes[list(orders).index(number)])
+
+
+def test_a_progressive_coupling_winds_up_by_its_curve_and_swings_on_its_tangent():
+    stages = element_values("shaft", {"stiffness": (2e4, 3e4, 6e4), "torques": (500.0, 1500.0), "damping": 20.0})
+    engine = behind(Shaft(("flywheel", "driven"), **stages), Shaft(("driven", "dynamometer"), 5e4, 20.0), discs=HEAVY)
+    found = last_cycle(engine)
+    twist = found["connection[line[1]].twist"]
+    mean = mean_torques(engine, GasTrace.from_engine(engine))[1]
+    twists, torques = torque_curve(engine.drive_line_chain.chain.shafts[0])
+    # The whole oscillation stays on the second stage.
+    assert torques[2] < 500.0 < np.interp(twist.min(), twists, torques)
+    assert np.interp(twist.max(), twists, torques) < 1500.0
+    assert np.interp(twist.mean(), twists, torques) == pytest.approx(mean, rel=5e-3)
+    # What the shaft's law carries, less what the connection pushes the flywheel by, is the torque of the curve.
+    whole = found["shaft.torque"] - found["connection[line[1]].torque"]
+    assert whole.mean() == pytest.approx(np.interp(twist, twists, torques).mean(), rel=1e-6)
+    steady = frequency_run_up(engine, rigid_crank(engine), RIGID, np.array([SPEED]), [3.0, 6.0], "harmonic-balance")
+    for number in (3.0, 6.0):
+        expected = abs(steady.order(number, "shaft[flywheel to driven].torque")[0])
+        assert order(whole, number) == pytest.approx(expected, rel=5e-3)
+
+
+def test_friction_of_bow_springs_is_that_of_its_equivalent_damping():
+    """Order 3 dominates the twist, so equivalent damping errs by the square of what the other orders have."""
+    rubbing = Shaft(("flywheel", "driven"), 6e3, 5.0, friction=40.0, slip_speed=0.5)
+    engine = behind(rubbing, Shaft(("driven", "dynamometer"), 2e4, 40.0), discs=(Disc("driven", 0.5),))
+    found = last_cycle(engine)
+    body = rigid_crank(engine)
+    steady = frequency_run_up(engine, body, RIGID, np.array([SPEED]), [3.0], "harmonic-balance")
+    free = replace(engine, drive_line_chain=replace(engine.drive_line_chain, frictions=(0.0, 0.0)))
+    without = frequency_run_up(free, body, RIGID, np.array([SPEED]), [3.0], "harmonic-balance")
+    ours = order(found["shaft.torque"] - found["connection[line[1]].torque"], 3.0)
+    rubbed, smooth = (abs(one.order(3.0, "shaft[flywheel to driven].torque")[0]) for one in (steady, without))
+    assert ours == pytest.approx(rubbed, rel=0.05) and abs(ours - rubbed) < 0.2 * abs(ours - smooth)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        {"damping": 60.0},
+        {"frequencies": (40.0, 100.0), "stiffnesses": (2e4, 5e4), "dampings": (30.0, 10.0), "frequency": 75.0},
+    ],
+)
+def test_a_linear_damper_in_time_meets_the_frequency_domain(law):
+    """Order 3 at 1500 rev/min is 75 Hz, at which the steel springs are linearised."""
+    fitted = with_damper_housing(replace(SIX, damper=Damper(kind="linear", ring_inertia=0.3, **law)))
+    check_engine(fitted)
+    settings = replace(RIGID, damper="fitted")
+    found = last_cycle(fitted, settings)
+    steady = frequency_run_up(fitted, rigid_crank(fitted), settings, np.array([SPEED]), [3.0], "harmonic-balance")
+    assert order(found["pulley.torsion"], 3.0) == pytest.approx(abs(steady.order(3.0)[0]), rel=2e-3)
+
+
+def test_what_cannot_run_in_time_is_refused_in_one_line():
+    free = behind(Shaft(("flywheel", "driven"), 2e4, 5.0), discs=HEAVY)
+    with pytest.raises(InputError, match=r"ends freely; a run in time needs a shaft to 'dynamometer'"):
+        Simulation(free, rigid_crank(free), RIGID)
+    geared = behind(
+        Shaft(("flywheel", "a"), 3e4, 5.0), Shaft(("a", "b"), ratio=2.0),
+        Shaft(("b", "c"), 2e4, friction=3.0), Shaft(("c", "dynamometer"), 1e4, 5.0),
+        discs=(Disc("a", 0.5), Disc("b", 0.2), Disc("c", 0.4)),
+    )  # fmt: skip
+    with pytest.raises(InputError, match=r"shaft 3 has stiffness over torque or friction, and its end 'b' is no disc"):
+        Simulation(geared, rigid_crank(geared), RIGID)
+    # In the frequency domain both run.
+    for engine in (free, geared):
+        run = frequency_run_up(engine, rigid_crank(engine), RIGID, np.array([SPEED]), [3.0], "harmonic-balance")
+        assert np.isfinite(run.torsion).all()
+
+
+def test_cycles_in_time_balance_a_propeller_at_each_speed():
+    """The shaft's mean torque is the load's, less the heat of dampings: nothing rubs on locked journals."""
+    load = MeanLoad(kind="propeller", speed=200.0, torque=1200.0)
+    engine = replace(SIX, load=load, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
+    made = assemble(engine, Settings(crank="torsional", bearings="held"), inherit=False)
+    runs = SteadyRuns(Job(made, None, 1e-4, 6.0, ("shaft.torque",), balanced=True))
+    near = []
+    for speed in (150.0, 152.0, 100.0):
+        found = runs.at(speed, near)
+        near = [found.start]
+        burn = balancing_load(engine, GasTrace.from_engine(engine), speed)
+        run = simulate(engine, made.body, replace(made.settings, gas_load=burn), speed, settle=1e-4)
+        works = np.trapezoid(run.powers, dx=run.step, axis=0)
+        damped = (works[at.CRANK_LOSS] + works[at.SHAFTS_LOSS]) / CYCLE
+        assert found.extremes["shaft.torque"][1] + damped == pytest.approx(load.torque_at(speed), rel=1e-3)

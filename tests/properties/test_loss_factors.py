@@ -57,6 +57,16 @@ def chain_of(engine, eta=ETA, stiffness=6e5):
     return Chain(tuple(discs), tuple(shafts))
 
 
+def shaft_matrix(chain):
+    """Complex stiffness (n, n) of a chain's shafts."""
+    found = np.zeros((len(chain.discs), len(chain.discs)), dtype=complex)
+    for shaft in chain.shafts:
+        twist = np.zeros(len(chain.discs))
+        twist[[chain.names.index(end) for end in shaft.between]] = 1.0, -1.0
+        found += shaft.stiffness * (1.0 + 1j * shaft.loss_factor) * np.outer(twist, twist)
+    return found
+
+
 def assembled(engine, chain, rods=None):
     """Complex stiffness and mass (n, n) of the chain with pulley, flywheel, mean rods, and the dynamometer's shaft."""
     inertia = {disc.name: disc.inertia for disc in chain.discs}
@@ -69,11 +79,7 @@ def assembled(engine, chain, rods=None):
     if rods is not None:
         for pin, own in zip(pins_of(engine), rods, strict=True):
             inertia[pin] += own
-    stiffness = np.zeros((len(chain.discs), len(chain.discs)), dtype=complex)
-    for shaft in chain.shafts:
-        twist = np.zeros(len(chain.discs))
-        twist[[chain.names.index(end) for end in shaft.between]] = 1.0, -1.0
-        stiffness += shaft.stiffness * (1.0 + 1j * shaft.loss_factor) * np.outer(twist, twist)
+    stiffness = shaft_matrix(chain)
     held = chain.names.index("flywheel")
     stiffness[held, held] += engine.drive_line.stiffness
     return stiffness, np.diag([inertia[name] for name in chain.names])
@@ -258,21 +264,12 @@ def test_discs_that_damp_are_viscous_dampers():
 def test_mains_that_no_pin_needs_may_be_left_out():
     """A pin between its two mains turns by their mean; with a disc of its own it needs none of them."""
     engine = engine_of("diesel_i6")
-    body = chain_body(engine, chain_of(engine))
     chain = chain_of(engine)
-    squares = eigh(shaft_matrix(chain), np.diag([disc.inertia for disc in chain.discs]), eigvals_only=True)
+    body = chain_body(engine, chain)
+    squares = eigh(shaft_matrix(chain).real, np.diag([disc.inertia for disc in chain.discs]), eigvals_only=True)
     assert body.omega[6:] == pytest.approx(np.sqrt(squares[1:]), rel=1e-6)
     between = body.shapes[body.index("main[3]"), 5], body.shapes[[body.index("pin[2]"), body.index("pin[3]")], 5]
     assert between[0] == pytest.approx(between[1].mean(axis=0), abs=1e-6 * np.abs(between[1]).max())
-
-
-def shaft_matrix(chain):
-    found = np.zeros((len(chain.discs), len(chain.discs)))
-    for shaft in chain.shafts:
-        twist = np.zeros(len(chain.discs))
-        twist[[chain.names.index(end) for end in shaft.between]] = 1.0, -1.0
-        found += shaft.stiffness * np.outer(twist, twist)
-    return found
 
 
 @pytest.mark.parametrize(

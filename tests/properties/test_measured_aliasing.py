@@ -139,6 +139,5 @@ def test_the_stated_error_of_crossings_is_that_of_the_sampling(samples, square):
     places = np.interp(found.times, t, turned)
     off = places - np.rint(places)
     made, stated = float(np.std(off)), timing_error(samples, square)
-    assert found.two_levels is square
-    assert 0.4 * stated < made < 1.6 * stated
+    assert found.two_levels is square and 0.4 * stated < made < 1.6 * stated
     assert any("a crossing is off by" in text for text in found.remarks) == (square or samples < 8.0)

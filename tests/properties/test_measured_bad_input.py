@@ -27,6 +27,8 @@ CASES = {
     "a pulse a revolution for orders": (
         ["--rotation", "one", "--teeth", "1", "--orders", "0.5"], "resolve orders up to 0",
     ),
+    "an order that is no half": ([*PULLEY, "--orders", "2.2"], "order 2.2 is not a multiple of 0.5"),
+    "cycles too many": ([*PULLEY, "--orders", "6", "--cycles", "64"], "cycles are recorded; a fit spans 64"),
     "too few revolutions": (["--rotation", "p1", "--teeth", "60"], "pulses are 1.1 revolutions of 60 pulses"),
     "aliasing of an order": ([*PULLEY, "--orders", "6", "--of", "slow/acc"], "100 Hz resolve order 1.6 at 149"),
     "aliasing of pulses": (["--rotation", "fast", "--teeth", "900"], "s, below the 4 that are needed"),
@@ -42,7 +44,7 @@ CASES = {
     ),
     "cycles too few": ([*PULLEY, "--orders", "3", "--cycles", "2"], "2 cycles do not tell half orders"),
     "a filter too narrow": (
-        [*PULLEY, "--orders", "3", "--bandwidth-hz", "0.05"], "too short for a bandwidth of 0.05 Hz",
+        [*PULLEY, "--orders", "3", "--bandwidth-hz", "0.05"], "too short for a bandwidth of 0.05 Hz, which needs 80 s",
     ),
     "a pressure without its unit": ([*PULLEY, "--pressure", "p1", "--engine", "diesel_i6"], "states no unit; give one"),
     "a pressure of another engine": (

@@ -153,11 +153,9 @@ def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
     assert (long.rate == pytest.approx(short.rate, rel=1e-9)) or odd
 
 
-def test_channels_are_chosen_and_the_nearest_is_named(tmp_path):
+def test_channels_are_chosen(tmp_path):
     path = write(tmp_path, "mf4", TIME, COLUMNS, UNITS)
     assert ct.read_measured(path, channels=["PCYL1"]).names == ("pcyl1",)
-    with pytest.raises(ct.InputError, match=r"channel 'pcyl2' is not in run.mf4; did you mean 'pcyl1'"):
-        ct.read_measured(path, channels=["pcyl2"])
 
 
 def test_equal_names_of_two_files_are_told_apart(tmp_path):
@@ -202,5 +200,3 @@ def test_the_command_lists_channels_and_tachos(tmp_path, capsys):
     assert told["channels"][1]["unit"] == "bar" and told["channels"][0]["rate_hz"] == pytest.approx(RATE)
     assert [tacho["channel"] for tacho in told["tachos"]] == ["tacho"]
     assert told["tachos"][0]["pulses_hz"] == pytest.approx(180.0, rel=1e-3)
-    assert main(["measured", str(path), "--channels", "tachy"]) == 2
-    assert "did you mean 'tacho'?" in capsys.readouterr().err

@@ -24,28 +24,19 @@ def changed(values, place, by):
     return copy
 
 
+ENDLESS = changed(PRESSURE, 5, np.inf)
 COUNTER = np.arange(600, dtype=np.int64) + 2**60 + 1
 BLOCKS = np.concatenate([TIME[k : k + 20] + 0.01 * k for k in range(0, 600, 20)])
 # Name → times, columns, words of the remark, formats that cannot have it
 ODD = {
-    "a time that is no number": (
-        changed(TIME, 300, np.nan),
-        with_pressure(PRESSURE),
-        "not numbers; their samples",
-        "wav",
-    ),
+    "a time that is no number": (changed(TIME, 300, np.nan), with_pressure(PRESSURE), "not numbers; their", "wav"),
     "times that repeat": (np.repeat(TIME[:300], 2), with_pressure(PRESSURE), "that of the sample before", "wav"),
     "a time that stands still": (np.zeros(600), with_pressure(PRESSURE), "stands still|a step of 0", "wav"),
     "times from last to first": (TIME[::-1].copy(), with_pressure(PRESSURE), "backwards|a step of -", "wav"),
     "time stamps that shake": (TIME + RNG.normal(0.0, 1e-5, 600), with_pressure(PRESSURE), "uneven steps", "wav"),
     "blocks with rests between": (BLOCKS, with_pressure(PRESSURE), "uneven steps|gaps", "wav"),
     "a time before zero": (TIME - 0.1, with_pressure(PRESSURE), "", "wav"),
-    "an endless value": (
-        TIME,
-        with_pressure(changed(PRESSURE, 5, np.inf)),
-        "1 of 600 values are not numbers",
-        "uff uffb csv",
-    ),
+    "an endless value": (TIME, with_pressure(ENDLESS), "1 of 600 values are not numbers", "uff uffb csv"),
     "a dead channel": (TIME, with_pressure(PRESSURE, dead=np.full(600, np.nan)), "no numbers|not numbers", "uff uffb"),
     "counts beyond float64": (TIME, with_pressure(COUNTER), "rounded to the 53 bits", "wav"),
     "bytes": (TIME, with_pressure((np.arange(600) % 256).astype(np.uint8)), "", ""),
@@ -77,9 +68,7 @@ def test_odd_files_are_read_with_one_line(kind, odd, tmp_path):
 
 @pytest.mark.parametrize("kind", [k for k in FORMATS if k not in ("uff", "uffb", "wav")])
 def test_files_without_a_sample_are_refused_in_one_line(kind, tmp_path):
-    path = write(
-        tmp_path, kind, TIME[:0], {name: values[:0] for name, values in with_pressure(PRESSURE).items()}, UNITS
-    )
+    path = write(tmp_path, kind, TIME[:0], dict.fromkeys(UNITS, PRESSURE[:0]), UNITS)
     with pytest.raises(ct.InputError, match=r"holds no channel of numbers|no points or values") as error:
         ct.read_measured(path)
     assert "\n" not in str(error.value)
@@ -192,11 +181,8 @@ def test_tdms_properties_that_are_no_numbers(tmp_path):
                             for name, step in (("a", "fast"), ("b", -5e-4), ("c", float("nan")))])  # fmt: skip
     found = ct.read_measured(tmp_path / "run.tdms")
     assert found.names == ("a", "b", "c") and all(channel.abscissa == "sample" for channel in found.channels)
-    assert [text.partition("states a step of ")[2].partition(";")[0] for text in found.remarks] == [
-        "fast",
-        "-0.0005",
-        "nan",
-    ]
+    stated = [text.partition("states a step of ")[2].partition(";")[0] for text in found.remarks]
+    assert stated == ["fast", "-0.0005", "nan"]
 
 
 def test_uff_with_other_data_sets_and_no_end(tmp_path):

@@ -1,22 +1,27 @@
 """Measured orders over a run-up: bands and points of every kind of file, and the table of deviations."""
 
+import json
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.deviations import check_measured, deviation_table, deviations, of_another_engine
 from cranktrain.results.orders.measured import band_of, read_measured_orders
-from cranktrain.results.run_up import figures
+from cranktrain.results.orders.measured_points import motion_of, points_at
+from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
+from cranktrain.results.run_up import figures, peak_figures
 from cranktrain.results.run_up import plot_data as shown
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
+from cranktrain.studies.report.chart import bar_chart, line_chart
 from cranktrain_lab.measured.order_table import write_orders
 from cranktrain_lab.measured.tracking import Orders
 
-RPM = math.pi / 30.0
 SPEEDS = np.arange(1000.0, 3001.0, 20.0)
 SIX = load_engine("diesel_i6")
 
@@ -30,13 +35,9 @@ def response(speeds_rpm, order, critical_rpm, height):
 @pytest.fixture
 def run_up():
     orders = np.array([3.0, 6.0])
-    torsion = np.stack(
-        [response(SPEEDS, n, rpm, h) for n, rpm, h in ((3.0, 4760.0, 0.02), (6.0, 2380.0, 0.01))], axis=1
-    )
-    ones = np.ones(SPEEDS.size, dtype=int)
-    return RunUp(
-        SPEEDS * RPM, orders, {TORSION: torsion, FLYWHEEL: 0.1 * torsion}, {}, ones, ones, np.zeros(SPEEDS.size)
-    )
+    torsion = np.stack((response(SPEEDS, 3.0, 4760.0, 0.02), response(SPEEDS, 6.0, 2380.0, 0.01)), axis=1)
+    ones, outputs = np.ones(SPEEDS.size, dtype=int), {TORSION: torsion, FLYWHEEL: 0.1 * torsion}
+    return RunUp(SPEEDS * RPM, orders, outputs, {}, ones, ones, np.zeros(SPEEDS.size))
 
 
 def measured_file(tmp_path, critical=2380.0, factor=1.0, turn=0.0, outputs=()):
@@ -111,17 +112,12 @@ def test_data_of_another_engine_are_told(run_up, tmp_path):
     assert "of another engine" in of_another_engine(rows) and "+29 %" in of_another_engine(rows)
     assert not of_another_engine(deviations(run_up, read_measured_orders(measured_file(tmp_path))))
     slow = replace(run_up, speeds=run_up.speeds / 10.0)
-    with pytest.raises(
-        InputError, match=r"from 1800 to 2895 rev/min, the run-up from 100 to 300 .* no speed in common"
-    ):
+    with pytest.raises(InputError, match=r"from 1800 to 2895 rev/min, the run-up from 100 to 300 .* no speed in"):
         check_measured(slow, read_measured_orders(measured_file(tmp_path)))
 
 
 def test_every_picture_has_the_measured_orders_with_their_bands(run_up, tmp_path):
     """Waterfall, colour maps, Campbell diagram, cycles and orders at peaks; the deviations stand below."""
-    from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
-    from cranktrain.results.run_up import peak_figures
-
     measured = read_measured_orders(measured_file(tmp_path))
     points = measured[TORSION][6.0][0].size
     hz = np.full((SPEEDS.size, 1), 238.0)
@@ -143,9 +139,8 @@ def test_every_picture_has_the_measured_orders_with_their_bands(run_up, tmp_path
     middle, lower, upper = (a.get_sizes() for a in circles if not len(a.get_facecolor()))
     assert np.all(lower < middle) and np.all(middle < upper)
     for figure in (waterfall, figures.campbell_figure(run_up, beside, "six")):
-        assert "Computed against measured peaks: order 6: " in " ".join(
-            text.get_text() for text in figure.texts
-        ).replace("\n", " ")
+        said = " ".join(text.get_text() for text in figure.texts).replace("\n", " ")
+        assert "Computed against measured peaks: order 6: " in said
     history = peak_figures.history_figure(run_up, quantity, "six", beside)
     named = [line.get_label() for ax in history.axes for line in ax.lines]
     assert "measured" in named and any(ax.collections for ax in history.axes)
@@ -154,8 +149,6 @@ def test_every_picture_has_the_measured_orders_with_their_bands(run_up, tmp_path
 
 
 def test_the_measured_cycle_is_the_sum_of_its_orders(tmp_path):
-    from cranktrain.results.orders.measured_points import motion_of, points_at
-
     path = tmp_path / "two.csv"
     path.write_text(
         "speed_rpm,order,amplitude,unit,phase_deg,band\n2000,3,0.2,deg,30,0.03\n2000,6,0.1,deg,-90,0.04\n2000,9,1,deg,,\n"
@@ -171,24 +164,17 @@ def test_the_measured_cycle_is_the_sum_of_its_orders(tmp_path):
 
 
 def test_charts_of_the_report_draw_bands():
-    from cranktrain.studies.report.chart import bar_chart, line_chart
-
     x = np.array([1.0, 2.0, 3.0])
     points = {"order 6": (np.array([1.5, 2.5, 9.0]), np.array([0.5, 0.6, 0.7]), np.array([0.1, 0.0, 0.1]))}
     text = line_chart("Orders", x, {"order 6": np.array([0.4, 0.6, 0.5])}, ("x", "y"), points=points)
     assert text.count("measured</title>") == 2  # the third lies beyond the axis
     assert text.count('stroke-width="1.2"/>') == 1  # the second has no band
-    bars = bar_chart(
-        "Orders", x, {"a": x}, ("x", "y"), {"a": (np.array([1.0, np.nan, 9.0]), np.array([0.5, 0.1, 0.1]))}
-    )
+    given = {"a": (np.array([1.0, np.nan, 9.0]), np.array([0.5, 0.1, 0.1]))}
+    bars = bar_chart("Orders", x, {"a": x}, ("x", "y"), given)
     assert bars.count("measured</title>") == 2 and bars.count('stroke-width="1.2"/>') == 2
 
 
 def test_runup_compares_with_measured_orders_and_refuses_other_speeds_at_once(tmp_path, capsys, monkeypatch):
-    import json
-
-    from cranktrain.cli.main import main
-
     monkeypatch.chdir(tmp_path)
     path = measured_file(tmp_path)
     command = ["runup", "diesel_i6", "--step", "40", "--method", "linear", "--crank", "torsional", "--bearings", "held",

@@ -55,8 +55,7 @@ def test_motored_traces_of_other_formulas(name, heat):
     fit, shift, zero = fitted(name, heat, False)
     intake = 1e-2 * CASES[name][2]
     assert fit.motored and abs(shift) < 0.1
-    assert abs(zero) < max(6.0, 0.006 * intake)
-    assert not fit.doubt
+    assert abs(zero) < max(6.0, 0.006 * intake) and not fit.doubt
 
 
 @pytest.mark.parametrize("heat", [hohenberg, annand])

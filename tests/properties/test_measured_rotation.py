@@ -7,15 +7,19 @@ time: 0.5 mdeg with 120 teeth.
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
+import scipy.io
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pulse_signals import RPM, channel, crossing_times, motion, pitch_errors, sine_signal
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
+from cranktrain.results.orders.measured import band_of, phases_of, read_measured_orders
+from cranktrain.results.run_up.run_up import TORSION
 from cranktrain_lab.measured.channels import Measurement
 from cranktrain_lab.measured.filtered import envelopes, filtered_orders
 from cranktrain_lab.measured.pulses import pulse_times
@@ -23,49 +27,12 @@ from cranktrain_lab.measured.rotation import rotation, tachos
 from cranktrain_lab.measured.tracking import channel_points, torsion_points, track
 from cranktrain_lab.measured.wheel import Wheel, number_teeth
 
-ORDERS = np.array([0.5, 1.0, 1.5, 2.0, 3.0, 4.5, 6.0, 7.5, 9.0, 12.0, 16.5, 24.0])
-
-
-def found_over_true(orders, torsion, shift=0.0):
-    """Complex ratio (s, o) of found to true amplitudes; ``shift``: angle by which zeros differ, rad."""
-    true = np.array([math.radians(torsion[n][0]) * np.exp(1j * torsion[n][1]) for n in orders.orders])
-    return orders.amplitudes * np.exp(1j * orders.orders * shift) / true
-
-
-@pytest.mark.parametrize(
-    ("teeth", "missing", "rate", "rpm"),
-    [(120, 0, 2e5, (2000, 2000)), (60, 2, 2e5, (1500, 1500)), (360, 0, 4e5, (1000, 2500)), (120, 0, 2e5, (1200, 2400))],
-)
-def test_small_torsion_is_found_through_wrong_teeth_and_noise(teeth, missing, rate, rpm):
-    """0.01 deg at orders 0.5 to 24 within 1 % and 1 deg; the teeth are learned while the shaft coasts, from 15 s on."""
-    torsion = {n: (0.01, 0.3 * n) for n in ORDERS}
-    t, phi, theta = motion(rate, 20.0, rpm, torsion, until=15.0)
-    errors = pitch_errors(teeth, 3.0)
-    turning = rotation(
-        channel(sine_signal(theta, teeth, missing, errors, 1e-3), rate), Wheel(teeth, missing), learn=(15.1, 20.0)
-    )
-    points = torsion_points(turning)
-    end = np.searchsorted(points.phase, np.interp(14.5, turning.mean.times, turning.mean.angle))
-    found = track(
-        points._replace(phase=points.phase[:end], values=points.values[:end]), turning, ORDERS, step_rpm=100.0
-    )
-    middle = 0.5 * (points.phase[0] + points.phase[end])
-    shift = middle - np.interp(np.interp(middle, turning.mean.angle, turning.mean.times), t, phi)
-    ratio = found_over_true(found, torsion, shift)
-    assert np.abs(np.abs(ratio) - 1.0).max() < 0.01
-    assert np.degrees(np.abs(np.angle(ratio))).max() < 1.0
-    # The stated errors are those made, about: a few times them at most.
-    off = np.abs(np.abs(found.amplitudes) - math.radians(0.01)) / found.errors
-    assert np.median(off) < 2.0
-
 
 def test_teeth_that_are_not_learned_are_told_and_taken_for_whole_orders():
     _, _, theta = motion(1e5, 6.0, (1500, 1500), {1.5: (0.05, 0.0)})
     errors = pitch_errors(60, 3.0)
     turning = rotation(channel(sine_signal(theta, 60, 2, errors), 1e5), Wheel(60, 2))
-    assert any(
-        "recur each revolution with 3" in text or "recur each revolution with 2." in text for text in turning.remarks
-    )
+    assert any(re.search(r"recur each revolution with (3|2\.)", text) for text in turning.remarks)
     found = track(torsion_points(turning), turning, np.array([1.0, 1.5, 2.0]))
     wheel = 2.0 / 60.0 * np.abs(np.sum(errors[:58] * np.exp(-1j * np.arange(58) * math.tau / 60)))
     assert abs(found.amplitudes[0, 0]) == pytest.approx(wheel, rel=0.1)
@@ -79,9 +46,8 @@ def test_learning_from_all_removes_what_recurs_each_revolution_and_keeps_half_or
     wave = channel(sine_signal(theta, 120), 1e5)
     for eccentricity, left in (("keep", 0.2), ("remove", 0.0)):
         turning = rotation(wave, Wheel(120), learn=True, eccentricity=eccentricity)
-        sizes = np.degrees(
-            np.abs(track(torsion_points(turning), turning, np.array([0.5, 1.0, 3.0, 4.5])).amplitudes[0])
-        )
+        found = track(torsion_points(turning), turning, np.array([0.5, 1.0, 3.0, 4.5]))
+        sizes = np.degrees(np.abs(found.amplitudes[0]))
         np.testing.assert_allclose(sizes, [0.1, left, 0.0, 0.05], atol=1e-3)
 
 
@@ -141,17 +107,6 @@ def test_twist_between_places_with_their_own_pulses(order, amplitude):
     np.testing.assert_allclose(twist, [0.0, 0.0, amplitude], atol=0.01 * amplitude + 5e-4)
 
 
-def test_two_tachos_that_disagree_are_told_with_their_ratio():
-    _, _, theta = motion(5e4, 4.0, (900, 1200), {})
-    one = rotation(channel(sine_signal(theta, 60), 5e4, "front"), Wheel(60))
-    two = rotation(channel(sine_signal(1.05 * theta, 60), 5e4, "rear"), Wheel(60))
-    with pytest.raises(InputError, match=r"two tachos disagree: .* a ratio of 1\.0500"):
-        two.against(one)
-    index = channel(sine_signal(theta, 1), 5e4, "index")
-    with pytest.raises(InputError, match=r"two tachos disagree: .* counts 60\.0 teeth from index to index .* not 72"):
-        rotation(channel(sine_signal(theta, 60), 5e4), Wheel(72), index=index)
-
-
 def test_the_index_pulse_marks_tooth_zero():
     t, phi, theta = motion(5e4, 4.0, (900, 1200), {})
     index = channel(sine_signal(theta - math.radians(90.0), 1), 5e4, "index")
@@ -177,20 +132,6 @@ def test_a_vibrometer_s_velocity_or_an_acceleration_is_integrated(integrals):
     np.testing.assert_allclose(np.abs(found.amplitudes), np.tile([2.0, 1.0, 0.2], (len(found.speeds), 1)), rtol=0.01)
 
 
-def test_orders_through_a_resonance_in_a_run_up_and_a_run_down():
-    """A mode of 150 Hz and 2 % damping, excited by order 6 as a steady state, 75 rev/min per second up or down."""
-    for rpm in ((1200, 1800), (1800, 1200)):
-        t, phi, _ = motion(1e5, 8.0, rpm, {})
-        speed = RPM * (rpm[0] + (rpm[1] - rpm[0]) / 8.0 * t)
-        ratio = 6.0 * speed / (math.tau * 150.0)
-        response = math.radians(0.01) / (1.0 - ratio**2 + 0.04j * ratio)
-        theta = phi + (response * np.exp(6j * phi)).real
-        turning = rotation(channel(sine_signal(theta, 180), 1e5), Wheel(180))
-        found = track(torsion_points(turning), turning, np.array([6.0]), step_rpm=10.0)
-        true = np.interp(found.speeds, np.sort(speed), np.abs(response)[np.argsort(speed)])
-        np.testing.assert_allclose(np.abs(found.amplitudes[:, 0]), true, rtol=0.02)
-
-
 def test_a_cold_start_is_followed_from_cranking_on():
     """Speed of 150 rev/min swings by a fifth with the compression strokes, then runs up to 900."""
     rate = 2e4
@@ -205,19 +146,6 @@ def test_a_cold_start_is_followed_from_cranking_on():
     assert found.speeds[0] / RPM == pytest.approx(150.0, rel=0.02)
 
 
-def test_vold_kalman_separates_orders_that_cross_a_fixed_frequency():
-    rate = 2000.0
-    t = np.arange(round(10 * rate)) / rate
-    phi = math.tau * (10.0 * t + t * t)
-    values = np.cos(2.0 * phi + 0.3) + 0.5 * (1.0 + 0.03 * t) * np.cos(2.5 * phi)
-    found = envelopes(phi, values, 1.0 / rate, np.array([2.0, 2.5, 6.0]), 1.0)
-    middle = slice(4000, -4000)
-    np.testing.assert_allclose(np.abs(found[middle, 0]), 1.0, atol=2e-3)
-    np.testing.assert_allclose(np.angle(found[middle, 0]), 0.3, atol=2e-3)
-    np.testing.assert_allclose(np.abs(found[middle, 1]), 0.5 * (1.0 + 0.03 * t[middle]), atol=2e-3)
-    assert np.abs(found[middle, 2]).max() < 2e-3
-
-
 def test_vold_kalman_has_its_bandwidth():
     """An envelope that beats at the bandwidth comes out at −3 dB; well below it comes out whole."""
     rate, band = 1000.0, 2.0
@@ -229,31 +157,8 @@ def test_vold_kalman_has_its_bandwidth():
         assert np.abs(found.real).max() == pytest.approx(gain, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("asked", "says"),
-    [
-        ({"orders": [31.0]}, r"too few points for order 31; they resolve orders up to 28\.5"),
-        ({"orders": [2.2]}, r"order 2\.2 is not a multiple of 0\.5"),
-        ({"orders": [6.0], "cycles": 60}, r"cycles are recorded; a fit spans 60"),
-    ],
-)
-def test_orders_that_cannot_be_told_are_refused_with_numbers(asked, says):
-    _, _, theta = motion(5e4, 3.0, (900, 1000), {})
-    turning = rotation(channel(sine_signal(theta, 60), 5e4), Wheel(60))
-    with pytest.raises(InputError, match=says):
-        track(torsion_points(turning), turning, np.array(asked["orders"]), cycles=asked.get("cycles"))
-
-
-def test_aliasing_and_standstill_are_told_with_numbers():
+def test_a_standstill_within_a_recording_is_told():
     _, _, theta = motion(5e3, 3.0, (3000, 3000), {})
-    with pytest.raises(InputError, match=r"samples a pulse from .*below the 4 .*aliasing"):
-        pulse_times(channel(sine_signal(theta, 60), 5e3))
-    turning = rotation(channel(sine_signal(theta, 10), 5e3), Wheel(10))
-    with pytest.raises(InputError, match=r"300 Hz resolve order 2\.4 at 3000 rev/min, not 6 \(aliasing\)"):
-        channel_points(channel(np.zeros(900), 300.0, "slow"), turning, 6.0)
-    still = np.zeros(20_000)
-    with pytest.raises(InputError, match=r"does not vary, 0 pulses in 20000 samples at 0 V; the shaft stands still"):
-        pulse_times(channel(still, 5e3))
     theta = np.concatenate((theta, np.full(30_000, theta[-1]), theta[-1] + theta[:4000]))
     stopped = rotation(channel(sine_signal(theta, 20), 5e3), Wheel(20))
     assert any("stands still from" in text for text in stopped.remarks)
@@ -277,9 +182,8 @@ def test_level_edge_and_drifting_signals():
     """A square wave with an offset, its two edges, and a signal whose amplitude grows with the speed."""
     t, _, theta = motion(1e5, 2.0, (600, 3000), {})
     square = np.where(np.sin(30.0 * theta) > 0.0, 4.8, 0.2)
-    rising, falling = (
-        pulse_times(channel(square, 1e5), edge=edge, cubic=False).times for edge in ("rising", "falling")
-    )
+    wave = channel(square, 1e5)
+    rising, falling = (pulse_times(wave, edge=edge, cubic=False).times for edge in ("rising", "falling"))
     true = crossing_times(t, theta, 30)
     assert abs(rising.size - true.size) <= 1 and np.abs(rising[-50:] - true[-50:]).max() < 1e-5
     assert np.interp(falling[50], t, 30.0 * theta / math.tau) % 1.0 == pytest.approx(0.5, abs=0.02)
@@ -300,26 +204,11 @@ def test_blocks_of_a_long_channel_join_without_a_seam(monkeypatch):
 
 
 def test_the_command_writes_orders_that_the_run_up_reads(tmp_path, capsys):
-    import scipy.io
-
-    from cranktrain.results.orders.measured import band_of, phases_of, read_measured_orders
-    from cranktrain.results.run_up.run_up import TORSION
-
     t, _, theta = motion(5e4, 8.0, (1000, 1500), {3.0: (0.5, 0.0), 1.5: (0.2, 0.4)})
     scipy.io.savemat(tmp_path / "run.mat", {"time": t, "pulley": sine_signal(theta, 60, 2)})
     out = tmp_path / "orders.csv"
-    command = [
-        "measured",
-        str(tmp_path / "run.mat"),
-        "--rotation",
-        "pulley",
-        "--orders",
-        "1.5,3",
-        "--output",
-        str(out),
-        "--json",
-    ]
-    assert main(command) == 0
+    asked = ["--rotation", "pulley", "--orders", "1.5,3", "--output", str(out), "--json"]
+    assert main(["measured", str(tmp_path / "run.mat"), *asked]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["rotation"][0]["teeth"] == 60 and told["rotation"][0]["missing"] == 2
     assert np.array(told["orders"][0]["amplitudes"])[:, 1] == pytest.approx(0.5, rel=0.01)
@@ -328,24 +217,18 @@ def test_the_command_writes_orders_that_the_run_up_reads(tmp_path, capsys):
     speeds, sizes = measured[TORSION][3.0]
     assert np.degrees(sizes) == pytest.approx(0.5, rel=0.01) and speeds[0] / RPM == pytest.approx(1012, abs=15)
     assert phases_of(measured, TORSION, 3.0).size == band_of(measured, TORSION, 3.0).size == sizes.size
-    assert main([*command[:3], "puley", *command[4:]]) == 2
-    assert "did you mean 'pulley'?" in capsys.readouterr().err
 
 
 def test_the_filter_and_the_fits_give_the_same_orders():
-    t, phi, theta = motion(5e4, 12.0, (1000, 1600), {1.5: (0.2, 0.4), 3.0: (0.5, -1.0)})
+    _, _, theta = motion(5e4, 12.0, (1000, 1600), {1.5: (0.2, 0.4), 3.0: (0.5, -1.0)})
     turning = rotation(channel(sine_signal(theta, 120), 5e4), Wheel(120))
     orders = np.array([1.5, 3.0, 4.5])
     filtered = filtered_orders(turning, turning, orders, 1.0, step_rpm=50.0)
     fitted = track(torsion_points(turning), turning, orders, step_rpm=50.0)
-    np.testing.assert_allclose(
-        np.degrees(np.abs(filtered.amplitudes)), np.tile([0.2, 0.5, 0.0], (len(filtered.speeds), 1)), atol=2e-3
-    )
+    sizes = np.degrees(np.abs(filtered.amplitudes))
+    np.testing.assert_allclose(sizes, np.tile([0.2, 0.5, 0.0], (len(sizes), 1)), atol=2e-3)
     same = [int(np.argmin(np.abs(fitted.speeds - speed))) for speed in filtered.speeds]
     np.testing.assert_allclose(filtered.amplitudes, fitted.amplitudes[same], atol=math.radians(5e-3))
-    with pytest.raises(InputError, match=r"12 s are too short for a bandwidth of 0\.1 Hz, which needs 40 s"):
-        filtered_orders(turning, turning, orders, 0.1)
-    assert t.size == phi.size
 
 
 def test_the_firing_pressure_says_which_revolution_it_is():
@@ -364,6 +247,5 @@ def test_the_firing_pressure_says_which_revolution_it_is():
 
 def turning_zero(turning, theta, rate):
     """Rotation, rad, at which the wheel's tooth 0 of the first revolution passed."""
-    return np.interp(np.interp(0.0, turning.angle, turning.times) * rate, np.arange(theta.size), theta) - np.interp(
-        np.interp(0.0, turning.angle, turning.times), turning.times, turning.angle
-    )
+    time = np.interp(0.0, turning.angle, turning.times)
+    return np.interp(time * rate, np.arange(theta.size), theta) - np.interp(time, turning.times, turning.angle)

@@ -1,12 +1,17 @@
-"""Mesh files say the same in every form, and broken ones are refused with their reason and line, exit code 2."""
+"""Mesh files say the same in every form, and broken ones are refused with their reason and line, exit code 2.
+
+Instances of an assembly lie where a deck of Abaqus puts them.
+"""
 
 import numpy as np
 import pytest
 from mesh_texts import Cube, by_meshio, deck, node_lines, numbered, universal
+from scipy.spatial.transform import Rotation
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
+from cranktrain.structure.fem.own_mesh import check_one_piece
 from cranktrain.structure.fem.reduction import content_digest
 
 CUBE = Cube()
@@ -150,6 +155,11 @@ def changed(line, text, lines):
     return [*lines[:at], *([] if text is None else text.split("\n")), *lines[at + 1 :]]
 
 
+def bulk(text, card):
+    """Bulk data with one more card, at line 3."""
+    return text.replace("BEGIN BULK", f"BEGIN BULK\n{card}")
+
+
 ODD_DECKS = [
     (lambda x: changed("3, ", "3, 1.0, zero, 0.0", x), r"line 7: .*zero.* is no node; expected is NUMBER, X, Y, Z"),
     (lambda x: changed("3, ", "3, 1.0", x), r"line 7: node 3 has 1 coordinates"),
@@ -188,54 +198,40 @@ ODD_UNIVERSAL = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("change", "says"), ODD_DECKS)
-def test_an_odd_deck_is_refused_with_its_reason(tmp_path, change, says):
-    path = written(tmp_path / "odd.inp", change(deck(CUBE)))
-    with pytest.raises(InputError, match=says) as caught:
-        read_surfaces_and_tetrahedra(path)
-    assert str(path) in str(caught.value) and "export it again" not in str(caught.value)
+ODD_TEXTS = [
+    ("msh", lambda text: text.replace("$MeshFormat\n2.2", "$MeshFormat\n1.7"), r"line \d: .*mesh format.*1.7"),
+    ("msh", lambda text: "hello\n" + text, r"line 1: not readable as gmsh, whose files begin with \$MeshF"),
+    ("msh", lambda text: "", r"line 1: not readable as gmsh, whose files begin"),
+    ("msh", lambda text: text[: len(text) // 3], r"line \d+: not readable as gmsh \(\w+"),
+    ("msh", lambda text: text.replace("$Nodes\n", "$Nodes\nmany\n", 1), r"line \d+: not readable as gmsh \(Val"),
+    ("bdf", lambda text: text[: len(text) // 2], r"line \d+: cut short: a Nastran file ends with ENDDATA"),
+    ("bdf", lambda text: text.replace("CTETRA", "CPENTA"), r"holds \d+ CPENTA: mesh the solid with tetrahedra"),
+    ("bdf", lambda text: "", r"holds no solids"),
+    ("bdf", lambda text: bulk(text, "INCLUDE 'a.bdf'"), r"line 3: INCLUDE names 'a.bdf', which is not in"),
+    ("bdf", lambda text: bulk(text, "INCLUDE 'odd.bdf'"), r"line 3: odd.bdf includes itself"),
+    ("bdf", lambda text: bulk(text, "INCLUDE 'a"), r"line 3: INCLUDE whose name has no closing quote"),
+    ("bdf", lambda text: bulk(text, "GRID,9001,3,0.,0.,0."), r"line 3: GRID 9001 is in coordinate system 3; exp"),
+    ("bdf", lambda text: bulk(text, "GRID,9001,,0.,here,0."), r"line 3: GRID 9001 at '0., here, 0.', which are no"),
+    ("bdf", lambda text: bulk(text, "GRDSET,,7"), r"line 3: nodes in coordinate system 7"),
+    ("bdf", lambda text: bulk(text, "CTETRA,9001,1,1,2,3"), r"line 3: CTETRA 9001 has 3 nodes; 4 or 10 are expec"),
+    ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,,3"), r"line 3: CTRIA3 9001 has 2 nodes; 3 are expected"),
+    ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,99999,3"), r"line 3: element 9001 has node 99999, which does"),
+    ("bdf", lambda text: bulk(text, "CTRIA3,one,1,1,2,3"), r"line 3: CTRIA3 with 'one' in place of a whole number"),
+    ("bdf", lambda text: text.replace("ENDDATA", "BEGIN SUPER=1\nENDDATA"), r"line \d+: a second section of bulk"),
+]  # fmt: skip
+ODD = [
+    *(("inp", *row) for row in ODD_DECKS), *(("unv", *row) for row in ODD_UNIVERSAL), *ODD_TEXTS,
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(("change", "says"), ODD_UNIVERSAL)
-def test_an_odd_universal_file_is_refused_with_its_reason(tmp_path, change, says):
-    path = written(tmp_path / "odd.unv", change(universal(CUBE)))
-    with pytest.raises(InputError, match=says) as caught:
-        read_surfaces_and_tetrahedra(path)
-    assert str(path) in str(caught.value)
-
-
-def bulk(text, card):
-    """Bulk data with one more card, at line 3."""
-    return text.replace("BEGIN BULK", f"BEGIN BULK\n{card}")
-
-
-@pytest.mark.parametrize(
-    ("ending", "change", "says"),
-    [
-        ("msh", lambda text: text.replace("$MeshFormat\n2.2", "$MeshFormat\n1.7"), r"line \d: .*mesh format.*1.7"),
-        ("msh", lambda text: "hello\n" + text, r"line 1: not readable as gmsh, whose files begin with \$MeshF"),
-        ("msh", lambda text: "", r"line 1: not readable as gmsh, whose files begin"),
-        ("msh", lambda text: text[: len(text) // 3], r"line \d+: not readable as gmsh \(\w+"),
-        ("msh", lambda text: text.replace("$Nodes\n", "$Nodes\nmany\n", 1), r"line \d+: not readable as gmsh \(Val"),
-        ("bdf", lambda text: text[: len(text) // 2], r"line \d+: cut short: a Nastran file ends with ENDDATA"),
-        ("bdf", lambda text: text.replace("CTETRA", "CPENTA"), r"holds \d+ CPENTA: mesh the solid with tetrahedra"),
-        ("bdf", lambda text: "", r"holds no solids"),
-        ("bdf", lambda text: bulk(text, "INCLUDE 'a.bdf'"), r"line 3: INCLUDE names 'a.bdf', which is not in"),
-        ("bdf", lambda text: bulk(text, "INCLUDE 'odd.bdf'"), r"line 3: odd.bdf includes itself"),
-        ("bdf", lambda text: bulk(text, "INCLUDE 'a"), r"line 3: INCLUDE whose name has no closing quote"),
-        ("bdf", lambda text: bulk(text, "GRID,9001,3,0.,0.,0."), r"line 3: GRID 9001 is in coordinate system 3; exp"),
-        ("bdf", lambda text: bulk(text, "GRID,9001,,0.,here,0."), r"line 3: GRID 9001 at '0., here, 0.', which are no"),
-        ("bdf", lambda text: bulk(text, "GRDSET,,7"), r"line 3: nodes in coordinate system 7"),
-        ("bdf", lambda text: bulk(text, "CTETRA,9001,1,1,2,3"), r"line 3: CTETRA 9001 has 3 nodes; 4 or 10 are expec"),
-        ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,,3"), r"line 3: CTRIA3 9001 has 2 nodes; 3 are expected"),
-        ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,99999,3"), r"line 3: element 9001 has node 99999, which does"),
-        ("bdf", lambda text: bulk(text, "CTRIA3,one,1,1,2,3"), r"line 3: CTRIA3 with 'one' in place of a whole number"),
-        ("bdf", lambda text: text.replace("ENDDATA", "BEGIN SUPER=1\nENDDATA"), r"line \d+: a second section of bulk"),
-    ],
-)  # fmt: skip
-def test_an_odd_gmsh_or_nastran_file_is_refused_with_its_reason(tmp_path, ending, change, says):
-    path = by_meshio(tmp_path / f"odd.{ending}", CUBE, {"msh": "gmsh", "bdf": "nastran"}[ending])
-    path.write_text(change(path.read_text()))
+@pytest.mark.parametrize(("ending", "change", "says"), ODD)
+def test_an_odd_file_is_refused_with_its_reason(tmp_path, ending, change, says):
+    path = tmp_path / f"odd.{ending}"
+    if ending in ("inp", "unv"):
+        written(path, change({"inp": deck, "unv": universal}[ending](CUBE)))
+    else:
+        by_meshio(path, CUBE, {"msh": "gmsh", "bdf": "nastran"}[ending])
+        path.write_text(change(path.read_text()))
     with pytest.raises(InputError, match=says) as caught:
         read_surfaces_and_tetrahedra(path)
     assert str(path) in str(caught.value) and "export it again" not in str(caught.value)
@@ -332,3 +328,101 @@ def test_what_is_no_mesh_is_named_on_the_command_line(tmp_path, capsys, name, sa
     assert main(["reduce", "diesel_i6", "--mesh", str(path)]) == 2
     said = capsys.readouterr().err.strip().splitlines()
     assert says in said[-1] and said[-1].startswith("cranktrain: ")
+
+
+PART = ["*PART, NAME=Cube", *deck(CUBE), "*END PART"]
+WITHOUT_NODE = [line for line in PART if not line.startswith("1, 0,")]
+SHELLS = len(CUBE.faces["MAIN_1"])
+
+
+def read(folder, lines):
+    path = folder / "a.inp"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return read_surfaces_and_tetrahedra(path)
+
+
+def assembly(*instances, after=(), parts=PART):
+    lines = [*parts, "*ASSEMBLY, NAME=all"]
+    for k, placed in enumerate(instances, 1):
+        lines += [f"*Instance, name=Cube-{k}, part=CUBE", *placed, "*END INSTANCE"]
+    return [*lines, *after, "*END ASSEMBLY", "*STEP"]
+
+
+def corners(points, triangles):
+    return np.sort(points[triangles].sum(axis=1), axis=0)
+
+
+def test_an_instance_is_moved_then_turned(tmp_path):
+    points, tets, surfaces = read(tmp_path, assembly(["1., 2., ", "0.5, 0., 1., 0.5, 3., 5., 40."]))
+    axis = np.array([0.0, 3.0, 4.0]) / 5.0
+    turn = Rotation.from_rotvec(np.radians(40.0) * axis)
+    begin = np.array([0.5, 0.0, 1.0])
+    wanted = begin + turn.apply(CUBE.points + np.array([1.0, 2.0, 0.0]) - begin)
+    assert points[tets] == pytest.approx(wanted[CUBE.tets], abs=1e-12)
+    for name, own in (("MAIN_1", "main[1]"), ("pin1", "pin[1]")):
+        assert corners(points, surfaces[own]) == pytest.approx(corners(wanted, CUBE.faces[name][:, :3]), abs=1e-12)
+
+
+@pytest.mark.parametrize("tied", [True, False])
+def test_numbers_repeat_among_instances_and_a_tie_makes_them_one_piece(tmp_path, tied):
+    """Two cubes side by side; the triangles in common are those of x = 1, of one and x = 0 of the other."""
+    tie = ["*TIE, NAME=t", "a, b"] if tied else []
+    points, tets, surfaces = read(tmp_path, assembly([], ["1., 0., 0."], after=tie))
+    assert len(tets) == 2 * len(CUBE.tets) and len(surfaces["main[1]"]) == 2 * SHELLS
+    straight = points[tets[:, 1:4]] - points[tets[:, :1]]
+    assert np.abs(np.linalg.det(straight)).sum() / 6.0 == pytest.approx(2.0, rel=1e-12)
+    assert np.ptp(points, axis=0) == pytest.approx([2.0, 1.0, 1.0])
+    if tied:
+        check_one_piece(points, tets, "a.inp")
+    else:
+        with pytest.raises(InputError, match=r"the solid is 2 pieces, .* another around \(.*\) mm"):
+            check_one_piece(points, tets, "a.inp")
+
+
+def test_sets_of_the_assembly_name_their_instance(tmp_path):
+    first = len(CUBE.tets) + 1
+    after = [
+        f"*Elset, elset=Pin_1, instance=cube-2, generate\n{first}, {first + SHELLS - 1}, 1",
+        "*ELSET, ELSET=_main_2, INTERNAL, INSTANCE=Cube-1\nMAIN_1",
+        "*SURFACE, NAME=Main_2\n_main_2, SPOS",
+        f"*ELSET, ELSET=pin_3\nCube-2.{first}",
+        "*SURFACE, NAME=main_3\nCube-2.pin1, SNEG",
+    ]
+    plain = ["*PART, NAME=Cube", *(line.replace("pin1", "web").replace("MAIN_1", "face") for line in deck(CUBE))]
+    plain = [*plain, "*END PART"]
+    after = [line.replace("Cube-2.pin1", "Cube-2.web").replace("\nMAIN_1", "\nface") for line in after]
+    points, _, surfaces = read(tmp_path, assembly([], ["5., 0., 0."], after=after, parts=plain))
+    below, side = (corners(CUBE.points, CUBE.faces[name][:, :3]) for name in ("MAIN_1", "pin1"))
+    away = 3.0 * np.array([5.0, 0.0, 0.0])  # corners are summed
+    assert corners(points, surfaces["pin[1]"]) == pytest.approx(below + away)
+    assert corners(points, surfaces["main[2]"]) == pytest.approx(below)
+    assert len(surfaces["pin[3]"]) == 1 and points[surfaces["pin[3]"]][..., 0].min() >= 5.0
+    assert corners(points, surfaces["main[3]"]) == pytest.approx(side + away)
+
+
+def test_one_part_without_an_assembly_is_read(tmp_path):
+    points, tets, surfaces = read(tmp_path, PART)
+    assert points[tets] == pytest.approx(CUBE.points[CUBE.tets]) and {"main[1]", "pin[1]"} <= set(surfaces)
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ([*PART, "*PART, NAME=two", "*END PART"], r"holds 2 parts, and no \*INSTANCE that places them"),
+        ([*PART, *PART], r"line \d+: part 'Cube' is there already"),
+        ([*assembly([]), "*INSTANCE, NAME=x, PART=Cub"], r"instance x is of part 'Cub', .* did you mean 'Cube'"),
+        (["*INSTANCE, NAME=x, PART=Cube"], r"instance x is of part 'Cube', which the deck has not; export the parts"),
+        (assembly(["1., two, 3."]), r"line \d+: '1., two, 3.'; an instance is placed by numbers"),
+        (assembly(["0., 0., 0.", "0., 0., 0., 0., 0., 1."]), r"line \d+: a rotation is two points and an angle, 7"),
+        (assembly(["0., 0., 0.", "1., 1., 1., 1., 1., 1., 30."]), r"line \d+: the two points .* are one"),
+        (assembly([], after=["*NSET, NSET=a, INSTANCE=Cube-7", "1"]), r"instance 'Cube-7' does not exist; did you m"),
+        (assembly([], after=["*ELSET, ELSET=a", "Cube-1.nothing"]), r"set 'Cube-1.nothing' does not exist"),
+        (assembly([], after=["*SURFACE, NAME=a", "b, S1"]), r"surface a names the set 'b', which does not exist"),
+        (assembly([], [], parts=WITHOUT_NODE), r"line \d+: element Cube-1.\d+ has node Cube-1.1, which does not exist"),
+        ([*PART[:-1], "*NCOPY, CHANGE NUMBER=100", "*END PART"], r"\*NCOPY makes nodes; give a deck that lists"),
+    ],
+)
+def test_an_odd_assembly_is_refused_with_its_reason(tmp_path, lines, says):
+    with pytest.raises(InputError, match=says) as caught:
+        read(tmp_path, lines)
+    assert "a.inp" in str(caught.value) and "\n" not in str(caught.value)

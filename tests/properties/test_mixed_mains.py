@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from bodies import COARSE
 from scipy.linalg import eigh
+from started import at_speed
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
@@ -23,8 +24,6 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.modal import bearing_stiffness
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 from cranktrain.studies.roller_stand_ins import running_rollers
-
-RPM = math.pi / 30.0
 
 
 def coarse(name):
@@ -62,9 +61,7 @@ def mixed(engine, *mains, **changed):
 def cycle(engine, rpm=1500.0, **levels):
     """Last cycle of a run until it repeats."""
     made = assemble(engine, Settings(**{"step": math.radians(2.5), "integrator": "esdirk4"} | levels))
-    simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
-    simulation.inputs[0] = rpm * RPM
-    simulation.initialize()
+    simulation = at_speed(rpm * RPM, engine, made.body, made.settings, parts=made.parts)
     return run_cycles(simulation, None, 1e-3, None, None)
 
 
@@ -87,9 +84,7 @@ def test_linear_rollers_like_the_linear_films_are_the_same_engine():
 
 
 @pytest.mark.parametrize(
-    "levels",
-    [{}, pytest.param({"block": "flexible"}, marks=pytest.mark.slow), {"bearings": "reynolds"}],
-    ids=str,
+    "levels", [{}, pytest.param({"block": "flexible"}, marks=pytest.mark.slow), {"bearings": "reynolds"}], ids=str
 )
 def test_each_main_follows_its_own_law(levels):
     """Rollers at main 1 alone: it has no film and gives way by microns, the films beside it are what they were."""
@@ -122,10 +117,7 @@ def test_elastic_films_remember_behind_rollers_that_do_not():
     """Memory in the state has no place for rollers; a restored state goes on bit by bit."""
     own = mixed(SIX, 1, 5)
     made = assemble(own, Settings(bearings="ehd"))
-    one, other = (Simulation(own, made.body, made.settings, parts=made.parts) for _ in range(2))
-    for simulation in (one, other):
-        simulation.inputs[0] = 1500.0 * RPM
-        simulation.initialize()
+    one, other = (at_speed(1500.0 * RPM, own, made.body, made.settings, parts=made.parts) for _ in range(2))
     places = one.model.films.remembered
     assert places[1] == 0 and places[5] == places[4] and places[7] == 5 * places[2]
     step = 4.0 * math.pi / one.inputs[0] / 288

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from bodies import six
 from small_block import single
+from started import at_speed
 
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model.arrays import Parts, dimensions
+from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.loads.gas_pressure import GasTrace
@@ -26,14 +27,12 @@ from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
-RPM = math.pi / 30.0
+ON_SPRINGS = {"crank": "beam", "bearings": "linear", "block": "ground"}
 
 
-def settled(engine, body, rpm, parts=None, **levels):
+def settled(engine, body, rpm, **levels):
     """A simulation at the start of its settled cycle."""
-    simulation = Simulation(engine, body, Settings(**levels), parts=parts or Parts())
-    simulation.inputs[0] = rpm * RPM
-    simulation.initialize()
+    simulation = at_speed(rpm * RPM, engine, body, Settings(**levels))
     run_cycles(simulation, None, 1e-4, None, None)
     return simulation
 
@@ -55,24 +54,21 @@ def short():
 def test_on_linear_bearings_the_matrices_are_those_of_the_linear_model():
     """A short crank: one cylinder, a beam."""
     engine, body = short()
-    simulation = settled(engine, body, 2000.0, crank="beam", bearings="linear", block="ground")
+    simulation = settled(engine, body, 2000.0, **ON_SPRINGS)
     means = plain_means(tangents_over_cycle(simulation), 300.0)
     # The bearings' loads move their displaced points, which a linear model about the undeformed crank leaves out.
     means = means._replace(forces=0.0 * means.forces, displaced=0.0 * means.displaced)
     found = equations_in_motion(simulation, means)
     gas = GasTrace.from_engine(engine)
     linear = PeriodicCrank(engine, body, 2000.0 * RPM, gas, 1.0, SAMPLES / 16.0)
-    for ours, theirs in (
-        (found.mass, linear.mass),
-        (found.damping, linear.damping),
-        (found.stiffness, linear.stiffness),
-    ):
+    for name in ("mass", "damping", "stiffness"):
+        ours, theirs = getattr(found, name), getattr(linear, name)
         assert np.abs(ours - theirs).max() <= 1e-6 * np.abs(theirs).max()
 
 
 def test_on_linear_bearings_modes_in_motion_are_those_of_the_linear_model():
     engine, body = short()
-    simulation = settled(engine, body, 2000.0, crank="beam", bearings="linear", block="ground")
+    simulation = settled(engine, body, 2000.0, **ON_SPRINGS)
     found = modes_in_motion(simulation)
     linear = PeriodicCrank(engine, body, 2000.0 * RPM, GasTrace.from_engine(engine), 1.0, SAMPLES / 16.0)
     modes = damped_modes(linear.stiffness, linear.damping, linear.mass)
@@ -114,7 +110,7 @@ def test_the_mean_law_of_films_lies_between_the_means_of_stiffness_and_of_compli
 def test_tangents_in_axes_at_rest_are_the_springs_of_linear_bearings():
     engine, body = short()
     uneven = replace(engine, main_bearing=replace(engine.main_bearing, stiffness_x=2e8, damping_y=5e4))
-    simulation = settled(uneven, body, 2000.0, crank="beam", bearings="linear", block="ground")
+    simulation = settled(uneven, body, 2000.0, **ON_SPRINGS)
     stiffness, damping = main_tangents(simulation.model, tangents_over_cycle(simulation))
     own = np.diag(uneven.main_bearing.ground_stiffness)
     assert np.abs(stiffness - own).max() <= 1e-6 * own.max()
@@ -164,8 +160,7 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
     engine, body = short()
     path = AxialPath(joint="spline", mass=15.0, stiffness=1e11, damping=1e4, joint_stiffness=4e8, joint_damping=0.0,
                      spline_radius=0.02, friction=friction)  # fmt: skip
-    simulation = settled(replace(engine, axial_path=path), body, 2000.0, crank="beam", bearings="linear",
-                         block="ground")  # fmt: skip
+    simulation = settled(replace(engine, axial_path=path), body, 2000.0, **ON_SPRINGS)
     means, _ = settled_means(simulation)
     k = dimensions(simulation.model).joint
     assert -means.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)

@@ -13,6 +13,8 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.fmu.description import expand, read_interface
 from cranktrain.fmu.module_fmu import DESCRIPTION
 from cranktrain.modules import crank_angle as crank
+from cranktrain.modules.combustion import gas, slots
+from cranktrain.modules.combustion.run_record import CYLINDER_FAILED
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.module_settings import with_chosen
 from cranktrain.modules.register import MODULES, module_files
@@ -89,10 +91,8 @@ def test_the_interface_is_that_of_the_fmu(module, engine):
     settings = shipped(module, engine)
     parts, known = parts_of(module), variables(module, settings)
     interface, run = parts.native.native_interface(settings), parts.settings.make_run(settings)
-    for causality, names, array in (
-        ("input", interface.inputs, run.inputs),
-        ("output", interface.outputs, run.outputs),
-    ):
+    for causality in ("input", "output"):
+        names, array = (getattr(record, f"{causality}s") for record in (interface, run))
         assert sorted(names) == sorted(v.name for v in known if v.causality == causality)
         assert len(names) == array.size
     for variable in known:
@@ -116,8 +116,7 @@ def test_a_run_prepared_for_other_parameters_is_one_made_for_them(module, engine
     run, home = (parts.settings.make_run(settings) for _ in range(2))
     other = parts.settings.make_run(with_chosen(settings, chosen))
     set_parameters(run, interface, chosen)
-    assert same(run.model, other.model)
-    assert parts.run_record.prepare(run) == 0
+    assert same(run.model, other.model) and parts.run_record.prepare(run) == 0
     assert same(run.model, other.model) == [] and np.array_equal(run.numbers, other.numbers)
     expected = SIMULATIONS[module](with_chosen(settings, chosen))
     expected.inputs[0] = run.inputs[0] = SPEED
@@ -129,8 +128,7 @@ def test_a_run_prepared_for_other_parameters_is_one_made_for_them(module, engine
         assert np.array_equal(run.outputs, expected.outputs)
     assert np.array_equal(run.state, expected.state)
     run.outputs[:] = 0.0
-    assert parts.run_record.observe_run(run) == 0
-    assert np.array_equal(run.outputs, expected.outputs)
+    assert parts.run_record.observe_run(run) == 0 and np.array_equal(run.outputs, expected.outputs)
     run.numbers[:] = home.numbers
     assert parts.run_record.prepare(run) == 0 and same(run.model, home.model) == []
     for name in interface.constant:
@@ -254,23 +252,36 @@ def test_steps_are_refused_alike_by_status_and_by_error(module, case):
     assert np.array_equal(simulation.state, before) and np.array_equal(simulation.outputs, shown)
 
 
-def test_a_cylinder_that_fails_is_named_and_the_state_stays():
-    simulation = CombustionSimulation(shipped("combustion", "i6"))
+POISON = {
+    "combustion": (
+        lambda run: run.bases[3] + slots.ENERGY, -1e9, CYLINDER_FAILED + 4,
+        "cylinder 4 fails: its gas has no temperature",
+        r"the step from 0 s fails in cylinder 4 at .*; check pressures",
+    ),
+    "valvetrain": (
+        lambda run: train_slots.N_HEAD + train_slots.V, 1e200, 1, "camshaft and valves find no balance",
+        "the step from 0 s fails: camshaft and valves find no balance",
+    ),
+}  # fmt: skip
+"""A place of the state and a value that belongs to no temperature or balance; status, its words, those of the error."""
+
+
+@pytest.mark.parametrize("module", POISON)
+def test_a_step_that_fails_is_named_and_the_state_stays(module):
+    place, value, code, text, words = POISON[module]
+    simulation, parts = SIMULATIONS[module](shipped(module, "i6")), parts_of(module)
     simulation.inputs[0] = SPEED
     simulation.initialize()
-    parts, run = parts_of("combustion"), simulation._run
     state = simulation.state
-    slots = import_module("cranktrain.modules.combustion.slots")
-    state[simulation.bases[3] + slots.ENERGY] = -1e9  # no temperature belongs to it
+    state[place(simulation)] = value
     simulation.state = state
-    shown = simulation.outputs.copy()
-    code = parts.run_record.advance_run(run, 1e-4)
-    assert code == parts.run_record.CYLINDER_FAILED + 4
-    kind, text = parts.native.native_interface(simulation.settings).statuses[code]
-    assert kind == FAILED and text.startswith("cylinder 4 fails: its gas has no temperature")
-    with pytest.raises(SolverError, match=r"the step from 0 s fails in cylinder 4 at .*; check pressures"):
+    before = simulation.outputs.copy()
+    assert parts.run_record.advance_run(simulation._run, 1e-4) == code
+    kind, told = parts.native.native_interface(simulation.settings).statuses[code]
+    assert kind == FAILED and told.startswith(text)
+    with pytest.raises(SolverError, match=words):
         simulation.step(1e-4)
-    assert np.array_equal(simulation.state, state) and np.array_equal(simulation.outputs, shown)
+    assert np.array_equal(simulation.state, state) and np.array_equal(simulation.outputs, before)
 
 
 def test_a_start_that_fails_leaves_model_and_state():
@@ -287,25 +298,15 @@ def test_a_start_that_fails_leaves_model_and_state():
     assert np.array_equal(simulation.state, before) and np.array_equal(simulation._model.choices, choices)
 
 
-def test_a_step_of_the_valve_train_that_fails_leaves_the_state():
+def test_a_start_of_the_valve_train_that_fails_leaves_the_state():
     simulation = ValveTrainSimulation(shipped("valvetrain", "i6"))
     simulation.inputs[0] = SPEED
     simulation.initialize()
-    state = simulation.state
-    state[train_slots.N_HEAD + train_slots.V] = 1e200  # no balance belongs to it
-    simulation.state = state
-    shown = simulation.outputs.copy()
-    assert parts_of("valvetrain").run_record.advance_run(simulation._run, 1e-4) == 1
-    kind, text = parts_of("valvetrain").native.native_interface(simulation.settings).statuses[1]
-    assert kind == FAILED and text.startswith("camshaft and valves find no balance")
-    with pytest.raises(SolverError, match="the step from 0 s fails: camshaft and valves find no balance"):
-        simulation.step(1e-4)
-    assert np.array_equal(simulation.state, state) and np.array_equal(simulation.outputs, shown)
-    choices = simulation._model.choices.copy()
+    before, choices = simulation.state, simulation._model.choices.copy()
     simulation.inputs[0] = 1e9
     with pytest.raises(SolverError, match="the start fails: camshaft and valves"):
         simulation.initialize()
-    assert np.array_equal(simulation.state, state) and np.array_equal(simulation._model.choices, choices)
+    assert np.array_equal(simulation.state, before) and np.array_equal(simulation._model.choices, choices)
 
 
 @pytest.mark.parametrize("kind", train_slots.KINDS)
@@ -328,10 +329,6 @@ def test_a_cam_is_the_solution_of_its_four_conditions(kind):
 def test_scales_of_a_charge():
     """Mass, energy and port of the intake's gas in the swept volume, from the table's rows for air."""
     settings = shipped("combustion", "i6")
-    slots, gas = (
-        import_module("cranktrain.modules.combustion.slots"),
-        import_module("cranktrain.modules.combustion.gas"),
-    )
     numbers = parts_of("combustion").settings.build_model(settings).numbers
     table = gas.gas_table(settings.hydrogen_per_carbon)
     swept = 0.25 * math.pi * settings.bore**2 * settings.stroke  # of a pin without offset

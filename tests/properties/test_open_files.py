@@ -43,16 +43,12 @@ def streamed(path, rows=50):
 def run_up(path):
     generator = np.random.default_rng(1)
     shape = (3, 24)
+    torsion = generator.standard_normal(shape) + 1j * generator.standard_normal(shape)
     made = RunUp(
-        speeds=np.array([100.0, 110.0, 120.0]),
-        orders=0.5 * np.arange(1, 25),
-        amplitudes={"pulley.torsion": generator.standard_normal(shape) + 1j * generator.standard_normal(shape)},
-        extremes={"bearing[1].force.x": generator.standard_normal((3, 3))},
-        cycles=np.array([4, 3, 3]),
-        repeats=np.ones(3, dtype=int),
-        left=np.full(3, 1e-5),
-        attributes=ABOUT,
-    )
+        np.array([100.0, 110.0, 120.0]), 0.5 * np.arange(1, 25), {"pulley.torsion": torsion},
+        {"bearing[1].force.x": generator.standard_normal((3, 3))}, np.array([4, 3, 3]), np.ones(3, dtype=int),
+        np.full(3, 1e-5), attributes=ABOUT,
+    )  # fmt: skip
     made.save(path)
     return made
 
@@ -163,9 +159,8 @@ def test_a_table_replaces_tables_of_ours_alone(tmp_path, name):
 
 
 def test_a_scene_of_several_speeds_is_asked_for_one(tmp_path):
-    datasets = {
-        f"{rpm}rpm/{name}": (samples()[:, 0] * rpm, unit) for rpm in (1000, 2000) for name, unit in UNITS.items()
-    }
+    times, names = samples()[:, 0], [(rpm, *row) for rpm in (1000, 2000) for row in UNITS.items()]
+    datasets = {f"{rpm}rpm/{name}": (times * rpm, unit) for rpm, name, unit in names}
     write_result(tmp_path / "scene.h5", {**datasets, "levels/rigid/pulley.torsion": (np.zeros(3), "rad")})
     with pytest.raises(InputError, match="groups: 1000rpm, 2000rpm; name one with --group"):
         export(tmp_path / "scene.h5", tmp_path / "table.csv")

@@ -10,6 +10,7 @@ from bodies import free_six, rigid_crank
 from plain_model import PlainModel
 from some import some
 from standing import rigid_block
+from started import at_speed, series, shown
 
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
@@ -33,10 +34,21 @@ DESCRIPTION = Path(__file__).parents[2] / "modelDescription"
 
 
 def started(table=None, **choices):
-    simulation = Simulation(ENGINE, BODY, Settings(crank="rigid", **choices), parts=Parts(table=table))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return at_speed(SPEED, ENGINE, BODY, Settings(crank="rigid", **choices), parts=Parts(table=table))
+
+
+def to_frame(theta):
+    """Turns vectors in space into the crank's frame."""
+    return np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+
+
+def forces_on_ports(simulation):
+    """Forces on the ports in the crank's frame, evaluated anew, and how they turn into space."""
+    model, work = simulation.model, simulation.work
+    frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
+    work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
+    port_forces(model, work, frame, pressures, 1.0, 1.0)
+    return work.port[at.FORCES], to_frame(frame[at.THETA])
 
 
 def read(simulation, name):
@@ -77,9 +89,9 @@ def test_velocities_are_derivatives_of_places_and_gaps(choices):
     h = 1e-7
     runs = []
     for _ in range(3):
-        runs.append(simulation.outputs.copy())
+        runs.append(shown(simulation))
         simulation.step(simulation.time + h)
-    before, now, after = (dict(zip(simulation.output_names, run, strict=True)) for run in runs)
+    before, now, after = runs
 
     def slope(name):
         return (after[name] - before[name]) / (2 * h)
@@ -124,13 +136,8 @@ def test_moments_do_the_work_of_the_tilting_forces():
     """For every mode: moment times the mode's rotation of the journal equals port force times the port's motion."""
     simulation = started(bearings="reynolds")
     to_angle(simulation, 30)
-    model, work = simulation.model, simulation.work
-    frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
-    port_forces(model, work, frame, pressures, 1.0, 1.0)
-    forces = work.port[at.FORCES]
-    theta = frame[at.THETA]
-    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+    model = simulation.model
+    forces, turn = forces_on_ports(simulation)
     first = int(model.connections[0, at.FIRST + END_X])
     largest = 0.0
     for i, main in enumerate(MAINS):
@@ -155,8 +162,7 @@ def test_a_moment_turns_a_tilted_journal_back():
     v[mode] = 0.5 / np.abs(tilts[:, mode]).max()
     assert np.all(np.isfinite(q))
     simulation.state = state
-    theta = simulation.work.frames[0, at.THETA]
-    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    turn = to_frame(simulation.work.frames[0, at.THETA]).T
     power = 0.0
     for i, main in enumerate(MAINS):
         rate = turn @ (tilts[2 * i : 2 * i + 2] @ v)
@@ -170,11 +176,10 @@ def test_load_of_rigid_big_ends_is_that_of_the_plain_model():
     plain = PlainModel(ENGINE, BODY, Settings(crank="rigid"), SPEED)
     n = simulation.model.omega2.size
     q, v, a = (simulation.state[offset(k, n) : offset(k + 1, n)] for k in range(3))
-    frame = simulation.work.frames[0]
-    theta, omega, omega_dot = frame[0], frame[1], frame[2]
+    theta, omega, omega_dot, *_ = simulation.work.frames[0]
     motion = np.einsum("pcn,n->pc", plain.pins, a)
     force, _, _ = plain.rods(theta, omega, omega_dot, q, v, motion, plain.pressures(theta, q))
-    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    turn = to_frame(theta).T
     for c, end in enumerate(ENDS):
         ours = [read(simulation, f"{end}.force.x"), read(simulation, f"{end}.force.y")]
         # the trace is splined once here and once there
@@ -188,19 +193,13 @@ def test_films_of_floating_big_ends():
     free, rigid = started(big_ends="impedance"), started()
     to_angle(free, 30)
     to_angle(rigid, 30)
-    model, work = free.model, free.work
-    frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
-    port_forces(model, work, frame, pressures, 1.0, 1.0)
-    forces = work.port[at.FORCES]
-    theta = frame[at.THETA]
-    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    forces, turn = forces_on_ports(free)
     bearing = ENGINE.big_end_bearing
     peak = max(abs(read(rigid, f"{end}.force.y")) for end in ENDS)
     for c, end in enumerate(ENDS):
         pin = 15 + 2 * c
         ours = np.array([read(free, f"{end}.force.x"), read(free, f"{end}.force.y")])
-        assert ours == pytest.approx(turn @ forces[pin : pin + 2], rel=1e-9)
+        assert ours == pytest.approx(turn.T @ forces[pin : pin + 2], rel=1e-9)
         stiff = [read(rigid, f"{end}.force.x"), read(rigid, f"{end}.force.y")]
         assert ours == pytest.approx(stiff, abs=0.05 * peak)
         x, y = read(free, f"{end}.position.x"), read(free, f"{end}.position.y")
@@ -226,10 +225,10 @@ def test_films_outside_the_table_are_counted_and_survive_in_the_state(table):
         asked = 7 * read(simulation, "solver.iterations")
         assert 0 <= counts[-1] <= asked and counts[-1] == int(counts[-1])
     assert max(counts) > 0
-    kept, shown = simulation.state, simulation.outputs.copy()
+    kept, before = simulation.state, simulation.outputs.copy()
     simulation.step(25 * math.radians(2.5) / SPEED)
     simulation.state = kept
-    assert np.array_equal(simulation.outputs, shown)
+    assert np.array_equal(simulation.outputs, before)
     # The films of a step do not depend on what was shown in between.
     simulation.step(25 * math.radians(2.5) / SPEED)
     again = read(simulation, "solver.online_films")
@@ -249,14 +248,8 @@ def standing():
     settings = Settings(crank="rigid", block="flexible", damper="fitted", big_ends="impedance", step=math.radians(0.5))
     path = AxialPath(joint="bolted", mass=15.0, stiffness=1.4e8, damping=5e3, joint_stiffness=2e8)
     engine = replace(ENGINE, axial_path=path)
-    simulation = Simulation(engine, BODY, settings, parts=Parts(block=rigid_block(engine, BODY)))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    h, rows = math.radians(0.5) / SPEED, []
-    for k in range(1, 300):
-        simulation.step(k * h)
-        rows.append(simulation.outputs.copy())
-    return dict(zip(simulation.output_names, np.array(rows).T, strict=True))
+    simulation = at_speed(SPEED, engine, BODY, settings, parts=Parts(block=rigid_block(engine, BODY)))
+    return series(simulation, math.radians(0.5) / SPEED, 299)
 
 
 @pytest.mark.parametrize("first", ["torque.indicated", "torque.friction", "torque.brake", "solver.substeps"])
@@ -292,16 +285,9 @@ def test_no_level_leaves_an_output_out(standing):
 
 
 def test_the_covers_acceleration_is_that_of_its_motion():
-    settings = Settings(crank="rigid", bearings="linear", block="flexible", step=math.radians(0.5))
-    block = rigid_block(ENGINE, BODY)
-    simulation = Simulation(ENGINE, BODY, replace(settings, newton_tolerance=1e-11), parts=Parts(block=block))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    h, rows = math.radians(0.5) / SPEED, []
-    for k in range(1, 300):
-        simulation.step(k * h)
-        rows.append(simulation.outputs.copy())
-    out = dict(zip(simulation.output_names, np.array(rows).T, strict=True))
+    block, h = rigid_block(ENGINE, BODY), math.radians(0.5) / SPEED
+    settings = Settings(crank="rigid", bearings="linear", block="flexible", step=h * SPEED, newton_tolerance=1e-11)
+    out = series(at_speed(SPEED, ENGINE, BODY, settings, parts=Parts(block=block)), h, 299)
     cover = block.positions[block.index("cover")]
     # Rigid: the cover goes with the block's centre and its rotations.
     rise = out["engine.position.y"] + (cover[0] - block.centre[0]) * out["engine.rotation.z"]
@@ -315,14 +301,11 @@ def test_the_covers_acceleration_is_that_of_its_motion():
 def test_mounts_share_the_weight_of_the_engine_at_rest():
     block = rigid_block(ENGINE, BODY)
     settings = Settings(crank="rigid", bearings="linear", block="flexible", gas_source="input")
-    simulation = Simulation(ENGINE, BODY, settings, parts=Parts(block=block))
-    simulation.initialize()
+    simulation = at_speed(0.0, ENGINE, BODY, settings, parts=Parts(block=block))
     rod = ENGINE.rod
     rods = 6 * (rod.big_end_mass + rod.small_end_mass + ENGINE.cylinders.piston_mass)
     weight = 9.80665 * (block.mass + BODY.mass + rods)
-    h = 0.005
-    for k in range(1, 400):
-        simulation.step(k * h)
+    series(simulation, 0.005, 399)
     shares = np.array([[read(simulation, f"mount[{i}].force.{axis}") for axis in "xyz"] for i in range(1, 5)])
     assert shares.sum(axis=0) == pytest.approx([0.0, weight, 0.0], abs=2e-4 * weight)
     # Moments about the axes of the whole weight.

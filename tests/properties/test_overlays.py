@@ -93,20 +93,9 @@ def test_the_command_lays_files_of_one_kind_over_each_other(tmp_path, capsys):
     assert main(["plot", *up, "--plots", str(tmp_path / "out")]) == 0
     picture = tmp_path / "out" / file_name(TORSION)
     assert capsys.readouterr().out.split() == [str(picture)] and picture.stat().st_size > 1000
-    engine = [
-        "simulate",
-        "single_petrol",
-        "--speed",
-        "4000",
-        "--crank",
-        "rigid",
-        "--bearings",
-        "linear",
-        "--cycles",
-        "1",
-    ]
     single = str(tmp_path / "single.h5")
-    assert main([*engine, "--output", single]) == 0
+    asked = ["--speed", "4000", "--crank", "rigid", "--bearings", "linear", "--cycles", "1", "--output", single]
+    assert main(["simulate", "single_petrol", *asked]) == 0
     capsys.readouterr()
     assert main(["plot", single, "--outputs", "bearing[1].force.y", "--plots", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.split() == [str(tmp_path / "out" / "overlay_bearing_1_force_y.png")]

@@ -62,8 +62,7 @@ def test_a_body_comes_back_as_it_went(tmp_path, made, form):
                 assert mine.keys() == theirs.keys() and all(np.array_equal(mine[k], theirs[k]) for k in mine)
             else:
                 assert mine == theirs, field.name
-    assert is_body(tmp_path / form)
-    assert [one.name for one in tmp_path.iterdir()] == [form]
+    assert is_body(tmp_path / form) and [one.name for one in tmp_path.iterdir()] == [form]
 
 
 def test_matrix_market_files_are_the_equations_of_motion(tmp_path, made):
@@ -127,10 +126,8 @@ def test_every_form_of_matrices_gives_the_same_body(tmp_path):
         matrix_input(tmp_path / f"{name}.mtx", nodes, matrix)
         rows_and_columns(tmp_path / f"{name}.sti", matrix)
     (tmp_path / "rows.dof").write_text("".join(f"{node}.{c}\n" for node in nodes for c in range(1, 7)))
-    lines = [
-        f"{node}, {x:.1f}, {y:.1f}, {z:.6f}"
-        for node, (x, y, z) in zip(nodes, 1e3 * np.array(frame.positions), strict=True)
-    ]
+    places = zip(nodes, 1e3 * np.array(frame.positions), strict=True)
+    lines = [f"{node}, {x:.1f}, {y:.1f}, {z:.6f}" for node, (x, y, z) in places]
     (tmp_path / "part.inp").write_text("*HEADING\nshaft\n*NODE, NSET=all\n" + "\n".join(lines) + "\n*ELEMENT\n1, 2\n")
     head = 'nodes = "part.inp"\nunits = "mm-t-s"\n'
     tail = "[interfaces]\nstart = 1\nend = 5\n"
@@ -151,20 +148,13 @@ def test_averaged_nodes_of_a_solid_move_as_their_mean_rigid_motion(tmp_path):
     body = read_body(path)
     ring, end = body.index("ring"), body.index("end")
     assert np.allclose(body.positions[ring], (0.0, 0.0, LENGTH))
-    low = slice(0, 12)
-    assert np.allclose(
-        body.shapes[ring][:, low], body.shapes[end][:, low], atol=2e-2 * np.abs(body.shapes[end][:, low]).max()
-    )
+    mine, theirs = body.shapes[ring][:, :12], body.shapes[end][:, :12]
+    assert np.allclose(mine, theirs, atol=2e-2 * np.abs(theirs).max())
 
 
 def rotation_terms(body):
-    return (
-        body.gyroscopic,
-        body.centrifugal,
-        body.centrifugal_load[:, None],
-        body.euler_load[:, None],
-        body.translation.T,
-    )
+    columns = body.centrifugal_load[:, None], body.euler_load[:, None]
+    return body.gyroscopic, body.centrifugal, *columns, body.translation.T
 
 
 def test_in_rigid_motion_the_terms_of_rotation_are_exact(tmp_path):
@@ -222,65 +212,51 @@ def test_fixed_interface_modes_count_as_modal_coordinates(tmp_path):
     assert body.quality["slice_mass_error"] > 0.1  # and the body says that rotation does not see all of it
 
 
-def cut_wrong(stiffness, mass):
-    """The last node clamped away."""
+def clamped(stiffness, mass):
+    """The last node is clamped away."""
     return stiffness[:-6, :-6], mass[:-6, :-6]
 
 
-@pytest.mark.parametrize(
-    ("spoil", "says"),
-    [
-        (lambda k, m: (k + np.diag([1e7] + [0.0] * 29), m), r"rigid motion is resisted .* most at node 1"),
-        (lambda k, m: (k, np.diag(np.diag(m) * np.tile([1.0, 1.0, 3.0, 1.0, 1.0, 1.0], 5))), "not a rigid body's"),
-        (lambda k, m: (k, m - np.diag(np.r_[np.zeros(24), np.diag(m)[24:]])), "mass"),
-    ],
-)
-def test_a_superelement_that_is_no_free_body_is_refused(tmp_path, spoil, says):
+NOT_FREE = [
+    (lambda k, m: (k + np.diag([1e7] + [0.0] * 29), m), r"rigid motion is resisted .* most at node 1"),
+    (lambda k, m: (k, np.diag(np.diag(m) * np.tile([1.0, 1.0, 3.0, 1.0, 1.0, 1.0], 5))), "not a rigid body's"),
+    (lambda k, m: (k, m - np.diag(np.r_[np.zeros(24), np.diag(m)[24:]])), "mass"),
+    (clamped, "give consistent or lumped mass of the whole free body"),
+]
+DESCRIPTIONS = [
+    (lambda text: text.replace("m-kg-s", "mm-kg-s"), "units 'mm-kg-s' do not exist; valid: m-kg-s, mm-t-s"),
+    (lambda text: text.replace("units", "unit"), "unknown key 'unit'; did you mean 'units'"),
+    (lambda text: text.replace('"end" = 5', '"end" = 7'), "interface 'end': node 7 is not retained"),
+    (lambda text: text.replace("super.mtx", "none.mtx"), "none.mtx: cannot be read"),
+    (lambda text: text.replace("5 = [", "6 = ["), "node 5 is not retained, or has no coordinates"),
+    (lambda text: text.partition("[nodes]")[0], "no coordinates"),
+    (lambda text: text.replace("1.0]", '"one"]'), r"node '5' = .*; expected is NUMBER = \[x, y, z\]"),
+]
+TEXTS = [
+    (lambda text: text[: len(text) // 3], "values, its 30 components need 465"),
+    (lambda text: text[: text.index("*MATRIX,TYPE=MASS")], "no mass matrix"),
+    (lambda text: text.replace("E+", "Q+", 1), "is no number"),
+    (lambda text: "", "no .USER ELEMENT"),
+]
+SPOILT = [("matrices", *row) for row in NOT_FREE]
+SPOILT += [(name, *row) for name, rows in (("super.toml", DESCRIPTIONS), ("super.mtx", TEXTS)) for row in rows]
+
+
+@pytest.mark.parametrize(("where", "spoil", "says"), SPOILT)
+def test_a_superelement_that_cannot_be_used_is_refused_with_what_would_serve(tmp_path, where, spoil, says):
+    """Matrices of no free body, a description that does not fit them, a text that is cut short."""
     frame = shaft(4)
+    matrices, ends = frame.matrices(), {"start": 1, "end": 5}
+    if where == "matrices":
+        matrices = spoil(*matrices)
+        frame.positions[len(matrices[0]) // 6 :] = []
+        ends["end"] = len(frame.positions)
+    path = write_superelement(tmp_path, frame, ends, matrices)
+    if where != "matrices":
+        (tmp_path / where).write_text(spoil((tmp_path / where).read_text()))
     with pytest.raises(InputError, match=says) as refused:
-        read_body(write_superelement(tmp_path, frame, {"start": 1, "end": 5}, spoil(*frame.matrices())))
-    assert "\n" not in str(refused.value)
-
-
-def test_a_body_cut_off_at_a_support_is_refused(tmp_path):
-    frame = shaft(4)
-    stiffness, mass = cut_wrong(*frame.matrices())
-    frame.positions.pop()
-    with pytest.raises(InputError, match="give consistent or lumped mass of the whole free body"):
-        read_body(write_superelement(tmp_path, frame, {"start": 1, "end": 4}, (stiffness, mass)))
-
-
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        (lambda text: text.replace("m-kg-s", "mm-kg-s"), "units 'mm-kg-s' do not exist; valid: m-kg-s, mm-t-s"),
-        (lambda text: text.replace("units", "unit"), "unknown key 'unit'; did you mean 'units'"),
-        (lambda text: text.replace('"end" = 5', '"end" = 7'), "interface 'end': node 7 is not retained"),
-        (lambda text: text.replace("super.mtx", "none.mtx"), "none.mtx: cannot be read"),
-        (lambda text: text.replace("5 = [", "6 = ["), "node 5 is not retained, or has no coordinates"),
-        (lambda text: text.partition("[nodes]")[0], "no coordinates"),
-        (lambda text: text.replace("1.0]", '"one"]'), r"node '5' = .*; expected is NUMBER = \[x, y, z\]"),
-    ],
-)
-def test_a_description_that_cannot_be_used_is_refused_with_what_would_serve(tmp_path, change, says):
-    path = write_superelement(tmp_path, shaft(4), {"start": 1, "end": 5})
-    path.write_text(change(path.read_text()))
-    with pytest.raises(InputError, match=says):
         read_body(path)
-
-
-def test_text_that_is_cut_short_or_no_number_is_refused(tmp_path):
-    path = write_superelement(tmp_path, shaft(4), {"start": 1, "end": 5})
-    text = (tmp_path / "super.mtx").read_text()
-    for torn, says in (
-        (text[: len(text) // 3], "values, its 30 components need 465"),
-        (text[: text.index("*MATRIX,TYPE=MASS")], "no mass matrix"),
-        (text.replace("E+", "Q+", 1), "is no number"),
-        ("", "no .USER ELEMENT"),
-    ):
-        (tmp_path / "super.mtx").write_text(torn)
-        with pytest.raises(InputError, match=says):
-            read_body(path)
+    assert "\n" not in str(refused.value)
 
 
 @pytest.fixture(scope="module")
@@ -328,12 +304,11 @@ def test_a_crankshaft_of_another_engine_is_refused(crank):
 
 
 def test_the_command_takes_a_superelement_and_writes_it_as_a_body(crank, tmp_path, capsys):
-    assert (
-        main(["reduce", "diesel_i6", "--body", str(crank[1]), "--output", str(tmp_path / "crank.npz"), "--json"]) == 0
-    )
+    made = str(tmp_path / "crank.npz")
+    assert main(["reduce", "diesel_i6", "--body", str(crank[1]), "--output", made, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["output"] == str(tmp_path / "crank.npz") and told["path"] == str(crank[1])
-    assert main(["modal", "diesel_i6", "--body", str(tmp_path / "crank.npz"), "--json"]) == 0
+    assert told["output"] == made and told["path"] == str(crank[1])
+    assert main(["modal", "diesel_i6", "--body", made, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["reduction"]["modes"] == told["modes"]
     assert main(["reduce", "diesel_i6", "--mesh", "a.msh", "--body", "b.npz"]) == 2
     assert "not allowed with" in capsys.readouterr().err

@@ -67,10 +67,7 @@ def middle(mesh):
         ({"move": lambda x: 1e3 * x}, r"a crankshaft .* m long, .* --mesh-unit m, mm, in"),
         ({"move": lambda x: x / 0.0254}, r"coordinates 39\.\d+ times as large as expected; .*--mesh-unit"),
         ({"move": lambda x: x[:, [2, 1, 0]]}, "turn the mesh so that z is the crank axis"),
-        (
-            {"names": {"pulley": "flywheel", "flywheel": "pulley"}},
-            r"pulley lies at z = .* is expected in front",
-        ),
+        ({"names": {"pulley": "flywheel", "flywheel": "pulley"}}, r"pulley lies at z = .* is expected in front"),
         ({"twice": 5}, "faces belong to more than two elements"),
         ({"drop": middle}, r"the solid is \d+ pieces, .* expected is one"),
         ({"move": lambda x: np.where(np.arange(len(x))[:, None] == 7, np.nan, x)}, "no finite place|not readable"),

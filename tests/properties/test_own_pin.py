@@ -2,14 +2,15 @@
 
 import math
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from designed import designed
 from scipy.interpolate import CubicSpline
 from some import some
 from standing import rigid_block
+from started import at_speed, shown
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model import slots as at
@@ -19,9 +20,6 @@ from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace
 from cranktrain.structure.assembly import running_crank
 from cranktrain.studies.constant_speed import Request
-from cranktrain.studies.design.layouts import layout
-from cranktrain.studies.design.rules import document
-from cranktrain.studies.design.sizes import sizes
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -30,33 +28,18 @@ TWISTS = Settings(crank="torsional", bearings="held", step=math.radians(2.5))
 """Nothing rubs on journals that are locked on their axis."""
 
 
-@cache
-def engine(name, folder):
-    """A shipped engine, or one of a layout as ``new`` writes it."""
-    if name.startswith("diesel"):
-        return load_engine(name)
-    path = folder / f"{name}.toml"
-    path.write_text(document(name, sizes(layout(name, None), 0.0825, 0.0928)).text, encoding="utf-8")
-    return load_engine(path)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("engines")
-
-
 def started(made, **choices):
     """A torsional crank at its start."""
-    simulation = Simulation(made, running_crank(made, "torsional"), replace(TWISTS, **choices))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    return at_speed(SPEED, made, running_crank(made, "torsional"), replace(TWISTS, **choices))
 
 
-def reach(made, angle, c):
-    """Height of piston pin c over the crank axis (m) at its crank angle after firing dead centre, a right triangle."""
+def volume_of(made, angle, c):
+    """Volume of cylinder c (m³) at its crank angle after firing dead centre, the piston pin by a right triangle."""
     throw, offset, rod = made.crankshaft.throw, made.offsets[c], made.rods[c].length
-    return throw * np.cos(angle) + np.sqrt(rod**2 - (throw * np.sin(angle) + offset) ** 2)
+    area = 0.25 * math.pi * made.cylinders.bore**2
+    high = throw * np.cos(angle) + np.sqrt(rod**2 - (throw * np.sin(angle) + offset) ** 2)
+    clearance = 2.0 * throw / (made.cylinders.compression_ratio - 1.0)
+    return area * (clearance + math.sqrt((throw + rod) ** 2 - offset**2) - high)
 
 
 def indicated_work(made, gas, speed):
@@ -74,9 +57,9 @@ def indicated_work(made, gas, speed):
 
 
 @pytest.mark.parametrize("name", ["diesel_i6", "i5", "single"])
-def test_the_gas_does_the_indicated_work_of_its_trace(name, folder):
+def test_the_gas_does_the_indicated_work_of_its_trace(name, tmp_path):
     """The six's pins twist by 0.1 degrees; at the crank's mean angle the gas did 0.7 % more."""
-    made = engine(name, folder)
+    made = load_engine(name) if name == "diesel_i6" else designed(tmp_path, name)[0]
     gas = GasTrace.from_engine(made)
     run = simulate(made, running_crank(made, "torsional"), TWISTS, SPEED, gas=gas, settle=1e-5)
     expected = indicated_work(made, gas, SPEED)
@@ -93,17 +76,14 @@ def test_each_cylinder_tells_the_angle_of_its_own_pin():
     made = load_engine("diesel_i6")
     simulation = started(made)
     simulation.step(math.radians(37.0) / SPEED)
-    shown = dict(zip(simulation.output_names, simulation.outputs, strict=True))
-    area = 0.25 * math.pi * made.cylinders.bore**2
-    clearance = area * 2.0 * made.crankshaft.throw / (made.cylinders.compression_ratio - 1.0)
-    top = math.sqrt((made.crankshaft.throw + made.rod.length) ** 2 - made.offsets[0] ** 2)
+    found = shown(simulation)
     turns = []
     for c in range(made.n_cylinders):
-        angle = shown[f"cylinder[{c + 1}].angle"]
+        angle = found[f"cylinder[{c + 1}].angle"]
         assert 0.0 <= angle < CYCLE
-        volume = clearance + area * (top - reach(made, angle, c))
-        assert shown[f"cylinder[{c + 1}].volume"] == pytest.approx(volume, rel=1e-9)
-        turns.append((angle + made.firing_angles[c] - shown["crank.angle"] + math.pi) % CYCLE - math.pi)
+        volume = volume_of(made, angle, c)
+        assert found[f"cylinder[{c + 1}].volume"] == pytest.approx(volume, rel=1e-9)
+        turns.append((angle + made.firing_angles[c] - found["crank.angle"] + math.pi) % CYCLE - math.pi)
     assert np.ptp(turns) > math.radians(0.02)
 
 
@@ -115,16 +95,14 @@ def test_angles_are_against_cylinders_that_pitch_and_roll_with_the_engine(name, 
     body = running_crank(made, "beam")
     settings = replace(TWISTS, crank="beam", bearings="impedance", block="flexible")
     run = simulate(made, body, settings, rpm * math.pi / 30.0, 8, parts=Parts(block=rigid_block(made, body)))
-    shown = {output: run.last_cycle(output)[1] for output in run.outputs}
-    area, step = 0.25 * math.pi * made.cylinders.bore**2, 1e-5
-    clearance = area * 2.0 * made.crankshaft.throw / (made.cylinders.compression_ratio - 1.0)
+    found = {output: run.last_cycle(output)[1] for output in run.outputs}
+    step = 1e-5
     for c in some(range(made.n_cylinders)):
-        angle = shown[f"cylinder[{c + 1}].angle"]
-        top = math.sqrt((made.crankshaft.throw + made.rods[c].length) ** 2 - made.offsets[c] ** 2)
-        off = shown[f"cylinder[{c + 1}].volume"] - clearance - area * (top - reach(made, angle, c))
-        off /= area * (reach(made, angle - step, c) - reach(made, angle + step, c)) / (2.0 * step)
+        angle = found[f"cylinder[{c + 1}].angle"]
+        off = found[f"cylinder[{c + 1}].volume"] - volume_of(made, angle, c)
+        off /= (volume_of(made, angle + step, c) - volume_of(made, angle - step, c)) / (2.0 * step)
         half = np.abs(np.sin(angle)) > 0.9
-        roll = shown["engine.rotation.z"][half]
+        roll = found["engine.rotation.z"][half]
         assert np.linalg.norm(off[half]) < 0.1 * np.linalg.norm(roll)
 
 
@@ -149,10 +127,8 @@ def test_an_encoder_shifts_the_trace_by_the_twist_between_it_and_the_pins(encode
     pressure = CubicSpline(np.append(gas.angles, CYCLE), np.append(samples, samples[0]), bc_type="periodic")
     simulation = started(made, encoder=encoder)
     cylinders = range(made.n_cylinders)
-    names = [
-        f"{encoder}.torsion",
-        *(f"cylinder[{c + 1}].{what}" for c in cylinders for what in ("angle", "volume_rate")),
-    ]
+    names = [f"{encoder}.torsion"]
+    names += [f"cylinder[{c + 1}].{what}" for c in cylinders for what in ("angle", "volume_rate")]
     places = [simulation.output_names.index(name) for name in names]
     per_cycle, cycles = 288, 30
     changed = worked = 0.0

@@ -1,13 +1,63 @@
-"""The study's own fixed-step integrators: their orders on a smooth linear system, and where explicit ones fail."""
+"""Solvers to compare with: first-order equations are those of the stage solver, fixed steps have their orders."""
 
 import math
 
 import numpy as np
 import pytest
+from benchmarks.other_solvers.first_order import FirstOrder
 from benchmarks.other_solvers.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, Equations, FixedStep
+from bodies import whole_six
+from started import at_speed, shown
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel_address, law_kernel
+from cranktrain.dynamics.model.state import ACCELERATION, TIME, offset
+from cranktrain.dynamics.simulation import Settings
+
+SPEED = 2000.0 * math.pi / 30.0
+
+
+def started(settings):
+    return at_speed(SPEED, *whole_six(), settings)
+
+
+@pytest.mark.parametrize("bearings", ["linear", "impedance"])
+def test_accelerations_are_those_of_the_stage_solver(bearings):
+    simulation = started(
+        Settings(bearings=bearings, integrator="sdirk4", step=math.radians(0.5), newton_tolerance=1e-8)
+    )
+    equations = FirstOrder(simulation)
+    n = equations.modes
+    for k in range(1, 25):
+        simulation.step(k * math.radians(15.0) / SPEED)
+        state = simulation.state
+        own = equations(state[TIME], equations.start(state))[n : 2 * n]
+        a = state[offset(ACCELERATION, n) : offset(ACCELERATION, n) + n]
+        assert np.abs(own - a).max() < 1e-5 * np.abs(a).max()
+        torsion, axial, film = equations.quantities(equations.start(state)[:, None])[:3, 0]
+        assert torsion == pytest.approx(shown(simulation)["pulley.torsion"], rel=1e-12)
+        assert axial == pytest.approx(shown(simulation)["pulley.axial"], rel=1e-12)
+        assert film == pytest.approx(shown(simulation)["bearing[1].film_thickness_min"], rel=1e-9, abs=1e-12)
+
+
+def test_the_jacobian_is_the_derivative_of_the_rate():
+    simulation = started(Settings())
+    simulation.step(0.003)
+    equations = FirstOrder(simulation)
+    y = equations.start(simulation.state)
+    equations.increments[:] = 1e-9
+    jacobian = equations.jacobian(0.003, y)
+    direction = np.random.default_rng(1).standard_normal(y.size)
+    h = 1e-9
+    slope = (equations(0.003, y + h * direction) - equations(0.003, y - h * direction)) / (2 * h)
+    assert np.abs(jacobian @ direction - slope).max() < 1e-3 * np.abs(slope).max()
+
+
+@pytest.mark.parametrize("choice", [{"crank": "rigid", "bearings": "held"}, {"boundary": "torque"}])
+def test_other_models_are_refused(choice):
+    with pytest.raises(InputError, match="first-order equations know"):
+        FirstOrder(started(Settings(**choice)))
+
 
 DAMPING, STIFFNESS, PUSH, TURN = 0.3, np.array([1.0, 6.0]), 0.7, 1.3
 
@@ -82,16 +132,4 @@ def test_explicit_methods_fail_where_theory_says(method, limit):
 def test_radau_damps_what_it_cannot_resolve():
     """L-stable: a stiff oscillation is gone after a few steps of any length."""
     run = system("radau-5", np.array([1e10]), 0.0, 0.0, np.array([1.0, 0.0]))
-    assert run.advance(1.0, 5) == OK
-    assert abs(run.y[0]) < 1e-8
-
-
-def test_radau_keeps_its_factors_on_a_linear_system():
-    run = system("radau-5")
-    assert run.advance(0.1, 50) == OK
-    assert run.jacobians == 1
-
-
-def test_an_unknown_method_names_the_nearest():
-    with pytest.raises(InputError, match="did you mean 'radau-5'"):
-        FixedStep("radau5", Equations(0, ()), np.zeros(2))
+    assert run.advance(1.0, 5) == OK and abs(run.y[0]) < 1e-8
