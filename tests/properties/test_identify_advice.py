@@ -128,7 +128,7 @@ def test_a_move_by_a_level_above_is_left_by_a_fit_of_that_level_and_held_by_a_de
     assert not advice_of(model, comparison, found)
     moved = Step("beam in time", found.inner + np.array([0.3, 0.2]), 1)
     ratio, load = advice_of(model, comparison, found, (moved,), Ask("linear", above="beam"))
-    assert load["add"][0]["states"].startswith("--level time --crank beam, with damping.ratio in place")
+    assert load["add"][0]["states"].startswith("--method time --crank beam, with damping.ratio in place")
     assert load["half_percent"] > 39.0 and load["add"][0]["half_percent"] < 1.0
     assert ratio["half_percent"] > 58.0
     weak = Scalar("decay", RATIO, 1, 1.0, 0.05, False)

@@ -7,12 +7,21 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from cranktrain.store.seal import BLOCK, check_seal, seal
 from superelements import shaft
 
 from cranktrain.core.errors import StoreError
 from cranktrain.engine.file import load_engine
-from cranktrain.store.hdf5 import RESULT, load_body, load_extras, read_result, save_body, write_result
+from cranktrain.store.hdf5 import (
+    BLOCK,
+    RESULT,
+    check_seal,
+    load_body,
+    load_extras,
+    read_result,
+    save_body,
+    seal,
+    write_result,
+)
 from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft, running_loads, stored_path
 
 

@@ -183,9 +183,9 @@ class OrbitModel:
 
 def check_films(level: str, crank: str) -> None:
     """Raise ``InputError`` for a level of the model in which journals have no films."""
-    remedy = "an orbit takes --level time --crank beam or solid, whose journals run in oil films"
+    remedy = "an orbit takes --method time --crank beam or solid, whose journals run in oil films"
     if level != TIME:
-        raise InputError(f"[[orbit]]: level '{level}' has no oil films; {remedy}")
+        raise InputError(f"[[orbit]]: method '{level}' has no oil films; {remedy}")
     bearings = usual_level(crank, PLAIN)
     if not LAWS[bearings].film:
         raise InputError(f"[[orbit]]: the mains of crank level '{crank}' are of level '{bearings}'; {remedy}")

@@ -18,7 +18,7 @@ noise = "0.001 deg"                      # standard deviation; else from the fil
 file = "torque.csv"
 shaft = "flywheel to gearbox"
 
-[[orbit]]                                # of a main journal over the crank angle, at one speed; --level time
+[[orbit]]                                # of a main journal over the crank angle, at one speed; --method time
 file = "orbit.csv"
 bearing = "main[3]"
 rpm = 2000
