@@ -116,9 +116,10 @@ def found(install, tmp_path):
 
 def test_an_edit_of_the_sources_leaves_the_library_alone(install, tmp_path):
     assert found(install, tmp_path) == ("False", "")
-    with (install.parents[4] / "modules" / "valve_train" / "stage.py").open("a") as stream:
-        stream.write("# another state of the sources\n")
-    assert found(install, tmp_path) == ("True", "")
+    source = install.parents[4] / "modules" / "valve_train" / "stage.py"
+    for more, stale in (("# a remark\n", "False"), ("ANOTHER_STATE = True\n", "True")):
+        source.write_text(source.read_text("utf-8") + more, "utf-8")
+        assert found(install, tmp_path) == (stale, "")
 
 
 FIRST_USE = """

@@ -241,7 +241,7 @@ def test_a_level_without_films_is_refused_with_the_one_to_take(single, orbit, tm
         single,
         tmp_path,
         text,
-        "level 'linear' has no oil films; an orbit takes",
+        "method 'linear' has no oil films; an orbit takes",
         method="linear",
         crank=None,
     )

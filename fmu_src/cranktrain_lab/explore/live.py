@@ -35,7 +35,7 @@ from cranktrain_lab.explore.knobs import Chosen, Knob, chosen_engine, knobs_of
 from cranktrain_lab.variants.design import Design
 from cranktrain_lab.variants.distributions import Distribution
 from cranktrain_lab.variants.models import SHAPING, EngineModel
-from cranktrain_lab.variants.study import ENGINE, Study, Varied
+from cranktrain_lab.variants.study import ENGINE, Levels, Study, Varied
 from cranktrain_lab.variants.torsional import HEAT, TORQUE, TORSION, TWIST, structure_of, torsional_answer
 
 SPEEDS, FEWEST = 91, 21
@@ -144,7 +144,8 @@ class LiveTorsion:
         self._outputs = asked if engine.damper is None else (*asked, HEAT, TORQUE)
         self._model = EngineModel(
             Study(engine.name, engine.title, ENGINE, varied, ("frequency[1]",), Design(), engine=engine,
-                  speeds=tuple(self.speeds[[0, -1]].tolist())), say,
+                  speeds=tuple(self.speeds[[0, -1]].tolist()),
+                  levels=Levels(damper=engine.damper is not None)), say,
         )  # fmt: skip
         self._count = SPEEDS
         self.answer(Chosen())  # the first result includes loading, so only later results show the computing time
