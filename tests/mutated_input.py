@@ -602,7 +602,7 @@ CALLS = (
 LONG_WORK = (
     "cranktrain.structure.assembly.assemble", "cranktrain.structure.crank.reduction.reduced_crankshaft",
     "cranktrain.structure.block.reduction.reduced_block", "cranktrain.studies.modal.reduced_crankshaft",
-    "cranktrain.structure.assembly.elastic_bore", "cranktrain.cli.film_table.film_table",
+    "cranktrain.structure.assembly.elastic_bore", "cranktrain.store.film_tables.film_table",
     "cranktrain_lab.stability.kept_maps.maps", "cranktrain_lab.calibration.calibrate._fitted",
     "cranktrain.structure.assembly.running_crank", "cranktrain_lab.tradeoff.study.study",
     "cranktrain.studies.planning.scene_model.SceneModel", "cranktrain.structure.block.roller_ring.ring_compliance",
