@@ -168,4 +168,5 @@ def test_a_digest_changes_with_code_alone(tmp_path, monkeypatch):
     own = digest(text)
     assert digest(text.replace("A law.", "A force law,\nin words.").replace("# Why.\n", "")) == own
     assert digest(text.replace("F = ", "F: ")) != own
+    assert digest(f'{text}QUOTES = \'"""\'\n') != own  # an odd number of them: the source counts as it is
     assert digest(text.replace("+ x", "+ x  # a remark in a line of code counts")) != own

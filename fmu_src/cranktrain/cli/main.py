@@ -199,7 +199,7 @@ def _verb(arguments: Sequence[str]) -> str:
             return f"{word} {kind}"
         if kind in ("-h", "--help"):
             return ""
-        said = f"'{kind}' is none" if kind and not kind.startswith("-") else "which one is missing"
+        said = f"there is no '{kind}'" if kind and not kind.startswith("-") else "its kind is missing"
         kinds = FAMILIES[word]
         raise InputError(
             f"{word}: {said}; give {', '.join(kinds[:-1])} or {kinds[-1]}, e.g. cranktrain {word} {kinds[0]}"

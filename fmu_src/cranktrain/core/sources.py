@@ -56,9 +56,9 @@ def code_of(path: Path) -> bytes:
     A test holds the tokens of what is left against those of all sources; a source of a user may have quotes anywhere.
     """
     content = path.read_bytes()
-    if not str(path).startswith(str(ROOT.resolve())):
-        return content
     first, *rest = content.split(_QUOTES)
+    if len(rest) % 2 or not str(path).startswith(str(ROOT.resolve())):
+        return content
     parts = [first]  # code and texts by turns
     for text, code in zip(rest[::2], rest[1::2], strict=True):
         if parts[-1].rpartition(b"\n")[2].strip() or code.partition(b"\n")[0].strip():

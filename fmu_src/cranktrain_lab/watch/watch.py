@@ -35,7 +35,6 @@ LIKELY = 0.05
 """Least probability of another defect that counts as possible."""
 TURN = math.radians(30.0)
 """Largest angle, rad, between the encoder's zero and firing dead centre of the first cylinder."""
-FITTED = "--damper"
 STEP = 0.02
 """Step of the load (fraction of full load) for the derivative of orders by the load."""
 
@@ -167,15 +166,13 @@ def watch(
         zero = watched.zero_of(read.healthy.mean(axis=0))
         back = np.exp(-1j * zero * read.place.orders)
         read = read._replace(watched=read.watched * back, healthy=read.healthy * back)
-        left_out = "" if answers.damper or base.damper is None else f"; or the damper is fitted: add {FITTED}"
+        left_out = "" if answers.damper or base.damper is None else "; or the damper is fitted: add --damper"
         check_engine_of(watched, read.healthy, base.name, left_out)
         found = watched.detector(read.healthy, read.watched.shape[0], request.rate, request.seed)
         verdict = found.judge(real_rows(read.watched.mean(axis=0)))
     report = _report(watched, read, found, verdict)
     if left_out:
-        report["said"].append(
-            f"The engine's damper is left out, and its wear is not looked for; if it is fitted add {FITTED}."
-        )
+        report["said"].append("The engine's damper is left out, and its wear is not looked for: --damper fits it.")
     return report | {
         "engine": base.name, "false_alarms": request.rate, "zero_deg": math.degrees(zero),
     }  # fmt: skip
