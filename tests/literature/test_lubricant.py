@@ -7,6 +7,7 @@ import pytest
 from one_line import one_line
 from scipy.integrate import quad
 
+from cranktrain.engine.checks.oil import thickness
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import (
     barus_factor,
@@ -66,10 +67,13 @@ def test_walthers_law_goes_through_its_points_and_is_straight_in_its_chart():
 
 
 def test_both_laws_of_the_engine_file_agree():
+    """And the check of an oil, which writes them again, finds the viscosities of the runs."""
     walther = replace(OIL, law="walther")
     for celsius, tolerance in ((40, 1e-3), (100, 1e-3), (60, 0.02), (80, 0.02), (120, 0.02), (150, 0.03)):
         kelvin = celsius + 273.15
         assert viscosity(walther, kelvin) == pytest.approx(viscosity(OIL, kelvin), rel=tolerance)
+        for oil in (walther, OIL):
+            assert thickness(oil, kelvin) == pytest.approx(viscosity(oil, kelvin), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -333,6 +333,11 @@ def test_what_no_block_can_be_made_of_is_refused(engine):
     close = replace(six, cylinders=replace(six.cylinders, bank_angles=tuple(np.radians([-20.0, 20.0] * 3))))
     with one_line("block.bank_half_width: ", "lets neighbouring banks overlap"):
         check_block(close, six.block)
+    # Half of the end's housing and what the crank has up to the first or last pin's middle: 9 + 20 + 21 + 24 mm.
+    thin, widths = replace(six.block, housing_thickness=0.018, bulkhead_thickness=0.01), six.crankshaft.main_widths
+    for unequal in ((0.06, *widths[1:]), (*widths[:-1], 0.06)):
+        with one_line("block.housing_thickness: ", "cut the first or last liner: 74 mm from the block's end"):
+            check_block(replace(six, crankshaft=replace(six.crankshaft, main_widths=unequal)), thin)
     for table in ("block", "mounts"):
         with one_line(f"no table [{table}]; add it as in engine/data/diesel_i6.toml"):
             reduced_block(replace(six, **{table: None}))

@@ -108,6 +108,7 @@ REFUSED = {
         ("cylinders.pins", "[1, 2, 3, 4, 5, 8]", "not one of 1..6"),
         ("thrust.main", 9, "not one of the main journals 1..7"),
         ("thrust.main", 1.5, "not a whole number"),
+        ("thrust.contact_height", 0.1, "two of 0.1 mm leave nothing of the clearance, 0.2 mm", "mm"),
         ("flywheel.polar_inertia", 2.4, "more than twice"),
         ("combustion.exhaust_opens", 40, "after the end of combustion"),
         ("oil.vogel_b", 1000, "does not measure its temperature difference", "degC"),

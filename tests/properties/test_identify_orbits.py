@@ -84,7 +84,7 @@ def in_time(engine, folder, text, **more):
 
 def read(engine, folder, **more):
     """The orbit as the study reads it."""
-    table = OrbitTable(file="orbit.csv", bearing="main[2]", rpm=SPEED, **more)
+    table = OrbitTable(**{"file": "orbit.csv", "bearing": "main[2]", "rpm": SPEED} | more)
     return read_orbits(load_engine(engine), [table], folder / "measured.toml", [])[0]
 
 
@@ -186,13 +186,24 @@ def test_stated_noise_is_that_of_a_sample_and_falls_with_the_cycles(single, orbi
     assert read(single, tmp_path, noise="0.6 um").noise == pytest.approx(0.6e-6 / math.sqrt(6.0))
 
 
+@pytest.mark.parametrize(("share", "end"), [(0.96, 0), (0.94, 0), (1.04, 1), (1.06, 1)])
+def test_an_orbit_may_lie_a_twentieth_beyond_the_engines_speeds(single, orbit, tmp_path, share, end):
+    write_orbit(tmp_path, orbit)
+    speed = share * load_engine(single).speeds[end]
+    if abs(share - 1.0) < 0.05:
+        assert read(single, tmp_path, rpm=speed / RPM).speed == pytest.approx(speed)
+    else:
+        with pytest.raises(InputError, match="lies outside the speeds"):
+            read(single, tmp_path, rpm=speed / RPM)
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [
         ({"bearing": '"mian[2]"'}, "no main bearing is called 'mian[2]'; did you mean 'main[2]'?"),
         ({"bearing": '"main[9]"'}, "no main bearing is called 'main[9]'"),
         ({"rpm": "90000"}, "rpm"),
-        ({"rpm": "200"}, "200 rev/min lies outside the speeds of"),
+        ({"rpm": "200"}, "200 rev/min lies outside the speeds of 'single_petrol', 1400 to 9000 rev/min"),
         ({"rpm": None}, "rpm"),
         ({"columns": '["x", "y"]'}, "columns names 2; name three, of angle, x and y"),
         ({"columns": '["crank_angle", "x", "z"]'}, "no column 'z'"),

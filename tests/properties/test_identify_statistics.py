@@ -18,6 +18,7 @@ from cranktrain_lab.identification.confidence import (
     bootstrap,
     confidence_of,
     contradictions,
+    directions,
     profiles,
     told_apart,
     unexcited,
@@ -266,6 +267,22 @@ def test_a_product_is_known_and_its_factors_are_not():
     assert "a^1 · b^1" in line.replace("b^1 · a^1", "a^1 · b^1")
     values = np.exp(found.inner)
     assert values[1] * values[2] == pytest.approx(TRUE["c"], rel=1e-3)
+
+
+def test_a_direction_counts_as_undetermined_where_its_information_is_rounding():
+    rotation = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    found = directions(rotation @ np.diag([4e6, 4e-4, 4e-8]) @ rotation.T)
+    assert [one.deviation for one in found] == pytest.approx([math.inf, 50.0, 0.5e-3], rel=1e-3)
+    assert abs(found[1].parts @ rotation[:, 1]) == pytest.approx(1.0)
+    assert [one.deviation for one in directions(np.zeros((2, 2)))] == [math.inf, math.inf]
+
+
+@pytest.mark.parametrize(("known", "says"), [(1.0, "a and c cannot be told apart"), (2000.0, "a is not determined")])
+def test_a_parameter_is_entangled_if_the_others_knowledge_would_make_it_three_times_surer(known, says):
+    """One direction of two is unknown, and c has 0.2 of it. Priors leave c 20 times, or once, its own deviation."""
+    u = np.array([-0.2, math.sqrt(0.96)])
+    (line,) = told_apart(1e4 * np.outer(u, u), known * np.eye(2), ["a", "c"])
+    assert says in line
 
 
 def test_what_nothing_depends_on_is_named():

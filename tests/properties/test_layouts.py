@@ -105,7 +105,16 @@ def test_beams_of_split_pins_follow_the_solid(flying, between, tolerance):
         ({"pins_between_mains": (2, 4)}, r"main_widths: 4 widths for 2 entries of pins_between_mains"),
         ({"counterweights": (True, True, True) * 3}, r"counterweights: a flying web"),
         ({"counterweights": (True, True) * 6}, r"counterweights: 12 entries for 9 webs"),
-        ({"flying_web_thickness": 0.0}, r"flying_web_thickness: pins 1 and 2 lie .* apart and overlap too little"),
+        # Throws of 60 mm: 60 degrees apart their chord is as long; 60 and 80 mm at a right angle are 100 mm apart.
+        ({"flying_web_thickness": 0.0}, r"flying_web_thickness: pins 1 and 2 lie 60 mm apart and overlap too little"),
+        (
+            {
+                "flying_web_thickness": 0.0,
+                "throw_angles": tuple(math.radians(angle) for angle in (30, 60, 100, 190, 240, 270)),
+                "pin_throws": (0.06, 0.06, 0.08, 0.06, 0.06, 0.06),
+            },
+            r"flying_web_thickness: pins 3 and 4 lie 100 mm apart and overlap too little",
+        ),
         ({"pin_throws": (0.05,) * 5}, r"pin_throws: 5 values for 6 throws"),
         ({"pin_throws": (0.05,) * 6}, r"pin_throws: begins with 50 mm, throw is"),
     ],

@@ -3,6 +3,8 @@
 Instances of an assembly lie where a deck of Abaqus puts them.
 """
 
+import re
+
 import numpy as np
 import pytest
 from mesh_texts import Cube, by_meshio, deck, node_lines, numbered, universal
@@ -10,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
+from cranktrain.structure.fem.mesh_file import interface_name, read_surfaces_and_tetrahedra
 from cranktrain.structure.fem.own_mesh import check_one_piece
 from cranktrain.structure.fem.reduction import content_digest
 
@@ -160,6 +162,11 @@ def bulk(text, card):
     return text.replace("BEGIN BULK", f"BEGIN BULK\n{card}")
 
 
+def first(pattern, new):
+    """Change of the first lines that match."""
+    return lambda text: re.sub(pattern, new, text, count=1, flags=re.MULTILINE)
+
+
 ODD_DECKS = [
     (lambda x: changed("3, ", "3, 1.0, zero, 0.0", x), r"line 7: .*zero.* is no node; expected is NUMBER, X, Y, Z"),
     (lambda x: changed("3, ", "3, 1.0", x), r"line 7: node 3 has 1 coordinates"),
@@ -200,6 +207,9 @@ ODD_UNIVERSAL = [
 
 ODD_TEXTS = [
     ("msh", lambda text: text.replace("$MeshFormat\n2.2", "$MeshFormat\n1.7"), r"line \d: .*mesh format.*1.7"),
+    ("msh", first(r"^5 \S+", "5 nan"), r"node 5 of 115 has no finite place: \[nan, "),
+    ("msh", first(r"^115\n((.*\n){4})5 .*\n", r"114\n\1"), r"an element has .*node"),
+    ("msh", first(r"^1 11 (2 0 0( \d+){4}).*", r"1 4 \1"), r"holds 1 tetra, 39 tetra10: mesh the solid"),
     ("msh", lambda text: "hello\n" + text, r"line 1: not readable as gmsh, whose files begin with \$MeshF"),
     ("msh", lambda text: "", r"line 1: not readable as gmsh, whose files begin"),
     ("msh", lambda text: text[: len(text) // 3], r"line \d+: not readable as gmsh \(\w+"),
@@ -235,6 +245,14 @@ def test_an_odd_file_is_refused_with_its_reason(tmp_path, ending, change, says):
     with pytest.raises(InputError, match=says) as caught:
         read_surfaces_and_tetrahedra(path)
     assert str(path) in str(caught.value) and "export it again" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "own"),
+    [("LINER_2_UPPER", "liner[2].upper"), ("Bore 07", "bore[7]"), ("'Pin[3]' ", "pin[3]"), ("Web1", "web1")],
+)
+def test_names_of_surfaces_in_the_ways_of_meshing_programs(name, own):
+    assert interface_name(name) == own
 
 
 def test_bulk_data_alone_are_read(tmp_path):
@@ -302,11 +320,11 @@ def test_included_bulk_data_are_followed_and_change_the_digest(tmp_path):
         read_surfaces_and_tetrahedra(path)
 
 
-@pytest.mark.filterwarnings("ignore:.*linear tetrahedra:UserWarning")
 def test_four_node_tetrahedra_with_their_triangles(tmp_path):
     cube = Cube(quadratic=False)
     lines = deck(cube, "S3")
-    _, tets, surfaces = read_surfaces_and_tetrahedra(written(tmp_path / "cube.inp", lines))
+    with pytest.warns(UserWarning, match="linear tetrahedra"):
+        _, tets, surfaces = read_surfaces_and_tetrahedra(written(tmp_path / "cube.inp", lines))
     assert tets.shape == cube.tets.shape
     assert {frozenset(row) for row in surfaces["main[1]"].tolist()} == cube.triangles("MAIN_1")
     assert numbered(cube.tets[:1], 1) == [lines[lines.index("*ELEMENT, TYPE=C3D4, ELSET=solid") + 1]]

@@ -83,6 +83,14 @@ def test_last_cycle_takes_uniform_samples_as_they_are():
     assert last_cycle(angle, signal, 360) == pytest.approx(signal[-361:-1], abs=1e-9)
 
 
+def test_a_crank_that_swings_may_lack_a_quarter_of_a_sample_of_the_last_cycle():
+    """The spline goes on into what is lacking; a run that lacks more is no cycle."""
+    angle, beyond = (CYCLE / (720.0 + lacking) * (lacking + np.arange(721)) for lacking in (0.2, 0.3))
+    assert last_cycle(angle, np.cos(angle), 720) == pytest.approx(np.cos(np.arange(720) * CYCLE / 720), abs=1e-6)
+    with pytest.raises(InputError, match="simulate longer"):
+        last_cycle(beyond, np.cos(beyond))
+
+
 def test_summary_takes_extremes_of_the_last_cycle_only():
     angle = np.arange(2 * 720 + 1) * CYCLE / 720
     late = angle >= CYCLE
