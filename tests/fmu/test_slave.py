@@ -112,12 +112,18 @@ assert unit.bits() == before
 import struct, zlib
 HEAD = struct.calcsize("<8sI64sIdII")
 def mended(place, value):
-    content = whole[:place] + struct.pack("<d", value) + whole[place + 8 : -4]
+    packed = struct.pack("<I" if isinstance(value, int) else "<d", value)
+    content = whole[:place] + packed + whole[place + len(packed) : -4]
     return content + struct.pack("<I", zlib.crc32(content))
-for value, place in ((math.nan, len(whole) - 12), (1e300, len(whole) - 12), (math.inf, len(whole) - 20)):
+LAST, PHASE, TIME = len(whole) - 12, 76, 80
+wrong = (math.nan, LAST), (1.01e15, LAST), (math.inf, LAST - 8), (4, PHASE), (1.01e7, TIME), (-1.01e7, TIME)
+for value, place in wrong:
     state = unit.fmu.deSerializeFMUstate(mended(place, value))
     status, text = unit.refusal(lambda: unit.fmu.setFMUstate(state))
-    assert status > 2 and "not one of a run: its motion" in text, (status, text)
+    words = "its motion" if place >= LAST - 8 else "its phase or its time"
+    assert status > 2 and f"not one of a run: {words} cannot be" in text, (status, text)
+for state in (mended(LAST, 1e10), mended(TIME, 9.9e6), whole):  # the pressure of a film, and after the latest start
+    unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(state))
 state = unit.fmu.deSerializeFMUstate(mended(HEAD, 1e9))
 status, text = unit.refusal(lambda: unit.fmu.setFMUstate(state))
 assert status > 2 and "cannot be" in text and "= 1000000000.0" in text, (status, text)
@@ -159,6 +165,23 @@ fast = unit.get(*names)
 unit.fmu.exitInitializationMode()
 assert (slow[0], fast[0]) == (100.0, 200.0) and unit.get(*names) == fast
 assert 0.0 < abs(fast[1] / 200.0 - 1.0) < abs(slow[1] / 100.0 - 1.0) < 0.1
+""",
+    "its clock may be that of single numbers, or differ by a thousandth of a step": """
+for start, off in ((0.0, 1e-7), (1000.0, 1e-3)):
+    unit = Unit(sys.argv[1]).start({'crank.level': 'rigid', 'bearing.level': 'linear'}, time=start)
+    now = start + 0.9 * off
+    unit.fmu.doStep(now, 1e-4)
+    for away in (-1.2 * off, 1.2 * off):
+        status, text = unit.refusal(lambda: unit.fmu.doStep(now + 1e-4 + away, 1e-4))
+        assert status > 2 and "but the model stands at" in text, (status, text)
+    unit.close()
+""",
+    "a start may be twelve days early or late": """
+for time in (1e6, -1e6):
+    unit = Unit(sys.argv[1])
+    status, text = unit.refusal(lambda: unit.fmu.setupExperiment(startTime=1.01 * time))
+    assert status > 2 and "at most 1e+06" in text, (status, text)
+    unit.fmu.setupExperiment(startTime=time)
 """,
     # The empty dependencies are the truth: between steps no output answers to an input.
     "outputs follow inputs only from the next step": """
@@ -263,7 +286,8 @@ def test_coarse_steps_are_warned_of_once(fmu, script):
     done = script("Unit(sys.argv[1]).start().run(3, h=5e-4).close()", fmu)
     assert done.stderr.count("warning") == 1
     assert "6.0 degrees" in done.stderr and "--output-interval 8.3e-05" in done.stderr
-    assert script("Unit(sys.argv[1]).start().run(3, h=1e-4).close()", fmu).stderr == ""
+    for step, count in (("2.5e-4", 0), ("2.53e-4", 1)):  # from three degrees on
+        assert script(f"Unit(sys.argv[1]).start().run(3, h={step}).close()", fmu).stderr.count("warning") == count
 
 
 def test_fmpy_simulates_and_the_error_reaches_its_user(fmu, script, tmp_path, cache):
