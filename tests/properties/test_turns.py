@@ -191,3 +191,18 @@ def test_calls_are_noted_and_a_run_that_is_to_stop_stops_before_the_next_step():
     notes[unit_turns.NOTE_STOP] = 1
     with pytest.raises(KeyboardInterrupt):
         master.step(0.2)
+
+
+def test_a_mean_of_fewer_points_forgets_those_before():
+    """Weights are those of the new value, then of earlier points, newest first, and of no more than are given."""
+    master, _ = coupled("gauss-seidel", "quadratic", InC)
+    for time in (0.1, 0.2, 0.3, 0.4):
+        master.step(time)
+    turns = master._turns
+    known, samples = turns.arguments[8:10]
+    n = samples.shape[1]
+    for first, *others in ((0.5, 0.3, 0.2), (1.5, -0.5), (1.0,)):
+        turns.weigh([first, *others])
+        turns.take(unit_turns.MEAN, 0, 2, 0.4, 0.1)
+        wanted = first * known[n : 2 * n] + sum(weight * samples[k] for k, weight in enumerate(others))
+        assert known[:n] == pytest.approx(wanted, rel=1e-12)
