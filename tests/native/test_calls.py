@@ -278,6 +278,16 @@ def test_all_memory_comes_from_the_host_and_goes_back(unit):
     assert heap.given > 6 and heap.pieces == set()
 
 
+def test_a_state_taken_again_gets_new_memory_only_where_it_has_grown(unit):
+    heap, state = Heap(), c_void_p()
+    one = unit(memory=(heap.allocate, heap.release)).must("GetFMUstate", byref(state)).start().run(2)
+    before = heap.given
+    for _ in range(2):
+        one.must("GetFMUstate", byref(state))
+        assert heap.given == before + 1
+    one.must("FreeFMUstate", byref(state))
+
+
 def test_no_piece_of_memory_may_lack(unit):
     """Wherever memory ends, the host hears of it, and nothing is lost of what it gave."""
     whole = Heap()

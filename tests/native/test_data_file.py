@@ -2,8 +2,10 @@
 
 import os
 import shutil
+import struct
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import mock_unit
@@ -79,7 +81,27 @@ def other(digest=DIGEST, guid=GUID, **tables):
     return ff.to_bytes(ff.NativeFile(digest, guid, {**mock_unit.tables(), **tables}))
 
 
+def fitting(place, *values, form="<I"):
+    """The data with other numbers from a byte on, and sums of the file that fit them."""
+    data = bytearray(WHOLE)
+    struct.pack_into(form, data, place, *values)
+    words = np.frombuffer(bytes(data[96:]), dtype="<u8")
+    weighted = words * np.arange(1, words.size + 1, dtype=np.uint64)
+    struct.pack_into("<QQ", data, 80, zlib.crc32(data[96:]), int(weighted.sum(dtype=np.uint64)))
+    return bytes(data)
+
+
+SECTIONS, FIRST = 96, 104  # place of the number of sections, and of the first one's entry: name, offset, bytes, rows
+(TEXTS,) = struct.unpack_from("<Q", WHOLE, FIRST + 16)
 WRONG = [
+    (fitting(SECTIONS, 16), "has not the sections that it must have"),
+    (fitting(SECTIONS, 18), "has not the sections that it must have"),
+    (fitting(FIRST + 32, WHOLE[FIRST : FIRST + 8], form="<8s"), "has not the sections that it must have"),
+    (fitting(FIRST + 8, FIRST + 32 * 17 + 4, form="<Q"), "has a section that does not fit into it"),
+    (fitting(FIRST + 16, len(WHOLE) - 8, len(WHOLE) - 8, form="<QQ"), "has a section that does not fit into it"),
+    (fitting(FIRST + 24, TEXTS - 1, form="<Q"), "has a section that does not fit into it"),
+    (fitting(FIRST + 24, TEXTS + 1, form="<Q"), "has a section that does not fit into it"),
+    (mock_unit.native_bin(films="0123"), "is for other machine code than this binary"),
     (b"", "is empty or cannot be mapped"),
     (WHOLE[:7], "is not the data of a native FMU of cranktrain"),
     (WHOLE[:100], "is not the data of a native FMU of cranktrain"),

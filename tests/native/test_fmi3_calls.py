@@ -40,6 +40,7 @@ def test_time_and_scalars_and_arrays_are_read_in_one_call(unit3):
     one = unit3().start().run(5)
     read = one.get("Float64", TIME, V["speed"], MOTION, TIME, V["force"], n=7)
     assert read == [5e-4, 100.0, *one.get("Float64", MOTION, n=3), 5e-4, 10.0]
+    assert one.get("Float64", *16 * [V["speed"]], TIME) == [*16 * [100.0], 5e-4]
 
 
 @pytest.mark.parametrize(
@@ -50,7 +51,9 @@ def test_time_and_scalars_and_arrays_are_read_in_one_call(unit3):
         ([TIME + 1], 1, f"value reference {TIME + 1} is unknown"),
         ([V["observed"]], 1, "is 'observed', no Float64"),
         ([V["speed"]], 2**40, "values were given for variables of 1 elements"),
-        ([MOTION] * 40, 120, "values at once"),
+        ([V["speed"]] * 18, 18, "more than 17 Float64 values at once"),
+        ([V["speed"]] * 17, 17, "more than 16 Float64 values at once"),
+        ([V["speed"], TIME], 1, "value reference 16 is unknown"),
     ],
 )
 def test_references_and_counts_that_do_not_fit_are_refused(unit3, references, n, words):
@@ -121,6 +124,30 @@ def test_arrays_that_cannot_be_are_refused(unit3, tmp_path, arrays):
     (tmp_path / "native.bin").write_bytes(mock_unit.native_bin(arrays=arrays))
     one = unit3(folder=tmp_path)
     assert one.component is None and "native.bin has an array" in one.log[0][2]
+
+
+@pytest.mark.parametrize("gas", ["1", "16 15", "1 16", "1 0", "3 15", "1 15 x"])
+def test_pressures_that_cannot_be_are_refused(unit3, tmp_path, gas):
+    """An input, the first of an array, and the enumeration that says where pressures come from."""
+    (tmp_path / "native.bin").write_bytes(mock_unit.native_bin(arrays=f"{MOTION}*3", gas=gas))
+    one = unit3(folder=tmp_path)
+    assert one.component is None and "native.bin has pressures that cannot be" in one.log[0][2]
+
+
+@pytest.mark.parametrize(
+    ("scheme", "given", "told"),
+    [(1, [], 0), (1, ["speed"], 1), (1, ["speed", "force"], 0), (1, ["force"], 0), (2, ["speed"], 0)],
+)
+def test_pressures_that_do_not_come_are_missed_once(unit3, tmp_path, scheme, given, told):
+    """If the run is driven by other inputs, and the source (here the first scheme) is left to the unit."""
+    about = {"gas": f"{V['force']} {V['solver.scheme']}", "arrays": f"{MOTION}*3 {V['force']}*1"}
+    (tmp_path / "native.bin").write_bytes(mock_unit.native_bin(**about))
+    one = unit3(folder=tmp_path).set("Int64", [V["solver.scheme"]], [scheme]).set("Float64", [V["speed"]], [90.0])
+    one.start().run(1)
+    for name in given:
+        one.set("Float64", [V[name]], [50.0])
+    one.run(2, first=1)
+    assert sum("no pressures are set" in text for _, _, text in one.log) == told
 
 
 def test_a_host_is_called_every_half_degree(unit3):

@@ -42,7 +42,8 @@ def test_a_state_brings_its_levels_and_what_the_start_has_set(unit, levels, ther
     one.set("Real", {V["speed"]: 30.0})
     data = one.run(5, first=5).serialized(one.state())
     later = bits(one.run(10, first=10))
-    for other in (fresh(unit, there, speed=40.0), fresh(unit, there, speed=40.0).start().run(3)):
+    others = (fresh(unit, there, speed=40.0), *(fresh(unit, there, speed=v).start().run(3) for v in (40.0, 158.0)))
+    for other in others:  # 158 and 40 are on either side of 150, also as bytes
         status, state = other.deserialize(data)
         assert status == OK
         other.must("SetFMUstate", state)
@@ -151,26 +152,34 @@ def test_states_with_fitting_checksums_and_senseless_values_are_refused_or_harml
     assert bits(one.start().run(4)) == bits(unit().start().run(4))
 
 
-@pytest.mark.parametrize(
-    ("name", "good", "bad"), [("speed", 123.0, 2000.5), ("damping", 0.5, -1.0), ("speed", 123.0, np.nan)]
+# Places, bytes, in a state: of the values, of rates and start values of the two inputs, and of the state in the present
+# point, behind its time.
+VALUES, RATES, STARTS, POINT = 136, 136 + 8 * len(V), 136 + 8 * len(V) + 16, 8 * (1 - 4 * 3 * 8)
+DAMAGED = (
+    *((92, phase) for phase in (0, 5, 64)),
+    *((place, 3) for place in (96, 100, 104, 108)),  # variant, numbers in a point and of past points, the last of these
 )
-def test_numbers_that_no_instance_takes_are_refused_in_states_too(unit, name, good, bad):
-    """Also where the checksum fits: bounds are those of setting the variable."""
-    one = fresh(unit, {}, speed=123.0).start().run(3)
-    words = np.frombuffer(one.serialized(one.state()), dtype="<u8").copy()
-    place = np.flatnonzero(words == np.float64(good).view(np.uint64))[0]
-    words[place] = np.float64(bad).view(np.uint64)
-    status, _ = one.deserialize(summed(words))
-    assert status == ERROR and "not one of a run" in one.log[-1][2], name
+SENSELESS = (
+    *((place, time) for place in (112, 128) for time in (1.01e15, -1.01e15)),  # start, end of the step
+    (120, np.nan),  # stop
+    *((place, speed) for place in (VALUES + 8 * V["speed"], STARTS) for speed in (2000.5, np.nan)),
+    (VALUES + 8 * V["damping"], -1.0),
+    *((VALUES + 8 * V["spring.level"], level) for level in (-0.5, 0.5, 2.0)),  # of two
+    (VALUES + 8 * V["author"], 1.0),
+    (RATES, np.inf),
+    *((POINT, number) for number in (np.nan, np.inf, -2.0e15)),
+)
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -2.0e15])
-def test_points_of_a_state_must_be_numbers_that_a_run_can_have(unit, bad):
+@pytest.mark.parametrize(("place", "odd"), [*DAMAGED, *SENSELESS])
+def test_numbers_that_no_instance_takes_are_refused_in_states_too(unit, place, odd):
+    """Also where the checksum fits: bounds of values are those of setting the variable."""
     one = unit().start().run(3)
-    words = np.frombuffer(one.serialized(one.state()), dtype="<u8").copy()
-    words[1 - 4 * 3 * 8] = np.float64(bad).view(np.uint64)  # behind the time of the present point
-    status, _ = one.deserialize(summed(words))
-    assert status == ERROR and "not one of a run" in one.log[-1][2]
+    changed = np.frombuffer(one.serialized(one.state()), dtype="u1").copy()
+    number = np.array([odd], dtype="<u4" if (place, odd) in DAMAGED else "<f8").view("u1")
+    changed[place:][: number.size] = number
+    status, _ = one.deserialize(summed(changed.view("<u8")))
+    assert status == ERROR and ("damaged" if number.size == 4 else "not one of a run") in one.log[-1][2]
 
 
 def test_calls_without_a_state_are_refused(unit):
