@@ -7,10 +7,10 @@ the path q + v t + a t²/2 and differenced; crank and block are linear in their 
 numbers stand for vectors across the axis.
 """
 
+import entry
 import numpy as np
 
 from cranktrain.core.reduced_body import rigid_coordinates, turning_stiffness
-from cranktrain.dynamics.model.state import offset
 
 SPAN = 2e-5  # s between the points of the difference: its own error and that of rounding are far below 1e-9
 WEIGHTS = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
@@ -23,9 +23,7 @@ def cross(a, b):
 
 def motion(simulation):
     """Modal q, v, a (3, n), and the frame's θ, Ω, Ω̇."""
-    n = simulation.model.omega2.size
-    state = simulation.state
-    return np.array([state[offset(k, n) : offset(k + 1, n)] for k in range(3)]), simulation.work.frames[0][:3].copy()
+    return entry.motion(simulation), entry.frame(simulation)
 
 
 def axes(simulation, path, frame):
@@ -38,8 +36,16 @@ def axes(simulation, path, frame):
     places = np.array([np.ones(count), crank.positions[mains, 2]])
     weights = np.linalg.lstsq(places, [1.0, crank.centre[2]], rcond=None)[0]
     x, y = weights @ (crank.shapes[mains, :2] @ path[0, :n])
-    u, v = weights @ (block.shapes[bores, :2] @ path[0, n : n + block.n_modes])
+    u, v = weights @ (block.shapes[bores, :2] @ path[0, entry.modes(simulation, "block")])
     return np.exp(1j * frame[0]) * complex(x, y), complex(u, v)
+
+
+def piston_modes(engine):
+    """Displacement across at the pin and tilt (2, 2) of a guided piston with the rod's end in its two modes."""
+    m_s, m_p, guidance = engine.rod.small_end_mass, engine.cylinders.piston_mass, engine.piston_guidance
+    arm = guidance.mass_height
+    matrix = np.array([[m_s + m_p, -m_p * arm], [-m_p * arm, guidance.tilt_inertia + m_p * arm**2]])
+    return np.linalg.inv(np.linalg.cholesky(matrix)).T
 
 
 def points(simulation, path, frame, t):
@@ -51,10 +57,8 @@ def points(simulation, path, frame, t):
     m_s, m_p, m_b = rod.small_end_mass, cylinders.piston_mass, rod.big_end_mass
     behind = rod.length * m_s / (m_s + m_b)
     delta_j = rod.inertia - (m_s + m_b) * behind * (rod.length - behind)
-    arm, e = guidance.mass_height, cylinders.pin_offset
-    matrix = np.array([[m_s + m_p, -m_p * arm], [-m_p * arm, guidance.tilt_inertia + m_p * arm**2]])
-    modes = np.linalg.inv(np.linalg.cholesky(matrix)).T
-    first, n = q.size - 2 * engine.n_cylinders, crank.n_modes
+    arm, e, n = guidance.mass_height, cylinders.pin_offset, crank.n_modes
+    modes = piston_modes(engine)
     found, turning = [], 0.0
     for k, number in enumerate(cylinders.pins):
         row = crank.index(f"pin[{number}]")
@@ -67,7 +71,7 @@ def points(simulation, path, frame, t):
         bank = np.exp(1j * cylinders.bank_angles[k])
         spin = np.exp(1j * angle) / bank
         pin, pin1 = spin * r, spin * (r1 + 1j * speed * r)
-        own = slice(first + 2 * k, first + 2 * k + 2)
+        own = entry.modes(simulation, f"piston[{k + 1}]")
         (across, tilt), (across1, tilt1) = modes @ q[own], modes @ v[own]
         lean, lean1 = pin.real - across - e, pin1.real - across1
         high = np.sqrt(rod.length**2 - lean**2)
@@ -128,7 +132,7 @@ def imbalance(simulation):
     x, y, z = block.centre
     arm = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     mass[:3, :3], mass[:3, 3:], mass[3:, :3], mass[3:, 3:] = np.eye(3), -arm, arm, block.inertia / block.mass
-    still = block.mass * mass @ rigid_coordinates(block) @ path[2, n : n + 6]
+    still = block.mass * mass @ rigid_coordinates(block) @ path[2, entry.modes(simulation, "block")][:6]
     rates[0], rates[1] = rates[0] + still[:3], rates[1] + still[3:]
     rates[1][2] += cross(of_block, complex(*still[:2]))
     force[1] -= block.mass * g
@@ -172,13 +176,13 @@ def energy_on_ground(simulation):
     rod, cylinders = engine.rod, engine.cylinders
     behind = rod.length * rod.small_end_mass / (rod.small_end_mass + rod.big_end_mass)
     delta_j = rod.inertia - (rod.small_end_mass + rod.big_end_mass) * behind * (rod.length - behind)
-    tilting = simulation.model.block.piston_shape
+    tilting = piston_modes(engine)
     for k in range(engine.n_cylinders):
         (_, pin, pin1), (_, small, small1) = ((m, x, w) for m, _, x, w in found[3 * k : 3 * k + 2])
         along = (pin - small) / rod.length
         total += 0.5 * delta_j * (cross(along, pin1 - small1) / rod.length) ** 2
-        first = path.shape[1] - 2 * engine.n_cylinders + 2 * k
-        total += 0.5 * guidance.tilt_inertia * (tilting[1] @ path[1, first : first + 2]) ** 2
+        own = entry.modes(simulation, f"piston[{k + 1}]")
+        total += 0.5 * guidance.tilt_inertia * (tilting[1] @ path[1, own]) ** 2
         lateral, tilt = out[f"piston[{k + 1}].lateral"], out[f"piston[{k + 1}].tilt"]
         for stiffness, height in (
             (guidance.upper_stiffness, guidance.upper_height),

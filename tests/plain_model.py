@@ -4,6 +4,7 @@ Nothing here calls the kernels of rods, pins or frame. Oil films, thrust bearing
 tests of their own; their kernels are called. Angles rad, SI.
 """
 
+import entry
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -11,7 +12,6 @@ from cranktrain.core.reduced_body import rigid
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.laws.bearings import bearing_parameters, thrust_bearing
-from cranktrain.film.laws.films import COS, FORCE, SIN, SPEED, film_call
 from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parabolic import film_geometry, friction_torque
 from cranktrain.film.laws.register import bearing_law
@@ -68,7 +68,7 @@ class PlainModel:
         self.film = MapFilm(c, factor, bearing.contact_height, contact, impedance_map(kappa2))
         self.parameters = bearing_parameters(bearing, self.viscosity)
         law = bearing_law(settings.bearings)
-        self.thrust = thrust_bearing(engine.thrust, self.viscosity, law.clearance, not law.square_collar)
+        self.thrust = entry.Law(thrust_bearing(engine.thrust, self.viscosity, law.clearance, not law.square_collar))
         rod, cylinders = engine.rod, engine.cylinders
         self.area = 0.25 * np.pi * cylinders.bore**2
         self.m_big, self.m_osc = rod.big_end_mass, rod.small_end_mass + cylinders.piston_mass
@@ -157,13 +157,10 @@ class PlainModel:
 
     def collar(self, theta, omega, q, v):
         """Axial force and moments of the thrust bearing, place and velocity in space of its collar, (3,) each."""
-        thrust = self.thrust
         place, rate = self.collar_shapes @ q, self.collar_shapes @ v
         seen = rate + omega * np.array([0.0, -place[2], place[1]])
-        thrust.place[0, :3], thrust.velocity[0, :3] = place, seen
-        thrust.numbers[[SPEED, COS, SIN]] = omega, np.cos(theta), np.sin(theta)
-        film_call(thrust, FORCE, 0, thrust.out, thrust.out)
-        return thrust.out[:3].copy(), place, seen
+        answer = self.thrust(place, seen, speed=omega, cos=np.cos(theta), sin=np.sin(theta))
+        return answer.force[:3], place, seen
 
     def loads(self, frame, q, v):
         """Modal force of everything but the rods, (n,)."""

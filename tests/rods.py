@@ -7,15 +7,14 @@ from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 
+import entry
 import numpy as np
 from bodies import rigid_crank
 from started import at_speed
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.model.arrays import Parts
-from cranktrain.dynamics.model.state import offset
-from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.simulation import Parts
 from cranktrain.engine.file import load_engine
 
 FOUR = Path(__file__).parents[1] / "examples" / "four_with_balancers.toml"
@@ -48,10 +47,9 @@ def beside(topology, speed, tables=(), **chosen):
     return at_speed(speed, engine, crank, settings, None, Parts(topology=topology, film_tables=tables))
 
 
-def part(run, state, what, body):
-    """Modal motion of an added body, a view of a state."""
-    row, n = run.model.bodies.rows[body], run.model.omega2.size
-    return state[offset(what, n) + int(row[at.MODE]) :][: int(row[at.MODES])]
+def part(run, state, body):
+    """Modal places, velocities and accelerations (3, n) of an added body, a view of a state."""
+    return entry.motion(run, state)[:, entry.modes(run, body)]
 
 
 def rods_of(engine, crank, cylinders, block):

@@ -3,7 +3,6 @@
 import numpy as np
 
 from cranktrain.core.reduced_body import ReducedBody, check, rigid_modes
-from cranktrain.dynamics.model.ports import cylinder_axes
 
 LINER_UPPER, LINER_LOWER, HEAD = 0.33, 0.16, 0.345  # m along the cylinder from the crank axis
 
@@ -21,7 +20,8 @@ def rigid_block(engine, crank, mass=320.0, inertia=(25.0, 22.0, 9.0), centre=(0.
     names.append("thrust")
     places.append(crank.positions[crank.index("thrust")])
     for k, pin in enumerate(engine.cylinders.pins):
-        _, along = cylinder_axes(engine.cylinders.bank_angles[k])
+        bank = engine.cylinders.bank_angles[k]
+        along = np.array([-np.sin(bank), np.cos(bank), 0.0])
         z = crank.positions[crank.index(f"pin[{pin}]"), 2] + engine.rod_offsets[k]
         for name, height in (
             (f"liner[{k + 1}].upper", LINER_UPPER),

@@ -28,8 +28,8 @@ from cranktrain.core.kernel import kernel, kernel_address, law_kernel
 from cranktrain.core.lanes import four, put_four
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
-from cranktrain.dynamics.model.layout import joint_row
+from cranktrain.dynamics.model.layout import joint_row, turning_ports
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import (
     LEAD_ANGLE,
     LEAD_SPEED,
@@ -181,7 +181,7 @@ def refuse_other_models(simulation: Simulation) -> None:
 def rate(model, s, speed, angle0, t, y, out):
     """Fill ``out`` (size,) with ẏ; 0."""
     n = model.omega2.shape[0]
-    m = model.ports.shape[0]
+    m = turning_ports(model)
     q = y[:n]
     v = y[n : 2 * n]
     a = out[n : 2 * n]
@@ -191,8 +191,8 @@ def rate(model, s, speed, angle0, t, y, out):
     for i in range(n):
         out[i] = v[i]
     _body_acceleration(model, s, q, v, a)
-    product(model.ports_transposed, q, n, m, s.port[PLACE])
-    product(model.ports_transposed, v, n, m, s.port[PACE])
+    product(model.bodies.transposed, q, n, m, s.port[PLACE])
+    product(model.bodies.transposed, v, n, m, s.port[PACE])
     _bearing_forces(model, s)
     if s.joint.shape[0] > 0:
         out[2 * n + 2] = y[2 * n + 3]
@@ -202,7 +202,7 @@ def rate(model, s, speed, angle0, t, y, out):
         force = s.port[FORCES, k]
         if force != 0.0:
             for i in range(n):
-                a[i] += force * model.ports[k, i]
+                a[i] += force * model.bodies.shapes[k, i]
     _add_rod_masses(model, s, a)
     return 0
 
@@ -240,8 +240,8 @@ def _body_acceleration(model, s, q, v, a):
         a[i] -= model.omega2[i] * q[i] + model.damping[i] * v[i]
         s.modal[0, i] = -2.0 * omega * v[i] - frame[at.OMEGA_DOT] * q[i]
         s.modal[1, i] = -omega * omega * q[i]
-    add_product(model.gyroscopic, s.modal[0], n, n, a)
-    add_product(model.spin, s.modal[1], n, n, a)
+    add_product(model.bodies.gyroscopic, s.modal[0], n, n, a)
+    add_product(model.bodies.spin, s.modal[1], n, n, a)
 
 
 @kernel
@@ -255,7 +255,7 @@ def _bearing_forces(model, s):
     for k in range(f.shape[0]):
         f[k] = 0.0
     for k in range(model.connections.shape[0]):
-        if model.connections[k, at.OF_ROD] == 0.0 and k != joint_row(model):
+        if model.connections[k, at.SHAPE] == at.OF_PORTS and k != joint_row(model):
             place_law(model, k, u, ud, s.frame[at.WHIRL])
             tell_law(model, s.frame, k, u, ud)
             film_call(laws, FORCE, k, laws.out, laws.out)
@@ -276,7 +276,7 @@ def _joint_force(model, s, z):
     else:
         limit = s.joint[2] * abs(place[WINDUP_TORQUE]) + LEAST_LIMIT
         rate -= s.joint[0] * abs(slip_rate) * z / limit
-    s.port[FORCES, int(model.connections[k, at.FIRST])] = -s.joint[0] * z - s.joint[1] * rate
+    s.port[FORCES, model.connections[k, at.FIRST]] = -s.joint[0] * z - s.joint[1] * rate
     return rate
 
 
@@ -333,7 +333,7 @@ def _add_rod_masses(model, s, a):
             arm = -s.arms[k, 1] if axis == 0 else s.arms[k, 0]
             value = 0.0
             for j in range(n):
-                value += (model.ports[pin + axis, j] + arm * model.ports[turn, j]) * a[j]
+                value += (model.bodies.shapes[pin + axis, j] + arm * model.bodies.shapes[turn, j]) * a[j]
             s.rhs[i] = value
             for j in range(3 * p):
                 s.row[j] = s.coupling[i, j] + arm * s.coupling[2 * p + k, j]
@@ -353,7 +353,8 @@ def _add_rod_masses(model, s, a):
         moment = s.levers[k, 0] * fy - s.levers[k, 1] * fx
         pin, turn = int(model.cylinders[k, at.PIN_PORT]), int(model.cylinders[k, at.PIN_TURN])
         for i in range(n):
-            a[i] += fx * model.ports[pin, i] + fy * model.ports[pin + 1, i] + moment * model.ports[turn, i]
+            shapes = model.bodies.shapes
+            a[i] += fx * shapes[pin, i] + fy * shapes[pin + 1, i] + moment * shapes[turn, i]
 
 
 @law_kernel

@@ -8,9 +8,8 @@ import pytest
 from coarse_engines import NATIVE, built
 from tests.film_tables import RATIO, coarse_table
 
-from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.connections import Film, Gas, Liner, Load, RingDamper, Roller, SlidingJoint, Spring, Thrust
 from cranktrain.structure.additions import read_added

@@ -7,6 +7,7 @@ undamped oscillator. Values: tests/data/integrators.json (Chung & Hulbert; toler
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
@@ -47,33 +48,35 @@ def one_step(simulation, model, state):
     """State after a step with another model; the simulation stays as it is."""
     kept = simulation.model, simulation.state
     simulation.model, simulation.state = model, state
-    simulation.work.key[0] = -1.0
+    entry.make_anew(simulation)
     simulation.step(STEP)
     found = simulation.state
     simulation.model, simulation.state = kept
     return found
 
 
-def at_frequency(integrator, omega_h, blocks=layout.MODAL_BLOCKS):
-    """Started model whose oscillator has this ω h, that model, its state, and where the oscillator stands in it."""
+def at_frequency(integrator, omega_h):
+    """Started model whose oscillator has this ω h, that model, and its state."""
     simulation = oscillator(integrator)
-    frequencies = simulation.model.omega2.copy()
-    frequencies[6] = (omega_h / STEP) ** 2
-    at = [layout.offset(block, 7) + 6 for block in range(blocks)]
-    return simulation, simulation.model._replace(omega2=frequencies), simulation.state, at
+    return simulation, entry.retuned(simulation.model, 6, omega_h / STEP), simulation.state
+
+
+def swing(simulation, state, blocks=3):
+    """What a state holds of the oscillator, by blocks: q, v, a, ā or q before, v before; a view."""
+    return entry.motion(simulation, state, blocks)[:, 6]
 
 
 def amplification(integrator, omega_h):
     """Matrix (4, 4) that one step applies to q, h v, h² a and h² ā of the oscillator at ω h."""
-    simulation, model, _, at = at_frequency(integrator, omega_h, 4)
+    simulation, model, _ = at_frequency(integrator, omega_h)
     scale = np.array([1.0, 1 / STEP, 1 / STEP**2, 1 / STEP**2])
     columns = []
     for unit in np.eye(4):
         state = simulation.state
-        state[at] = unit * scale
+        swing(simulation, state, 4)[:] = unit * scale
         state = one_step(simulation, model, state)
         assert state[layout.SUBSTEPS] == 1
-        columns.append(state[at] / scale)
+        columns.append(swing(simulation, state, 4) / scale)
     return np.array(columns).T
 
 
@@ -105,25 +108,27 @@ def bdf2(omega_h, before, now):
 @pytest.mark.parametrize("omega_h", [0.01, 0.3, 1.0, 30.0])
 def test_bdf2_takes_the_roots_of_its_characteristic_polynomial(omega_h):
     """Two equal steps from an exact start: y₂ = (4 y₁ − y₀)/3 + 2h/3 f₂, with y₀ put in place by the series."""
-    simulation, model, state, at = at_frequency("bdf2", omega_h)
+    simulation, model, state = at_frequency("bdf2", omega_h)
     # The crank itself stays where it is.
-    state[layout.offset(3, 7) : layout.offset(5, 7)] = state[layout.offset(0, 7) : layout.offset(2, 7)]
+    entry.motion(simulation, state, 5)[3:] = entry.motion(simulation, state)[:2]
     y0, y1 = np.array([1.0, 0.0]), np.array([np.cos(omega_h), -np.sin(omega_h) * omega_h])
-    state[at] = [y1[0], y1[1] / STEP, -(omega_h**2) * y1[0] / STEP**2, y0[0], y0[1] / STEP]
+    swing(simulation, state, 5)[:] = [y1[0], y1[1] / STEP, -(omega_h**2) * y1[0] / STEP**2, y0[0], y0[1] / STEP]
     state[[layout.STEP_LAST, layout.STEP_REFERENCE]] = STEP
-    assert one_step(simulation, model, state)[at[:2]] * [1.0, STEP] == pytest.approx(bdf2(omega_h, y0, y1), abs=1e-9)
+    found = swing(simulation, one_step(simulation, model, state))[:2]
+    assert found * [1.0, STEP] == pytest.approx(bdf2(omega_h, y0, y1), abs=1e-9)
 
 
 def test_bdf2_takes_a_step_before_of_another_length_from_the_series():
     """After a step of another length y₀ = y₁ − h ẏ₁ + ½h² ÿ₁; what was kept of it no longer counts."""
     omega_h = 0.3
-    simulation, model, state, at = at_frequency("bdf2", omega_h)
+    simulation, model, state = at_frequency("bdf2", omega_h)
     q, v = 0.8, 0.2
     a = -(omega_h**2) * q
-    state[at] = [q, v / STEP, a / STEP**2, 7.0, 7.0 / STEP]
+    swing(simulation, state, 5)[:] = [q, v / STEP, a / STEP**2, 7.0, 7.0 / STEP]
     state[[layout.STEP_LAST, layout.STEP_REFERENCE]] = 2.0 * STEP, STEP
     expected = bdf2(omega_h, np.array([q - v + 0.5 * a, v - a]), np.array([q, v]))
-    assert one_step(simulation, model, state)[at[:2]] * [1.0, STEP] == pytest.approx(expected, abs=1e-9)
+    found = swing(simulation, one_step(simulation, model, state))[:2]
+    assert found * [1.0, STEP] == pytest.approx(expected, abs=1e-9)
 
 
 def balanced(matrix, omega_h):

@@ -5,6 +5,7 @@ Spectral radii and the threshold of inner damping: tests/data/integrators.json (
 
 import math
 
+import entry
 import numpy as np
 import pytest
 from expected import cases
@@ -53,7 +54,7 @@ def test_explicit_methods_end_at_their_stability_functions_bound(method, ratio, 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("eccentricity", [0.3, 0.97])
 def test_explicit_steps_in_the_film_as_it_is_end_where_its_tangents_say(method, eccentricity):
-    law = film_law(film_rotor(10.0, 1000.0).model.bearings[0])
+    law = film_law(entry.film_parameters(film_rotor(10.0, 1000.0)))
     film = film_at(eccentricity, law)
     expected = step_film_stiffness.theoretical_limit(method, step_film_stiffness.journal_system(film, 10.0))
     assert step_film_stiffness.marched_limit(method, film, 10.0, law) == pytest.approx(expected, rel=0.02)
@@ -63,7 +64,7 @@ def test_explicit_steps_in_the_film_as_it_is_end_where_its_tangents_say(method, 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_no_step_of_the_product_is_too_long_for_a_film_that_does_not_whirl(method):
-    law, table = film_law(film_rotor(10.0, 1000.0).model.bearings[0]), integrator_table(method)
+    law, table = film_law(entry.film_parameters(film_rotor(10.0, 1000.0))), integrator_table(method)
     for eccentricity in (0.1, 0.6, 0.97):
         film = film_at(eccentricity, law)
         system = constant(film.stiffness / 10.0, film.damping / 10.0)
@@ -73,7 +74,7 @@ def test_no_step_of_the_product_is_too_long_for_a_film_that_does_not_whirl(metho
 
 
 def test_the_products_step_takes_a_blow_on_a_thick_film_at_any_length():
-    law = film_law(film_rotor(10.0, 1000.0).model.bearings[0])
+    law = film_law(entry.film_parameters(film_rotor(10.0, 1000.0)))
     assert math.isinf(step_film_stiffness.product_limit(film_at(0.3, law), 10.0, 9))
     thin = step_film_stiffness.product_limit(film_at(0.97, law), 10.0, 9)
     assert math.radians(0.5) < thin < math.radians(10.0)
@@ -104,7 +105,7 @@ def test_the_trapezoidal_rule_never_lets_a_contact_go():
 
 
 def whirling_film():
-    law = film_law(film_rotor(10.0, 1000.0).model.bearings[0])
+    law = film_law(entry.film_parameters(film_rotor(10.0, 1000.0)))
     film = film_at(oil_whirl.ECCENTRICITY, law)
     return law, film, oil_whirl.threshold_mass(film, law[0])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import fields, replace
 
+import entry
 import numpy as np
 import pytest
 from one_line import one_line
@@ -15,13 +16,9 @@ from tests.film_tables import RATIO, coarse_table
 from tests.rods import FOUR, beside, part, plain_engine
 
 import cranktrain as ct
-from cranktrain.core.kernel import RECORDS
 from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.state import TIME, VELOCITY
-from cranktrain.dynamics.simulation import simulate
-from cranktrain.dynamics.topology.laws import pieces_of
+from cranktrain.dynamics.simulation import Parts, simulate
 from cranktrain.dynamics.topology.values import REST
 from cranktrain.engine.additions import ConnectionTable
 from cranktrain.engine.connections import Film, RingDamper, Roller, Thrust
@@ -31,8 +28,6 @@ from cranktrain.engine.roller_bearing import RollerBearing
 from cranktrain.film.elastic.bore_compliance import RIGID_BORE, BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
 from cranktrain.film.laws.film_solution import GROUPS, IN_DOUBLES
-from cranktrain.film.laws.films import OBSERVE, P_MAX, film_call
-from cranktrain.film.laws.films import SPEED as FILM_SPEED
 from cranktrain.film.laws.register import PLAIN, bearing_law
 from cranktrain.film.laws.roller_contacts import equilibrium
 from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted, thrust_parameters
@@ -124,7 +119,7 @@ def test_a_rotor_beside_its_one_roller_bearing_tilts_as_its_law_says():
     assert abs(exact[3]) > 0.05 * abs(exact[1])  # it tilts
     advance(run, 2)
     # In space, both downwards.
-    place = run.model.links.place[0]
+    place = entry.law(run, "a").place
     assert np.hypot(*place[:2]) == pytest.approx(-exact[1], rel=1e-3)
     assert np.hypot(*place[2:]) == pytest.approx(-exact[3], rel=1e-2)
     assert place[:2] @ place[2:] == pytest.approx(np.hypot(*place[:2]) * np.hypot(*place[2:]), rel=1e-3)
@@ -209,9 +204,8 @@ def test_a_ring_against_its_housing_swings_out_as_a_spring_and_damper(ratio, kin
     added = tuple(ct.Body(name, body, "f") for name, body in zip(names, bodies, strict=True))
     run = beside(ct.Topology((frame,), added, (*links, joint)), SPEED)
     first = 10.0
-    row, turn = part(run, run.state, VELOCITY, 1), run.model.bodies.turn[6:12]
-    state = run.state
-    part(run, state, VELOCITY, 1)[:] = row + first * turn / (turn @ turn)
+    state, turn = run.state, bodies[1].shapes[0, 5]
+    part(run, state, "ring")[1] += first * turn / (turn @ turn)
     run.state = state
     found = advance(run, 0.5)
     parameters = damper_parameters(damper, damper_temperature(damper, SPEED))
@@ -302,8 +296,7 @@ def test_rollers_beside_a_main_on_rollers_carry_what_it_carries(law, variable, s
     )
     alike(found, "bearing[3]", "connection[c]", 1e-9)
     # So do moments: their work on the tilt is what the tilt's own forces do.
-    out, links = run.model.films, run.model.links
-    np.testing.assert_allclose(links.place[0], out.place[2], rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(entry.law(run, "c").place, entry.law(run, "main[3]").place, rtol=1e-9, atol=1e-18)
 
 
 FILM = "friction_torque", "oil_flow", "pressure_max"
@@ -354,18 +347,14 @@ def test_added_films_read_the_table_of_their_proportions():
     tables = (coarse_table(),)
     run = beside(rotor_on(TABLED), SPEED, tables)
     found = advance(run, 0.5)
-    links = run.model.links
-    film = Film(**TABLED)
+    rear, film = entry.law(run, "rear"), Film(**TABLED)
     rows = bearing_parameters(film, film.viscosity)[None]
     films = law_films(bearing_law("table"), PLAIN, Bearings(rows, film, parts={"table": tables[0]}))
-    for place, place_of in ((films.place[0], links.place[1]), (films.velocity[0], links.velocity[1])):
-        place[:] = place_of
-    assert np.abs(links.place[1, 2:]).max() > 1e-8  # the shaft is tilted
-    films.numbers[FILM_SPEED] = found["r.speed"][-1]
-    film_call(films, OBSERVE, 0, films.out, films.out)
+    assert np.abs(rear.place[2:]).max() > 1e-8  # the shaft is tilted
+    answer = entry.Law(films)(rear.place, rear.velocity, "OBSERVE", speed=found["r.speed"][-1])
     for k, way in enumerate("xy"):
-        assert found[f"connection[rear].force.{way}"][-1] == pytest.approx(films.out[k], rel=1e-6)
-    assert found["connection[rear].pressure_max"][-1] == pytest.approx(films.out[P_MAX], rel=1e-6)
+        assert found[f"connection[rear].force.{way}"][-1] == pytest.approx(answer.force[k], rel=1e-6)
+    assert found["connection[rear].pressure_max"][-1] == pytest.approx(answer.pressure, rel=1e-6)
     solved = advance(beside(rotor_on(TABLED | {"level": "reynolds"}), SPEED), 0.5)
     for way in "xy":
         one, two = found[f"r.position.{way}"], solved[f"r.position.{way}"]
@@ -418,7 +407,7 @@ def test_a_film_with_a_memory_beside_a_mains_carries_what_it_carries(bore, toler
     run = at_speed(SPEED, engine, made.body, settings, None, parts)
     found = advance(run, 24 / 288)
     alike(found, "bearing[3]", "connection[c]", close, *FILM)
-    in_lanes = RECORDS[int(run.model.films.entry[0, 1])].memory.calls[:, GROUPS].sum()
+    in_lanes = entry.film_record(run).memory.calls[:, GROUPS].sum()
     assert (in_lanes > 0.0) == (tolerance is None)
 
 
@@ -469,14 +458,17 @@ def test_a_state_holds_what_connections_remember(law):
     advance(run, 0.1)
     state = run.state
     h = 4.0 * math.pi / SPEED / 288
-    begin, rows = round(float(state[TIME]) / h), np.zeros((2, 40, run.outputs.size))
+    begin, rows = round(run.time / h), np.zeros((2, 40, run.outputs.size))
     for found in rows:
         run.state = state
         assert run.series(h, begin + 1, found) == 40
     assert np.array_equal(rows[0], rows[1])
     assert np.ptp(rows[0], axis=0).max() > 0.0
-    kept = run.model.links.remembered
-    assert int(kept[-1]) == (2 if law == "axial_joint" else 2 * int(run.model.links.traits[0, 0]))
+    kept = {connection.name: entry.memory(run, connection.name).size for connection in topology.connections}
+    if law == "axial_joint":
+        assert sum(kept.values()) == 2
+    else:
+        assert kept.pop("front") == kept.pop("rear") > 2 and not any(kept.values())
 
 
 # The joint ------------------------------------------------------------------------------------------------------------
@@ -615,13 +607,13 @@ WRONG = [
 def test_data_that_describe_no_bearing_are_told(law, data, second, said):
     connection = ct.Connection("c", law, (ct.End("a"), ct.End("b")), data)
     with one_line("connection 'c'", said):
-        pieces_of(connection, ct.Frame("f", 2.0, axis=(0.4, -0.2)), second)
+        entry.law_outputs(connection, ct.Frame("f", 2.0, axis=(0.4, -0.2)), second)
 
 
 @pytest.mark.parametrize(("law", "data"), [("roller", ROLLER), ("thrust", COLLAR)])
 def test_a_journal_that_does_not_turn_is_told(law, data):
     with one_line("exchange the ends"):
-        pieces_of(ct.Connection("c", law, (ct.End("a"), ct.End("b")), data), REST, ct.Frame("f", 2.0))
+        entry.law_outputs(ct.Connection("c", law, (ct.End("a"), ct.End("b")), data), REST, ct.Frame("f", 2.0))
 
 
 @pytest.mark.parametrize("law", ["roller", "thrust", "damper", "axial_joint", "film"])
@@ -629,8 +621,9 @@ def test_outputs_of_the_laws_have_units(law):
     data = {"roller": ROLLER, "thrust": COLLAR | {"collar": "tilting"}, "damper": RING, "axial_joint": SPLINE,
             "film": EHD}  # fmt: skip
     other = ct.Frame("f", 2.0) if law in ("damper", "axial_joint") else REST
-    pieces = pieces_of(ct.Connection("c", law, (ct.End("a"), ct.End("b")), data[law]), ct.Frame("f", 2.0), other)
-    units = {name: output_unit(f"connection[c].{name}") for piece in pieces for name, _, _ in piece.outputs}
+    connection = ct.Connection("c", law, (ct.End("a"), ct.End("b")), data[law])
+    names = entry.law_outputs(connection, ct.Frame("f", 2.0), other)
+    units = {name: output_unit(f"connection[c].{name}") for name in names}
     assert all(units.values())
     known = {"force.z": "N", "position.z": "m", "moment.x": "N m", "rotation.y": "rad", "heat": "W", "slip": "m",
              "slip_velocity": "m/s", "torque": "N m", "twist_rate": "rad/s", "pressure_max": "Pa"}  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from expected import DATA
@@ -12,11 +13,8 @@ from one_line import one_line
 from some import some
 from started import at_speed, shown
 
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.motion.gas import gas_volume
 from cranktrain.dynamics.simulation import Simulation, simulate
-from cranktrain.dynamics.start.mean_motion import rigid_torque
 from cranktrain.engine.articulated_rod import dead_centre_angles, dead_centre_heights, piston_height
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
@@ -179,7 +177,7 @@ def test_force_and_side_force_are_those_of_momentum(engine):
             end, small, _ = geometry.bodies(c, theta)
             rod = engine.rods[c]
             mass = rod.small_end_mass + engine.cylinders.piston_mass
-            gas = (simulation.work.pressures[0, c] - at.AMBIENT) * geometry.area
+            gas = (entry.pressures(simulation)[c] - entry.AMBIENT) * geometry.area
             # The output is the piston's force on the liner.
             for f, where in (
                 ((-out[f"piston[{c + 1}].side_force"] - 1j * gas) * bank, small),
@@ -212,7 +210,7 @@ def test_the_load_of_a_knuckle_pin_is_that_of_its_rod_and_piston(engine):
         before, now, after = (geometry.bodies(c, out["crank.angle"] + k * step) for k in (-1.0, 0.0, 1.0))
         end, small = ((before[i] - 2.0 * now[i] + after[i]) * (omega / step) ** 2 for i in range(2))
         mass = rod.small_end_mass + engine.cylinders.piston_mass
-        gas = (simulation.work.pressures[0, c] - at.AMBIENT) * geometry.area
+        gas = (entry.pressures(simulation)[c] - entry.AMBIENT) * geometry.area
         f = -(rod.big_end_mass * end + mass * small) - 1j * gas * bank
         f += -out[f"piston[{c + 1}].side_force"] * bank
         found = complex(out[f"big_end[{c + 1}].force.x"], out[f"big_end[{c + 1}].force.y"])
@@ -222,9 +220,9 @@ def test_the_load_of_a_knuckle_pin_is_that_of_its_rod_and_piston(engine):
 @SHAPES
 def test_torque_in_closed_form_is_that_of_the_force(engine):
     """−½ J' Ω² − h p A and weight against the kernels' force on each pin; J' against differences of J."""
-    speed, torque = 170.0, np.zeros(180)
+    speed = 170.0
     simulation = started(engine, speed)
-    rigid_torque(simulation.model, speed, np.zeros(40), torque)
+    torque = entry.rigid_torque(simulation.model, speed, 180)
     rods = Rods.of_engine(engine, simulation.body, GRAVITY)
     angle = np.arange(180) * (4.0 * math.pi / 180)
     each = np.repeat(angle[:, None], engine.n_cylinders, axis=1)
@@ -233,7 +231,7 @@ def test_torque_in_closed_form_is_that_of_the_force(engine):
     knots = np.arange(gas.motored.size) * (4.0 * math.pi / gas.motored.size)
     share = 1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2
     area = 0.25 * math.pi * engine.cylinders.bore**2
-    pressure = gas.motored + share * (gas.fired - gas.motored) - at.AMBIENT
+    pressure = gas.motored + share * (gas.fired - gas.motored) - entry.AMBIENT
     push = area * np.array([
         np.interp((angle - phase) % (4.0 * math.pi), knots, pressure, period=4.0 * math.pi)
         for phase in engine.firing_angles
@@ -329,7 +327,7 @@ def test_strokes_and_volumes_are_those_of_the_path(engine):
         high, low = dead_centre_heights(engine, c)
         assert (high, low) == pytest.approx((height.max(), height.min()), abs=2e-9)
         assert math.remainder(dead_centre_angles(engine, c)[0] - theta[height.argmax()], 2 * math.pi) < 2e-4
-        assert simulation.model.cylinders[c, at.STROKE] == pytest.approx(np.ptp(height), abs=2e-6)
+        assert entry.stroke(simulation.model, c) == pytest.approx(np.ptp(height), abs=2e-6)
         stroke = np.ptp(height) if engine.articulations[c] else 2.0 * engine.throws[c]
         swept += geometry.area * stroke
         some = theta[::3000]
@@ -340,7 +338,7 @@ def test_strokes_and_volumes_are_those_of_the_path(engine):
             np.testing.assert_allclose(found, volume, rtol=1e-6)
             rise = piston_height(engine, c, some)[1]
             np.testing.assert_allclose(slope, -geometry.area * rise, rtol=1e-9)
-            kernel = [gas_volume(simulation.model, c, one) for one in some.tolist()]
+            kernel = [entry.gas_volume(simulation.model, c, one) for one in some.tolist()]
             np.testing.assert_allclose(kernel, volume, rtol=1e-6)
     assert engine.displacement == pytest.approx(swept, rel=1e-6)
 

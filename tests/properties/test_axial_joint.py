@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
@@ -15,19 +16,6 @@ from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.film.laws.bearings import axial_joint_film
-from cranktrain.film.laws.films import (
-    BY_VELOCITY,
-    CLOSE_STAGE,
-    CLOSE_STEP,
-    FORCE,
-    GAIN,
-    OBSERVE,
-    OPEN_STAGE,
-    OPEN_STEP,
-    STAGE,
-    STEP,
-    film_call,
-)
 from cranktrain.structure.assembly import assemble
 
 RPM = math.pi / 30.0
@@ -43,28 +31,24 @@ class Joint:
     """The law alone, stepped by backward Euler."""
 
     def __init__(self, path=PATH, torque=TORQUE):
-        self.films = axial_joint_film(path)
-        self.memory, self.start = np.zeros(2), 0.0
-        self.films.place[0, 1] = torque
+        self.law, self.torque = entry.Law(axial_joint_film(path)), torque
+        self.start, self.length = 0.0, 0.0
 
     def open(self, step):
-        self.films.numbers[[STEP, GAIN, STAGE]] = step, step, 0.0
-        film_call(self.films, OPEN_STEP, 0, self.memory, self.memory)
-        film_call(self.films, OPEN_STAGE, 0, np.zeros(8), self.memory)
+        self.length = step
+        self.law.begin(step)
 
     def force(self, velocity):
-        self.films.place[0, 0] = self.start + self.films.numbers[GAIN] * velocity
-        self.films.velocity[0, 0] = velocity
-        film_call(self.films, FORCE, 0, self.films.out, self.films.out)
-        return self.films.out[0], self.films.out[BY_VELOCITY]
+        """Force and its tangent at a slip velocity over the step under way."""
+        found = self.law((self.start + self.length * velocity, self.torque), (velocity,))
+        return found.force[0], found.by_velocity[0, 0]
 
     def step(self, velocity, step):
         """Force at the end of a step with a slip velocity."""
         self.open(step)
         force, _ = self.force(velocity)
-        self.start = self.films.place[0, 0]
-        film_call(self.films, CLOSE_STAGE, 0, self.memory, self.memory)
-        film_call(self.films, CLOSE_STEP, 0, self.memory, self.memory)
+        self.start += step * velocity
+        self.law.end()
         return force
 
 
@@ -83,15 +67,14 @@ def test_a_joint_that_slides_pulls_with_its_friction(torque):
     for _ in range(1000):
         force = joint.step(0.1, 1e-5)
     assert force == pytest.approx(-PATH.friction * abs(torque) / PATH.spline_radius, rel=1e-3)
-    film_call(joint.films, OBSERVE, 0, joint.memory, joint.films.out)
-    assert joint.films.out[0] == pytest.approx(force)
+    assert joint.law(action="OBSERVE").force[0] == pytest.approx(force)
 
 
 def test_a_torque_that_vanishes_lets_go():
     joint = Joint(replace(PATH, joint_damping=0.0))
     for _ in range(1000):
         joint.step(0.1, 1e-5)
-    joint.films.place[0, 1] = 0.0
+    joint.torque = 0.0
     for _ in range(10):
         force = joint.step(0.1, 1e-5)
     assert abs(force) < 0.01

@@ -2,15 +2,14 @@
 
 import math
 
+import entry
 import numpy as np
 import pytest
 from started import at_speed
 
-from cranktrain.core.kernel import keep_record
 from cranktrain.dynamics.simulation import Parts, Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.contact.journal import N_OUT, PRESSURE_MAX, bearing_contact, journal_contact
-from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.structure import assembly
 
 ENGINE, SPEED, PER_CYCLE = load_engine("diesel_i6"), 1000.0 * math.pi / 30.0, 288
@@ -30,7 +29,7 @@ def cycle(simulation, cycles=1):
         simulation.step(begin + (k + 1) * 4.0 * math.pi / SPEED / PER_CYCLE)
         torsion.append(simulation.outputs[at["pulley.torsion"]])
         loads.append(np.hypot(*simulation.outputs[np.array(forces)]))
-        places.append(simulation.model.films.place.copy())
+        places.append([entry.law(simulation, f"main[{i}]").place.copy() for i in range(1, 8)])
     return np.array(torsion)[-PER_CYCLE:], np.array(loads)[-PER_CYCLE:], np.array(places)[-PER_CYCLE:]
 
 
@@ -41,8 +40,7 @@ def test_films_of_the_loop_are_converged_where_edges_touch():
     usual = started(body, bearings="reynolds")
     cycle(usual, 2)
     fine = started(body, bearings="reynolds")
-    record = rigid_bore(ENGINE.plain_mains, fine.model.bearings, None, fine.model.laws.solved, size=(96, 16))
-    fine.model.films.entry[:, 1] = keep_record(record, fine.model.laws.entry)
+    entry.use_films(fine, entry.solved_films(fine, ENGINE.plain_mains, size=(96, 16)))
     fine.state = usual.state
     (torsion, loads, places), (finer, carried, _) = cycle(usual, 2), cycle(fine, 2)
     assert np.ptp(torsion) == pytest.approx(np.ptp(finer), rel=0.003)
@@ -60,7 +58,7 @@ def test_a_settled_cycle_reads_all_its_films_from_the_table_and_a_start_most(cra
     """A start throws journals further than they ever go again; as a share of the films of two cycles of 2.5 degrees."""
     simulation = started(assembly.running_crank(ENGINE, crank), bearings="table", crank=crank, **steps)
     cycle(simulation, 2)
-    start = simulation.model.laws.solved[0]
-    assert not steps or start < 0.02 * 7.0 * simulation.work.counters[2]
+    start = entry.films_solved(simulation)
+    assert not steps or start < 0.02 * 7.0 * entry.count(simulation, "iterations")
     cycle(simulation)
-    assert simulation.model.laws.solved[0] == start
+    assert entry.films_solved(simulation) == start

@@ -9,6 +9,7 @@ method adds, which another tells from its stability function.
 import math
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import six
@@ -48,25 +49,24 @@ def advance(simulation, span_deg, step_deg):
 
 def modal(simulation):
     """Modal position, velocity, acceleration and auxiliary acceleration, (4, n)."""
-    n = simulation.body.n_modes
-    return simulation.state[layout.offset(0, n) : layout.offset(4, n)].reshape(4, n)
+    return entry.motion(simulation, blocks=4)
 
 
 @cache
 def settled(bearings, cutoff_hz=None):
-    """Body and the state (header, modal) half a turn after the start."""
+    """Body and the run half a turn after the start."""
     body = six()[1] if cutoff_hz is None else truncate(six()[1], cutoff_hz)
-    return body, advance(started(body, bearings, "sdirk4", 0.5), 180, 0.5).state
+    return body, advance(started(body, bearings, "sdirk4", 0.5), 180, 0.5)
 
 
 def carried_on(bearings, integrator, step_deg, span_deg, cutoff_hz=None):
     """Simulation that goes on from the settled state with another method, its multi-step memory consistent."""
     body, start = settled(bearings, cutoff_hz)
-    n = body.n_modes
     simulation = started(body, bearings, integrator, step_deg)
     state = simulation.state
-    state[: layout.offset(3, n)] = start[: layout.offset(3, n)]
-    state[layout.offset(3, n) : layout.offset(4, n)] = start[layout.offset(2, n) : layout.offset(3, n)]
+    state[: layout.BODY] = start.state[: layout.BODY]
+    own = entry.motion(simulation, state, 4)
+    own[:3], own[3] = entry.motion(start), entry.motion(start)[2]
     state[layout.STEP_REFERENCE], state[layout.STEP_LAST] = -1.0, 0.0
     state[layout.METHOD] = 0.0  # the blocks above are made to suit any method
     simulation.state = state
@@ -101,13 +101,13 @@ def test_an_independent_right_hand_side_integrated_by_radau_agrees(bearings):
     body, start = settled(bearings, cutoff)
     n = body.n_modes
     plain = PlainModel(six()[0], body, Settings(bearings=bearings), SPEED)
-    lead = start[[layout.LEAD_ANGLE, layout.LEAD_SPEED]]
-    begin = np.concatenate([start[layout.offset(0, n) : layout.offset(2, n)], lead])
+    lead = start.state[[layout.LEAD_ANGLE, layout.LEAD_SPEED]]
+    begin = np.concatenate([*entry.motion(start)[:2], lead])
     # Tolerances per unknown: micrometres and what they move by at a kilohertz.
     scale = np.concatenate([np.full(n, 1e-5), np.full(n, 1e-2), [1e-4, 1e-2]])
     ends = (0.0, math.radians(span) / SPEED)
     tight = {"rtol": 1e-9, "atol": 1e-7 * scale}
-    solution = solve_ivp(plain.rate, ends, begin, method="Radau", **tight, args=(start[layout.SHAFT_ANGLE],))
+    solution = solve_ivp(plain.rate, ends, begin, method="Radau", **tight, args=(start.state[layout.SHAFT_ANGLE],))
     assert solution.success
     ours = modal(carried_on(bearings, "sdirk4", 0.1, span, cutoff))
     for mine, theirs in ((ours[0], solution.y[:n, -1]), (ours[1], solution.y[n : 2 * n, -1])):

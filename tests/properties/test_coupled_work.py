@@ -4,12 +4,12 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from started import at_speed
 
 import cranktrain as ct
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.modules.combustion.file import load
@@ -109,7 +109,7 @@ def test_the_shaft_gets_the_indicated_torque(level):
     """But for damping of crank and shaft, each a twentieth of a per cent; journals are held, so no film takes power."""
     found, last, powers = coupled(load_engine("diesel_i6"), cycles=16, crank=level, bearings="held")
     shaft = found.of(f"{CRANKTRAIN}.shaft.torque")[last][1:].mean()
-    damped = (powers[at.CRANK_LOSS] + powers[at.SHAFTS_LOSS]) / SPEED
+    damped = (entry.power(powers, "crank_loss") + entry.power(powers, "shafts_loss")) / SPEED
     given, _ = works(found, last)
     assert shaft + damped == pytest.approx(given / (4.0 * math.pi), rel=2e-5)
     assert 0.0 < damped < 1e-3 * shaft

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
@@ -11,7 +12,6 @@ from one_line import one_line
 from started import at_speed
 
 from cranktrain.core.errors import SolverError
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings
 from cranktrain.engine.file import load_engine
@@ -76,16 +76,16 @@ def test_steps_are_those_of_a_run_that_communicates_there_only(settings):
     expected, found = rows(coarse, 200), rows(fine, 800, points=4)[3::4]
     if settings.get("boundary") != "torque":  # there the step keeps its length, and a coarse run halves it above
         assert np.array_equal(found, expected)
-        assert fine.work.counters[at.N_STEPS] == coarse.work.counters[at.N_STEPS]
+        assert entry.count(fine, "steps") == entry.count(coarse, "steps")
     else:
         assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()
-        assert fine.work.counters[at.N_STEPS] < 1.1 * coarse.work.counters[at.N_STEPS]
+        assert entry.count(fine, "steps") < 1.1 * entry.count(coarse, "steps")
 
 
 def test_without_dense_output_every_point_is_stepped():
     fine = started(dense_output="off")
     rows(fine, 40, points=4)
-    assert fine.work.counters[at.N_STEPS] >= 40
+    assert entry.count(fine, "steps") >= 40
     assert fine.state[layout.UNDER_WAY] == 0.0
     with one_line("dense output 'maybe' does not exist"):
         started(dense_output="maybe")
@@ -134,7 +134,7 @@ def test_between_steps_errors_are_those_at_steps(name, rpm):
     fine = rows(bending(name, speed, step=STEP / 10, dense_output="off"), 288 * points, points, h)
     dense = bending(name, speed, step=STEP)
     found = rows(dense, 288 * points, points, h)
-    assert dense.work.counters[at.N_STEPS] < 1.05 * 288
+    assert entry.count(dense, "steps") < 1.05 * 288
     names = [dense.output_names[k] for k in moving(dense)]
     step = np.arange(len(found)) % points == points - 1
     span = np.ptp(fine, axis=0)
@@ -196,9 +196,9 @@ def test_an_altered_state_does_not_step_from_long_ago(place, end):
     assert state[layout.UNDER_WAY] == 1.0
     state[place] = end
     simulation.state = state
-    before = simulation.work.counters[at.N_STEPS]
+    before = entry.count(simulation, "steps")
     simulation.step(simulation.time + H / 3)
-    assert simulation.work.counters[at.N_STEPS] - before <= 2
+    assert entry.count(simulation, "steps") - before <= 2
 
 
 def test_the_state_between_steps_is_the_motion_there():
@@ -209,11 +209,8 @@ def test_the_state_between_steps_is_the_motion_there():
     assert simulation.state[layout.UNDER_WAY] == 1.0
     exact = started(bearings="linear", step=math.radians(0.03125), dense_output="off")
     rows(exact, 422, 4, h)
-    n = simulation.model.omega2.size
-    for block in (layout.POSITION, layout.VELOCITY, layout.ACCELERATION):
-        part = slice(layout.offset(block, n), layout.offset(block + 1, n))
-        scale = np.abs(exact.state[part]).max()
-        np.testing.assert_allclose(simulation.state[part], exact.state[part], rtol=0, atol=2e-3 * scale)
+    for found, wanted in zip(entry.motion(simulation), entry.motion(exact), strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-3 * np.abs(wanted).max())
 
 
 # ------------------------------------------------------------------ inputs
@@ -228,14 +225,14 @@ def test_an_input_that_changes_ends_the_step_where_it_changes():
     plain.step(fine.time)
     for one in (fine, plain):
         one.inputs[0] = 1.01 * SPEED
-    begun = fine.work.counters[at.N_STEPS]
+    begun = entry.count(fine, "steps")
     for one in (fine, plain):
         one.step(30.5 * H)
     np.testing.assert_allclose(fine.outputs[moving(fine)], plain.outputs[moving(plain)], rtol=1e-9, atol=1e-9)
     for k in range(3, 6):
         fine.step((30 + k / 4) * H)
     # The step taken again, the one of the change, and one that passes over the other points.
-    assert fine.work.counters[at.N_STEPS] == begun + 3
+    assert entry.count(fine, "steps") == begun + 3
 
 
 def test_inputs_that_change_at_every_point_are_stepped_as_before():
@@ -272,7 +269,7 @@ def test_a_ramp_is_passed_over(rates):
             one.inputs[0] = SPEED + rise * k * H / 4
             one.input_rates[0] = rise if rates else math.nan
             one.step((k + 1) * H / 4)
-    assert fine.work.counters[at.N_STEPS] < 75
+    assert entry.count(fine, "steps") < 75
     there = [fine.output_names.index(name) for name in ("crank.angle", "crank.speed", "flywheel.torsion")]
     np.testing.assert_allclose(fine.outputs[there], plain.outputs[there], rtol=2e-4)
 

@@ -6,21 +6,18 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from one_line import one_line
 
 import cranktrain as ct
-from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, resolved
-from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.film.elastic.bore_compliance import RIGID_BORE
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.laws import films as at
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
 from cranktrain.film.laws.ehd import FINE
-from cranktrain.film.laws.films import film_call
 from cranktrain.film.laws.register import BIG_END, bearing_law
 from cranktrain.fmu.flat import FlatModel, from_bytes, to_bytes
 from cranktrain.fmu.running import chosen_levels
@@ -56,17 +53,6 @@ def last_cycle(name, rpm, bore="elastic", level="ehd", step_deg=0.0, grid=FINE, 
 # The law in turning axes ----------------------------------------------------------------------------------------------
 
 
-@kernel
-def _act(films, action, memory, out):
-    return film_call(films, action, 0, memory, out)
-
-
-def act(films, action, place, velocity, memory, out):
-    """Let the law act at a place and velocity of the journal's middle; its status."""
-    films.place[0, :2], films.velocity[0, :2] = place, velocity
-    return _act(films, action, memory, out)
-
-
 class Film:
     """One film of the six's big end, asked as a stage of a step does."""
 
@@ -74,23 +60,17 @@ class Film:
         bearing = ct.load_engine("diesel_i6").big_end_bearing
         rows = bearing_parameters(bearing, 0.01)[None]
         parts = {"big_end_bore": made().parts.big_end_bore}
-        self.films = law_films(bearing_law("ehd"), BIG_END, Bearings(rows, bearing, parts=parts))
-        self.memory = np.zeros(int(self.films.remembered[-1]))
+        self.law = entry.Law(law_films(bearing_law("ehd"), BIG_END, Bearings(rows, bearing, parts=parts)))
         self.clearance = bearing.clearance
         self.numbers(0.0, 0.0, 100.0)
 
     def numbers(self, angle, turn, speed):
-        n = self.films.numbers
-        n[[at.COS, at.SIN, at.TURN, at.SPEED]] = math.cos(angle), math.sin(angle), turn, speed
-        n[[at.ELAPSED, at.STEP, at.GAIN, at.STAGE]] = 1e-5, 1e-5, 1e-5, 0.0
+        self.law.tell(cos=math.cos(angle), sin=math.sin(angle), turn=turn, speed=speed)
 
     def force(self, place, velocity, start):
-        """Results (SIZE,) of a stage after a step that began at rest at ``start``, in the axes' numbers set."""
-        out, table = np.zeros(at.SIZE), np.zeros(8)
-        assert act(self.films, at.OPEN_STEP, start, np.zeros(2), self.memory, out) == 0
-        assert act(self.films, at.OPEN_STAGE, place, velocity, table, out) == 0
-        assert act(self.films, at.FORCE, place, velocity, out, out) == 0
-        return out
+        """Answer of a stage after a step that began at rest at ``start``, in the axes' numbers set."""
+        self.law.begin(1e-5, start, np.zeros(2))
+        return self.law(place, velocity)
 
 
 def turned(angle, vector):
@@ -109,9 +89,10 @@ def test_a_film_knows_motion_against_its_bore_alone(angle, turn):
     # In the frame's axes; those of the bore are ahead by ``angle``, and move on with ``turn``.
     moved = velocity + turn * np.array([-place[1], place[0]])
     found = film.force(turned(-angle, place), turned(-angle, moved), turned(-angle, start))
-    assert np.hypot(*stands[:2]) > 100.0
-    assert turned(angle, found[:2]) == pytest.approx(stands[:2], rel=1e-5, abs=1e-5 * np.abs(stands[:2]).max())
-    assert found[at.FRICTION] == pytest.approx(stands[at.FRICTION], rel=1e-5)
+    force = stands.force[:2]
+    assert np.hypot(*force) > 100.0
+    assert turned(angle, found.force[:2]) == pytest.approx(force, rel=1e-5, abs=1e-5 * np.abs(force).max())
+    assert found.friction == pytest.approx(stands.friction, rel=1e-5)
 
 
 def test_tangents_in_turning_axes_are_those_of_differences():
@@ -121,15 +102,15 @@ def test_tangents_in_turning_axes_are_those_of_differences():
     start, place, velocity = np.array([0.3, -0.5]) * c, np.array([0.32, -0.55]) * c, np.array([3e-3, -9e-3])
     mean = film.force(place, velocity, start)
     for k in range(2):
-        for slot, size, which in ((at.BY_PLACE, 1e-3 * c, 0), (at.BY_VELOCITY, 3e-4, 1)):
+        for tangent, size, which in ((mean.by_place, 1e-3 * c, 0), (mean.by_velocity, 3e-4, 1)):
             ends = []
             for sign in (1.0, -1.0):
                 at_end = [place.copy(), velocity.copy()]
                 at_end[which][k] += sign * size
-                ends.append(film.force(*at_end, start)[:2])
+                ends.append(film.force(*at_end, start).force[:2])
             slope = (ends[0] - ends[1]) / (2.0 * size)
-            scale = np.abs(mean[slot : slot + 8]).max()
-            assert [mean[slot + k], mean[slot + 4 + k]] == pytest.approx(slope, rel=0.02, abs=0.02 * scale)
+            scale = np.abs(tangent[:2]).max()
+            assert tangent[:2, k] == pytest.approx(slope, rel=0.02, abs=0.02 * scale)
 
 
 # Runs -----------------------------------------------------------------------------------------------------------------

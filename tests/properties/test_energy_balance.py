@@ -9,6 +9,7 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank, six
@@ -16,7 +17,6 @@ from box_block import box_block
 from small_block import single
 from standing import rigid_block
 
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.settled.powers import PowerSamples
 from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
@@ -127,7 +127,7 @@ def test_a_free_speed_has_no_balance():
 
 def test_what_is_not_a_cycle_has_no_samples():
     samples = PowerSamples(3)
-    rows = np.arange(5.0 * at.POWERS).reshape(5, at.POWERS)
+    rows = np.arange(5.0 * entry.POWERS).reshape(5, entry.POWERS)
     samples.begin(rows[0])
     for row in rows[1:3]:
         samples.add(row)

@@ -2,6 +2,7 @@
 
 import math
 
+import entry
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -10,7 +11,7 @@ from some import some
 
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, PLANE_BY_PLACE, SIN, film_call
+from cranktrain.film.laws.films import PLANE_BY_PLACE
 from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force, pressure_and_flow
 from cranktrain.film.laws.parabolic import (
     WORK_SIZE,
@@ -197,17 +198,15 @@ def test_friction_brakes_and_is_petroffs_in_the_middle():
 
 def test_springs_and_dampers_are_at_rest_in_space():
     films = law_films(bearing_law("linear"), PLAIN, Bearings(bearing_parameters(BEARING, VISCOSITY)[None], BEARING))
-    out = films.out
+    law = entry.Law(films)
     place, velocity = np.array([3e-6, -2e-6]), np.array([1e-3, 2e-3])
     for angle in (0.0, 0.7, 2.0):
         c, s = math.cos(angle), math.sin(angle)
         to_space = np.array([[c, -s], [s, c]])
-        films.place[0, :2], films.velocity[0, :2] = place, velocity
-        films.numbers[[COS, SIN]] = c, s
-        assert film_call(films, FORCE, 0, out, out) == 0
-        by_place, by_velocity = (out[k : k + 16].reshape(4, 4)[:2, :2] for k in (BY_PLACE, BY_VELOCITY))
+        answer = law(place, velocity, cos=c, sin=s)
+        force, by_place, by_velocity = answer.force[:2], answer.by_place[:2, :2], answer.by_velocity[:2, :2]
         x, v = to_space @ place, to_space @ velocity
         expected = -np.array(BEARING.ground_stiffness) * x
         expected -= np.array([BEARING.damping_x, BEARING.damping_y]) * v
-        assert to_space @ out[:2] == pytest.approx(expected, rel=1e-12)
-        assert out[:2] == pytest.approx(by_place @ place + by_velocity @ velocity, rel=1e-12)
+        assert to_space @ force == pytest.approx(expected, rel=1e-12)
+        assert force == pytest.approx(by_place @ place + by_velocity @ velocity, rel=1e-12)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from some import some
 
-from cranktrain.core.kernel import RECORDS
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
@@ -45,8 +45,7 @@ class Films:
         run.initialize()
         h = STEP / speed
         run.series(h, 1, np.zeros((steps, run.outputs.size)))
-        laws = run.model.laws
-        self.bore = RECORDS[int(run.model.films.entry[0, 1])]
+        self.bore = entry.film_record(run)
         memory = self.bore.memory
         self.count = len(self.bore.viscosities)
         self.film: one.ElasticFilm = self.bore.film
@@ -57,9 +56,11 @@ class Films:
             self.film = elastic_arrays(engine.main_bearing, first, made.parts.bore, IN_LOOP, oil)
         self.speed, self.elapsed, self.gain = speed, h, 0.4358665 * h
         self.start, self.shapes = memory.unknowns.copy(), memory.shapes.copy()
-        cos, sin = laws.numbers[1], laws.numbers[2]
-        self.places = _turned(laws.place[: self.count], cos, sin)
-        self.paces = _turned(laws.velocity[: self.count], cos, sin)
+        theta, laws = entry.frame(run)[0], [entry.law(run, f"main[{i + 1}]") for i in range(self.count)]
+        self.places, self.paces = (
+            _turned(np.array(of_films), math.cos(theta), math.sin(theta))
+            for of_films in ([law.place for law in laws], [law.velocity for law in laws])
+        )
         self.next = self.places + 0.5 * h * self.paces
 
     def alone(self, i: int, limits: tuple[float, ...] = LIMITS) -> np.ndarray:

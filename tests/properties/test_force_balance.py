@@ -10,6 +10,7 @@ import math
 from dataclasses import replace
 from itertools import product
 
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
@@ -20,7 +21,6 @@ from started import at_speed
 
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.dynamics.model import arrays
 from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -106,5 +106,5 @@ def test_an_unbalanced_crank_takes_its_centrifugal_force_along_as_it_winds_up(mo
     """Over a cycle that repeats nothing but the piston's side force is left across; 234 N were by symmetric terms."""
     left, largest = mean_side_force()
     assert abs(left) < 3e-6 * largest
-    monkeypatch.setattr(arrays, "turning_stiffness", lambda body: body.stress_stiffness - body.centrifugal)
+    entry.take_turning_stiffness(monkeypatch, lambda body: body.stress_stiffness - body.centrifugal)
     assert abs(mean_side_force()[0]) == pytest.approx(234.0, rel=0.1)

@@ -2,16 +2,15 @@
 
 import math
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
 from started import at_speed
 
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.state import ACCELERATION, LEAD_ANGLE, POSITION, VELOCITY, offset
+from cranktrain.dynamics.model.state import LEAD_ANGLE
 from cranktrain.dynamics.simulation import Settings, simulate
-from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.cylinder_volume import cylinder_volume
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
@@ -27,11 +26,16 @@ def started(**changes):
     return at_speed(SPEED, engine, rigid_crank(engine), settings)
 
 
-def moved(simulation, block, amount):
+def moved(simulation, row, amount):
     """Turn the crank, or its speed, by ``amount`` rad or rad/s in its frame."""
-    state, n = simulation.state, simulation.model.omega2.size
-    state[offset(block, n) + at.ROTATION] += amount / simulation.model.scalars[at.RIGID_ROTATION]
+    state = simulation.state
+    entry.motion(simulation, state)[row, 5] += amount / unit_of(simulation)
     simulation.state = state
+
+
+def unit_of(simulation):
+    """Rotation of the crank by its rigid mode of rotation, rad."""
+    return simulation.body.shapes[simulation.body.index("flywheel"), 5, 5]
 
 
 def series(simulation, cycles, *names):
@@ -46,10 +50,10 @@ def series(simulation, cycles, *names):
 def test_two_frames_are_one_physics(kind):
     """The same crank counted from a frame that leads by 3 mrad more: same gas, same angle, same torque in the shaft."""
     plain, shifted = started(gas_source=kind), started(gas_source=kind)
-    moved(shifted, POSITION, -SHIFT)
+    moved(shifted, entry.PLACE, -SHIFT)
     # The frame is drawn back to the crank: that acceleration is not the crank's.
     inverse = SPEED / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
-    moved(shifted, ACCELERATION, 4.0 * inverse**2 * SHIFT)
+    moved(shifted, entry.ACCELERATION, 4.0 * inverse**2 * SHIFT)
     state = shifted.state
     state[LEAD_ANGLE] += SHIFT
     shifted.state = state
@@ -66,11 +70,11 @@ def test_the_gas_is_no_spring_of_the_drive_line():
     """A small free oscillation at constant speed has the frequency √(k/J) of shaft and crank; with the gas phased to
     the frame it read 10 % less."""
     plain, struck = started(), started()
-    moved(struck, VELOCITY, 0.05)
+    moved(struck, entry.VELOCITY, 0.05)
     (angle, h), (other, _) = series(plain, 8, "crank.angle"), series(struck, 8, "crank.angle")
     swing = (other - angle)[0]
-    start = rigid_start(plain.model, SPEED)
-    k, c = plain.model.scalars[at.SHAFT_K], plain.model.scalars[at.SHAFT_C]
+    start, line = entry.rigid_start(plain.model, SPEED), plain.engine.drive_line
+    k, c = line.stiffness, line.damping
     expected = math.sqrt(k / start.inertia - (0.5 * c / start.inertia) ** 2)
     crossings = np.flatnonzero(swing[:-1] * swing[1:] < 0.0)
     exact = crossings + swing[crossings] / (swing[crossings] - swing[crossings + 1])
@@ -81,12 +85,12 @@ def test_the_gas_is_no_spring_of_the_drive_line():
 def test_the_start_takes_crank_and_rods_at_their_mean_inertia():
     """Pistons go along their cylinders by dy/dθ = V′/A: the mean of its square counts, about half the throw's."""
     engine = load_engine("diesel_i6")
-    model = started().model
+    run = started()
     angles = np.linspace(0.0, 4.0 * math.pi, 720, endpoint=False)
     travel = cylinder_volume(engine, angles)[1] / (0.25 * math.pi * engine.cylinders.bore**2)
     oscillating = engine.cylinders.piston_mass + engine.rod.small_end_mass
     rods = 6 * (engine.rod.big_end_mass * engine.crankshaft.throw**2 + oscillating * float(np.mean(travel**2)))
-    found = rigid_start(model, SPEED).inertia - 1.0 / model.scalars[at.RIGID_ROTATION] ** 2
+    found = entry.rigid_start(run.model, SPEED).inertia - 1.0 / unit_of(run) ** 2
     assert found == pytest.approx(rods, rel=0.02)
 
 

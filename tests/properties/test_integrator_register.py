@@ -8,14 +8,13 @@ import sys
 import tomllib
 from pathlib import Path
 
+import entry
 import pytest
 from bodies import rigid_crank
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model.basis import basis
 from cranktrain.dynamics.model.settings import Settings, check_levels, keeps_peaks, resolved
-from cranktrain.dynamics.model.slots import LOSES_PEAKS, METHOD_COLUMNS
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.time.integrators import (
     FAMILIES,
@@ -178,9 +177,7 @@ def test_a_model_knows_which_methods_it_refuses():
     engine = load_engine("diesel_i6")
     gas = GasTrace.from_engine(engine)
     for level, marked in (("ehd", LOST), ("table", [])):
-        methods = basis(engine, resolved(Settings(bearings=level), engine), gas).methods
-        assert [name for name, row in zip(INTEGRATORS, methods, strict=True) if row[LOSES_PEAKS]] == marked
-        assert methods.shape == (len(INTEGRATORS), METHOD_COLUMNS)
+        assert entry.losing_peaks(engine, resolved(Settings(bearings=level), engine), gas) == marked
 
 
 def test_trade_off_leaves_refused_methods_out():

@@ -2,26 +2,19 @@
 
 import numpy as np
 import pytest
+from entry import linear_algebra
 
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.memory import CACHE_LINE, zeros
-from cranktrain.dynamics.motion.linear_algebra import (
-    add_columns,
-    add_product,
-    dot,
-    factor_lu,
-    factor_rows,
-    invert,
-    product,
-    products,
-    solve_lu,
-    solve_rows,
-)
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.bearings import bearing_parameters
 from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
 from cranktrain.film.table.tilted import table_work
 
+add_columns, add_product, dot = linear_algebra.add_columns, linear_algebra.add_product, linear_algebra.dot
+factor_lu, solve_lu, invert = linear_algebra.factor_lu, linear_algebra.solve_lu, linear_algebra.invert
+factor_rows, solve_rows = linear_algebra.factor_rows, linear_algebra.solve_rows
+product, products = linear_algebra.product, linear_algebra.products
 SIZES = [1, 2, 3, 4, 5, 6, 7, 8, 9, 27, 62]
 
 

@@ -8,13 +8,13 @@ amplitude (1 + 2/μ) T/k at ω² = 2/(2 + μ) k/J₁ for every c (Houdaille; Den
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.units import RPM
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.checks.engine import check_engine
@@ -414,5 +414,5 @@ def test_cycles_in_time_balance_a_propeller_at_each_speed():
         burn = balancing_load(engine, GasTrace.from_engine(engine), speed)
         run = simulate(engine, made.body, replace(made.settings, gas_load=burn), speed, settle=1e-4)
         works = np.trapezoid(run.powers, dx=run.step, axis=0)
-        damped = (works[at.CRANK_LOSS] + works[at.SHAFTS_LOSS]) / CYCLE
+        damped = (entry.power(works, "crank_loss") + entry.power(works, "shafts_loss")) / CYCLE
         assert found.extremes["shaft.torque"][1] + damped == pytest.approx(load.torque_at(speed), rel=1e-3)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
@@ -12,7 +13,6 @@ import cranktrain as ct
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque, loaded_end
-from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -94,11 +94,9 @@ class Undamped:
 
     def stored(self):
         """Energy (J) of what turns and of the wound-up shaft, turn (rad) and speed (rad/s) of the dynamometer."""
-        line, rotor, state = self.engine.drive_line, self.run.model.rotor, self.run.state
-        n = self.run.model.omega2.size
-        q, v = (state[offset(k, n) : offset(k + 1, n)][: rotor.size] for k in range(2))
-        out = shown(self.run)
-        theta, omega = self.run.work.frames[0][:2]
+        line, out = self.engine.drive_line, shown(self.run)
+        (q, v, _), (theta, omega, _) = entry.motion(self.run), entry.frame(self.run)
+        rotor = entry.dynamometer(self.run.model)
         energy = 0.5 * (CRANK_INERTIA + rods_inertia(self.engine, out["crank.angle"])) * out["crank.speed"] ** 2
         energy += 0.5 * line.dynamometer_inertia * (omega + rotor @ v) ** 2
         return energy + 0.5 * out["shaft.torque"] ** 2 / line.stiffness, theta + rotor @ q, omega + rotor @ v

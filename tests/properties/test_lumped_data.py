@@ -4,9 +4,11 @@ import re
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from box_block import box_block
+from packed import NOT_OF_LUMPS, arrays, differences
 from scipy.linalg import eigh
 from some import some
 
@@ -44,10 +46,6 @@ CASES = [
     ("v_twin", "torsional", {"bearings": "impedance"}),
     ("generator_four", "rigid", {"bearings": "impedance", "boundary": "torque"}),
 ]
-SHAPES = ("ports", "ports_transposed", "tilts", "ends", "shafts", "gravity", "centrifugal_load", "euler_load", "spin")
-LEAST = {"spin": 1.0, "centrifugal_load": 1e-3}
-"""Sizes of arrays, in modes of unit mass, that are zero but for rounding where journals are locked on their axis."""
-NOT_COMPARED = re.compile(r"lumps\.|.*numbers$|.*\.out$|layout$|gyroscopic$")
 
 
 @cache
@@ -97,39 +95,6 @@ def model_of(engine, base, level, levels, data=None):
     return build_model(engine, body, settings, SPEED, GasTrace.from_engine(engine), parts)
 
 
-def arrays(record, name=""):
-    for field, value in zip(record._fields, record, strict=True):
-        if isinstance(value, tuple):
-            yield from arrays(value, f"{name}{field}.")
-        elif value.dtype == np.float64 and not NOT_COMPARED.match(f"{name}{field}"):
-            yield name + field, value
-
-
-def signs(found, wanted):
-    """Sign of each turning mode of one model in the other's."""
-    rows = np.abs(wanted.ports).argmax(axis=0), np.arange(wanted.ports.shape[1])
-    return np.where(found.ports[rows] * wanted.ports[rows] < 0.0, -1.0, 1.0)
-
-
-def differences(found, wanted, tolerance=1e-9):
-    """Names of the arrays that differ, with their relative difference."""
-    sign, turning = signs(found, wanted), wanted.ports.shape[1]
-    result = {}
-    for (name, one), (_, other) in zip(arrays(found), arrays(wanted), strict=True):
-        for axis, size in enumerate(one.shape if name in SHAPES else ()):
-            # Modes are the last axis of all, the first of those that are matrices of them.
-            if axis == one.ndim - 1 or name == "spin" or (name == "ports_transposed" and axis == 0):
-                if name == "ports_transposed" and axis == 1:
-                    continue
-                both = np.ones(size)
-                both[:turning] = sign
-                one = one * np.expand_dims(both, tuple(a for a in range(one.ndim) if a != axis))
-        size = max(np.abs(other).max(initial=0.0), LEAST.get(name, 0.0))
-        if not np.allclose(one, other, rtol=0.0, atol=tolerance * size):
-            result[name] = np.abs(one - other).max() / size
-    return result
-
-
 @pytest.mark.parametrize(("name", "level", "levels"), CASES)
 def test_lumped_data_make_the_model_that_an_engine_file_with_them_makes(name, level, levels):
     """All at once, on every array of the running model."""
@@ -158,8 +123,9 @@ def test_a_crank_that_bends_has_the_modes_of_its_new_masses():
     wanted = model_of(changed(engine, values), engine, "beam", levels)
     found = model_of(engine, engine, "beam", levels, values)
     assert differences(found, wanted) == {}
-    crank = int(found.layout[0])
-    assert np.abs(found.gyroscopic[:crank, :crank] + found.gyroscopic[:crank, :crank].T).max() < 1e-12
+    crank = entry.modes(found, "crank").stop
+    turning = entry.matrices(found, 1.0)[0] - entry.matrices(found)[0]
+    assert np.abs(turning[:crank, :crank] + turning[:crank, :crank].T).max() < 2e-12
 
 
 def test_a_crank_that_was_cut_takes_other_masses_in_its_own_modes():
@@ -170,9 +136,9 @@ def test_a_crank_that_was_cut_takes_other_masses_in_its_own_modes():
     found = model_of(engine, engine, "beam", levels, values)
     whole = replace(engine, reduction=replace(engine.reduction, running_cutoff_hz=WHOLE_HZ))
     wanted = model_of(changed(whole, values), engine, "beam", levels)
-    crank = int(found.layout[0])
-    assert crank < int(wanted.layout[0])
-    ours, theirs = (np.sqrt(model.omega2[6:crank]) for model in (found, wanted))
+    crank = entry.modes(found, "crank").stop
+    assert crank < entry.modes(wanted, "crank").stop
+    ours, theirs = (entry.own_frequencies(model)[6:crank] for model in (found, wanted))
     assert np.all(ours > theirs * (1.0 - 1e-9)) and np.all(ours[:10] < 1.001 * theirs[:10])
 
 
@@ -185,7 +151,7 @@ def test_modes_are_those_of_the_matrices():
     shape = body.shapes[body.index("flywheel"), 5]
     mass = np.eye(body.n_modes) + (1.5 - engine.flywheel.polar_inertia) * np.outer(shape, shape)
     squares = eigh(np.diag(body.omega**2), mass, eigvals_only=True)
-    assert found.omega2[6 : body.n_modes] == pytest.approx(squares[6:], rel=1e-9)
+    assert entry.own_frequencies(found)[6 : body.n_modes] ** 2 == pytest.approx(squares[6:], rel=1e-9)
 
 
 def test_a_part_that_grows_is_a_part_more():
@@ -209,26 +175,26 @@ def test_preparing_again_leaves_nothing_behind():
     engine = engine_of("diesel_i6")
     levels = {"bearings": "impedance", **RICH, **FLEXIBLE}
     model = model_of(engine, engine, "rigid", levels)
-    before = {name: array.copy() for name, array in arrays(model)}
+    before = {name: array.copy() for name, array in arrays(model, NOT_OF_LUMPS)}
     settings, films = Settings(crank="rigid", **levels), np.zeros(7)
     for data in (others(engine), {}):
         numbers = run_numbers(settings, engine, data)
         assert prepare_model(model, numbers, films, SPEED) == OK
-        assert (data == {}) == all(np.array_equal(array, before[name]) for name, array in arrays(model))
+        assert (data == {}) == all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
 
 
 def test_what_cannot_be_is_refused_and_changes_nothing():
     engine = engine_of("diesel_i6")
     levels = {"bearings": "reynolds"}
     model = model_of(engine, engine, "rigid", levels)
-    before = {name: array.copy() for name, array in arrays(model)}
+    before = {name: array.copy() for name, array in arrays(model, NOT_OF_LUMPS)}
     for data, status in (
         ({"main_bearing.clearance": 50e-6}, CLEARANCE_FIXED),
         ({"flywheel.polar_inertia": 2.1 * engine.flywheel.diametral_inertia}, NO_RIGID_PART),
     ):
         numbers = run_numbers(Settings(crank="rigid", **levels), engine, data)
         assert prepare_model(model, numbers, np.zeros(7), SPEED) == status
-        assert all(np.array_equal(array, before[name]) for name, array in arrays(model))
+        assert all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
 
 
 def test_names_and_ranges_are_those_of_the_engine_file():

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import six
@@ -12,7 +13,6 @@ from started import at_speed
 
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
@@ -162,7 +162,7 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
                      spline_radius=0.02, friction=friction)  # fmt: skip
     simulation = settled(replace(engine, axial_path=path), body, 2000.0, **ON_SPRINGS)
     means, _ = settled_means(simulation)
-    k = dimensions(simulation.model).joint
+    k = entry.rows(simulation.model)["axial_joint"]
     assert -means.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)
     assert abs(means.velocity[k, 0, 0]) < 4e4
 

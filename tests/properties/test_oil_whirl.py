@@ -9,12 +9,11 @@ Films fail first at standstill, at a start from speed 0, under reversed load and
 import math
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from rotor_on_films import SPEED, C, rotor
 
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2, VISCOSITY
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid, whirl_threshold
@@ -22,19 +21,15 @@ from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid,
 
 def growth(simulation, kick, turns=40):
     """Growth of a whirl per turn of the journal, from the velocity ``kick`` over ωc on; and its size at the end."""
-    n = simulation.model.omega2.size
-    shape = simulation.model.ports[:4]
-    state = simulation.state
-    state[offset(VELOCITY, n) : offset(VELOCITY, n) + n] += (
-        np.linalg.pinv(shape) @ np.array([1.0, 0, 1, 0]) * (kick * C * SPEED)
-    )
+    shape, state = np.vstack([entry.shapes(simulation.model, f"main[{i}]")[:2] for i in (1, 2)]), simulation.state
+    entry.motion(simulation, state)[1] += np.linalg.pinv(shape) @ np.array([1.0, 0, 1, 0]) * (kick * C * SPEED)
     simulation.state = state
     step = simulation.settings.step
     turn = round(2.0 * math.pi / step)
     start, path = simulation.time, np.empty(turns * turn, dtype=complex)
     for k in range(path.size):
         simulation.step(start + (k + 1) * step / SPEED)
-        u = shape @ simulation.state[offset(POSITION, n) : offset(POSITION, n) + n]
+        u = shape @ entry.motion(simulation)[0]
         path[k] = complex(u[0], u[1]) * np.exp(1j * simulation.outputs[0]) / C
     # It beats once in two turns; the strongly damped other motions have died after a third.
     away = np.abs(path - path[-turn * (turns // 2) :].mean())[path.size // 3 :]
@@ -46,7 +41,7 @@ def growth(simulation, kick, turns=40):
 def critical_mass(load):
     """Mass per bearing at the threshold of the model's own film, from the law's tangents at its equilibrium."""
     simulation = rotor(20.0, load)
-    law, out, place = simulation.model.bearings[0], np.zeros(16), np.array([0.5, 0.4]) * C
+    law, out, place = entry.film_parameters(simulation), np.zeros(16), np.array([0.5, 0.4]) * C
     film = MapFilm(*law[[CLEARANCE, FACTOR, CONTACT_HEIGHT, CONTACT_LOAD]].tolist(), impedance_map(law[KAPPA2]))
     for _ in range(100):
         journal_force(*place, 0.0, 0.0, 0.5 * SPEED, film, out)
@@ -74,7 +69,7 @@ def test_whirl_sets_in_at_the_threshold_of_the_coefficients(integrator, step, lo
 def test_film_solved_in_the_loop_whirls_at_the_threshold_of_the_fine_grid(load):
     # An orbit of some 2 % of the clearance: one far below the grid's own steps would see single nodes rupture, which
     # move the onset by 1.4 % on this coarse grid.
-    viscosity = rotor(20.0, load, bearings="reynolds").model.bearings[0, VISCOSITY]
+    viscosity = entry.film_parameters(rotor(20.0, load, bearings="reynolds"))[VISCOSITY]
     journal = Journal(diameter=0.08, width=0.04, clearance=C, viscosity=viscosity, speed=SPEED)
     fine = SteadyBearing(bearing_grid("none", n_phi=256, n_z=24)).state(journal, load)
     mass = fine.whirl_threshold**2 * load / (C * SPEED**2)
@@ -139,7 +134,9 @@ def test_a_start_from_speed_0_ends_where_a_start_at_speed_does(level):
     assert watched(simulation, "eccentricity") < rest - 0.1
     # The film has taken over: shear of a filled gap (and half of e × F, below a hundredth of it), no sliding contact.
     eps = watched(simulation, "eccentricity")
-    shear = 2.0 * math.pi * simulation.model.bearings[0, VISCOSITY] * 100.0 * 0.04**4 / C / math.sqrt(1.0 - eps * eps)
+    shear = (
+        2.0 * math.pi * entry.film_parameters(simulation)[VISCOSITY] * 100.0 * 0.04**4 / C / math.sqrt(1.0 - eps * eps)
+    )
     assert abs(watched(simulation, "friction_torque")) == pytest.approx(shear, rel=0.02)
 
 
@@ -149,7 +146,9 @@ def test_a_load_that_reverses_crosses_the_clearance_and_comes_back(level):
     step = math.radians(2.5) / 100.0
     forces, films = [], []
     for k in range(1, 721):
-        simulation.inputs[1] = at.AMBIENT * (1.0 + 2.0 * math.sin(0.1 * math.pi * k))  # from -1 to +1.8 kN on the pin
+        simulation.inputs[1] = entry.AMBIENT * (
+            1.0 + 2.0 * math.sin(0.1 * math.pi * k)
+        )  # from -1 to +1.8 kN on the pin
         simulation.inputs[1] = max(simulation.inputs[1], 0.0)
         simulation.step(k * step)
         forces.append(watched(simulation, "force.y"))
@@ -164,12 +163,12 @@ def test_overload_lands_on_contact_and_the_film_carries_again(level):
     simulation = rotor(20.0, 500.0, speed=100.0, bearings=level)
     step = math.radians(2.5) / 100.0
     for k in range(1, 61):
-        simulation.inputs[1] = at.AMBIENT + 1.6e7 * math.sin(math.pi * k / 60.0) ** 2  # 139 kN at the most
+        simulation.inputs[1] = entry.AMBIENT + 1.6e7 * math.sin(math.pi * k / 60.0) ** 2  # 139 kN at the most
         simulation.step(k * step)
         assert np.isfinite(simulation.outputs).all()
     deepest = watched(simulation, "eccentricity")
     for k in range(61, 500):
-        simulation.inputs[1] = at.AMBIENT
+        simulation.inputs[1] = entry.AMBIENT
         simulation.step(k * step)
         deepest = max(deepest, watched(simulation, "eccentricity"))
     assert watched(simulation, "eccentricity") < 0.9

@@ -189,7 +189,7 @@ def test_tracking_finds_the_orders_of_a_steady_signal():
 SHORT, LONG = np.linspace(0.0, 10.0, 50), np.arange(2000) * 0.05
 REFUSED = [
     (lambda: order_amplitudes(np.zeros(88), 24.0), "order 24 needs more samples; those of this cycle resolve 22"),
-    (lambda: last_cycle(SHORT, SHORT), "covers 573 of 720 deg"),
+    (lambda: last_cycle(SHORT, SHORT), "covers 573.0 of 720 deg"),
     (lambda: last_cycle(SHORT[::-1], SHORT), "increase"),
     (lambda: order_spectrum(np.array([1.0, np.nan])), "finite"),
     (lambda: tracked_orders(LONG, LONG, [5.0], 12.0), "leave 2 cycles at either end"),

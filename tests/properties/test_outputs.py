@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
@@ -12,14 +13,10 @@ from some import some
 from standing import rigid_block
 from started import at_speed, series, shown
 
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.state import offset
-from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.parts import AxialPath
-from cranktrain.film.laws.films import END_X
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.fmu.description import expand, read_interface
 from cranktrain.results.files import output_unit
@@ -42,13 +39,9 @@ def to_frame(theta):
     return np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
 
 
-def forces_on_ports(simulation):
-    """Forces on the ports in the crank's frame, evaluated anew, and how they turn into space."""
-    model, work = simulation.model, simulation.work
-    frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
-    port_forces(model, work, frame, pressures, 1.0, 1.0)
-    return work.port[at.FORCES], to_frame(frame[at.THETA])
+def forces_in_frame(simulation):
+    """Forces on all unknowns of a stage in the crank's frame, evaluated anew, and how they turn into space."""
+    return entry.forces_at(simulation), to_frame(entry.frame(simulation)[0])
 
 
 def read(simulation, name):
@@ -136,15 +129,14 @@ def test_moments_do_the_work_of_the_tilting_forces():
     """For every mode: moment times the mode's rotation of the journal equals port force times the port's motion."""
     simulation = started(bearings="reynolds")
     to_angle(simulation, 30)
-    model = simulation.model
-    forces, turn = forces_on_ports(simulation)
-    first = int(model.connections[0, at.FIRST + END_X])
+    forces, turn = forces_in_frame(simulation)
     largest = 0.0
     for i, main in enumerate(MAINS):
         moment = turn @ [read(simulation, f"{main}.moment.x"), read(simulation, f"{main}.moment.y")]
-        by_moment = moment @ model.tilts[2 * i : 2 * i + 2]
-        by_ports = forces[first + 2 * i : first + 2 * i + 2] @ model.ports[first + 2 * i : first + 2 * i + 2]
-        assert by_moment == pytest.approx(by_ports, rel=1e-9, abs=1e-12)
+        journal = f"main[{i + 1}]"
+        by_moment = moment @ BODY.shapes[BODY.index(journal), 3:5]
+        ends, shapes = (what(simulation.model, journal)[2:] for what in (entry.components, entry.shapes))
+        assert by_moment == pytest.approx(forces[ends] @ shapes, rel=1e-9, abs=1e-12)
         largest = max(largest, np.hypot(*moment))
     assert largest > 0.1
 
@@ -153,19 +145,18 @@ def test_a_moment_turns_a_tilted_journal_back():
     """Squeezed into greater tilt, the film resists: the moment's power on the tilting is negative."""
     simulation = started(bearings="reynolds")
     state = simulation.state
-    n = simulation.model.omega2.size
-    q, v = state[offset(0, n) : offset(1, n)], state[offset(1, n) : offset(2, n)]
-    tilts = simulation.model.tilts
+    q, v, _ = entry.motion(simulation, state)
+    tilts = BODY.shapes[[BODY.index(f"main[{i + 1}]") for i in range(len(MAINS))], 3:5]
     # Mode 3 or 4 turns the rigid crank about a transverse axis.
     mode = 3
     v[:] = 0.0
-    v[mode] = 0.5 / np.abs(tilts[:, mode]).max()
+    v[mode] = 0.5 / np.abs(tilts[..., mode]).max()
     assert np.all(np.isfinite(q))
     simulation.state = state
-    turn = to_frame(simulation.work.frames[0, at.THETA]).T
+    turn = to_frame(entry.frame(simulation)[0]).T
     power = 0.0
     for i, main in enumerate(MAINS):
-        rate = turn @ (tilts[2 * i : 2 * i + 2] @ v)
+        rate = turn @ (tilts[i] @ v)
         power += rate @ [read(simulation, f"{main}.moment.x"), read(simulation, f"{main}.moment.y")]
     assert power < 0.0
 
@@ -174,9 +165,8 @@ def test_load_of_rigid_big_ends_is_that_of_the_plain_model():
     simulation = started()
     to_angle(simulation, 30)
     plain = PlainModel(ENGINE, BODY, Settings(crank="rigid"), SPEED)
-    n = simulation.model.omega2.size
-    q, v, a = (simulation.state[offset(k, n) : offset(k + 1, n)] for k in range(3))
-    theta, omega, omega_dot, *_ = simulation.work.frames[0]
+    q, v, a = entry.motion(simulation)
+    theta, omega, omega_dot = entry.frame(simulation)
     motion = np.einsum("pcn,n->pc", plain.pins, a)
     force, _, _ = plain.rods(theta, omega, omega_dot, q, v, motion, plain.pressures(theta, q))
     turn = to_frame(theta).T
@@ -193,13 +183,13 @@ def test_films_of_floating_big_ends():
     free, rigid = started(big_ends="impedance"), started()
     to_angle(free, 30)
     to_angle(rigid, 30)
-    forces, turn = forces_on_ports(free)
+    forces, turn = forces_in_frame(free)
     bearing = ENGINE.big_end_bearing
     peak = max(abs(read(rigid, f"{end}.force.y")) for end in ENDS)
     for c, end in enumerate(ENDS):
-        pin = 15 + 2 * c
+        pin = entry.components(free.model, f"pin[{c + 1}]")[:2]
         ours = np.array([read(free, f"{end}.force.x"), read(free, f"{end}.force.y")])
-        assert ours == pytest.approx(turn.T @ forces[pin : pin + 2], rel=1e-9)
+        assert ours == pytest.approx(turn.T @ forces[pin], rel=1e-9)
         stiff = [read(rigid, f"{end}.force.x"), read(rigid, f"{end}.force.y")]
         assert ours == pytest.approx(stiff, abs=0.05 * peak)
         x, y = read(free, f"{end}.position.x"), read(free, f"{end}.position.y")

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import entry
 import numpy as np
 import pytest
 from designed import designed
@@ -13,7 +14,6 @@ from standing import rigid_block
 from started import at_speed, shown
 
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
@@ -64,10 +64,10 @@ def test_the_gas_does_the_indicated_work_of_its_trace(name, tmp_path):
     run = simulate(made, running_crank(made, "torsional"), TWISTS, SPEED, gas=gas, settle=1e-5)
     expected = indicated_work(made, gas, SPEED)
     works = np.trapezoid(run.powers, dx=run.step, axis=0)
-    assert works[at.GAS_POWER] == pytest.approx(expected, rel=1e-4)
+    assert entry.power(works, "gas_power") == pytest.approx(expected, rel=1e-4)
     # Without friction all but the heat of the dampings reaches the dynamometer.
     torque = float(np.mean(run.last_cycle("shaft.torque")[1][:-1]))
-    damped = works[at.SHAFTS_LOSS] + works[at.CRANK_LOSS]
+    damped = entry.power(works, "shafts_loss") + entry.power(works, "crank_loss")
     assert torque * CYCLE == pytest.approx(expected - damped, rel=1e-4)
 
 
@@ -137,8 +137,8 @@ def test_an_encoder_shifts_the_trace_by_the_twist_between_it_and_the_pins(encode
         if k < per_cycle * (cycles - 1):
             continue
         torsion, *each = simulation.outputs[places]
-        place = simulation.work.frames[0, at.THETA] + torsion
-        worked += simulation.work.powers[at.GAS_POWER]
+        place = entry.frame(simulation)[0] + torsion
+        worked += entry.power(simulation, "gas_power")
         for c in cylinders:
             own, rate = each[2 * c : 2 * c + 2]
             changed += (pressure(place - made.firing_angles[c]) - pressure(own)) * rate
@@ -168,9 +168,9 @@ def test_given_pressures_of_one_crank_angle_do_their_work():
     for k in range(cycles * per_cycle):
         theta = simulation.outputs[0]
         simulation.pressures[:] = given(theta)
-        simulation.inputs[made.n_cylinders + at.ANGLE_INPUT] = theta
+        simulation.inputs[simulation.input_names.index("pressure.angle")] = theta
         simulation.step((k + 1) * h)
-        powers.append(simulation.work.powers[at.GAS_POWER])
+        powers.append(entry.power(simulation, "gas_power"))
     taken = float(np.mean(powers[-per_cycle:])) * CYCLE / SPEED
     assert taken == pytest.approx(indicated_work(made, replace(gas, falloff=0.0), SPEED), rel=1e-4)
 

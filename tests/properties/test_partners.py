@@ -10,7 +10,6 @@ from bodies import free_six
 from some import some
 
 import cranktrain as ct
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.reconstruction import nearest_turn, take_sample
@@ -41,7 +40,7 @@ def test_the_front_end_gives_what_the_valve_train_takes():
     found = []
     for torque in (0.0, taken):
         simulation = started(engine)
-        simulation.inputs[engine.n_cylinders + at.VALVE_INPUT] = torque
+        simulation.inputs[simulation.input_names.index("valvetrain.torque")] = torque
         found.append(recorded(simulation, 40)[0])
     without, loaded = found
     assert np.mean(without["shaft.torque"] - loaded["shaft.torque"]) == pytest.approx(taken, rel=1e-3)
@@ -80,7 +79,7 @@ def test_pressures_belong_to_the_angle_that_a_partner_tells():
     """Whole cycles aside; 0 tells nothing until another angle was told."""
     simulation = started(free_six())
     model, state = simulation.model, simulation.state
-    inputs, place = simulation.inputs.copy(), simulation.engine.n_cylinders + at.ANGLE_INPUT
+    inputs, place = simulation.inputs.copy(), simulation.input_names.index("pressure.angle")
     take_sample(model, state, inputs, 1e-4)
     own = state[layout.POINT_ANGLE]
     assert state[layout.SAMPLE_ANGLES] == own
@@ -116,7 +115,7 @@ def test_the_valve_trains_torque_reaches_the_crank_with_its_orders():
         found = np.empty((16 * 720, 4))
         for k in range(len(found)):
             if fitted:
-                crank.inputs[engine.n_cylinders + at.VALVE_INPUT] = valves.outputs[0]
+                crank.inputs[crank.input_names.index("valvetrain.torque")] = valves.outputs[0]
             crank.step((k + 1) * CYCLE / speed / 720)
             found[k] = crank.outputs[shown]
             if fitted:

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from cranktrain.cli.main import main
-from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.dynamics.simulation import Parts, fitted_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import RunUp

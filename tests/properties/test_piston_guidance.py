@@ -3,13 +3,13 @@
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
 from momentum import energy_on_ground, layer_energy
 from some import some
 
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import METHOD
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
@@ -81,7 +81,7 @@ def test_a_piston_at_rest_stands_where_its_springs_put_it(offset):
         simulation.step(0.005 * k)
     area = 0.25 * math.pi * SIX.cylinders.bore**2
     throw, length = SIX.crankshaft.throw, SIX.rod.length
-    theta = simulation.work.frames[0][0] + read(simulation, "flywheel.torsion")
+    theta = entry.frame(simulation)[0] + read(simulation, "flywheel.torsion")
     g = GUIDED
     for k, pressure in ((2, 2e6), (3, 1e6), (4, 3e6)):
         lateral = read(simulation, f"piston[{k}].lateral")
@@ -133,10 +133,7 @@ def released(engine, step_deg, integrator="sdirk4", tolerance=1e-12):
     simulation = Simulation(engine, rigid_crank(engine), settings)
     simulation.inputs[0] = SPEED
     simulation.initialize()
-    scalars = simulation.model.scalars.copy()
-    scalars[[at.SHAFT_K, at.SHAFT_C]] = 0.0
-    simulation.model = simulation.model._replace(scalars=scalars, shaft_laws=0.0 * simulation.model.shaft_laws)
-    simulation.work.key[:] = -1.0
+    entry.let_go(simulation)
     return simulation
 
 
@@ -179,7 +176,7 @@ def test_impacts_at_working_steps_neither_fail_nor_add_energy(step_deg):
             gained.append(energy_on_ground(simulation) - before)
     exchanged = 0.5 * (SIX.rod.small_end_mass + SIX.cylinders.piston_mass) * (SIX.crankshaft.throw * SPEED) ** 2
     assert max(gained) < 0.01 * exchanged
-    assert simulation.work.counters[3] < 0.05 * simulation.work.counters[0]
+    assert entry.count(simulation, "rejected") < 0.05 * entry.count(simulation, "steps")
 
 
 def test_impacts_of_a_fired_engine():

@@ -4,23 +4,21 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
 from box_block import box_block
+from packed import FROM_NUMBERS, arrays
 
 from cranktrain.core.run_entries import RunEntries
 from cranktrain.dynamics import run_record
 from cranktrain.dynamics.model import numbers as number_slots
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import Parts, build_model, dimensions
+from cranktrain.dynamics.model.arrays import Parts, build_model
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.state import state_size
-from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.dynamics.start.mean_motion import ORDERS, carried, lean, rigid_motion, rigid_start, rigid_torque
 from cranktrain.dynamics.time import status
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.file import load_engine
@@ -59,10 +57,6 @@ OTHER = {
     "oil_temperature": 351.0,
     "damper_temperature": 341.0,
 }
-
-
-SCRATCH = {f"{films}.{name}" for films in ("films", "floating", "thrust") for name in ("numbers", "out")}
-NOT_COMPARED = SCRATCH | {"basis.trace_rows", "basis.cylinders"}
 
 
 @cache
@@ -104,15 +98,6 @@ def model_of(name, levels, speed, temperatures=None, engine=None, gas=None, **ch
     return build_model(engine, body_of(name, levels), settings, speed, gas, parts_of(name), temperatures)
 
 
-def arrays(record, name=""):
-    """All arrays of a record by name, but for addresses, scratch, and the dimensions that the structure is of."""
-    for field, value in zip(record._fields, record, strict=True):
-        if isinstance(value, tuple):
-            yield from arrays(value, f"{name}{field}.")
-        elif value.dtype == np.float64 and f"{name}{field}" not in NOT_COMPARED:
-            yield name + field, value
-
-
 @pytest.mark.parametrize(("name", "levels"), LEVELS)
 def test_a_model_prepared_again_is_the_one_built_for_these_numbers(name, levels):
     """To the bit, whatever it was prepared for before: nothing of temperature, speed or parameters stays behind."""
@@ -120,7 +105,7 @@ def test_a_model_prepared_again_is_the_one_built_for_these_numbers(name, levels)
     films = np.linspace(360.0, 380.0, len(engine.crankshaft.main_widths))
     cold, own = model_of(name, levels, COLD), model_of(name, levels, WARM, films, engine, **OTHER)
     changed = [key for (key, a), (_, b) in zip(arrays(cold), arrays(own), strict=True) if not np.array_equal(a, b)]
-    assert {"scalars", "choices", "stages", "gas", "cylinders"} <= set(changed)
+    assert set(changed) >= FROM_NUMBERS
     numbers = run_numbers(Settings(crank="rigid", **levels, **OTHER), engine)
     assert prepare_model(cold, numbers, films, WARM) == status.OK
     for (key, found), (_, wanted) in zip(arrays(cold), arrays(own), strict=True):
@@ -201,9 +186,9 @@ def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
     # Of a model with elastic films, whose peaks a method loses.
     lost = good.copy()
     lost[number_slots.SET_METHOD] = bdf2
-    model.basis.methods[int(bdf2), at.LOSES_PEAKS] = 1.0
+    entry.lose_peaks(model, "bdf2", True)
     assert prepare_model(model, lost, films, WARM) == status.PEAKS_LOST
-    model.basis.methods[int(bdf2), at.LOSES_PEAKS] = 0.0
+    entry.lose_peaks(model, "bdf2", False)
     texts = status.statuses(("speed", "cylinder[1].pressure"))
     assert all(texts[code][0] == status.REFUSED and texts[code][1] for code in status.REFUSALS)
     assert texts[status.INPUT_NEGATIVE + 1] == (status.REFUSED, "cylinder[1].pressure must not be negative")
@@ -262,14 +247,16 @@ def test_a_driver_is_told_of_inputs_and_steps_that_no_run_has():
     assert entries.advance(1e-4) == status.OK
 
 
-def plain_start(model, speed):
-    """Start of a rigid crank by numpy: wind-up, torque, rotation, rate, inertia; spectrum and frequencies."""
-    torque = np.zeros(720)
-    rigid_torque(model, speed, np.zeros(40), torque)
-    k, c = model.scalars[at.SHAFT_K], model.scalars[at.SHAFT_C]
-    inertia = 1.0 / model.scalars[at.RIGID_ROTATION] ** 2
-    for cylinder, pin in zip(model.cylinders, model.pins, strict=True):
-        inertia += (cylinder[at.M_BIG] + 0.5 * cylinder[at.M_OSC]) * float((pin**2).sum())
+def plain_start(model, engine, body, speed):
+    """Start of a rigid crank by numpy: wind-up, torque, rotation, rate, inertia; spectrum and frequencies.
+
+    Floating big ends are bodies of their own, whose mass the estimate leaves to them.
+    """
+    torque = entry.rigid_torque(model, speed, 720)
+    k, c = engine.drive_line.stiffness, engine.drive_line.damping
+    inertia = 1.0 / body.shapes[body.index("pulley"), 5, 5] ** 2
+    for rod, throw in zip(engine.rods, engine.throws, strict=True):
+        inertia += 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass) * throw**2
     spectrum = np.fft.rfft(torque - torque.mean()) / torque.size
     omega = 0.5 * speed * np.arange(spectrum.size)
     motion = spectrum / (k - inertia * omega**2 + 1j * c * omega)
@@ -277,37 +264,45 @@ def plain_start(model, speed):
     return (torque.mean() / k, torque.mean(), rotation, rate, inertia), spectrum[1:], omega[1:]
 
 
-def plain_leaning(model, torque, spectrum, omega):
+def plain_leaning(engine, block, torque, spectrum, omega):
     """Motion of the block that leans and rocks, (n_b,) each, by numpy."""
-    shapes, t = model.block_ports, model.ports.shape[1]
-    modes, b = shapes.shape[1], len(model.bearings)
-    load = -shapes[model.connections[:b, at.REACTS].astype(int) - len(model.ports)].mean(axis=0)
-    place = np.linalg.solve(np.diag(model.omega2[t : t + modes]) + model.block.stiffness, torque * load)
-    rate = np.zeros(modes)
-    k, c = model.block.stiffness[:6, :6], model.block.damping[:6, :6]
-    for part, w in zip(spectrum[:ORDERS], omega[:ORDERS], strict=True):
+    at = [block.index(f"bore[{i + 1}]") for i in range(len(engine.crankshaft.main_widths))]
+    load = -block.shapes[at, 5].mean(axis=0)
+    held = [block.shapes[block.index(f"mount[{i + 1}]")] for i in range(len(engine.mounts.x))]
+    stiffness, damping = (
+        sum(shape.T @ np.diag(values) @ shape for shape, values in zip(held, of_mounts, strict=True))
+        for of_mounts in (engine.mounts.stiffness, engine.mounts.damping)
+    )
+    place = np.linalg.solve(np.diag(block.omega**2) + stiffness, torque * load)
+    rate = np.zeros(block.n_modes)
+    k, c = stiffness[:6, :6], damping[:6, :6]
+    for part, w in zip(spectrum[: entry.ORDERS], omega[: entry.ORDERS], strict=True):
         motion = np.linalg.solve(k + 1j * w * c - w**2 * np.eye(6), 2.0 * part * load[:6])
         place[:6] += motion.real
         rate[:6] += (1j * w * motion).real
     return place, rate
 
 
-def plain_carried(model, block):
-    """Motion of all modes that go along with the block, by numpy."""
-    q, t, first = np.zeros(model.omega2.size), model.ports.shape[1], len(model.ports)
-    shapes, modes, count = model.block_ports, block.size, len(model.cylinders)
-    q[t : t + modes] = block
-    joined = np.concatenate((model.pairs, model.pairs + 1.0, model.axial)).astype(int)
-    q[:5] = np.linalg.lstsq(model.ports[joined[:, 0], :5], shapes[joined[:, 1] - first] @ block, rcond=None)[0]
-    pin, rod = model.cylinders[0, [at.PIN_PORT, at.END_PORT]].astype(int)
-    if rod >= 0:
-        crank = dimensions(model).crank_modes
-        moved = model.ports[pin : pin + 2 * count, :5] @ q[:5]
-        q[crank : crank + 2 * count] = moved / np.diag(model.ports[rod : rod + 2 * count, crank:])
-    for c in range(count):
-        liner = int(model.cylinders[c, at.LINER_PORT]) - first
-        across = 0.5 * (shapes[liner] + shapes[liner + 1]) @ block
-        q[t + modes + 2 * c : t + modes + 2 * c + 2] = np.linalg.solve(model.block.piston_shape, [across, 0.0])
+def plain_carried(model, engine, crank, block, moved):
+    """Motion of all modes that go along with the block's, (n_b,), by numpy."""
+    q, mains = np.zeros(entry.mode_count(model)), len(engine.crankshaft.main_widths)
+    q[entry.modes(model, "block")] = moved
+    joined = [f"main[{i + 1}]" for i in range(mains)] + ["thrust"]
+    turning, standing = (np.vstack([entry.shapes(model, name, side) for name in joined]) for side in ("crank", "block"))
+    q[:5] = np.linalg.lstsq(turning[:, :5], standing @ moved, rcond=None)[0]
+    mass, guidance = engine.cylinders.piston_mass, engine.piston_guidance
+    for c, rod in enumerate(engine.rods):
+        pin, aside = crank.shapes[crank.index(f"pin[{engine.cylinders.pins[c]}]")], engine.rod_offsets[c]
+        follows = np.array([pin[0] + aside * pin[4], pin[1] - aside * pin[3]])[:, :5] @ q[:5]
+        q[entry.modes(model, f"rod[{c + 1}]")] = math.sqrt(rod.big_end_mass) * follows
+        across = np.array([math.cos(engine.cylinders.bank_angles[c]), math.sin(engine.cylinders.bank_angles[c])])
+        rings = [block.shapes[block.index(f"liner[{c + 1}].{end}"), :2] for end in ("upper", "lower")]
+        # Pin and piston as one rigid body, by displacement across at the pin and rotation.
+        lever = mass * guidance.mass_height
+        inertia = guidance.tilt_inertia + mass * guidance.mass_height**2
+        matrix = np.array([[rod.small_end_mass + mass, -lever], [-lever, inertia]])
+        own = np.linalg.cholesky(matrix).T @ [0.5 * across @ (rings[0] + rings[1]) @ moved, 0.0]
+        q[entry.modes(model, f"piston[{c + 1}]")] = own
     return q
 
 
@@ -315,18 +310,17 @@ def plain_carried(model, block):
 def test_the_start_is_that_of_plain_formulas(name):
     """Direct sums and small systems of the kernels against numpy's transform, solver and least squares."""
     levels = {"big_ends": "impedance", **FLEXIBLE}
-    model = model_of(name, levels, WARM)
-    expected, spectrum, omega = plain_start(model, WARM)
-    assert np.allclose(rigid_start(model, WARM), expected, rtol=1e-12, atol=0.0)
-    size = dimensions(model)
-    work = make_work(model, state_size(size.modes, size.ports, size.films))
-    place, rate = np.zeros(size.modes), np.zeros(size.modes)
-    rigid_motion(model, work.start, WARM)
-    assert lean(model, work, WARM, place, rate) == 0
-    for found, wanted in zip((place, rate), plain_leaning(model, expected[1], spectrum, omega), strict=True):
-        assert np.abs(found - plain_carried(model, wanted)).max() < 1e-12 * np.abs(found).max()
-    unit = np.eye(model.block_ports.shape[1])[3]
-    assert np.abs(carried(model, unit) - plain_carried(model, unit)).max() < 1e-12
+    model, engine, block = model_of(name, levels, WARM), engine_of(name), parts_of(name).block
+    crank = body_of(name, levels)
+    expected, spectrum, omega = plain_start(model, engine, crank, WARM)
+    assert np.allclose(entry.rigid_start(model, WARM), expected, rtol=1e-12, atol=0.0)
+    for found, moved in zip(
+        entry.leaning(model, WARM), plain_leaning(engine, block, expected[1], spectrum, omega), strict=True
+    ):
+        wanted = plain_carried(model, engine, crank, block, moved)
+        assert np.abs(found - wanted).max() < 1e-12 * np.abs(found).max()
+    unit = np.eye(block.n_modes)[3]
+    assert np.abs(entry.carried(model, unit) - plain_carried(model, engine, crank, block, unit)).max() < 1e-12
 
 
 def test_levels_of_an_fmu_leave_open_what_its_parameters_may_choose():

@@ -7,6 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 import bodies
+import entry
 import numpy as np
 import pytest
 from numba import njit
@@ -15,9 +16,7 @@ from some import some
 import cranktrain as ct
 from cranktrain.core import build_mark as marks
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.motion.gas import gas_volume, given_pressure
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.reconstruction import POLYTROPIC, SLIVER, reconstruct, take_sample
 from cranktrain.engine.file import load_engine
@@ -39,10 +38,8 @@ class Inputs:
 
     def __init__(self, delay=0.0):
         simulation = rigid()
-        choices = simulation.model.choices.copy()
-        choices[at.GAS_DELAY] = delay
-        assert choices[at.RECONSTRUCTION] == 3.0
-        self.model, self.work = simulation.model._replace(choices=choices), simulation.work
+        assert simulation.settings.reconstruction == "polytropic"
+        self.model, self.work = entry.delayed(simulation.model, delay), simulation.work
         self.state = simulation.state
         self.inputs = simulation.inputs.copy()
         self.count = simulation.engine.n_cylinders
@@ -57,10 +54,10 @@ class Inputs:
         reconstruct(self.model, self.work, self.state)
 
     def pressures(self, angle, elapsed=0.0):
-        return np.array([given_pressure(self.model, self.work, c, angle, elapsed) for c in range(self.count)])
+        return np.array([entry.given_pressure(self.model, self.work, c, angle, elapsed) for c in range(self.count)])
 
     def volumes(self, angle):
-        return np.array([gas_volume(self.model, c, angle) for c in range(self.count)])
+        return np.array([entry.gas_volume(self.model, c, angle) for c in range(self.count)])
 
 
 @pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
@@ -70,7 +67,7 @@ def test_the_gas_has_the_volume_of_the_engine_file(name):
     for angle in np.linspace(-1.0, 13.0, 9):
         for c in some(range(engine.n_cylinders)):
             expected = cylinder_volume(engine, np.array([angle - engine.firing_angles[c]]))[0][0]
-            assert gas_volume(simulation.model, c, angle) == pytest.approx(expected, rel=1e-9)
+            assert entry.gas_volume(simulation.model, c, angle) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 2.0])
@@ -211,7 +208,7 @@ def test_short_steps_among_long_ones_change_nothing_that_matters(source):
         rows = []
         for k in range(120):
             phase = 8.0 * np.pi * (k * H + np.arange(6) / 6.0 * H)
-            simulation.pressures[:] = at.AMBIENT * (3.0 + np.sin(phase))
+            simulation.pressures[:] = entry.AMBIENT * (3.0 + np.sin(phase))
             if shorts:
                 simulation.step(k * H + shorts[k % len(shorts)])
             simulation.step((k + 1) * H)

@@ -12,7 +12,7 @@ from tests.bodies import free_six, joined, rigid_crank, series, started
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.simulation import Parts
 
 SUN, RING = 30, 70
 PLANET = (RING - SUN) / 2

@@ -8,6 +8,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import entry
 import numpy as np
 import pytest
 from bodies import joined, rigid_crank
@@ -18,17 +19,9 @@ from some import some
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.model.arrays import Parts
-from cranktrain.dynamics.simulation import Simulation
-from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.arrays import added
-from cranktrain.dynamics.topology.modes import law_at
-from cranktrain.dynamics.topology.records import Base
-from cranktrain.dynamics.topology.tables import added_topology
-from cranktrain.dynamics.topology.terms import Direction, terms_of
+from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.dynamics.topology.values import REST
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
 from cranktrain.structure.assembly import checked
 
 SLIDERS = [
@@ -45,14 +38,14 @@ def test_rods_reach_from_the_pin_to_the_cylinders_axis(ratio, slider, axis):
     _, rod, piston = pair(ratio, slider, axis)
     arm = np.array(slider.pin) - axis
     for theta in np.linspace(-7.0, 7.0, 29):
-        big, small = rod.moved(theta), piston.moved(theta)
+        big, small = entry.moved(rod, theta), entry.moved(piston, theta)
         pin = rotation(ratio * theta) @ arm
-        np.testing.assert_allclose(big[[at.PLACE_X, at.PLACE_Y]], pin, atol=1e-15)
-        end = pin + rotation(big[at.TURNED]) @ [0.0, slider.length]
-        np.testing.assert_allclose(small[[at.PLACE_X, at.PLACE_Y]], end, atol=1e-15)
+        np.testing.assert_allclose(big.place, pin, atol=1e-15)
+        end = pin + rotation(big.angle) @ [0.0, slider.length]
+        np.testing.assert_allclose(small.place, end, atol=1e-15)
         cylinder = rotation(slider.bank).T @ end
         assert cylinder[0] == pytest.approx(slider.offset, abs=1e-15) and cylinder[1] > 0.0
-        assert small[at.TURNED] == slider.bank
+        assert small.angle == slider.bank
 
 
 @pytest.mark.parametrize(("ratio", "slider", "axis"), [(*pair, axis) for pair, axis in zip(SLIDERS, AXES, strict=True)])
@@ -60,17 +53,17 @@ def test_derivatives_of_frames_are_derivatives(ratio, slider, axis):
     step = 1e-3
     for frame in some(pair(ratio, slider, axis)[1:]):
         for theta in np.linspace(-4.0, 4.0, 17):
-            rows = np.array([frame.moved(theta + k * step) for k in range(-3, 4)])
-            spline = CubicSpline(np.arange(-3, 4) * step, rows[:, [at.TURNED, at.PLACE_X, at.PLACE_Y]])
-            moved, back = rows[3], rotation(rows[3, at.TURNED]).T
+            rows = [entry.moved(frame, theta + k * step) for k in range(-3, 4)]
+            spline = CubicSpline(np.arange(-3, 4) * step, [[row.angle, *row.place] for row in rows])
+            moved, back = rows[3], rotation(rows[3].angle).T
             angle, *place = spline(0.0, 1)
-            assert moved[at.TURN] == pytest.approx(angle, abs=1e-7)
-            np.testing.assert_allclose(moved[[at.PLACE_X1, at.PLACE_Y1]], place, atol=1e-7)
-            np.testing.assert_allclose(moved[[at.OWN_X1, at.OWN_Y1]], back @ place, atol=1e-7)
-            first = [rows[k, [at.TURN, at.PLACE_X1, at.PLACE_Y1]] for k in (2, 4)]
+            assert moved.angle1 == pytest.approx(angle, abs=1e-7)
+            np.testing.assert_allclose(moved.place1, place, atol=1e-7)
+            np.testing.assert_allclose(moved.own1, back @ place, atol=1e-7)
+            first = [np.array([rows[k].angle1, *rows[k].place1]) for k in (2, 4)]
             angle, *place = (first[1] - first[0]) / (2.0 * step)
-            assert moved[at.TURN2] == pytest.approx(angle, abs=1e-5)
-            np.testing.assert_allclose(moved[[at.OWN_X2, at.OWN_Y2]], back @ place, atol=1e-5)
+            assert moved.angle2 == pytest.approx(angle, abs=1e-5)
+            np.testing.assert_allclose(moved.own2, back @ place, atol=1e-5)
 
 
 def test_a_rod_that_is_too_short_is_told():
@@ -87,13 +80,10 @@ def test_an_end_that_slides_meets_the_wall_where_it_is():
     for _ in range(20):
         along, offset_, move, turn = rng.normal(size=(4, 3))
         theta = rng.uniform(-7.0, 7.0)
-        terms = terms_of(ct.End("w", "i", tuple(offset_)), REST, Direction(REST, along, np.zeros(3)), piston)
-        motion, now = np.concatenate((move, turn)), piston.moved(theta) - piston.moved(0.0)
-        found = 0.0
-        for term in terms:
-            lever = 1.0 if term.lever is None else now[at.PLACE_X + term.way]
-            found += term.amplitude * lever * math.cos(term.phase) * motion[term.component]
-        place = np.array(offset_) + np.array([now[at.PLACE_X], now[at.PLACE_Y], 0.0])
+        end, motion = ct.End("w", "i", tuple(offset_)), np.concatenate((move, turn))
+        found = entry.measured(end, REST, REST, along, np.zeros(3), theta, motion, sliding=piston)
+        gone = entry.moved(piston, theta).place - entry.moved(piston, 0.0).place
+        place = np.array(offset_) + np.array([*gone, 0.0])
         assert found == pytest.approx(along @ (move + np.cross(turn, place)), abs=1e-12)
 
 
@@ -146,7 +136,7 @@ LENGTH = f"{{ value = 144, {MM} }}"
 def test_a_file_takes_rod_and_pistons_place_from_its_cylinder():
     engine = from_text(TABLES)
     made = ct.assemble(engine, ct.Settings(crank="beam", block="ground"), inherit=False)
-    topology = added_topology(engine, made.body, None, made.parts.bodies)
+    topology = entry.topology(made)
     rod, piston = topology.frames
     assert rod.slider.pin == pytest.approx((0.0, 0.043)) and rod.slider.length == pytest.approx(0.144)
     assert rod.slider == ct.Slider(rod.slider.pin, rod.slider.length, cylinder=1)
@@ -210,33 +200,28 @@ def test_tangents_of_gas_and_liner_are_derivatives(law):
     _, _, piston = pair(*SLIDERS[1], AXES[1])
     connection = joined("c", law, "p.pin", **data)
     body = rigid_body("p", 0.5, 1e-3 * np.eye(3), (0, 0, 0), {"pin": (0, 0, 0)})
-    links = added(ct.Topology((piston,), (ct.Body("p", body, "piston"),), (connection,)), Base(None, None, 0, 0, 0, 0))
-    (address, record, index), rng = links.connections.entry[0].tolist(), np.random.default_rng(2)
+    topology = ct.Topology((piston,), (ct.Body("p", body, "piston"),), (connection,))
+    (call,), rng = entry.laws_of(topology)[0], np.random.default_rng(2)
+
+    def force(x, v):
+        return call(x, v).force
+
     for _ in range(20):
         place, velocity = rng.normal(size=4) * 3e-5, rng.normal(size=4) * 0.1
-        numbers, out = np.zeros(NUMBERS), np.zeros(SIZE)
-        numbers[ANGLE] = rng.uniform(-20.0, 20.0)
-
-        def force(x, v, numbers=numbers):
-            found = np.zeros(SIZE)
-            assert law_at(address, record, index, x, v, numbers, found) == 0
-            return found[:4].copy()
-
-        law_at(address, record, index, place, velocity, numbers, out)
+        call.tell(angle=rng.uniform(-20.0, 20.0))
+        found = call(place, velocity)
         for k in range(2):
             step = np.zeros(4)
             step[k] = 1e-9
             by_place = (force(place + step, velocity) - force(place - step, velocity))[:2] / 2e-9
-            np.testing.assert_allclose(
-                out[BY_PLACE : BY_PLACE + 16].reshape(4, 4)[:2, k], by_place, rtol=1e-4, atol=1.0
-            )
+            np.testing.assert_allclose(found.by_place[:2, k], by_place, rtol=1e-4, atol=1.0)
         step = np.array([0.0, 0.0, 1e-6, 0.0])
         along = (force(place, velocity + step) - force(place, velocity - step))[2] / 2e-6
         if abs(place[0]) > 1.2e-5 and abs(place[1]) > 1.2e-5:
             # A layer's force counts as its size but for the last newtons.
-            assert out[BY_VELOCITY + 10] == pytest.approx(along, rel=0.1, abs=0.1)
+            assert found.by_velocity[2, 2] == pytest.approx(along, rel=0.1, abs=0.1)
     if law == "gas":
         area = 0.25 * math.pi * 0.08**2
         for theta, pressure in ((0.5, 3e6), (0.5 + 8.0 * math.pi, 3e6), (2.0 - 4.0 * math.pi, 5.5e5)):
-            numbers[ANGLE] = theta
-            assert force(np.zeros(4), np.zeros(4))[0] == pytest.approx(-(pressure - 1.013e5) * area, rel=1e-12)
+            exact = -(pressure - 1.013e5) * area
+            assert call(np.zeros(4), np.zeros(4), angle=theta).force[0] == pytest.approx(exact, rel=1e-12)

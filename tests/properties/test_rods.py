@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import entry
 import numpy as np
 import pytest
 from bodies import joined
@@ -15,9 +16,6 @@ from scipy.integrate import solve_ivp
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.state import POSITION, VELOCITY
-from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.values import REST
 from cranktrain.engine.additions import BodyTable
 from cranktrain.structure.additions import shaft_body
@@ -101,14 +99,13 @@ def test_published_flexible_slider_crank():
 
     state = run.state
     along = np.linalg.pinv(piston.translation / piston.mass)[:, 1]
-    part(run, state, POSITION, 0)[:] = modal(start[3:7], 0.0)
-    part(run, state, VELOCITY, 0)[:] = modal(start[10:14], start[8] + speed * given["l1"] / length)
-    part(run, state, POSITION, 1)[:] = along * start[6]
-    part(run, state, VELOCITY, 1)[:] = along * start[9]
+    of_rod, of_piston = (part(run, state, body)[:2] for body in ("rod", "piston"))
+    of_rod[:] = modal(start[3:7], 0.0), modal(start[10:14], start[8] + speed * given["l1"] / length)
+    of_piston[:] = along * start[6], along * start[9]
     run.state = state
 
     def amplitudes():
-        q = part(run, run.state, POSITION, 0)
+        q = part(run, run.state, "rod")[0]
         x, y = shapes[:, 0] @ q, shapes[:, 1] @ q
         chord = x[0] + (x[-1] - x[0]) * share
         own = np.linalg.lstsq(bent.T, chord - x, rcond=None)[0]
@@ -123,7 +120,7 @@ def test_published_flexible_slider_crank():
     size = np.abs(found[:, :4]).max(axis=0)
     assert (np.abs(found[-1, :4] - expected[3:7]) < 0.05 * size).all()
     assert (np.abs(found[-1, 2:4] / expected[5:7] - 1.0) < 0.05).all()
-    turned = frames[0].moved(15.0)[at.TURNED] + found[-1, 4]
+    turned = entry.moved(frames[0], 15.0).angle + found[-1, 4]
     assert turned == pytest.approx(expected[1], abs=2e-6)
 
 
@@ -173,25 +170,24 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_
         """Centres, angles and their rates of all six bodies as without give, (2, 6, 3)."""
         found = np.zeros((2, 6, 3))
         for k, frame in enumerate(frames):
-            moved = frame.moved(speed * time)
-            arm = rotation(moved[at.TURNED]) @ ([0.0, centre] if frame.swings else [0.0, 0.0])
-            place = moved[[at.PLACE_X, at.PLACE_Y]] if frame.slider is not None else np.zeros(2)
-            found[0, k] = *(place + frame.axis + arm), moved[at.TURNED]
-            turn = moved[at.TURN] * np.array([-arm[1], arm[0]])
-            found[1, k] = np.array([*(moved[[at.PLACE_X1, at.PLACE_Y1]] + turn), moved[at.TURN]]) * speed
+            moved = entry.moved(frame, speed * time)
+            arm = rotation(moved.angle) @ ([0.0, centre] if frame.swings else [0.0, 0.0])
+            place = moved.place if frame.slider is not None else np.zeros(2)
+            found[0, k] = *(place + frame.axis + arm), moved.angle
+            turn = moved.angle1 * np.array([-arm[1], arm[0]])
+            found[1, k] = np.array([*(moved.place1 + turn), moved.angle1]) * speed
         return found
 
     def deviations(time):
         """What the run's bodies move besides, in space."""
         state, found = run.state, np.zeros((2, 6, 3))
-        for k, (frame, row) in enumerate(zip(frames, run.model.bodies.rows, strict=True)):
-            q, v = part(run, state, POSITION, k), part(run, state, VELOCITY, k)
-            own = slice(int(row[at.OWN_MODE]), int(row[at.OWN_MODE] + row[at.MODES]))
-            across, turn = run.model.bodies.centre[:2, own], run.model.bodies.turn[own]
-            moved = frame.moved(speed * time)
-            axes = np.diag([1.0, frame.sense]) @ rotation(frame.sense * moved[at.TURNED])
+        for k, (frame, body) in enumerate(zip(frames, bodies, strict=True)):
+            q, v, _ = part(run, state, body.name)
+            across, turn = body.reduced.translation[:2] / body.reduced.mass, body.reduced.shapes[0, 5]
+            moved = entry.moved(frame, speed * time)
+            axes = np.diag([1.0, frame.sense]) @ rotation(frame.sense * moved.angle)
             place, rate = across @ q, across @ v
-            swept = frame.sense * moved[at.TURN] * speed * np.array([-place[1], place[0]])
+            swept = frame.sense * moved.angle1 * speed * np.array([-place[1], place[0]])
             found[0, k] = *(axes @ place), frame.sense * (turn @ q)
             found[1, k] = *(axes @ (rate + swept)), frame.sense * (turn @ v)
         return found
@@ -253,7 +249,7 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_
         if k > 0:
             run.step(k * step)
         ours[k] = deviations(k * step).ravel()
-    assert run.work.frames[0, slots.THETA] == pytest.approx(speed * steps * step, abs=1e-10)
+    assert entry.frame(run)[0] == pytest.approx(speed * steps * step, abs=1e-10)
     times = np.arange(0, steps + 1, 16) * step
     found = solve_ivp(rates, (0.0, times[-1]), ours[0], "Radau", times, rtol=1e-8, atol=1e-14)
     exact = found.y.T

@@ -7,18 +7,14 @@ import re
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from rods import FOUR, rods_of
 
 import cranktrain as ct
-from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 from cranktrain.dynamics.simulation import Simulation, simulate
-from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
-from cranktrain.dynamics.topology.laws import pieces_of
 from cranktrain.engine.file import load_engine
 from cranktrain.results.strength.cut_loads import unbalanced_share
 from cranktrain.results.strength.recorded_cycle import recorded_cycle
@@ -63,13 +59,13 @@ def test_a_replaced_piston_leaves_no_mass_of_its_own_in_the_block():
         run = Simulation(made.engine, made.body, made.settings, None, made.parts._replace(topology=topology))
         run.inputs[0] = 150.0
         run.initialize()
-        model = run.model
-        first = model.ports.shape[1] + model.block_ports.shape[1]
-        across = model.gravity[0, first : first + 2 * len(guided)]
+        across = np.concatenate([entry.translation(run)[0, entry.modes(run, f"piston[{c}]")] for c in guided])
         assert across @ across == pytest.approx(len(guided) * mass, rel=1e-12)
-        assert [c + 1 for c in range(4) if model.cylinders[c, slots.PISTON_PORT] >= 0.0] == list(guided)
-        added = sum(body.reduced.n_modes for body in topology.bodies)
-        assert model.omega2.size == first + across.size + added
+        assert entry.guided(run.model) == list(guided)
+        bodies = ["block", *(f"piston[{c}]" for c in guided), *(body.name for body in topology.bodies)]
+        places = np.concatenate([np.arange(entry.mode_count(run.model))[entry.modes(run, name)] for name in bodies])
+        assert sorted(places) == list(range(entry.modes(run, "block").start, entry.mode_count(run.model)))
+        assert places.size == made.parts.block.n_modes + across.size + sum(b.reduced.n_modes for b in topology.bodies)
 
 
 @pytest.mark.parametrize(
@@ -107,44 +103,20 @@ def test_slow_modes_leave_rods_on_their_pins():
     run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=top))
     run.inputs[0] = speed
     run.initialize()
-    model, modes = run.model, SlowModes(run.model, speed)
-    links = model.links
-    frames, found = np.zeros((len(links.frames), at.MOVED)), np.zeros((len(links.terms), 2))
-    move_frames(links.frames, 0.0, frames)
-    fill_coefficients(links.terms, frames, speed, found)
-    turning, standing = len(model.ports), len(model.block_ports)
-    n, size = model.ports.shape[1], model.block_ports.shape[1]
-
-    def at_ports(q):
-        u = np.zeros(dimensions(model).ports)
-        u[:turning], u[turning : turning + standing] = model.ports @ q[:n], model.block_ports @ q[n : n + size]
-        for row in model.bodies.rows.astype(int):
-            own = slice(row[at.OWN_PORT], row[at.OWN_PORT] + row[at.PORTS])
-            modal = q[row[at.MODE] : row[at.MODE] + row[at.MODES]]
-            u[row[at.PORT] : row[at.PORT] + row[at.PORTS]] = model.bodies.shapes[own, : row[at.MODES]] @ modal
-        return u
-
-    joints = np.zeros(links.scales.size, dtype=bool)
-    for connection, row in zip(
-        [one for one in top.connections for _ in pieces_of(one, *map(top.end_frame, one.ends))], links.rows, strict=True
-    ):
-        if connection.name.startswith(("big", "small")):
-            joints[int(row[at.FIRST]) : int(row[at.FIRST]) + 2] = True
+    modes, block = SlowModes(run.model, speed), made.parts.block
     assert modes.drive_line is not None and modes.block is not None
-    turns = np.abs(model.block.motion[5, :6]) > 1e-3  # a rigid mode of the block that rolls
+    turns = np.abs(block.shapes[block.index("bore[1]"), 5, :6]) > 1e-3  # a rigid mode of the block that rolls
     cases = [(modes.drive_line, k, True) for k in range(4)]
     cases += [(modes.block, k, k >= 6 or turns[k]) for k in range(12) if k % 6 not in (3, 4)]
     for part, k, has_rates in cases:
         y = np.eye(part.matrix.shape[0])[k]
         motion = part.lift(y)
-        place, rate = np.zeros(links.scales.size), np.zeros(links.scales.size)
-        u, v = at_ports(motion.place), at_ports(motion.velocity)
-        for term, (c, c_rate) in zip(links.terms, found, strict=True):
-            place[int(term[at.COMPONENT])] += c * u[int(term[at.TERM_PORT])]
-            rate[int(term[at.COMPONENT])] += c * v[int(term[at.TERM_PORT])] + c_rate * u[int(term[at.TERM_PORT])]
-        assert np.abs(place).max() < 1e-9
-        if has_rates:
-            assert np.abs(rate[joints]).max() < 1e-9 * speed
+        found = entry.openings(run, motion.place, motion.velocity, 0.0, speed)
+        for connection in top.connections:
+            place, rate = found[connection.name]
+            assert np.abs(place).max() < 1e-9
+            if has_rates and connection.name.startswith(("big", "small")):
+                assert np.abs(rate[:2]).max() < 1e-9 * speed
 
 
 def test_a_wall_leans_for_either_order_of_its_ends():

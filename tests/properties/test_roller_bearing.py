@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
@@ -20,7 +21,6 @@ from cranktrain.engine.roller_bearing import (
     iso_profile,
     main_roller,
 )
-from cranktrain.film.laws import films as film
 from cranktrain.film.laws import roller_contacts as contacts
 from cranktrain.film.laws.bearings import Bearings, law_films
 from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
@@ -207,23 +207,11 @@ MAINS = RollerBearings(
 )  # fmt: skip
 
 
-def law(mains, i, place, velocity=(0.0, 0.0, 0.0, 0.0), theta=0.0, action=film.FORCE):
-    """Forces (4,), tangents by place and by velocity, and all that the law writes; the frame stands at ``theta``."""
+def law(mains, i, place, velocity=(0.0, 0.0, 0.0, 0.0), theta=0.0, action="FORCE"):
+    """Answer of a main bearing's law; the frame stands at ``theta``."""
     films = law_films(bearing_law("roller"), ROLLER, Bearings(roller_parameters(mains), rollers=mains))
-    films.numbers[film.COS], films.numbers[film.SIN], films.numbers[film.ANGLE] = (
-        math.cos(theta),
-        math.sin(theta),
-        theta,
-    )
-    films.place[i], films.velocity[i] = place, velocity
-    out = np.full(film.SIZE, np.nan)
-    assert film.film_call(films, action, i, out, out) == 0
-    return (
-        out[:4].copy(),
-        out[contacts.BY_PLACE : film.BY_VELOCITY].reshape(4, 4),
-        out[film.BY_VELOCITY : film.ECCENTRICITY].reshape(4, 4),
-        out,
-    )
+    told = {"cos": math.cos(theta), "sin": math.sin(theta), "angle": theta}
+    return entry.Law(films, i)(place, velocity, action, **told)
 
 
 def turned(vector, angle):
@@ -238,7 +226,7 @@ MOVING = np.array([0.02, -0.01, 0.004, 0.03])
 
 @pytest.mark.parametrize("main", [0, 1])
 def test_law_is_the_bearing_of_its_main_with_damping(main):
-    force, by_place, by_velocity, _ = law(MAINS, main, PLACE, MOVING)
+    force, by_place, by_velocity, *_ = law(MAINS, main, PLACE, MOVING)
     bearing = main_roller(MAINS, main)
     out = contacts.force_at(bearing, PLACE, -0.5 * math.pi, 12)
     expected, tangent = out[:4], out[contacts.BY_PLACE : contacts.WORK].reshape(4, 4)
@@ -262,13 +250,14 @@ def test_slices_in_the_loop_are_enough():
 
 def test_linear_law():
     mains = replace(MAINS, law="linear")
-    force, by_place, _, out = law(mains, 1, PLACE, action=film.OBSERVE)
+    shown = law(mains, 1, PLACE, action="OBSERVE")
+    force, by_place = shown.force, shown.by_place
     lever = 0.5 * mains.roller_length[1]
     stiffness = np.diag([7e8, 7e8, 2e4 / lever**2, 2e4 / lever**2])
     assert force == pytest.approx(-stiffness @ PLACE) and by_place == pytest.approx(-stiffness)
     # A moment k_t times the slope: Q times the lever.
     assert force[2] * lever == pytest.approx(-2e4 * PLACE[2] / lever)
-    assert out[film.P_MAX] == 0.0
+    assert shown.pressure == 0.0
 
 
 @pytest.mark.parametrize("theta", [0.4, 3.0, 40.0])
@@ -295,18 +284,18 @@ def test_rollers_that_go_round_return_with_their_pitch_and_feel_whole_turns():
 
 def test_figures_that_are_shown():
     bearing = main_roller(MAINS, 0)
-    out = law(MAINS, 0, turned(np.array([0.0, -60e-6, 0.0, 0.0]), 2.0), theta=2.0, action=film.OBSERVE)[-1]
-    assert out[film.P_MAX] == pytest.approx(
+    out = law(MAINS, 0, turned(np.array([0.0, -60e-6, 0.0, 0.0]), 2.0), theta=2.0, action="OBSERVE")
+    assert out.pressure == pytest.approx(
         contacts.force_at(bearing, np.array([0.0, -60e-6, 0.0, 0.0]), -0.5 * np.pi, 12)[contacts.PRESSURE]
     )
-    assert out[film.GAP] == 0.0 and math.sin(out[film.GAP_ANGLE]) == pytest.approx(-1.0)
+    assert out.gap == 0.0 and math.sin(out.gap_angle) == pytest.approx(-1.0)
     scale = bearing.travel + 0.5 * bearing.clearance
-    assert out[film.ECCENTRICITY] == pytest.approx(60e-6 / scale)
+    assert out.eccentricity == pytest.approx(60e-6 / scale)
     parameters = roller_parameters(MAINS)
     assert parameters[0, CLEARANCE] == pytest.approx(scale) and parameters[1, WIDTH] == 20e-3
-    free = law(MAINS, 0, np.array([0.0, -5e-6, 0.0, 2e-6]), action=film.OBSERVE)[-1]
-    assert free[film.GAP] == pytest.approx(20e-6 - 5e-6 - 2e-6) and not free[:4].any()
-    assert out.size == film.SIZE and contacts.force_at(bearing, PLACE).size == contacts.N_OUT
+    free = law(MAINS, 0, np.array([0.0, -5e-6, 0.0, 2e-6]), action="OBSERVE")
+    assert free.gap == pytest.approx(20e-6 - 5e-6 - 2e-6) and not free.force.any()
+    assert contacts.force_at(bearing, PLACE).size == contacts.N_OUT
 
 
 def test_levels_that_lack_what_they_need_say_so():

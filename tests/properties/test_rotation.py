@@ -9,19 +9,16 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
 
 from cranktrain.core.reduced_body import truncate
-from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.model.workspace import make_work
-from cranktrain.dynamics.settled.motion import correct_motion, motion_of
+from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE
+from cranktrain.dynamics.settled.motion import correct_motion
 from cranktrain.dynamics.settled.slow_modes import DriveLine
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.structure.assembly import assemble
@@ -40,52 +37,44 @@ def released(body, big_ends):
     simulation = Simulation(engine, body, settings)
     simulation.inputs[0] = SPEED
     simulation.initialize()
-    model = simulation.model
-    cylinders, scalars = model.cylinders.copy(), model.scalars.copy()
-    cylinders[:, slots.M_BIG] = big_ends
-    cylinders[:, [slots.M_OSC, slots.DELTA_J]] = 0.0
-    scalars[[slots.SHAFT_K, slots.SHAFT_C]] = 0.0
-    simulation.model = model._replace(cylinders=cylinders, scalars=scalars, shaft_laws=0.0 * model.shaft_laws)
-    simulation.work.key[0] = -1.0
+    entry.let_go(simulation, big_ends)
     return simulation
+
+
+def unit_of(simulation):
+    """Rotation of the crank by its rigid mode of rotation, rad."""
+    return simulation.body.shapes[simulation.body.index("flywheel"), 5, 5]
 
 
 def set_rotation(simulation, rotation=0.0, rate=0.0, lead=0.0):
     """Give the crank a rotation about z in the frame (rad), the rate of that, and the frame a lead."""
-    n, unit = simulation.body.n_modes, simulation.model.scalars[slots.RIGID_ROTATION]
-    state = simulation.state
-    state[layout.offset(4, n) :] = 0.0
+    unit, state = unit_of(simulation), simulation.state
+    entry.forget(simulation, state)
     # The frame sets out after the crank, τ₂ ẇ = φ/τ_c: free, the crank falls back in it at that rate.
     fallback = 4 * (SPEED / (2 * math.pi * RECENTRING_REVOLUTIONS)) ** 2 * rotation
-    for block, value in enumerate((rotation, rate, -fallback, -fallback)):
-        state[layout.offset(block, n) + 5] = value / unit
-    state[[layout.LEAD_ANGLE, layout.LEAD_SPEED]] = lead, 0.0
+    entry.motion(simulation, state)[:, 5] = np.array([rotation, rate, -fallback]) / unit
+    entry.settle_method(simulation, state)
+    state[[LEAD_ANGLE, LEAD_SPEED]] = lead, 0.0
     simulation.state = state
 
 
 def at_rest_in_the_frame(simulation):
     """Let the body find the place where its unbalance and the bearings agree, by steps that damp all motion."""
-    model = simulation.model
-    work = simulation.work
-    simulation.model = model._replace(stages=integrator_table("backward-euler"))
-    simulation.work = make_work(simulation.model, simulation.state.size)
+    kept = entry.take_method(simulation, "backward-euler")
     run(simulation, 40)
-    simulation.model, simulation.work = model, work
-    simulation.work.key[0] = -1.0
+    entry.take_back(simulation, kept)
     # What the other method keeps beside the acceleration is as large at rest.
-    state, n = simulation.state, model.omega2.size
-    first, own = (layout.offset(block, n) for block in (layout.AUXILIARY, layout.ACCELERATION))
-    state[first : first + n] = state[own : own + n]
+    state = simulation.state
+    entry.settle_method(simulation, state)
     simulation.state = state
     return simulation
 
 
 def angle_and_rate(simulation):
     """Of the crank in space, against a shaft at constant speed."""
-    n, unit = simulation.body.n_modes, simulation.model.scalars[slots.RIGID_ROTATION]
     state = simulation.state
-    at = layout.offset(0, n) + 5, layout.offset(1, n) + 5
-    return state[layout.LEAD_ANGLE] + unit * state[at[0]], state[layout.LEAD_SPEED] + unit * state[at[1]]
+    angle, rate, _ = unit_of(simulation) * entry.motion(simulation, state)[:, 5]
+    return state[LEAD_ANGLE] + angle, state[LEAD_SPEED] + rate
 
 
 def run(simulation, turns):
@@ -144,17 +133,16 @@ def test_torque_of_a_wound_up_crank_is_the_exact_one(crank_angle):
     )
     simulation.inputs[:7] = SPEED, *np.linspace(1e5, 6e6, 6)
     simulation.initialize()
-    scalars = simulation.model.scalars.copy()
-    scalars[[slots.SHAFT_K, slots.SHAFT_C]] = 0.0
-    simulation.model = simulation.model._replace(scalars=scalars, shaft_laws=0.0 * simulation.model.shaft_laws)
+    entry.let_go(simulation)
     rates = []
     for rotation, lead in ((windup, -windup), (0.0, 0.0)):
         state = simulation.state
-        state[layout.offset(0, simulation.body.n_modes) :] = 0.0
-        state[layout.SHAFT_ANGLE] = crank_angle
+        entry.motion(simulation, state)[:] = 0.0
+        entry.forget(simulation, state)
+        state[SHAFT_ANGLE] = crank_angle
         simulation.state = state
         set_rotation(simulation, rotation, lead=lead)
-        simulation.work.key[0] = -1.0
+        entry.make_anew(simulation)
         begin = simulation.time
         simulation.step(begin + 1e-6)
         rates.append(angle_and_rate(simulation)[1] / 1e-6)
@@ -189,38 +177,54 @@ def test_the_iteration_converges_at_once_where_the_crank_is_far_ahead_of_its_fra
     simulation = simulation_of(name, rpm)
     step, rows = 4.0 * math.pi / (720.0 * rpm * RPM), np.zeros((720, simulation.outputs.size))
     assert simulation.series(step, 1, rows) == 720
-    work = simulation.work
-    assert abs(work.turned).max() > 0.0
-    assert work.counters[at.N_ITERATIONS] < 1.5 * work.counters[at.N_STAGES]
+    pins, _ = on_pins(simulation)
+    assert np.abs(pins[:, 5] @ entry.motion(simulation)[0, entry.modes(simulation, "crank")]).max() > FAR
+    assert entry.count(simulation, "iterations") < 1.5 * entry.count(simulation, "stages")
 
 
-def off_pins(model, state):
+FAR = 2e-3
+"""Rotation (rad) of a pin in its frame from which on the iteration counts it."""
+
+
+def on_pins(simulation):
+    """Shapes (c, 6, n) of the crank at the pins under the rods, and their places across, (c, 2)."""
+    body, pins = simulation.body, [f"pin[{pin}]" for pin in simulation.engine.cylinders.pins]
+    at = [body.index(pin) for pin in pins]
+    assert not any(simulation.engine.rod_offsets)
+    return body.shapes[at], body.positions[at, :2]
+
+
+def ends(simulation, q):
+    """Displacement (c, 2) of floating big ends, points of the rods' mass there, by modal coordinates of all bodies."""
+    return np.array([q[entry.modes(simulation, f"rod[{c + 1}]")] / math.sqrt(rod.big_end_mass)
+                     for c, rod in enumerate(simulation.engine.rods)])  # fmt: skip
+
+
+def off_pins(simulation, state):
     """Place and velocity (2, c, 2) of pins against their floating big ends, in axes of the frame."""
-    motion = motion_of(state, model.omega2.size)
-    t = model.ports.shape[1]
-    u, ud = (model.ports @ part[:t] for part in motion[:2])
+    (q, v, _), own = entry.motion(simulation, state), entry.modes(simulation, "crank")
+    shapes, places = on_pins(simulation)
     found = []
-    for row, (x, y) in zip(model.cylinders, model.pins, strict=True):
-        pin, turn, end = (int(row[key]) for key in (at.PIN_PORT, at.PIN_TURN, at.END_PORT))
-        cos, sin = math.cos(u[turn]), math.sin(u[turn])
-        place = np.array([cos * x - sin * y - x + u[turn] * y, sin * x + cos * y - y - u[turn] * x])
-        rate = ud[turn] * np.array([-sin * x - cos * y + y, cos * x - sin * y - x])
-        found.append((place + u[pin : pin + 2] - u[end : end + 2], rate + ud[pin : pin + 2] - ud[end : end + 2]))
+    for shape, (x, y), end, end_rate in zip(shapes, places, ends(simulation, q), ends(simulation, v), strict=True):
+        u, ud, turn, rate = shape[:2] @ q[own], shape[:2] @ v[own], shape[5] @ q[own], shape[5] @ v[own]
+        cos, sin = math.cos(turn), math.sin(turn)
+        place = np.array([cos * x - sin * y - x + turn * y, sin * x + cos * y - y - turn * x])
+        speed = rate * np.array([-sin * x - cos * y + y, cos * x - sin * y - x])
+        found.append((place + u - end, speed + ud - end_rate))
     return np.array(found).transpose(1, 0, 2)
 
 
 def test_a_corrected_start_leaves_big_ends_where_they_were_on_their_pins():
     simulation = simulation_of("two_stroke_six", 60.0)
-    model, state = simulation.model, simulation.state
-    before = off_pins(model, state)
-    change = DriveLine(model, 60.0 * RPM).lift(np.array([0.03, 0.05, 0.0, 0.0]))
+    state = simulation.state
+    before = off_pins(simulation, state)
+    change = DriveLine(simulation.model, 60.0 * RPM).lift(np.array([0.03, 0.05, 0.0, 0.0]))
     moved = state.copy()
-    correct_motion(model, moved, change)
-    after = off_pins(model, moved)
-    clearance = model.scales[int(model.cylinders[0, at.PIN_PORT])]
+    correct_motion(simulation.model, moved, change)
+    after = off_pins(simulation, moved)
+    clearance = simulation.engine.big_end_bearing.clearance
     assert after[0] == pytest.approx(before[0], abs=1e-9 * clearance)
     assert after[1] == pytest.approx(before[1], abs=1e-9 * clearance * 60.0 * RPM)
-    n = model.omega2.size
-    linear = motion_of(state, n).plus(change).place
-    besides = np.abs(model.ports @ (motion_of(moved, n).place - linear)[: model.ports.shape[1]]).max()
-    assert besides > 0.1 * clearance  # what the modes' tangents would have moved the pins off their ends
+    linear = entry.motion(simulation, state)[0] + change.place
+    besides = np.abs(ends(simulation, entry.motion(simulation, moved)[0] - linear)).max()
+    assert besides > 0.4 * clearance  # what the modes' tangents would have moved the pins off their ends

@@ -2,8 +2,8 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six, started, whole_six
@@ -12,8 +12,6 @@ from scipy.linalg import expm
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import output_judge
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.state import POSITION, offset, state_size
 from cranktrain.dynamics.outputs.register import output_counts
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, Collar, Learned
 from cranktrain.dynamics.settled.cycles import TRIED, Expected, Recorder, settled_cycles
@@ -133,13 +131,16 @@ def test_the_block_moves_in_space_and_the_crank_with_it():
     engine = free_six()
     simulation = started(2000 * RPM, engine, Parts(block=box_block(engine)), block="flexible")
     block = SlowModes(simulation.model, 2000 * RPM).block
-    n = simulation.model.omega2.size
-    sweep = np.column_stack([block._swept(unit) for unit in np.eye(n)])
+    carried = np.column_stack(
+        [entry.carried(simulation.model, unit) for unit in np.eye(simulation.parts.block.n_modes)]
+    )
+    crank, sweep = entry.modes(simulation, "crank"), np.zeros((len(carried),) * 2)
+    sweep[crank, crank] = 2000 * RPM * simulation.body.gyroscopic
     y = np.random.default_rng(2).normal(size=12)
     y[6:] *= 1e3
 
     def seen(time):
-        return expm(-time * sweep) @ block._carried @ (expm(time * block.matrix) @ y)[:6]
+        return expm(-time * sweep) @ carried[:, :6] @ (expm(time * block.matrix) @ y)[:6]
 
     step, motion = 1e-4, block.lift(y)
     before, now, after = seen(-step), seen(0.0), seen(step)
@@ -153,31 +154,17 @@ class Toy:
     """A system whose amplitude follows x → r x (1 − x) from cycle to cycle: it repeats after 1 to 6, or never."""
 
     def __init__(self, r):
-        scalars = np.zeros(at.SCALARS)
-        scalars[at.DRIVEN] = 1.0
-        nothing, layout = np.zeros((0, 0)), np.zeros(at.LAYOUT)
-        layout[[at.JOINT_ROW, at.DAMPER_ROW]] = -1.0
-        self.model = SimpleNamespace(
-            omega2=np.ones(1), scalars=scalars, layout=layout, block_ports=nothing, bearings=nothing,
-            ports=np.zeros((1, 0)), connections=np.zeros((1, at.CONNECTION)), cylinders=nothing, scales=np.zeros(0),
-            links=SimpleNamespace(scales=np.zeros(0), remembered=np.zeros(1)),
-            laws=SimpleNamespace(remembered=np.zeros(1)),
-        )  # fmt: skip
-        self.inputs, self.outputs, self.state, self.r = (
-            np.array([4 * math.pi]),
-            np.zeros(1),
-            np.zeros(state_size(1, 0)),
-            r,
-        )
-        self.place = offset(POSITION, 1)
-        self.state[self.place] = 0.49
+        self.model, self.state = entry.bare_run()
+        self.inputs, self.outputs, self.r = np.array([4 * math.pi]), np.zeros(1), r
+        entry.motion(self)[0, 0] = 0.49
 
     def series(self, step, first, rows):
         for k in range(len(rows)):
             time = (first + k) * step
-            rows[k] = self.outputs[0] = self.state[self.place] * math.sin(2 * math.pi * time)
+            place = entry.motion(self)[0]
+            rows[k] = self.outputs[0] = place[0] * math.sin(2 * math.pi * time)
             if abs(time - round(time)) < 1e-9:
-                self.state[self.place] *= self.r * (1.0 - self.state[self.place])
+                place *= self.r * (1.0 - place)
         return len(rows)
 
 

@@ -3,11 +3,11 @@
 import math
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
 
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.time.reconstruction import take_stage
@@ -48,11 +48,8 @@ def shares(method):
 
 def give(simulation, method, begin, end, deviation=TOLD):
     """Inputs at the stages of the step to come."""
-    staged, places = simulation.work.staged, shares(method)
-    staged[1 : 1 + places.size, 0] = places
-    for row, share in enumerate(places, 1):
-        staged[row, 1:] = values(begin + share * (end - begin), deviation)
-    staged[0, at.STAGES_GIVEN] = places.size
+    places = shares(method)
+    entry.give_stages(simulation, places, [values(begin + share * (end - begin), deviation) for share in places])
     simulation.inputs[:] = values(end, deviation)
 
 
@@ -88,18 +85,17 @@ def test_pressures_of_untold_volumes_keep_order_three(method):
 def test_a_stage_has_just_the_inputs_that_were_given_for_it(method):
     """Others lie on the polynomial through all stages: a constant everywhere."""
     simulation = begun(method)
-    rng = np.random.default_rng(3)
-    staged, places = simulation.work.staged, shares(method)
-    staged[1 : 1 + places.size, 0] = places
-    staged[1 : 1 + places.size, 1:] = rng.normal(size=staged[1 : 1 + places.size, 1:].shape)
-    staged[0, at.STAGES_GIVEN] = places.size
-    for row, share in enumerate(places, 1):
+    rng, places = np.random.default_rng(3), shares(method)
+    given = rng.normal(size=(places.size, simulation.inputs.size))
+    entry.give_stages(simulation, places, given)
+    for wanted, share in zip(given, places, strict=True):
         take_stage(simulation.work, share)
-        np.testing.assert_array_equal(simulation.work.inputs[at.VALUE, 1:], staged[row, 2:])
-        assert not simulation.work.inputs[at.RATE, 1:].any()
-    staged[1 : 1 + places.size, 1:] = 7.0
+        found, rates = entry.inputs_in_force(simulation)[:2]
+        np.testing.assert_array_equal(found[1:], wanted[1:])
+        assert not rates[1:].any()
+    entry.give_stages(simulation, places, np.full_like(given, 7.0))
     take_stage(simulation.work, 0.37)
-    np.testing.assert_allclose(simulation.work.inputs[at.VALUE, 1:], 7.0, rtol=1e-12)
+    np.testing.assert_allclose(entry.inputs_in_force(simulation)[0, 1:], 7.0, rtol=1e-12)
 
 
 def test_what_was_given_counts_for_one_step():
@@ -108,7 +104,7 @@ def test_what_was_given_counts_for_one_step():
     h = 1e-3
     give(simulation, "sdirk4", 0.0, h)
     simulation.step(h)
-    assert simulation.work.staged[0, at.STAGES_GIVEN] == 0.0
+    assert entry.stages_given(simulation) == 0
     held.state = simulation.state
     held.inputs[:] = simulation.inputs
     for one in (simulation, held):

@@ -3,13 +3,13 @@
 import math
 
 import bodies
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
 from plain_model import PlainModel
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.film.laws.parameters import FACTOR
@@ -137,7 +137,7 @@ def test_an_absurd_pressure_is_survived_or_fails_with_one_line(pressure):
         text = str(error)
         assert "\n" not in text and "main[" in text and "deg" in text
         assert np.array_equal(simulation.state, before)
-        simulation.pressures[:] = at.AMBIENT
+        simulation.pressures[:] = entry.AMBIENT
         run(simulation, 1)
     assert np.isfinite(simulation.state).all()
     assert np.isfinite(simulation.outputs).all()
@@ -146,7 +146,7 @@ def test_an_absurd_pressure_is_survived_or_fails_with_one_line(pressure):
 def test_a_lost_film_is_named_and_leaves_the_last_good_state():
     simulation = run(started(), 3)
     before = simulation.state
-    simulation.model.bearings[2, FACTOR] = math.nan
+    entry.film_parameters(simulation, 2)[FACTOR] = math.nan
     with pytest.raises(SolverError) as error:
         simulation.step(simulation.time + H)
     assert "after 6 halvings" in one_line(error)
@@ -160,7 +160,7 @@ def test_a_run_starts_with_accelerations_that_obey_the_equations(bearings):
     simulation.inputs[0] = SPEED
     simulation.initialize()
     plain, state = PlainModel(engine, body, simulation.settings, SPEED), simulation.state
-    q, v, a = (state[layout.offset(i, plain.n) :][: plain.n] for i in range(3))
+    q, v, a = entry.motion(simulation, state)
     y = np.concatenate([q, v, state[[layout.LEAD_ANGLE, layout.LEAD_SPEED]]])
     expected = plain.acceleration(0.0, y, state[layout.SHAFT_ANGLE])
     # The start lets films relax for 30 us with the frame's turning frozen; that is what is left.

@@ -7,14 +7,14 @@ oscillations fall as exp(−ζωt). A rod puts its big end and half its oscillat
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
 from cranktrain.dynamics.model.arrays import build_model, structural_damping
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
-from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.simulation import Parts, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
@@ -98,14 +98,13 @@ def test_free_oscillations_of_the_running_crank_fall_with_the_stated_ratio(name)
         run.inputs[0] = speed
         run.initialize()
         state = run.state.copy()
-        place, rate = (offset(part, run.model.omega2.size) + 5 for part in (POSITION, VELOCITY))
-        state[rate : rate + shape.size] += kick * omega * shape
+        own = slice(5, 5 + shape.size)
+        entry.motion(run, state)[1, own] += kick * omega * shape
         run.state = state
         rows = []
         for k in range(revolution + more):
             run.step((k + 1) * h)
-            now = run.state
-            rows.append((now[place : place + shape.size] @ seen, now[rate : rate + shape.size] @ seen))
+            rows.append(entry.motion(run)[:2, own] @ seen)
         motions.append(np.array(rows))
     eta, velocity = (motions[1] - motions[0]).T
     energy = np.log(velocity**2 + (omega * eta) ** 2)
@@ -148,12 +147,10 @@ def test_heavier_pistons_chosen_for_a_run_keep_the_ratio():
     engine = engine_of("diesel_i6")
     heavier = replace(engine, cylinders=replace(engine.cylinders, piston_mass=1.5 * engine.cylinders.piston_mass))
     gas = GasTrace.from_engine(engine)
-    from cranktrain.dynamics.model.arrays import Parts
-
     data = {"cylinders.piston_mass": heavier.cylinders.piston_mass}
     body = crank_body(engine, "torsional")
     found, own, wanted = (
-        build_model(one, body, SETTINGS, 200.0, gas, Parts(data=values)).damping
+        entry.own_damping(build_model(one, body, SETTINGS, 200.0, gas, Parts(data=values)))
         for one, values in ((engine, data), (engine, None), (heavier, None))
     )
     assert found == pytest.approx(wanted, rel=1e-12)

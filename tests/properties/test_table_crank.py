@@ -8,6 +8,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import entry
 import numpy as np
 import pytest
 from some import some
@@ -27,11 +28,11 @@ from test_loss_factors import (
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model.arrays import build_model, dimensions
+from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.torsional_chain import Chain
-from cranktrain.loads.damper import DAMPING, STIFFNESS, with_damper_housing
+from cranktrain.loads.damper import with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.strength.cut_loads import crank_loads
 from cranktrain.results.strength.recorded_cycle import recorded_cycle
@@ -80,12 +81,7 @@ def test_a_rubber_damper_loses_its_loss_factor_in_the_assembled_modes(name):
         body = crank_of(engine, chain)
         model = build_model(engine, body, FITTED, SPEED, constant_gas(engine))
         own = slice(5, None)
-        rows, laws = model.shafts[:, own], model.shaft_laws
-        twist = model.ports[dimensions(model).twist, own]
-        stiffness = np.diag(model.omega2[own]) + rows.T @ (laws[:, 0, None] * rows)
-        stiffness += model.damper[STIFFNESS] * np.outer(twist, twist)
-        damping = np.diag(model.damping[own]) + rows.T @ (laws[:, 1, None] * rows)
-        damping += model.damper[DAMPING] * np.outer(twist, twist)
+        damping, stiffness = (matrix[own, own] for matrix in entry.matrices(model, damper=True))
         mass = np.eye(len(stiffness))
         for cylinder, pin in enumerate(engine.cylinders.pins):
             rod, turn = engine.rods[cylinder], np.zeros(len(mass))

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import entry
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -11,7 +12,6 @@ from hypothesis import strategies as st
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws import thrust as film
 from cranktrain.film.laws.bearings import thrust_bearing
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, film_call
 
 SIXES = load_engine("diesel_i6").thrust
 BEARING = replace(SIXES, closed_stiffness=None)  # the contact closes lists too
@@ -98,10 +98,9 @@ def test_closed_it_is_collar_and_block_in_series():
     # Deep in contact the film is frozen and the spring's slope remains; the other side has no film to speak of.
     deep = square(HALF + 3e-6, 0.0, 0.0)[0] - square(HALF + 2e-6, 0.0, 0.0)[0]
     assert -deep / 1e-6 == pytest.approx(series, rel=1e-3)
-    closed = thrust_bearing(BEARING, VISCOSITY, clearance=False, tilt=False)
-    closed.place[0, 0] = 1e-6
-    film_call(closed, FORCE, 0, closed.out, closed.out)
-    assert closed.out[[0, BY_PLACE, BY_VELOCITY]] == pytest.approx((-1e-6 * series, -series, -BEARING.damping))
+    closed = entry.Law(thrust_bearing(BEARING, VISCOSITY, clearance=False, tilt=False))((1e-6,), (0.0,))
+    found = closed.force[0], closed.by_place[0, 0], closed.by_velocity[0, 0]
+    assert found == pytest.approx((-1e-6 * series, -series, -BEARING.damping))
     assert film.closed_stiffness(replace(BEARING, block_stiffness=1e30)) == pytest.approx(BEARING.contact_stiffness)
 
 

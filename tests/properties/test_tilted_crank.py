@@ -5,22 +5,18 @@ from dataclasses import replace
 from functools import cache
 
 import bodies
+import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
 from some import some
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import RECORDS, keep_record
-from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, simulate
 from cranktrain.film.journal.grid import NODE_GRADING
 from cranktrain.film.lanes.grid import lane_work
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
-from cranktrain.film.laws.films import FROZEN
-from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
@@ -57,40 +53,22 @@ def started(**choices):
 def test_blocks_are_the_derivatives_of_the_forces(choices):
     """At the Newton ports, by central differences with u̇ and ü following u as they do in a stage."""
     simulation = started(**choices)
-    model, work = simulation.model, simulation.work
     if choices.get("bearings") == "reynolds":
         # Nodes at rest: where they follow the journal tangents by place are exact to the order of the grid only.
-        record = rigid_bore(ENGINE.main_bearing, model.bearings, None, model.laws.solved)
+        record = entry.solved_films(simulation, ENGINE.main_bearing)
         record.grid.settings[NODE_GRADING] = 0.0
-        model.films.entry[:, 1] = keep_record(record, model.laws.entry)
+        entry.use_films(simulation, record)
     if choices.get("bearings") == "ehd":
         # Solved alone: films in lanes are of single precision, tests/properties/test_film_lanes.py.
-        record = RECORDS[int(model.films.entry[0, 1])]
-        record = record._replace(lanes=lane_work(record.film, 0))
-        model.films.entry[:, 1] = keep_record(record, model.laws.entry)
+        record = entry.film_record(simulation)
+        entry.use_films(simulation, record._replace(lanes=lane_work(record.film, 0)))
     simulation.step(math.radians(3) / SPEED)
-    c_q, c_v = 1e-9, 3e-5
-    frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
-    motion = work.port[slots.STATE_U : slots.STATE_UDD + 1].copy()
-    model.laws.numbers[FROZEN] = 0.0
-
-    def at(port, change):
-        work.port[slots.U : slots.UDD + 1] = motion
-        work.port[slots.U : slots.UDD + 1, port] += np.array([1.0, c_v / c_q, 1.0 / c_q]) * change
-        assert port_forces(model, work, frame, pressures, c_q, c_v) == 0
-        return work.port[slots.FORCES].copy()
-
-    at(0, 0.0)
-    newton = model.scales.size
-    tangent = np.zeros((newton, newton))
-    for law, block in zip(model.connections, work.blocks, strict=True):
-        ports = law[1 : 1 + int(law[0])].astype(int)
-        tangent[np.ix_(ports, ports)] += block.reshape(4, 4)[: len(ports), : len(ports)]
+    tangent, sizes = entry.tangents_at(simulation), entry.scales(simulation.model)
     scale = np.abs(tangent).max(axis=1)
-    for port in some(range(newton)):
+    for port, way in some(enumerate(np.eye(sizes.size))):
         # A wider step lets a node of a solved film rupture within; elastic films converge to what 1e-6 sees.
-        h = (1e-7 if "reynolds" in choices.values() else 1e-6) * model.scales[port]
-        slope = (at(port, h) - at(port, -h))[:newton] / (2 * h)
+        h = (1e-7 if "reynolds" in choices.values() else 1e-6) * sizes[port]
+        slope = (entry.forces_at(simulation, h * way) - entry.forces_at(simulation, -h * way)) / (2 * h)
         # A rod's own moment on its pin and the film's friction go without tangent; rods and films are here.
         assert np.abs(slope - tangent[:, port]).max() <= 2e-4 * np.abs(tangent[:, port]).max(), port
         assert np.all(np.abs(slope - tangent[:, port]) <= 2e-3 * scale), port
@@ -136,7 +114,7 @@ def kept_films(simulation):
 
     What the nodes gain, (b, N), stands behind them.
     """
-    films = simulation.state[-int(simulation.model.films.remembered[-1]) :].reshape(7, -1)
+    films = np.array([entry.memory(simulation, f"main[{i + 1}]") for i in range(7)])
     return np.split(films, np.cumsum([IN_LOOP.size, SHAPES, SHAPES, KEPT]), axis=1)[:4]
 
 

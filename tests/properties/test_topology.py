@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import entry
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -17,21 +18,12 @@ from tests.bodies import joined, rigid_crank
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import attach, check, rigid_body
-from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
-from cranktrain.dynamics.simulation import Simulation, simulate
-from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.belt import strands
-from cranktrain.dynamics.topology.laws import CONNECTION_LAWS, pieces_of
-from cranktrain.dynamics.topology.modes import CrankAtRest, law_at
-from cranktrain.dynamics.topology.terms import Direction, terms_of
-from cranktrain.dynamics.topology.values import REST
+from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.additions import ConnectionTable
 from cranktrain.engine.connections import DATA, Coupling
 from cranktrain.engine.drive_line_chain import DriveLineChain
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.assembly import checked
@@ -62,15 +54,6 @@ def test_rigid_body_is_what_attaching_gives():
         np.testing.assert_allclose(getattr(own, name), getattr(other, name), atol=2e-7)
 
 
-def coefficient(term, angle):
-    """Coefficient of a term at a crank angle, as it is defined."""
-    apart = term.given.moved(angle)[at.TURNED] - term.own.moved(angle)[at.TURNED]
-    lever = 1.0
-    if term.lever is not None:
-        lever = (term.lever.moved(angle) - term.lever.moved(0.0))[at.PLACE_X + term.way]
-    return term.amplitude * lever * math.cos(apart + term.phase)
-
-
 def axes(frame, angle):
     """Axes of a frame (3, 3), columns in the engine's, at a crank angle."""
     turned = frame.rate * angle + frame.angle
@@ -87,9 +70,8 @@ def test_terms_project_motion_of_a_point_at_any_crank_angle(ratios):
         given, own = (ct.Frame("f", ratio, rng.uniform(-3, 3), (0.1, 0.2)) for ratio in ratios)
         along, about, offset, move, turn = rng.normal(size=(5, 3))
         angle = rng.uniform(-10.0, 10.0)
-        terms = terms_of(ct.End("b", "i", tuple(offset)), own, Direction(given, along, about, -1.0))
-        motion = np.concatenate((move, turn))
-        found = sum(coefficient(term, angle) * motion[term.component] for term in terms)
+        end, motion = ct.End("b", "i", tuple(offset)), np.concatenate((move, turn))
+        found = entry.measured(end, own, given, along, about, angle, motion, -1.0)
         of_given, of_own = axes(given, angle), axes(own, angle)
         point = of_own @ (move + np.cross(turn, offset))
         exact = -((of_given @ along) @ point + (of_given @ about) @ (of_own @ turn))
@@ -144,40 +126,25 @@ def frames_for(law):
     return ct.Frame("a", 1.0, axis=(0.0, 0.0)), ct.Frame("b", 1.0 if same else -2.0, axis=(0.12, 0.05))
 
 
-def law_parts(law, data):
-    """Addresses of a connection's pieces as a model holds them, and the arrays that keep them alive."""
-    first, second = frames_for(law)
-    top = ct.Topology((first, second), (disc("a", "a"), disc("b", "b")), (joined("c", law, "a.gear b.gear", **data),))
-    from cranktrain.dynamics.topology.arrays import added
-    from cranktrain.dynamics.topology.records import Base
-
-    return added(top, Base(None, None, 0, 0, 0, 0)).connections
-
-
 @pytest.mark.parametrize("law", CASES)
 def test_tangents_are_derivatives(law):
-    links, rng = law_parts(law, CASES[law]), np.random.default_rng(5)
-    scale = 1e-2 if law == "coupling" else 3e-5
-    for (address, record, index), row in some(zip(links.entry.tolist(), links.rows, strict=True)):
+    first, second = frames_for(law)
+    joint = joined("c", law, "a.gear b.gear", **CASES[law])
+    laws, sizes = entry.laws_of(ct.Topology((first, second), (disc("a", "a"), disc("b", "b")), (joint,)))
+    rng, scale = np.random.default_rng(5), 1e-2 if law == "coupling" else 3e-5
+    for call, size in some(zip(laws, sizes, strict=True)):
         for _ in range(12):
             place, velocity = rng.normal(size=4) * scale, rng.normal(size=4)
-            numbers, out = rng.normal(size=NUMBERS), np.zeros(SIZE)
-
-            def force(x, v, numbers=numbers, address=address, record=record, index=index):
-                found = np.zeros(SIZE)
-                assert law_at(address, record, index, x, v, numbers, found) == 0
-                return found[:4].copy()
-
-            law_at(address, record, index, place, velocity, numbers, out)
-            for k in some(range(int(row[at.SIZE]))):
+            call.tell_all(rng)
+            found = call(place, velocity)
+            for k in some(range(size)):
                 step = np.zeros(4)
                 step[k] = 1e-4 * scale
-                by_place = (force(place + step, velocity) - force(place - step, velocity)) / (2e-4 * scale)
+                by_place = (call(place + step, velocity).force - call(place - step, velocity).force) / (2e-4 * scale)
                 step[k] = 1e-4
-                by_velocity = (force(place, velocity + step) - force(place, velocity - step)) / 2e-4
-                for own, exact in ((BY_PLACE, by_place), (BY_VELOCITY, by_velocity)):
-                    found = out[own : own + 16].reshape(4, 4)[:, k]
-                    np.testing.assert_allclose(found, exact, atol=2e-4 * max(1.0, np.abs(exact).max()))
+                by_velocity = (call(place, velocity + step).force - call(place, velocity - step).force) / 2e-4
+                for own, exact in ((found.by_place, by_place), (found.by_velocity, by_velocity)):
+                    np.testing.assert_allclose(own[:, k], exact, atol=2e-4 * max(1.0, np.abs(exact).max()))
 
 
 def test_two_geared_discs_have_the_closed_forms_mode():
@@ -222,7 +189,7 @@ def test_modes_with_a_crank_are_those_of_a_heavier_flywheel():
         rows = crank.shapes[[crank.index("main[1]"), crank.index("main[7]")], :2].reshape(-1, crank.n_modes)
         axial, turn = crank.shapes[crank.index("thrust"), 2], crank.shapes[crank.index("pulley"), 5]
         stiffness = np.diag(crank.omega**2) + 1e13 * (rows.T @ rows + np.outer(axial, axial))
-        return CrankAtRest(crank, stiffness + 2e5 * np.outer(turn, turn), np.eye(crank.n_modes))
+        return entry.CrankAtRest(crank, stiffness + 2e5 * np.outer(turn, turn), np.eye(crank.n_modes))
 
     modes = ct.topology_modes(top, at_rest(body))
     heavier = attach(body, "flywheel", 1e-9, inertia * ratio**2 * np.diag([0.6, 0.6, 1.0]), (0.0, 0.0, 0.0))
@@ -308,7 +275,7 @@ def test_a_shaft_that_cannot_be_is_told(tmp_path, old, new, said):
 def test_a_belt_stretches_by_no_turning_and_has_the_closed_forms_mode(crossed):
     """ω² = 2 k (r₁²/J₁ + r₂²/J₂): two strands in parallel; both pull at rest and meet the pulleys at a tangent."""
     first, second, k, radius, ratio = 0.3, 0.02, 4e5, 0.09, -3.0 if crossed else 3.0
-    for along, on_first, on_second in strands(0.4, (radius, radius / 3.0), crossed):
+    for along, on_first, on_second in entry.strands(0.4, (radius, radius / 3.0), crossed):
         assert abs(along @ on_first) < 1e-15 and abs(along @ on_second) < 1e-15
         assert np.linalg.norm(along) == pytest.approx(1.0) and np.linalg.norm(on_second) == pytest.approx(radius / 3.0)
         between = np.array([0.4, 0.0, 0.0]) + on_second - on_first
@@ -344,8 +311,6 @@ def series(topology=None, body=None, steps=144, a_cycle=288, **settings):
 
 
 def simulation_parts(topology):
-    from cranktrain.dynamics.model.arrays import Parts
-
     return Parts(topology=topology)
 
 
@@ -458,20 +423,14 @@ def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
 
     def in_space(time):
         """Displacement of both centres, deviations of both angles from turning evenly, and their rates, (12,)."""
-        n, found = run.model.omega2.size, np.zeros((2, 2, 3))
-        lead = run.work.frames[0, slots.THETA] - SPEED * time, run.work.frames[0, slots.OMEGA] - SPEED
-        for body, row in enumerate(run.model.bodies.rows):
-            modes, o, sense = int(row[at.MODES]), int(row[at.OWN_MODE]), row[at.SENSE]
-            q, v = (run.state[offset(what, n) + int(row[at.MODE]) :][:modes] for what in (POSITION, VELOCITY))
-            centre, turn = run.model.bodies.centre[:2, o : o + modes], run.model.bodies.turn[o : o + modes]
-            swept = row[at.RATE] * run.work.frames[0, slots.THETA]
-            axes = np.array([[math.cos(swept), -math.sin(swept)], [math.sin(swept), math.cos(swept)]])
-            axes = np.diag([1.0, sense]) @ axes
-            place = centre @ q
-            rate = centre @ v + row[at.RATE] * run.work.frames[0, slots.OMEGA] * np.array([-place[1], place[0]])
-            ratio = sense * row[at.RATE]
-            found[0, body] = *(axes @ place), sense * (turn @ q) + ratio * lead[0]
-            found[1, body] = *(axes @ rate), sense * (turn @ v) + ratio * lead[1]
+        found, (theta, omega, _) = np.zeros((2, 2, 3)), entry.frame(run)
+        for k, (body, frame) in enumerate(zip(bodies, frames, strict=True)):
+            q, v, _ = entry.motion(run)[:, entry.modes(run, body.name)]
+            centre, turn = body.reduced.translation[:2] / body.reduced.mass, body.reduced.shapes[0, 5]
+            place, to_engine = centre @ q, axes(frame, theta)[:2, :2]
+            rate = centre @ v + frame.rate * omega * np.array([-place[1], place[0]])
+            found[0, k] = *(to_engine @ place), frame.sense * (turn @ q) + frame.ratio * (theta - SPEED * time)
+            found[1, k] = *(to_engine @ rate), frame.sense * (turn @ v) + frame.ratio * (omega - SPEED)
         return found.ravel()
 
     towards = np.array([0.12, 0.16])
@@ -509,7 +468,7 @@ def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
     for k in range(steps + 1):
         if k > 0:
             run.step(k * step)
-        ours[k], angles[k] = in_space(k * step), run.work.frames[0, slots.THETA]
+        ours[k], angles[k] = in_space(k * step), entry.frame(run)[0]
     times = np.arange(steps + 1) * step
     crank_angle = CubicSpline(times, angles)
     found = solve_ivp(rates, (0.0, times[-1]), ours[0], "Radau", times, rtol=1e-9, atol=1e-13, max_step=5.0 * step)
@@ -520,8 +479,8 @@ def test_two_geared_shafts_move_as_an_independent_right_hand_side_says():
 
 
 def test_register_and_files_know_the_same_laws():
-    assert set(CONNECTION_LAWS) == set(DATA)
-    assert all(CONNECTION_LAWS[name].data is kind for name, kind in DATA.items())
+    assert set(entry.CONNECTION_LAWS) == set(DATA)
+    assert all(entry.CONNECTION_LAWS[name].data is kind for name, kind in DATA.items())
 
 
 def test_an_engine_with_additions_survives_its_dictionary():
@@ -576,8 +535,13 @@ def test_what_a_law_cannot_join_is_told(connection, said):
 
 
 def test_pieces_measure_nothing_of_the_crank_angle_at_rest():
-    piece = pieces_of(joined("c", "spring", "a", **HELD), REST, REST)[0]
-    assert all(first.frame is REST and second.sign == -1.0 for first, second in piece.components)
+    """Of two bodies at rest at one place: what both do alike opens no component, at any crank angle."""
+    bodies = disc("a", "rest"), disc("b", "rest")
+    topology = ct.Topology((), bodies, (joined("c", "spring", "a.gear b.gear", **HELD),))
+    first, second = np.hsplit(entry.measured_by(topology, 0.0), 2)
+    assert np.abs(first).sum() > 0.0 and np.array_equal(first, -second)
+    for angle in (0.7, 2.0, 11.0):
+        assert np.array_equal(entry.measured_by(topology, angle), np.hstack((first, second)))
 
 
 FAST = 4000.0 * math.pi / 30.0

@@ -8,6 +8,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
@@ -44,9 +45,9 @@ def frequencies(engine, inertia=CRANK, boundary="speed"):
     """Of a crank that is one disc on its drive line, from the running model's own arrays, rad/s, with their damping."""
     body = rigid_crank(engine, inertia=(1.0, 1.0, inertia))
     model = build_model(engine, body, replace(LOCKED, boundary=boundary), SPEED, GasTrace.from_engine(engine))
-    turns = np.any(model.shafts != 0.0, axis=0)
-    rows, laws = model.shafts[:, turns], model.shaft_laws
-    stiffness, damping = (rows.T * laws[:, k] @ rows for k in (0, 1))
+    damping, stiffness = entry.matrices(model)
+    turns = np.any(stiffness != 0.0, axis=0)
+    stiffness, damping = stiffness[turns][:, turns], damping[turns][:, turns]
     squares, shapes = eigh(stiffness)
     return np.sqrt(np.maximum(squares, 0.0)), np.einsum("ij,ik,kj->j", shapes, damping, shapes)
 
@@ -118,9 +119,9 @@ def test_a_loss_factor_damps_every_mode_as_hysteresis_does():
     model = build_model(
         engine, rigid_crank(engine, inertia=(1.0, 1.0, CRANK)), LOCKED, SPEED, GasTrace.from_engine(engine)
     )
-    turns = np.any(model.shafts != 0.0, axis=0)
-    rows, laws = model.shafts[:, turns], model.shaft_laws
-    stiffness, damping = (rows.T * laws[:, k] @ rows for k in (0, 1))
+    damping, stiffness = entry.matrices(model)
+    turns = np.any(stiffness != 0.0, axis=0)
+    stiffness, damping = stiffness[turns][:, turns], damping[turns][:, turns]
     squares, shapes = eigh(stiffness, np.diag([crank / CRANK, 1.0]))
     assert np.sqrt(squares) == pytest.approx(omega, rel=1e-9)
     assert shapes.T @ damping @ shapes == pytest.approx(np.diag(0.1 * omega), rel=1e-6, abs=1e-6)

@@ -4,12 +4,12 @@ import math
 import warnings
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank, started
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.dynamics.time.table import HEAD, STAGES
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS
@@ -30,7 +30,7 @@ def run(simulation, count=288):
     for k in range(count):
         simulation.step((k + 1) * STEP)
         rows.append(simulation.outputs.copy())
-        work.append(simulation.work.counters[at.N_WORK])
+        work.append(entry.count(simulation, "work"))
     return np.array(rows), np.array(work)
 
 
@@ -50,7 +50,7 @@ def test_a_limit_that_is_not_reached_changes_nothing(level):
     limited = begun(bearings=level, work_limit=float(work.max()))
     own, own_work = run(limited)
     assert np.array_equal(own, rows) and np.array_equal(own_work, work)
-    assert limited.work.counters[at.N_LIMITED] == 0.0 and not limited.limited
+    assert entry.count(limited, "limited") == 0.0 and not limited.limited
 
 
 @pytest.mark.parametrize("level", ["impedance", "reynolds"])
@@ -61,7 +61,7 @@ def test_beyond_the_limit_work_is_bounded_and_the_step_says_so(level):
     limited = begun(bearings=level, work_limit=limit)
     own, own_work = run(limited)
     told, substeps = (column(limited, own, f"solver.{name}") for name in ("limited", "substeps"))
-    assert 0.0 < told.sum() == limited.work.counters[at.N_LIMITED] < 0.5 * told.size
+    assert 0.0 < told.sum() == entry.count(limited, "limited") < 0.5 * told.size
     assert set(told) == {0.0, 1.0}
     stages = limited.model.stages[HEAD, STAGES]
     assert (own_work <= limit + LAST_ITERATIONS * stages * substeps).all()

@@ -13,7 +13,8 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import dimensions, supply_temperature
+from cranktrain.dynamics.model.arrays import supply_temperature
+from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import ROW, ruling_law, usual_step
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.function_checks import called, takes_two, without_unit
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.state import (
     LEAD_ANGLE,
     LEAD_SPEED,

@@ -13,9 +13,10 @@ import numpy as np
 from cranktrain.core.kernel import kernel, record
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays, Parts, dimensions, structure
+from cranktrain.dynamics.model.arrays import Parts, structure
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.preparation import prepare_model, tell_stages
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.dynamics.model.state import TIME, state_size
 from cranktrain.dynamics.model.workspace import Work, make_work

@@ -21,10 +21,11 @@ from cranktrain.dynamics import run_record
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
+from cranktrain.dynamics.model.arrays import Parts, build_model, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.numbers import LEAST_STEP
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
@@ -202,7 +203,7 @@ class Simulation(SteppedModel):
         status = entries.start(time)
         if status != OK:
             where = f"no static equilibrium at {self.inputs[0] / RPM:.0f} rev/min"
-            raise SolverError(f"{where}: {own_failure(model.links.entry[:, 1]) or '{}; {}'.format(*REMEDIES[status])}")
+            raise SolverError(f"{where}: {own_failure(model.laws.entry[:, 1]) or '{}; {}'.format(*REMEDIES[status])}")
         self.model, self.work, self._state, self._entries = model, work, state, entries
         self._observed, self._families_of = observed, families_of(counts)
         self._observe()
@@ -307,9 +308,7 @@ class Simulation(SteppedModel):
         self.inputs[0] = speed
         self._check_inputs()
         self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
-        model = self._model()
-        model.links.hooks[:] = self.model.links.hooks  # hooks belong to the workspace, which is kept
-        self.model = model
+        self.model = self._model()
         # Factors belong to the old speed, and input samples to the old run.
         self.work.key[:] = -1.0
         self.work.counters[:] = 0.0
@@ -456,7 +455,7 @@ class Simulation(SteppedModel):
 
     def _failure(self, status: int, state: Array) -> str:
         cause, remedy = REMEDIES[status]
-        own = own_failure(self.model.links.entry[:, 1])
+        own = own_failure(self.model.laws.entry[:, 1])
         ports_at_state(self.model, self.work, state)
         d = self.work.port[at.RELATIVE, : 2 * self.model.bearings.shape[0]]
         eps = np.hypot(d[::2], d[1::2]) / self.model.bearings[:, CLEARANCE]

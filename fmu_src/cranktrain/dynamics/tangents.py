@@ -17,8 +17,8 @@ from cranktrain.core.errors import SolverError
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.layout import port_count
+from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.motion.equations import port_forces
 

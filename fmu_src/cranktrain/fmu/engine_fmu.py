@@ -10,7 +10,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.lumped_data import lumped_values
-from cranktrain.dynamics.topology.tables import added_outputs
+from cranktrain.dynamics.topology.tables import topology_outputs
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
@@ -95,7 +95,7 @@ def engine_interface(engine: Engine, clocks: bool = False) -> Interface:
         Variable(
             name, "output", f"{name.rpartition('.')[0]}: {name.rpartition('.')[2]}", unit=_fmi_unit(output_unit(name))
         )
-        for name in added_outputs(engine)
+        for name in topology_outputs(engine)
     )
     used = {variable.unit for variable in (*interface.variables, *data, *more)}
     units = {name: unit for name, unit in read_units(DESCRIPTION).items() if name in used}

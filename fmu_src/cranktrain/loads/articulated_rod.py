@@ -65,6 +65,20 @@ def hang(joint, own, pin):
 
 
 @kernel
+def hung_pin(joint, x, y, vx, vy):
+    """Return place and velocity of a knuckle pin, across and along its rod's cylinder, from those of the crank pin.
+
+    The motion of the crank pin is in axes of the master's cylinder, as in :func:`hang`.
+    """
+    x, y, vx, vy, _, _, _, _, _, _, _ = knuckle_motion(
+        x, y, vx, vy, 0.0, 0.0, joint[MASTER_LENGTH], joint[MASTER_OFFSET], joint[KNUCKLE_X], joint[KNUCKLE_Y]
+    )
+    cos = joint[COS_TURN]
+    sin = joint[SIN_TURN]
+    return cos * x + sin * y, cos * y - sin * x, cos * vx + sin * vy, cos * vy - sin * vx
+
+
+@kernel
 def force_on_pin(joint, pin, out):
     """Return the force on the crank pin in axes of the master's cylinder, N, from the rod force ``out`` and ``pin``.
 

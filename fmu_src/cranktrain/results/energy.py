@@ -44,7 +44,7 @@ SHARES = (
     Share("shafts", "drive line and a crank's table, damping of shafts and discs", at.SHAFTS_LOSS),
     Share("axial_joint", "axial joint, friction and damping", at.AXIAL_JOINT_LOSS),
     Share("connections", "added connections", at.LINKS_LOSS),
-    Share("added_bodies", "added bodies, structural damping", at.ADDED_LOSS),
+    Share("added_bodies", "added bodies, structural damping", at.BODIES_LOSS),
     Share("axial_force", "work against the axial force", at.AXIAL_FORCE_WORK),
 )
 """All parts of the gas work. A new loss needs an observer that fills an entry of ``Work.powers``, and a row here."""

@@ -15,7 +15,7 @@ from cranktrain.core.reduced_body import ReducedBody, attach, truncate
 from cranktrain.core.user_file import file_exists, folder_exists
 from cranktrain.dynamics.topology.bearings import film_parts, no_bore
 from cranktrain.dynamics.topology.connection_arrays import at_main
-from cranktrain.dynamics.topology.tables import added_outputs, file_frames
+from cranktrain.dynamics.topology.tables import file_frames, topology_outputs
 from cranktrain.dynamics.topology.values import End, Frame, Topology
 from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
@@ -44,7 +44,7 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
 
     if not engine.connection:
         return
-    added_outputs(engine)
+    topology_outputs(engine)
     for table in engine.connection:
         ends = [End(*split_end(text)) for text in table.ends]
         elastic = table.film is not None and "bore" in film_parts(table.film)

@@ -9,7 +9,7 @@ from typing import Any
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.topology.arrays import on_ground
 from cranktrain.dynamics.topology.modes import CrankAtRest, topology_modes
-from cranktrain.dynamics.topology.tables import added_topology
+from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.values import CRANK, Connection
 from cranktrain.engine.connections import Film, Roller, Thrust
 from cranktrain.engine.model import Engine
@@ -32,7 +32,7 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     """
     engine = replace(engine, drive_line_chain=None)  # no part of the crank at rest
     crank = complete_crankshaft(engine.without_additions, body)
-    topology = on_ground(added_topology(engine, crank, None, read_added(engine)))
+    topology = on_ground(whole_topology(engine, crank, None, read_added(engine)))
     matrices = cranktrain_matrices(engine.without_additions, crank, topology.cylinders)
     at_rest = CrankAtRest(crank, *matrices)
     topology = replace(topology, connections=tuple(map(_on_springs, topology.connections)))

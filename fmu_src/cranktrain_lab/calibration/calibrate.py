@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import Progress
-from cranktrain.dynamics.model.arrays import dimensions
+from cranktrain.dynamics.model.records import dimensions
 from cranktrain.engine import values
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine

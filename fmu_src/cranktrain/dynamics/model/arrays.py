@@ -1,6 +1,7 @@
-"""Flat arrays of the running model, built from an engine, a reduced body and the chosen fidelity levels.
+"""An engine, a reduced body and the chosen fidelity levels, as the plain values of which the running model is packed.
 
-:mod:`cranktrain.dynamics.model.ports` lists the points and components of motion at which force laws act.
+:mod:`cranktrain.dynamics.model.ports` lists the points and components of motion at which force laws act,
+:func:`cranktrain.dynamics.model.pack.pack` makes the arrays.
 """
 
 from __future__ import annotations
@@ -11,15 +12,13 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import record
-from cranktrain.core.reduced_body import Array, ReducedBody, turning_stiffness
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.basis import Basis, basis
-from cranktrain.dynamics.model.block import BlockArrays, block_arrays
+from cranktrain.dynamics.model.basis import basis
+from cranktrain.dynamics.model.block import block_arrays
 from cranktrain.dynamics.model.bodies import (
     locked_on_axis,
     stationary_body,
@@ -30,10 +29,12 @@ from cranktrain.dynamics.model.bodies import (
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.connections import big_end_films, laws_of
 from cranktrain.dynamics.model.hysteresis import hysteresis_rows, viscous_rows
-from cranktrain.dynamics.model.lumps import Lumps, lumps
+from cranktrain.dynamics.model.lumps import lumps
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
-from cranktrain.dynamics.model.ports import lay_ports, with_added_ports
+from cranktrain.dynamics.model.pack import Cranktrain, pack
+from cranktrain.dynamics.model.ports import lay_ports
 from cranktrain.dynamics.model.preparation import prepare_model
+from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
     Settings,
@@ -41,10 +42,8 @@ from cranktrain.dynamics.model.settings import (
     resolved,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
-from cranktrain.dynamics.topology.arrays import added
 from cranktrain.dynamics.topology.pieces import FilmParts
-from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base
-from cranktrain.dynamics.topology.tables import added_topology
+from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.articulated_rod import dead_centre_heights
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
@@ -54,7 +53,6 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import (
     thrust_bearing,
 )
-from cranktrain.film.laws.films import PAIR, Films
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.articulated_rod import JOINT, joint_values
@@ -70,104 +68,6 @@ from cranktrain.loads.torsional_line import (
     windup_shares,
     windup_stiffness,
 )
-
-LEAST_COUPLING = 1.0e-12
-"""Smallest coupling between mass-normalised modes by rotation; terms are of order one, smaller ones are rounding."""
-
-
-@record
-class ModelArrays(NamedTuple):
-    """Contiguous float64 arrays of the running model (SI).
-
-    Sizes: n modes (n_t of rotating bodies, n_b of the block, two of each guided piston), m ports in the same groups, b
-    main bearings, c cylinders.
-    """
-
-    omega2: Array  # (n,) squared frequencies of the modes, (rad/s)²
-    damping: Array  # (n,) modal damping, 1/s
-    gyroscopic: Array  # (n_t, n_t) G transposed
-    spin: Array  # (n_t, n_t) (K_σ − C) transposed
-    centrifugal_load: Array  # (n_t,) modal centrifugal load at unit speed
-    euler_load: Array  # (n_t,) modal load at unit angular acceleration
-    gravity: Array  # (3, n) modal projection of a unit acceleration field
-    ports: Array  # (m_t, n_t) shapes of the rotating ports
-    ports_transposed: Array  # (n_t, m_t)
-    block_ports: Array  # (m_b, n_b) shapes of the block's ports
-    block_ports_transposed: Array  # (n_b, m_b)
-    pairs: Array  # (r, 2) rotating and stationary ports, see dynamics.model.ports
-    axial: Array  # (0 or 1, 2) rotating and stationary port along the axis
-    axis_weights: Array  # (b,) weights of main journals in the displacement of the crank's centre of mass
-    shafts: Array  # (s, n_t) twist of each shaft of the drive line (a dynamometer of given speed adds none), then
-    # twist of the crank's own shafts that have damping, see dynamics.model.hysteresis
-    shaft_laws: Array  # (s, LAW) stiffness and damping of each shaft, see loads.torsional_line
-    lag: Array  # (n_t,) amplitudes by which the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
-    rotor: Array  # (n_t,) rotation of a free dynamometer in each mode; 0 if its speed is given
-    block: BlockArrays
-    bodies: AddedBodies  # bodies other than crank and block
-    links: AddedConnections  # connections other than the engine's own
-    ends: Array  # (4, n_t): see dynamics.model.slots
-    tilts: Array  # (2b, n_t): rotation about x and y of each main journal
-    bearings: Array  # (b, COLUMNS) see film.laws.parameters
-    laws: Films  # force law of each connection with its memory of a step; empty for a rod with a rigid big end
-    pins: Array  # (c, 2) undeformed x, y of each rod's pin
-    big_ends: Array  # (c, COLUMNS) like ``bearings``, for the film between pin and rod if the big end is not rigid
-    connections: Array  # (k, CONNECTION) ports that the force law of each connection couples, see slots
-    scales: Array  # (n_newton,) scale of each Newton port: displacement that counts like one clearance
-    limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
-    judged: Array  # (j,) ports whose error counts in the error of a step
-    layout: Array  # (LAYOUT,) see dynamics.model.layout
-    damper: Array  # (PARAMETERS,) see loads.damper
-    cylinders: Array  # (c, CYLINDER) see dynamics.model.slots
-    gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion; (2c, k, 4) by cylinder
-    scalars: Array  # (SCALARS,) see dynamics.model.slots
-    kinks: Array  # (KINKS,) angles after firing dead centre at which the gas trace is least smooth, padded with NO_KINK
-    choices: Array  # (CHOICES,) see dynamics.model.slots
-    stages: Array  # the integrator's table, see dynamics.time.table, padded with zeros
-    basis: Basis  # constants that the preparation of a run reads
-    lumps: Lumps  # constants from which the arrays of other lumped data are made
-    build: NDArray[np.void]  # (0,) see core.build_mark
-
-    @property
-    def films(self) -> Films:
-        """Force laws of the main bearings: the first rows of ``laws``; both use the same memory."""
-        b, laws = self.bearings.shape[0], self.laws
-        rows = {name: getattr(laws, name)[:b] for name in ("entry", "traits", "place", "velocity")}
-        return laws._replace(remembered=laws.remembered[: b + 1], **rows)
-
-
-class Dimensions(NamedTuple):
-    """Sizes of the arrays, and rows of the force laws that an engine has only once."""
-
-    modes: int
-    turning_modes: int
-    bearings: int
-    cylinders: int
-    newton: int  # number of components of motion of all connections
-    ports: int
-    turning_ports: int
-    films: int  # number of values in the state for the memory of force laws and added connections
-    crank_modes: int
-    thrust: int  # rows of ``connections`` of thrust bearing, axial joint and damper; −1: none
-    joint: int
-    damper: int
-    slides: bool  # whether the axial joint slides
-    collar: int  # port of the thrust collar along its axis, and port of the damper's twist (next)
-    twist: int
-    passes: bool  # whether a step may pass over communication points; the memory of all laws can then be interpolated
-
-
-def dimensions(model: ModelArrays) -> Dimensions:
-    """Sizes of the arrays of a model."""
-    rows = model.layout[[at.CRANK_MODES, at.THRUST_ROW, at.JOINT_ROW, at.DAMPER_ROW]].astype(int).tolist()
-    crank, thrust, joint, damper = rows
-    collar, twist = (int(model.connections[row, at.FIRST]) if row >= 0 else -1 for row in (thrust, damper))
-    remembered = np.concatenate((np.diff(model.laws.remembered), np.diff(model.links.remembered)))
-    return Dimensions(
-        model.omega2.size, model.ports.shape[1], model.bearings.shape[0], model.cylinders.shape[0],
-        model.scales.size + model.links.scales.size, int(model.layout[at.PORTS]), model.ports.shape[0],
-        int(model.laws.remembered[-1] + model.links.remembered[-1]), crank, thrust, joint, damper,
-        bool(model.layout[at.SLIDING] > 0.0), collar, twist, bool(np.all((remembered == 0) | (remembered == PAIR))),
-    )  # fmt: skip
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
@@ -256,6 +156,16 @@ def structure(
     and the memory of their films, so they may be inspected, but not run.
     ``InputError`` for a level that does not exist, or whose part is missing.
     """
+    return pack(*read_engine(engine, body, settings, gas, parts, {} if films_made is None else films_made))
+
+
+def read_engine(
+    engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts, made: dict[Any, Any]
+) -> tuple[Topology, Cranktrain]:
+    """Bodies and connections added to an engine, and all of the engine itself, as plain values for :func:`.pack`.
+
+    Parameters and errors as of :func:`structure`.
+    """
     check_levels(settings, engine)
     law, big_end_law = bearing_law(settings.bearings), bearing_law(settings.big_ends)
     block = parts.block if settings.block == "flexible" else None
@@ -263,7 +173,6 @@ def structure(
         raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
     if block is not None:
         engine = _without_block_shares(engine)
-    made = {} if films_made is None else films_made
     key = "mains", settings.bearings, settings.block
     if key not in made:
         made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore)
@@ -272,89 +181,55 @@ def structure(
     if key not in made:
         made[key] = big_end_films(engine, big_end_law, parts.big_end_table, parts.big_end_bore)
     big_ends, floating = made[key]
-    free_big_ends = big_end_law.carries
     line = torsional_line(engine)
     turning = _turning_body(engine, body, settings, line)
     path = engine.axial_path if "shaft" in turning.interfaces else None
     drive_line, windup = _line_arrays(engine, turning, line, path)
-    topology = added_topology(engine, turning, block, parts.bodies, parts.topology)
+    topology = whole_topology(engine, turning, block, parts.bodies, parts.topology)
     # A piston that is an added body is not one of the engine's own pistons.
     own = [k for k in range(engine.n_cylinders) if k + 1 not in topology.cylinders]
     guided = own if settings.pistons == "guided" else []
     stationary = stationary_body(engine, block, guided)
     ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
-    modes = turning.n_modes + stationary.n_modes
-    more = added(
-        topology,
-        Base(
-            turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size, _film_parts(engine, parts)
-        ),
-    )
-    ports = with_added_ports(ports, more)
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
-    ports.layout[at.WHIRLS] = whirls(turning) or any(whirls(body.reduced) for body in topology.bodies)
-    ports.layout[at.ADDED] = len(topology.connections) + len(topology.bodies) > 0
-    constants, damper = basis(engine, settings, gas), np.zeros(PARAMETERS)
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
-    laws = laws_of(ports, main_films, floating, thrust, path, damper)
+    damper, damping = np.zeros(PARAMETERS), structural_damping(engine, turning)
     trace = gas_tables(gas)
     least_smooth = np.zeros(KINKS)
     # If cylinders differ, the kinks of their mean trace count.
     fill_kinks(trace if len(trace) == 2 else trace.reshape(-1, 2, *trace.shape[1:]).mean(axis=0), least_smooth)
-    made_of = {
-        "ports": ports.turning,
-        "tilts": contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
-        "ends": contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
-        "axis_weights": axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
-        "spin": contiguous(turning_stiffness(turning).T),
-        "gyroscopic": contiguous(turning.gyroscopic.T),
-        "gravity": np.concatenate((turning.translation, stationary.translation, more.bodies.translation), axis=1),
-        "damping": np.concatenate(
-            (structural_damping(engine, turning), _stationary_damping(engine, stationary), more.damping)
-        ),
-        **drive_line,
-    }
     scalars = _scalars(engine, settings, gas, line, float(pulley[5, 5]))
     standing = block_arrays(engine, stationary, block, body.mass, body.centre)
-    of_line = {
-        "path_row": np.array([-1.0 if path is None else len(line.laws)]), "line_inertia": scalars[[at.LINE_INERTIA]],
-        "end_speed": np.array([line.end_speed]),
+    known = {
+        of.PATH_ROW: -1.0 if path is None else len(line.laws), of.END_SPEED: line.end_speed,
+        of.LINE_INERTIA: scalars[at.LINE_INERTIA], of.PISTONS: len(guided),
     }  # fmt: skip
-    return ModelArrays(
-        omega2=contiguous(np.concatenate((turning.omega, stationary.omega, more.omega)) ** 2),
-        centrifugal_load=contiguous(turning.centrifugal_load),
-        euler_load=contiguous(turning.euler_load),
-        ports_transposed=contiguous(ports.turning.T),
-        block_ports=ports.block,
-        block_ports_transposed=contiguous(ports.block.T),
-        pairs=ports.pairs,
-        axial=ports.axial,
-        **made_of,
-        bodies=more.bodies,
-        links=more.connections,
-        block=standing,
+    return topology, Cranktrain(
+        turning=turning,
+        block=block,
+        stationary=stationary,
+        damping=np.concatenate((damping, _stationary_damping(engine, stationary))),
+        ports=ports,
+        laws=laws_of(ports, main_films, floating, thrust, path, damper),
+        film_parts=_film_parts(engine, parts),
         bearings=mains,
-        pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
-        connections=ports.connections,
-        scales=ports.scales,
-        limited=ports.limited,
-        judged=ports.judged,
-        layout=ports.layout,
-        damper=damper,
-        cylinders=np.hstack((cylinder_parameters(engine, free_big_ends, topology.cylinders), ports.cylinders)),
+        pins=contiguous(turning.positions[pins, :2]),
+        tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
+        ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
+        axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
+        cylinders=cylinder_parameters(engine, big_end_law.carries, topology.cylinders),
         gas=trace,
-        laws=laws,
-        scalars=scalars,
         kinks=least_smooth,
-        choices=np.zeros(at.CHOICES),
-        stages=np.zeros(constants.tables.shape[1:]),
-        basis=constants,
-        lumps=lumps(engine, settings, body, turning, block, guided, made_of | of_line, standing),
-        build=build_mark(),
+        damper=damper,
+        scalars=scalars,
+        basis=basis(engine, settings, gas),
+        lumps=lumps(engine, settings, body, turning, block, standing, damping, known),
+        block_arrays=standing,
+        **drive_line,
     )
 
 
@@ -367,12 +242,6 @@ def axis_weights(places: Array, centre: float) -> Array:
     spread = float(away @ away)
     even = np.full(places.size, 1.0 / max(places.size, 1))
     return even + away * ((centre - float(places.mean())) / spread) if spread > 0.0 else even
-
-
-def whirls(turning: ReducedBody) -> bool:
-    """True if rotation couples modes of the rotating body by gyroscopic or centrifugal terms; pure twist has none."""
-    stretched = turning.stress_stiffness - turning.centrifugal
-    return bool(max(np.abs(turning.gyroscopic).max(), np.abs(stretched).max()) > LEAST_COUPLING)
 
 
 def _film_parts(engine: Engine, parts: Parts) -> FilmParts:

@@ -6,36 +6,14 @@ Displacements count from the engine's position at rest under its own weight, so 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.ports import cylinder_axes
+from cranktrain.dynamics.model.records import DIRECTIONS, BlockArrays, no_block
 from cranktrain.engine.model import Engine
 from cranktrain.loads.piston_guidance import guidance_parameters, piston_mass_matrix, piston_modes
-
-DIRECTIONS = 6
-
-
-class BlockArrays(NamedTuple):
-    """Arrays of block and guided pistons: j mounts and n_s stationary modes, of which the first n_b are the block's."""
-
-    stiffness: Array  # (n_b, n_b) stiffness of the mounts in the block's modes
-    damping: Array  # (n_b, n_b) damping of the mounts in the block's modes
-    preload: Array  # (n_s,) modal force of the mounts that carries the engine's weight
-    weight: Array  # (n_s,) preload of the mounts per m/s² of gravity
-    heads: Array  # (c, n_s) displacement of each head along its cylinder
-    liners: Array  # (c, 2) height of each liner's upper and lower ring along its cylinder from the crank axis, m
-    mounts: Array  # (6 j, n_s) displacement and rotation of each mount
-    mount_laws: Array  # (6 j, MOUNT_LAW) stiffness, damping and preload of each component of ``mounts``
-    cover: Array  # (n_s,) upward displacement of the bottom cover's middle
-    motion: Array  # (6, n_s) displacement and rotation of the whole block, at its centre of mass
-    guidance: Array  # (10,) see loads.piston_guidance
-    piston_shape: Array  # (2, 2) shape P of a guided piston's ports in its modes
-    piston_inverse: Array  # (2, 2) inverse mass P Pᵀ of a guided piston at its ports
 
 
 def block_arrays(
@@ -51,22 +29,19 @@ def block_arrays(
     n = stationary.n_modes
     count = engine.n_cylinders
     z = np.zeros
-    guidance: Array = z(10)
-    shape: Array = np.eye(2)
+    still = no_block(n, count)
     if engine.piston_guidance is not None:
-        guidance = guidance_parameters(engine.piston_guidance, engine.cylinders.piston_mass)
         mass = piston_mass_matrix(engine.piston_guidance, engine.cylinders.piston_mass, engine.rod.small_end_mass)
-        shape[:] = piston_modes(mass)
-    liners = np.tile([1.0, -1.0], (count, 1))
-    if block is None:
-        # On rigid ground liners have no displacement, so their heights do not matter.
-        return BlockArrays(
-            z((0, 0)), z((0, 0)), z(n), z(n), z((count, n)), liners, z((0, n)), z((0, at.MOUNT_LAW)), z(n),
-            z((DIRECTIONS, n)), guidance, shape, shape @ shape.T,
+        shape = np.ascontiguousarray(piston_modes(mass))
+        still = still._replace(
+            guidance=guidance_parameters(engine.piston_guidance, engine.cylinders.piston_mass),
+            piston_shape=shape, piston_inverse=shape @ shape.T,
         )  # fmt: skip
+    if block is None:
+        return still
     if engine.mounts is None:
         raise InputError(f"engine '{engine.name}' has no [mounts]; add them, or leave the block ground")
-    heads = z((count, n))
+    heads, liners = still.heads, still.liners
     for k in range(count):
         _, along = cylinder_axes(engine.cylinders.bank_angles[k])
         heads[k] = along @ stationary.shapes[stationary.index(f"head[{k + 1}]"), :3]
@@ -81,20 +56,14 @@ def block_arrays(
     motion[:3] += np.cross(origin[3:].T, block.centre).T
     of_block = mounts[:, : block.n_modes]
     weight = _weight(engine, block, mounts, stiffness, origin, (crank_mass, crank_centre))
-    return BlockArrays(
+    return still._replace(
         stiffness=np.ascontiguousarray(of_block.T @ (stiffness[:, None] * of_block)),
         damping=np.ascontiguousarray(of_block.T @ (damping[:, None] * of_block)),
-        preload=z(n),
         weight=np.ascontiguousarray(mounts.T @ weight),
-        heads=heads,
-        liners=liners,
         mounts=np.ascontiguousarray(mounts),
         mount_laws=np.ascontiguousarray(np.stack((stiffness, damping, z(weight.size), weight), axis=1)),
         cover=np.ascontiguousarray(stationary.shapes[stationary.index("cover"), 1]),
         motion=motion,
-        guidance=guidance,
-        piston_shape=shape,
-        piston_inverse=shape @ shape.T,
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model.pack import no_body
 from cranktrain.dynamics.model.ports import cylinder_axes
 from cranktrain.engine.model import Engine
 from cranktrain.loads.piston_guidance import piston_mass_matrix, piston_modes
@@ -113,7 +114,7 @@ def stationary_body(engine: Engine, block: ReducedBody | None, guided: Sequence[
     ``InputError`` if the engine has no piston guidance.
     """
     if not guided:
-        return block or _nothing()
+        return block or no_body()
     guidance, count = engine.piston_guidance, len(guided)
     if guidance is None:
         raise InputError(f"engine '{engine.name}' has no [piston_guidance]")
@@ -128,16 +129,7 @@ def stationary_body(engine: Engine, block: ReducedBody | None, guided: Sequence[
         shapes[k, 0, own], shapes[k, 5, own] = modes
         translation[:, own] = np.outer(across, mass[0] @ modes)
     names = tuple(f"piston[{cylinder + 1}]" for cylinder in guided)
-    return _appended(block or _nothing(), names, np.zeros((count, 3)), shapes, translation=translation)
-
-
-def _nothing() -> ReducedBody:
-    z = np.zeros
-    n = 0
-    return ReducedBody(
-        "nothing", z(n), (), z((0, 3)), z((0, 6, n)), z((n, n)), z((n, n)), z((n, n)), z(n), z(n), z((3, n)), 0.0,
-        z(3), z((3, 3)),
-    )  # fmt: skip
+    return _appended(block or no_body(), names, np.zeros((count, 3)), shapes, translation=translation)
 
 
 def _appended(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY
-from cranktrain.dynamics.model.ports import Ports
+from cranktrain.dynamics.model.records import Ports
 from cranktrain.dynamics.topology.damper import damper_law, told_damper
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
@@ -22,7 +24,7 @@ from cranktrain.film.table.database import FilmTable
 def laws_of(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: AxialPath | None, damper: Array) -> Films:
     """Force laws of all connections; ``damper`` (PARAMETERS,) are the parameters of the damper's law."""
     of_pins = ports.cylinders[:, at.PIN_ROW - at.PIN_PORT].astype(int).tolist()
-    parts = [(mains, range(len(mains.entry))), (big_ends, of_pins)]
+    parts: list[tuple[Films, Sequence[int]]] = [(mains, range(len(mains.entry))), (big_ends, of_pins)]
     once = {
         at.THRUST_ROW: thrust,
         at.JOINT_ROW: None if path is None else axial_joint_film(path),

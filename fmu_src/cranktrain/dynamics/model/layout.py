@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.topology.slots import MODES, OF_BLOCK, OF_CRANK, PORTS
 
 
 @inlined_kernel
@@ -19,9 +20,33 @@ def port_count(model):
 
 
 @inlined_kernel
+def turning_modes(model):
+    """Number of modes of the crank with all that turns with it, which come first."""
+    return model.bodies.rows[OF_CRANK, MODES]
+
+
+@inlined_kernel
+def turning_ports(model):
+    """Number of ports of the crank with all that turns with it, which come first."""
+    return model.bodies.rows[OF_CRANK, PORTS]
+
+
+@inlined_kernel
+def block_modes(model):
+    """Number of modes of the block, which come after the rotating ones; 0 on rigid ground."""
+    return model.bodies.rows[OF_BLOCK, MODES]
+
+
+@inlined_kernel
+def block_port_count(model):
+    """Number of ports of the block, which come after the rotating ones; 0 on rigid ground."""
+    return model.bodies.rows[OF_BLOCK, PORTS]
+
+
+@inlined_kernel
 def first_piston(model):
     """Index of the first port of the guided pistons, whose ports are the last of a model."""
-    return model.ports.shape[0] + model.block_ports.shape[0] + model.bodies.shapes.shape[0]
+    return model.bodies.shapes.shape[0]
 
 
 @inlined_kernel
@@ -49,9 +74,15 @@ def damper_row(model):
 
 
 @inlined_kernel
-def has_additions(model):
-    """True if the model has added bodies or connections."""
-    return model.layout[at.ADDED] > 0.0
+def term_row(model):
+    """First row of connections whose components are sums of terms; those of all rows before it are ports."""
+    return int(model.layout[at.TERM_ROW])
+
+
+@inlined_kernel
+def of_ports(model):
+    """True if the components of all connections are ports themselves, not motion relative to other ports."""
+    return model.pairs.shape[0] == 0 and model.links.scales.shape[0] == 0
 
 
 @inlined_kernel

@@ -39,7 +39,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.topology.arrays import Added
+from cranktrain.dynamics.model.records import Ports
 from cranktrain.engine.model import Engine
 
 BoolArray = NDArray[np.bool_]
@@ -47,24 +47,6 @@ PIN_SCALE, PIN_SHARE = 1.0e-4, 1.0e-3
 """Displacement of a pin that counts like one clearance: in m, or as a fraction of the throw if that is more."""
 TWIST_SCALE = 1.0e-2
 """Twist (rad) between pulley and damper ring that counts like one clearance."""
-
-
-class Ports(NamedTuple):
-    """Shapes of the rotating ports (m_t, n_t) and the block's (m_b, n_b), and the connections and pairs between them.
-
-    Each piston's two ports move with its own two modes only, with the same shape for all, so none are stored here.
-    """
-
-    turning: Array
-    block: Array
-    connections: Array  # (k, CONNECTION) see slots.COUPLED
-    cylinders: Array  # (c, CYLINDER - PIN_PORT) ports and rows of each cylinder, see slots.PIN_PORT
-    scales: Array  # (n_newton,) displacement of each Newton port that counts like one clearance
-    limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
-    judged: Array  # (j,) ports whose error counts in the error of a step
-    pairs: Array  # (r, 2) rotating and stationary port of each displacement x that a law uses; y follows each
-    axial: Array  # (0 or 1, 2) rotating and stationary port along the axis
-    layout: Array
 
 
 class MainJournals(NamedTuple):
@@ -164,7 +146,7 @@ def lay_ports(
     layout[at.PORTS] += 2 * len(pistons)
     journal_ports = [row[at.FIRST] + k for row in rows[: len(mains)] for k in range(2)]
     return Ports(
-        laid.shapes, still, np.array(rows), cylinders, np.array(laid.scales),
+        laid.shapes, still, np.array(rows, dtype=np.int64), cylinders, np.array(laid.scales),
         np.array([*((port, at.NO_PORT) for port in journal_ports), *limited]).reshape(-1, 2),
         np.array([*journal_ports, along], dtype=float), pairs, axial, layout,
     )  # fmt: skip
@@ -189,20 +171,20 @@ def _lay_rods(
     on_pins = [(port,) if turns else (port, port + 1) for port in held]
     on_ends = [(port, port + 1) for port in ends]
     for c, ports in enumerate(on_pins):
-        rows.append(_row((*ports, *on_ends[c]) if ends else ports, of_rod=True))
+        rows.append(_row((*ports, *on_ends[c]) if ends else ports, shape=at.OF_ROD))
     thrust = len(rows)
     rows.append(_row((along,)))
     if ends:
         cylinders[:, at.END_PORT - at.PIN_PORT] = ends
         cylinders[:, at.END_ROW - at.PIN_PORT] = len(rows) + np.arange(len(pins))
-    rows += [_row(ports, of_rod=True) for ports in on_ends]
+    rows += [_row(ports, shape=at.OF_ROD) for ports in on_ends]
     return thrust, [pair for end, pin in zip(on_ends, on_pins, strict=False) for pair in zip(end, pin, strict=True)]
 
 
-def _row(ports: Iterable[int], pairs: int = -1, of_rod: bool = False) -> Array:
+def _row(ports: Iterable[int], pairs: int = -1, shape: int = at.OF_PORTS) -> Array:
     """Row of ``ModelArrays.connections`` for a connection between the given Newton ports."""
     row = np.full(at.CONNECTION, at.NO_PORT)
-    row[[at.COUPLED, at.PAIRS, at.OF_ROD, at.ON_BLOCK]] = 0.0, pairs, of_rod, 0.0
+    row[[at.COUPLED, at.PAIRS, at.SHAPE, at.ON_BLOCK]] = 0.0, pairs, shape, 0.0
     for port in ports:
         row[at.FIRST + int(row[at.COUPLED])] = port
         row[at.COUPLED] += 1
@@ -214,30 +196,6 @@ def _couple(row: Array, first: int) -> None:
     size = int(row[at.COUPLED])
     row[at.FIRST + size : at.FIRST + size + 2] = first, first + 1
     row[at.COUPLED] += 2
-
-
-def with_added_ports(ports: Ports, more: Added) -> Ports:
-    """Ports extended by those of added connections on crank and block, and by those of added bodies.
-
-    The new ports come after the crank's, after the block's, and between the block's and the pistons', respectively.
-    """
-    on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
-    pairs, axial, connections, cylinders, layout = (
-        part.copy() for part in (ports.pairs, ports.axial, ports.connections, ports.cylinders, ports.layout)
-    )
-    of_block, of_pistons = at.LINER_PORT - at.PIN_PORT, at.PISTON_PORT - at.PIN_PORT
-    moved = on_crank + on_block + on_bodies
-    for column, by in (
-        (pairs[:, 1], on_crank), (axial[:, 1], on_crank), (connections[:, at.REACTS], on_crank),
-        (cylinders[:, of_block], on_crank), (cylinders[:, of_pistons], moved),
-    ):  # fmt: skip
-        column[column >= 0.0] += by
-    layout[at.PORTS] += moved
-    return ports._replace(
-        turning=np.concatenate((ports.turning, more.crank)) if on_crank else ports.turning,
-        block=np.concatenate((ports.block, more.block)) if on_block else ports.block,
-        connections=connections, cylinders=cylinders, pairs=pairs, axial=axial, layout=layout,
-    )  # fmt: skip
 
 
 def pin_shapes(engine: Engine, body: ReducedBody, cylinder: int) -> Array:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import thrust_row
+from cranktrain.dynamics.model.layout import term_row, thrust_row
 from cranktrain.dynamics.model.numbers import (
     LEAST_STEP,
     LEAST_TOLERANCE,
@@ -58,9 +58,8 @@ from cranktrain.dynamics.time.status import (
     UNKNOWN_METHOD,
 )
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES
-from cranktrain.dynamics.topology import slots as added
 from cranktrain.engine.lubricant import oil_viscosity, temperature_at
-from cranktrain.film.laws.films import OIL, TOLERANCE, VISCOSITY, VISCOUS, WARM, film_call
+from cranktrain.film.laws.films import OIL, TOLERANCE, VISCOSITY, VISCOUS, WARM, WARMS, film_call
 from cranktrain.film.laws.films import SPEED as FILM_SPEED
 from cranktrain.film.laws.parameters import CLEARANCE, FACTOR, RADIUS, WIDTH
 from cranktrain.film.laws.parameters import VISCOSITY as BEARING_VISCOSITY
@@ -218,7 +217,6 @@ def choose(model, numbers):
     if numbers[SET_NEWTON_TOLERANCE] == 0.0:
         choices[at.NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[at.AMPLIFICATION]
     model.laws.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
-    model.links.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
     choices[at.FILM_CHANGE] = numbers[SET_FILM_CHANGE]
     if numbers[SET_FILM_CHANGE] == 0.0:
         choices[at.FILM_CHANGE] = numbers[LEVEL_FILM_CHANGE]
@@ -263,7 +261,8 @@ def warm_films(model, temperature, temperatures):
             fill_bearing(model.big_ends[k], eta)
             if tell_law(model.laws, int(model.cylinders[k, at.PIN_ROW]), eta) != 0:
                 return THIN_OIL
-    return OK if tell_law(model.laws, thrust_row(model), eta) == 0 else THIN_OIL
+    thrust = thrust_row(model)
+    return OK if thrust < 0 or tell_law(model.laws, thrust, eta) == 0 else THIN_OIL
 
 
 @kernel
@@ -271,27 +270,20 @@ def warm_links(model, temperature, speed):
     """Set oil viscosity at a ``temperature`` (K) and speed (rad/s) in added connections. Return a status (0: OK)."""
     eta = oil_viscosity(temperature, model.basis.oil)
     links = model.links
-    numbers = links.numbers
-    for k in range(links.rows.shape[0]):
+    laws = model.laws
+    first = term_row(model)
+    for k in range(links.oil.shape[0]):
         if links.oil[k] >= 0.0:
-            numbers[VISCOSITY] = links.oil[k] if links.oil[k] > 0.0 else eta
+            viscosity = links.oil[k] if links.oil[k] > 0.0 else eta
             if links.bearings[k, CLEARANCE] > 0.0:
-                fill_bearing(links.bearings[k], numbers[VISCOSITY])
-            if links.traits[k, added.TOLD_OIL] > 0.0 and tell_link(links, OIL, k) != 0:
+                fill_bearing(links.bearings[k], viscosity)
+            if tell_law(laws, first + k, viscosity) != 0:
                 return THIN_OIL
-        if links.traits[k, added.TOLD_SPEED] > 0.0:
-            numbers[FILM_SPEED] = speed
-            if tell_link(links, WARM, k) != 0:
+        if laws.traits[first + k, WARMS] > 0.0:
+            laws.numbers[FILM_SPEED] = speed
+            if film_call(laws, WARM, first + k, laws.out, laws.out) != 0:
                 return DAMPER_RANGE
     return OK
-
-
-@inlined_kernel
-def tell_link(links, action, k):
-    """Call the law of added connection k with an action that reads ``links.numbers``. Return the status of the law."""
-    row = links.entry[k]
-    arguments = (row[1], action, row[2], links.place[k], links.velocity[k], links.numbers, links.out, links.out)
-    return call_kernel(row[0], arguments)
 
 
 @kernel

@@ -58,8 +58,8 @@ PIN, PULLEY, FLYWHEEL = range(3)
 # THRUST_ROW, JOINT_ROW, DAMPER_ROW: rows of ``connections`` of thrust bearing, axial joint and damper (−1: none).
 # SLIDING: 1 if the drive line's axial joint is a spline, which slides.
 # WHIRLS: 1 if rotation couples modes by gyroscopic or centrifugal terms.
-# ADDED: 1 if bodies or connections are added to the engine.
-CRANK_MODES, PORTS, THRUST_ROW, JOINT_ROW, DAMPER_ROW, SLIDING, WHIRLS, ADDED, LAYOUT = range(9)
+# TERM_ROW: first row of ``connections`` whose components are sums of terms, which come last.
+CRANK_MODES, PORTS, THRUST_ROW, JOINT_ROW, DAMPER_ROW, SLIDING, WHIRLS, TERM_ROW, LAYOUT = range(9)
 # Rows of ``ModelArrays.ends``: rotations of flywheel and pulley about the axis, displacements of both along it.
 FLYWHEEL_ROTATION, PULLEY_ROTATION, PULLEY_AXIAL, FLYWHEEL_AXIAL = range(4)
 # Columns of ``BlockArrays.mount_laws``: stiffness (N/m, N m/rad), damping, preload (N), preload per m/s² of gravity.
@@ -69,11 +69,21 @@ MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5
 # PAIRS: index of the first component of the x-y pairs that rotate with the frame's axes.
 # SPIN: port of the rotation on which friction acts, and whose rate is added to the frame's speed.
 # TURNED: port of the rotation on which moments of displaced forces act.
-# REACTS: port of the stationary body's rotation, on which the opposite moments act.
+# REACTS: port of the other body's rotation, on which the opposite moments act.
 # TOLD: port of the drive line's wind-up, whose torque is input of the force law.
-# OF_ROD: 1 if the rods' equations call the force law, 0 if the law acts on the relative motion of its ports.
+# SHAPE: OF_PORTS if the components are ports, or their motion relative to a bore's; OF_ROD if the rods' equations call
+# the force law; OF_TERMS if each component is a sum of terms over ports, see :mod:`cranktrain.dynamics.topology.terms`.
 # ON_BLOCK: 1 if the other body of the connection is the block.
-COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, OF_ROD, ON_BLOCK, CONNECTION = 0, 1, 5, 6, 7, 8, 9, 10, 11, 12
+COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, SHAPE, ON_BLOCK = 0, 1, 5, 6, 7, 8, 9, 10, 11
+OF_PORTS, OF_ROD, OF_TERMS = range(3)
+# Further columns for components of terms:
+# GAP: the first component, counted among components of terms alone.
+# AXES, AXES_SENSE: frame in whose axes the force law is evaluated; 1, or −1 if that frame turns backwards.
+# SENSE_A, SENSE_B, FRAME_A, FRAME_B: sense of both ends relative to the law's axes, and frames of both ends.
+# RUBS: 1 if friction of the force law acts on both ends.
+# GAS_OF, IS_GAS: cylinder whose gas pressure is input of the force law (−1: none); 1 if the law is gas.
+# IS_LOAD: 1 if the force law is a load.
+GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, GAS_OF, IS_GAS, IS_LOAD, CONNECTION = range(12, 24)
 NO_PORT = -1.0
 # Columns of ``Work.frames``, one row for each stage, part 1:
 # THETA, OMEGA, OMEGA_DOT: angle, speed and acceleration of the crank's frame, rad, rad/s, rad/s².
@@ -153,8 +163,8 @@ GAS_WORK, DYNAMOMETER_POWER, VALVE_POWER, MAINS_SHEAR, MAINS_SQUEEZE, THRUST_LOS
 BIG_ENDS_SQUEEZE, LINERS_LOSS, SKIRTS_LOSS, DAMPER_LOSS, CRANK_LOSS, BLOCK_LOSS = range(11, 17)
 MOUNTS_LOSS, SHAFTS_LOSS, AXIAL_JOINT_LOSS, AXIAL_FORCE_WORK, STORED = range(17, 22)
 # LINKS_LOSS: power (W) that added connections take from the bodies, including the power stored in their springs.
-# ADDED_LOSS: power (W) that added bodies lose by their own damping.
-LINKS_LOSS, ADDED_LOSS, POWERS = 22, 23, 24
+# BODIES_LOSS: power (W) that added bodies lose by their own damping.
+LINKS_LOSS, BODIES_LOSS, POWERS = 22, 23, 24
 # Columns of ``Work.family``: addresses of the kernels for a step, and for its difference from the embedded solution.
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
 # Columns of ``Basis.methods``, one row for each integrator, see :mod:`cranktrain.dynamics.model.basis`:

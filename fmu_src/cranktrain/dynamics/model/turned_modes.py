@@ -12,7 +12,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import couples_modes
+from cranktrain.dynamics.model.layout import couples_modes, turning_modes, turning_ports
 from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS, TURN_X, TURN_Y
 from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 
@@ -42,10 +42,10 @@ def turned_row(lumps, base, out, changed, power):
 def turn_shapes(model, changed):
     """Set the shapes of ports, shafts and the points that outputs are read from."""
     lumps = model.lumps
-    for k in range(model.ports.shape[0]):
-        turned_row(lumps, lumps.ports[k], model.ports[k], changed, 1)
-        for j in range(model.ports.shape[1]):
-            model.ports_transposed[j, k] = model.ports[k, j]
+    for k in range(turning_ports(model)):
+        turned_row(lumps, lumps.ports[k], model.bodies.shapes[k], changed, 1)
+        for j in range(turning_modes(model)):
+            model.bodies.transposed[j, k] = model.bodies.shapes[k, j]
     for k in range(model.tilts.shape[0]):
         turned_row(lumps, lumps.tilts[k], model.tilts[k], changed, 1)
     for k in range(model.ends.shape[0]):
@@ -57,7 +57,8 @@ def turn_shapes(model, changed):
         scale = lumps.vectors[of.SCALE, j] if j >= r else 1.0
         model.lag[j] = lumps.lag[j] / scale
         model.rotor[j] = lumps.rotor[j] * scale
-    model.scalars[at.RIGID_ROTATION] = lumps.ends[at.PULLEY_ROTATION, at.ROTATION]
+    if r > 0:
+        model.scalars[at.RIGID_ROTATION] = lumps.ends[at.PULLEY_ROTATION, at.ROTATION]
     if changed != 0:
         model.scalars[at.RIGID_ROTATION] *= lumps.room[of.TURN, at.ROTATION, at.ROTATION]
 
@@ -80,14 +81,14 @@ def turn_loads(model, changed):
         vectors[of.EULER_LOAD, i] = lumps.loads[1, i]
         for k in range(3):
             vectors[of.TRANSLATION + k, i] = lumps.gravity[k, i]
-    turned_row(lumps, vectors[of.CENTRIFUGAL_LOAD], model.centrifugal_load, changed, -1)
-    turned_row(lumps, vectors[of.EULER_LOAD], model.euler_load, changed, -1)
+    turned_row(lumps, vectors[of.CENTRIFUGAL_LOAD], model.bodies.centrifugal_load, changed, -1)
+    turned_row(lumps, vectors[of.EULER_LOAD], model.bodies.euler_load, changed, -1)
     for k in range(3):
         turned_row(lumps, vectors[of.TRANSLATION + k], model.gravity[k], changed, -1)
     if changed != 0 and lumps.traits[of.TWISTS] > 0.0:
         for j in range(6, r):
-            model.centrifugal_load[j] = 0.0
-            model.euler_load[j] = 0.0
+            model.bodies.centrifugal_load[j] = 0.0
+            model.bodies.euler_load[j] = 0.0
             for k in range(3):
                 model.gravity[k, j] = 0.0
     for i in range(r):
@@ -114,7 +115,7 @@ def damp_modes(model, numbers, changed):
 @kernel
 def stated_damping(model, numbers, mode):
     """Damping of a mode from the engine file, 1/s, see :func:`cranktrain.dynamics.model.arrays.structural_damping`."""
-    lumps, ports = model.lumps, model.ports
+    lumps, ports = model.lumps, model.bodies.shapes
     traits, square = lumps.traits, model.omega2[mode]
     if mode < 6:
         return 0.0
@@ -152,10 +153,10 @@ def turn_matrices(model, changed):
     """Set the gyroscopic matrix G and K_σ − C (stress stiffness minus centrifugal matrix) of the crank."""
     lumps = model.lumps
     r = lumps.fixed.shape[2]
-    for i in range(model.spin.shape[0]):
-        for j in range(model.spin.shape[0]):
-            model.spin[i, j] = lumps.spin[i, j]
-            model.gyroscopic[i, j] = lumps.gyroscopic[i, j]
+    for i in range(turning_modes(model)):
+        for j in range(turning_modes(model)):
+            model.bodies.spin[i, j] = lumps.spin[i, j]
+            model.bodies.gyroscopic[i, j] = lumps.gyroscopic[i, j]
     if changed == 0 or not couples_modes(model):
         return
     # A crank that only twists has gyroscopic and centrifugal terms for its rigid motions only.
@@ -178,11 +179,11 @@ def turn_matrices(model, changed):
                 matrix[i, j] = total
     for i in range(n):
         for j in range(n):
-            model.gyroscopic[j, i] = room[of.GYROSCOPIC, i, j]
+            model.bodies.gyroscopic[j, i] = room[of.GYROSCOPIC, i, j]
     turning_stiffness(lumps, n)
     for i in range(n):
         for j in range(n):
-            model.spin[j, i] = room[of.STRESS, i, j] - room[of.CENTRIFUGAL, i, j]
+            model.bodies.spin[j, i] = room[of.STRESS, i, j] - room[of.CENTRIFUGAL, i, j]
 
 
 @kernel

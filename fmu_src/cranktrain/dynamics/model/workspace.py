@@ -13,23 +13,11 @@ from cranktrain.core.memory import zeros
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
-from cranktrain.dynamics.topology.records import AddedWork, added_work
-
-HOOKS = "cranktrain.dynamics.motion.added_hooks:hooks"
-"""Function that lists the kernels of added bodies and connections; given as text because it imports this module."""
-
-
-class Factors(NamedTuple):
-    """Linear part of a group of bodies with n modes and m ports, for several step sizes."""
-
-    scratch: Array  # (n, n) matrix S to be inverted
-    inverse: Array  # (slots, n, n) S⁻¹ transposed
-    response: Array  # (slots, m, n) S⁻¹Φᵀ, row per port
-    compliance: Array  # (slots, m, m) Φ S⁻¹ Φᵀ, transposed
+from cranktrain.dynamics.topology.records import Linear, LinkWork, linear_work, link_work
 
 
 @record
@@ -52,9 +40,8 @@ class Work(NamedTuple):
     """Workspace with factors, matrices and vectors of a stage. Results never depend on its earlier content."""
 
     key: Array  # (FACTOR_SLOTS, 2) step and speed that the factors of each slot were made for
-    turning: Factors
-    block: Factors
-    added: AddedWork
+    linear: Linear
+    links: LinkWork
     relative: Array  # (n, n) compliance of the relative motion of all connections, transposed
     turned: Array  # (c, 2) motion of each pin by rotation of the crank beyond its shape, m/rad, see motion.turned_pins
     turned_compliance: Array  # (n, n) compliance ``relative`` for a crank that has turned, transposed
@@ -99,9 +86,8 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     z = zeros
     work = Work(
         key=z((at.FACTOR_SLOTS, at.KEYS)),
-        turning=_factors(d.turning_modes, d.turning_ports),
-        block=_factors(model.block_ports.shape[1], model.block_ports.shape[0]),
-        added=added_work(model.bodies, model.links, m, d.newton, at.FACTOR_SLOTS),
+        linear=linear_work(model.bodies, at.FACTOR_SLOTS),
+        links=link_work(model.bodies, model.links, m, d.newton),
         relative=z((d.newton, d.newton)),
         turned=z((d.cylinders, 2)),
         turned_compliance=z((d.newton, d.newton)),
@@ -134,9 +120,6 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     work.family[list(rows), at.STEP_KERNEL] = kernel_addresses(steps, model, work, np.zeros(state_size), 0, 0.0)
     differing = {row: resolve(kernels.difference) for row, kernels in rows.items() if kernels.difference}
     work.family[list(differing), at.DIFFERENCE_KERNEL] = kernel_addresses(differing.values(), model, work, 0.0)
-    if model.links.rows.size + model.bodies.rows.size > 0:
-        for place, (hook, arguments) in enumerate(resolve(HOOKS)(model, work)):
-            model.links.hooks[place] = kernel_addresses([hook], *arguments)[0]
     return work
 
 
@@ -148,8 +131,3 @@ def start_room(model: ModelArrays) -> StartRoom:
         z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(40),
         z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
     )  # fmt: skip
-
-
-def _factors(n: int, m: int) -> Factors:
-    z = zeros
-    return Factors(z((n, n)), z((at.FACTOR_SLOTS, n, n)), z((at.FACTOR_SLOTS, m, n)), z((at.FACTOR_SLOTS, m, m)))

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import port_count
+from cranktrain.dynamics.model.layout import port_count, term_row
 from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, SHAFT_SPEED, film_offset
 from cranktrain.dynamics.motion.big_end_films import (
     big_end_row,
@@ -19,8 +19,8 @@ from cranktrain.dynamics.motion.big_end_films import (
     open_big_end,
 )
 from cranktrain.dynamics.motion.film_ports import frame_numbers, line_up_laws, place_law, tell_law
+from cranktrain.dynamics.motion.links import measure_links, place_link, turn_terms
 from cranktrain.dynamics.motion.relative import relative_motion
-from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
@@ -36,6 +36,7 @@ from cranktrain.film.laws.films import (
     RATE,
     STAGE,
     STEP,
+    TELLS_RATE,
     TURN,
     film_call,
 )
@@ -47,21 +48,18 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 @inlined_kernel
 def memory_offset(model, k):
     """First index in the state of the memory of law k, which ends where the memory of the next law begins."""
-    first = film_offset(model.omega2.shape[0], port_count(model))
-    return first + model.laws.remembered[k]
+    return film_offset(model.omega2.shape[0], port_count(model)) + model.laws.remembered[k]
 
 
 @inlined_kernel
 def motion_size(model):
     """Length of the state without the stored begin and end of a step under way."""
-    first = film_offset(model.omega2.shape[0], port_count(model))
-    first += model.laws.remembered[model.laws.remembered.shape[0] - 1]
-    return first + model.links.remembered[model.links.remembered.shape[0] - 1]
+    return memory_offset(model, model.laws.remembered.shape[0] - 1)
 
 
 @inlined_kernel
 def remembers(laws):
-    """True if any of ``laws`` (of the engine or of added connections) has a memory."""
+    """True if any of the force laws has a memory."""
     return laws.remembered[laws.remembered.shape[0] - 1] > 0
 
 
@@ -71,22 +69,45 @@ def recalling_call(model, state, action, k, out):
     return film_call(model.laws, action, k, state[memory_offset(model, k) : memory_offset(model, k + 1)], out)
 
 
-@kernel
-def open_step(model, work, state):
-    """Pass memory and motion at the start of a step to force laws with a memory."""
-    if remembers(model.links):
-        call_kernel(model.links.hooks[added.AT_OPEN_STEP], (model, work, state))
-    if not remembers(model.laws):
-        return
+@inlined_kernel
+def place_at_state(model, work, state, whirl, k):
+    """Set displacement and velocity of connection k to those at the state; ``whirl`` (rad/s) is the frame's speed."""
+    if model.connections[k, at.SHAPE] == at.OF_TERMS:
+        place_link(model, work, whirl, state[SHAFT_SPEED], work.port[at.STATE_UD], k)
+    else:
+        place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
+
+
+@inlined_kernel
+def measure_at_state(model, work, state, whirl):
+    """Compute the motion of all components of terms from the ports at the state."""
+    turn_terms(model, work, state[SHAFT_ANGLE] + state[LEAD_ANGLE], whirl)
+    measure_links(model, work, work.port[at.STATE_U], work.port[at.STATE_UD])
+
+
+@inlined_kernel
+def frame_at_state(model, state):
+    """Write the frame's angle at the state to the ``numbers`` of laws."""
     numbers = model.laws.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_ANGLE] = state[SHAFT_ANGLE]
+
+
+@kernel
+def open_step(model, work, state):
+    """Pass memory and motion at the start of a step to force laws with a memory."""
+    if not remembers(model.laws):
+        return
+    numbers = model.laws.numbers
     whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
+    frame_at_state(model, state)
+    measure_at_state(model, work, state, whirl)
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0 and model.connections[k, at.OF_ROD] == 0.0:
-            place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
+        if model.laws.traits[k, MEMORY] > 0.0 and model.connections[k, at.SHAPE] != at.OF_ROD:
+            place_at_state(model, work, state, whirl, k)
             recalling_call(model, state, OPEN_STEP, k, work.scratch)
+    frame_at_state(model, state)
     cos = numbers[FRAME_COS]
     sin = numbers[FRAME_SIN]
     for c in range(model.cylinders.shape[0]):
@@ -102,8 +123,6 @@ def open_step(model, work, state):
 @inlined_kernel
 def open_stage(model, work, stage, elapsed, h, gain):
     """Pass times (s) of a stage to force laws: ``elapsed`` since the step's start, step h, g of the stage's rule."""
-    if remembers(model.links):
-        call_kernel(model.links.hooks[added.AT_OPEN_STAGE], (model, work, stage, elapsed, h, gain))
     if not remembers(model.laws):
         return
     numbers = model.laws.numbers
@@ -119,10 +138,6 @@ def open_stage(model, work, stage, elapsed, h, gain):
 @inlined_kernel
 def close_stage(model, work, frame):
     """Solve laws with a memory at the final ports of a stage, after its Newton step. Return 0, or a failure status."""
-    if remembers(model.links):
-        status = call_kernel(model.links.hooks[added.AT_CLOSE_STAGE], (model, work, frame))
-        if status != 0:
-            return status
     if not remembers(model.laws):
         return 0
     frame_numbers(frame, model.laws.numbers)
@@ -131,17 +146,24 @@ def close_stage(model, work, frame):
     d = work.port[at.RELATIVE]
     dd = work.port[at.RELATIVE_RATE]
     relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
+    turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
+    measure_links(model, work, u, ud)
     line_up_laws(model, work, frame)
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0 and model.connections[k, at.OF_ROD] == 0.0:
-            if model.connections[k, at.ON_BLOCK] == 0.0:
+        shape = model.connections[k, at.SHAPE]
+        if model.laws.traits[k, MEMORY] > 0.0 and shape != at.OF_ROD:
+            if shape == at.OF_TERMS:
+                place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], ud, k)
+            elif model.connections[k, at.ON_BLOCK] == 0.0:
                 place_law(model, k, u, ud, frame[at.WHIRL])
+                tell_law(model, frame, k, u, ud)
             else:
                 place_law(model, k, d, dd, frame[at.WHIRL])
-            tell_law(model, frame, k, u, ud)
+                tell_law(model, frame, k, u, ud)
             status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)
             if status != 0:
                 return status
+    frame_numbers(frame, model.laws.numbers)
     line_up_big_ends(model, work, frame)
     return close_big_ends(model, work, frame)
 
@@ -149,8 +171,6 @@ def close_stage(model, work, frame):
 @kernel
 def close_step(model, work, state):
     """Write the memory of force laws after the last stage of a step to the state."""
-    if remembers(model.links):
-        call_kernel(model.links.hooks[added.AT_CLOSE_STEP], (model, work, state))
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, MEMORY] > 0.0:
             recalling_call(model, state, CLOSE_STEP, k, work.scratch)
@@ -160,20 +180,23 @@ def close_step(model, work, state):
 def fastest_closing(model, work, state, whirl):
     """Largest relative rate (1/s) at which a film closes, from the ports at the state.
 
-    Laws with a memory, and the thrust bearing's law, compute it themselves. For other journals it is the rate of the
-    middle over the gap at the end that is nearest to the bore.
+    Laws with the trait TELLS_RATE compute it themselves. For other journals it is the rate of the middle over the gap
+    at the end that is nearest to the bore.
     """
     laws = model.laws
-    laws.numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
-    laws.numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    frame_at_state(model, state)
+    measure_at_state(model, work, state, whirl)
     worst = 0.0
     for k in range(model.connections.shape[0]):
-        if laws.traits[k, CLOSES] == 0.0 or model.connections[k, at.OF_ROD] > 0.0:
+        if laws.traits[k, CLOSES] == 0.0 or model.connections[k, at.SHAPE] == at.OF_ROD:
             continue
-        place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
-        if laws.traits[k, MEMORY] > 0.0 or k >= model.bearings.shape[0]:
+        place_at_state(model, work, state, whirl, k)
+        if laws.traits[k, TELLS_RATE] > 0.0:
             recalling_call(model, state, RATE, k, work.scratch)
             worst = max(worst, work.scratch[0])
+        elif model.connections[k, at.SHAPE] == at.OF_TERMS:
+            bearing = model.links.bearings[k - term_row(model)]
+            worst = max(worst, closing_rate(bearing, laws.place[k], laws.velocity[k]))
         else:
             worst = max(worst, closing_rate(model.bearings[k], laws.place[k], laws.velocity[k]))
     return worst

@@ -42,15 +42,15 @@ def place_law(model, k, u, ud, whirl):
     row = model.connections[k]
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
-    size = int(row[at.COUPLED])
-    pairs = int(row[at.PAIRS])
+    size = row[at.COUPLED]
+    pairs = row[at.PAIRS]
     for r in range(size if pairs < 0 else pairs):
-        port = int(row[at.FIRST + r])
+        port = row[at.FIRST + r]
         place[r] = u[port]
         velocity[r] = ud[port]
     if pairs >= 0:
         for r in range(pairs, size, 2):
-            place_pair(int(row[at.FIRST + r]), u, ud, whirl, place[r:], velocity[r:])
+            place_pair(row[at.FIRST + r], u, ud, whirl, place[r:], velocity[r:])
 
 
 @inlined_kernel
@@ -70,12 +70,12 @@ def tell_law(model, frame, k, u, ud):
     row = model.connections[k]
     speed = frame[at.OMEGA]
     if row[at.SPIN] >= 0.0:
-        speed += ud[int(row[at.SPIN])]
+        speed += ud[row[at.SPIN]]
     model.laws.numbers[SPEED] = speed
     model.laws.numbers[RUBBING] = speed
     if row[at.TOLD] >= 0.0:
-        windup = u[int(row[at.TOLD])] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
-        model.laws.place[k, int(row[at.COUPLED])] = model.scalars[at.WINDUP_K] * windup
+        windup = u[row[at.TOLD]] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
+        model.laws.place[k, row[at.COUPLED]] = model.scalars[at.WINDUP_K] * windup
 
 
 @kernel
@@ -86,7 +86,7 @@ def line_up_laws(model, work, frame):
     """
     laws = model.laws
     for k in range(model.connections.shape[0]):
-        if laws.traits[k, TOGETHER] > 0.0 and model.connections[k, at.OF_ROD] == 0.0:
+        if laws.traits[k, TOGETHER] > 0.0 and model.connections[k, at.SHAPE] == at.OF_PORTS:
             place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
             tell_law(model, frame, k, work.port[at.U], work.port[at.UD])
             film_call(laws, LINE_UP, k, laws.out, laws.out)
@@ -98,22 +98,22 @@ def hand_forces(row, frame, out, u, f):
 
     u (m,) are the displacements of the ports. Moments are about the crank's axis.
     """
-    size = int(row[at.COUPLED])
-    pairs = int(row[at.PAIRS])
+    size = row[at.COUPLED]
+    pairs = row[at.PAIRS]
     for r in range(size if pairs < 0 else pairs):
-        f[int(row[at.FIRST + r])] = out[r]
+        f[row[at.FIRST + r]] = out[r]
     if pairs < 0:
         return
     torque = 0.0
     x = frame[at.CRANK_X] if pairs == 0 else 0.0
     y = frame[at.CRANK_Y] if pairs == 0 else 0.0
     for r in range(pairs, size, 2):
-        torque = hand_pair(int(row[at.FIRST + r]), x, y, out[r:], u, f, torque)
+        torque = hand_pair(row[at.FIRST + r], x, y, out[r:], u, f, torque)
         x = 0.0
         y = 0.0
     if row[at.SPIN] >= 0.0:
         torque += out[FRICTION]
-    f[int(row[at.TURNED])] += torque
+    f[row[at.TURNED]] += torque
 
 
 @inlined_kernel

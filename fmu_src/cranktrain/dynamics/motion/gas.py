@@ -23,8 +23,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
 from cranktrain.dynamics.motion.rod_motion import cylinder_axes
-from cranktrain.engine.articulated_rod import knuckle_motion
-from cranktrain.loads.articulated_rod import COS_TURN, KNUCKLE_X, KNUCKLE_Y, MASTER_LENGTH, MASTER_OFFSET, SIN_TURN
+from cranktrain.loads.articulated_rod import hung_pin
 from cranktrain.loads.gas_pressure import gas_pressures, gas_slopes
 
 SMALL_TANGENT = 0.05
@@ -190,20 +189,14 @@ def volume_over(row, height):
 def articulated_height(model, row, theta, cylinder):
     """Height (m) of the piston of an articulated rod at a crank angle, and the derivative of this height (m/rad)."""
     master = model.cylinders[int(row[at.MASTER])]
-    joint = row[at.JOINT :]
     cos = math.cos(theta - master[at.BANK])
     sin = math.sin(theta - master[at.BANK])
     pin_x = cos * model.pins[cylinder, 0] - sin * model.pins[cylinder, 1]
     pin_y = sin * model.pins[cylinder, 0] + cos * model.pins[cylinder, 1]
-    x, y, x_rate, y_rate, _, _, _, _, _, _, _ = knuckle_motion(
-        pin_x, pin_y, -pin_y, pin_x, 0.0, 0.0, joint[MASTER_LENGTH], joint[MASTER_OFFSET], joint[KNUCKLE_X],
-        joint[KNUCKLE_Y],
-    )  # fmt: skip
-    side = joint[COS_TURN] * x + joint[SIN_TURN] * y - row[at.OFFSET]
+    across, along, across_rate, along_rate = hung_pin(row[at.JOINT :], pin_x, pin_y, -pin_y, pin_x)
+    side = across - row[at.OFFSET]
     reach = math.sqrt(row[at.ROD] * row[at.ROD] - side * side)
-    rise = joint[COS_TURN] * y_rate - joint[SIN_TURN] * x_rate
-    rise -= side * (joint[COS_TURN] * x_rate + joint[SIN_TURN] * y_rate) / reach
-    return joint[COS_TURN] * y - joint[SIN_TURN] * x + reach, rise
+    return along + reach, along_rate - side * across_rate / reach
 
 
 @inlined_kernel

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import block_port_count, turning_ports
 
 
 @inlined_kernel
@@ -59,7 +60,7 @@ def move_axis(model, frame, u):
     frame[at.CRANK_Y] = 0.0
     frame[at.BLOCK_X] = 0.0
     frame[at.BLOCK_Y] = 0.0
-    if model.block_ports.shape[0] > 0:
+    if block_port_count(model) > 0:
         for i in range(model.axis_weights.shape[0]):
             weight = model.axis_weights[i]
             journal = int(model.pairs[i, 0])
@@ -84,17 +85,22 @@ def reactions(model, cos, sin, f):
 
 @inlined_kernel
 def relative_compliance(model, cos, sin, turning, standing, out):
-    """Compliance H + Rᵀ H_b R on the Newton ports, (n, n), kept transposed like its parts, [k, i] = H_ik."""
+    """Compliance H + Rᵀ H_b R of components that are ports, kept transposed like its parts, [k, i] = H_ik.
+
+    Its rows and columns of ``out`` come after those of components of terms.
+    """
     n = model.scales.shape[0]
-    first = model.ports.shape[0]
+    own = model.links.scales.shape[0]
+    first = turning_ports(model)
     for k in range(n):
+        row = out[own + k, own : own + n]
         for i in range(n):
-            out[k, i] = turning[k, i]
+            row[i] = turning[k, i]
     for i in range(model.pairs.shape[0]):
-        t = int(model.pairs[i, 0])
+        t = own + int(model.pairs[i, 0])
         s = int(model.pairs[i, 1]) - first
         for j in range(model.pairs.shape[0]):
-            r = int(model.pairs[j, 0])
+            r = own + int(model.pairs[j, 0])
             o = int(model.pairs[j, 1]) - first
             # Add Rᵀ B R for each 2 × 2 block B of the stationary compliance.
             xx = standing[s, o] * cos + standing[s, o + 1] * sin
@@ -106,13 +112,13 @@ def relative_compliance(model, cos, sin, turning, standing, out):
             out[t + 1, r] += cos * yx - sin * xx
             out[t + 1, r + 1] += cos * yy - sin * xy
         for j in range(model.axial.shape[0]):
-            r = int(model.axial[j, 0])
+            r = own + int(model.axial[j, 0])
             o = int(model.axial[j, 1]) - first
             out[t, r] += cos * standing[s, o] + sin * standing[s + 1, o]
             out[t + 1, r] += cos * standing[s + 1, o] - sin * standing[s, o]
             out[r, t] += standing[o, s] * cos + standing[o, s + 1] * sin
             out[r, t + 1] += standing[o, s + 1] * cos - standing[o, s] * sin
     for i in range(model.axial.shape[0]):
-        t = int(model.axial[i, 0])
+        t = own + int(model.axial[i, 0])
         s = int(model.axial[i, 1]) - first
         out[t, t] += standing[s, s]

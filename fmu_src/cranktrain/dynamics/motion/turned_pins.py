@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import has_additions
 from cranktrain.dynamics.motion.rod_motion import turn
 
 LEAST_TURN = 2.0e-3
@@ -34,11 +33,11 @@ def turned(work):
 def turn_pins(model, work):
     """Write the vector a of each pin to ``work.turned`` (c, 2).
 
-    All are 0 if the crank has hardly turned, if big ends are rigid, and with added bodies, because their connections
-    may use the port of a pin.
+    All are 0 if the crank has hardly turned, if big ends are rigid, and with components of terms, which may use the
+    port of a pin.
     """
     phi = 0.0
-    if work.turned.shape[0] > 0 and model.cylinders[0, at.END_PORT] >= 0.0 and not has_additions(model):
+    if work.turned.shape[0] > 0 and model.cylinders[0, at.END_PORT] >= 0.0 and model.links.scales.shape[0] == 0:
         phi = work.port[at.U, int(model.cylinders[0, at.PIN_TURN])]
     for c in range(work.turned.shape[0]):
         work.turned[c, 0] = 0.0

@@ -6,6 +6,7 @@ import math
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import block_port_count, turning_modes
 from cranktrain.dynamics.model.state import (
     GAS_DONE,
     IRREGULARITY,
@@ -37,7 +38,7 @@ ONLINE, LAST = 3, 4
 def observe_crank(model, work, state, members, out):
     """Angle, speed and irregularity of the crank, motion of pulley and flywheel, torque of the drive line."""
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     frame = work.frames[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
@@ -80,16 +81,16 @@ def observe_crank(model, work, state, members, out):
 def observe_structure(model, work, state):
     """Write the powers of structural damping and of the valve train, and add the energy of crank, rotors and block."""
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
     powers = work.powers
     omega = work.frames[0, at.OMEGA]
     energy = 0.0
     for i in range(t):
-        carried = model.euler_load[i] * v[i] + omega * model.centrifugal_load[i] * q[i]
+        carried = model.bodies.euler_load[i] * v[i] + omega * model.bodies.centrifugal_load[i] * q[i]
         # Arrays are kept transposed.
-        carried += (dot(model.gyroscopic[i], v, t) - 0.5 * omega * dot(model.spin[i], q, t)) * q[i]
+        carried += (dot(model.bodies.gyroscopic[i], v, t) - 0.5 * omega * dot(model.bodies.spin[i], q, t)) * q[i]
         energy += omega * carried
     for i in range(n):
         energy += 0.5 * (v[i] * v[i] + model.omega2[i] * q[i] * q[i])
@@ -105,7 +106,7 @@ def observe_structure(model, work, state):
     for i in range(t, t + standing):
         powers[at.BLOCK_LOSS] += model.damping[i] * v[i] * v[i]
     speed = omega + dot(model.ends[1], v, t)
-    if model.block_ports.shape[0] > 0:
+    if block_port_count(model) > 0:
         speed -= dot(model.block.motion[at.ROTATION], v[t:], standing)
     powers[at.VALVE_POWER] = work.frames[0, at.VALVE_TORQUE] * speed
 

@@ -13,7 +13,7 @@ import math
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import thrust_row
+from cranktrain.dynamics.model.layout import thrust_row, turning_modes
 from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.motion.film_memory import recalling_call
 from cranktrain.dynamics.motion.film_ports import frame_numbers, place_law, tell_law
@@ -56,7 +56,7 @@ EFFECTIVE_SPEED, ANGLE_OF_GAP, SIDE_OF_GAP, RATE_OF_GAP, BEARING_OUTPUTS = range
 def observe_bearings(model, work, state, members, out):
     """Write load, film and motion of each main journal in its bore; all are 0 if journals are locked on their axis."""
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     b = model.bearings.shape[0]
     frame = work.frames[0]
     films = model.laws
@@ -152,7 +152,7 @@ def observe_thrust(model, work, state, members, out):
     tell_law(model, frame, k, work.port[at.STATE_U], work.port[at.STATE_UD])
     status = film_call(laws, FORCE, k, laws.out, laws.out)
     work.powers[at.THRUST_LOSS] = 0.0
-    for r in range(int(model.connections[k, at.COUPLED])):
+    for r in range(model.connections[k, at.COUPLED]):
         work.powers[at.THRUST_LOSS] -= laws.out[r] * laws.velocity[k, r]
     out[0] = laws.out[0]
     out[1] = laws.place[k, 0]

@@ -24,7 +24,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel_addresses
 from cranktrain.core.named import Named, resolve
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.topology.tables import added_outputs
+from cranktrain.dynamics.topology.tables import topology_outputs
 from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.model import Engine
 
@@ -97,7 +97,7 @@ def register_family(family: Family) -> None:
 def output_counts(engine: Engine, more: Topology | None = None) -> Counts:
     """Numbers of members for an engine, with ``more`` bodies and connections in addition to those of its file."""
     mounts = len(engine.mounts.x) if engine.mounts is not None else 0
-    return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts, added_outputs(engine, more))
+    return Counts(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts, topology_outputs(engine, more))
 
 
 def output_needs(counts: Counts) -> dict[str, Need]:
@@ -313,7 +313,7 @@ for _family in (
         unjudged=frozenset({"twist"}),  # a ring in its fluid may slip from cycle to cycle
     ),
     # This family precedes those that read powers and energies, because it adds to them.
-    Family("added", f"{_HERE}.added:observe_added", {}, "added"),
+    Family("added", f"{_HERE}.links:observe_links", {}, "added"),
     Family(
         "torque",
         f"{_HERE}.crank:observe_torques",

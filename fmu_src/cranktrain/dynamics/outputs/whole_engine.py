@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import damper_row
+from cranktrain.dynamics.model.layout import damper_row, turning_modes
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.loads.damper import damper_torque
 
@@ -22,7 +22,7 @@ DAMPER_HEAT = 3
 def observe_mounts(model, work, state, members, out):
     """Forces and moments of each mount on the engine, including those that carry the engine's weight."""
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
     block = model.block
@@ -45,7 +45,7 @@ def observe_mounts(model, work, state, members, out):
 def observe_block(model, work, state, members, out):
     """Displacement and rotation of the block as a whole."""
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     for j in range(AXES):
         motion = 0.0
@@ -59,7 +59,7 @@ def observe_block(model, work, state, members, out):
 def observe_cover(model, work, state, members, out):
     """Acceleration of the cover's middle, normal to the cover."""
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     a = state[offset(ACCELERATION, n) + t : offset(ACCELERATION, n) + n]
     out[0] = 0.0
     for i in range(model.block.preload.shape[0]):
@@ -75,7 +75,7 @@ def observe_damper(model, work, state, members, out):
     work.powers[at.DAMPER_LOSS] = 0.0
     damper = damper_row(model)
     if damper >= 0:
-        port = int(model.connections[damper, at.FIRST])
+        port = model.connections[damper, at.FIRST]
         r = work.scratch
         damper_torque(model.damper, work.port[at.STATE_U, port], work.port[at.STATE_UD, port], r)
         out[TORQUE] = r[0]

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.motion import Motion
 

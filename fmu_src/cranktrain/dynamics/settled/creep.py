@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.settled.anderson import anderson_step
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import ALONG, SlowModes

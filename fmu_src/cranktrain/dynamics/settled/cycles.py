@@ -20,7 +20,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME, UNDER_WAY
 from cranktrain.dynamics.settled.collar import Learned

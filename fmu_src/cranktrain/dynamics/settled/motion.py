@@ -8,7 +8,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,

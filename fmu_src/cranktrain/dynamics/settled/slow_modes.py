@@ -23,12 +23,12 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.wound_line import Wound
 from cranktrain.dynamics.start.mean_motion import carried
-from cranktrain.dynamics.topology import slots as added
+from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import frames_at
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
@@ -57,15 +57,15 @@ class SlowPart(Protocol):
 
 def body_shares(model: ModelArrays, row: Array) -> Array:
     """Modal motion (3, n) of an added body tied to the crank: rotation about z, displacement along x and along y."""
-    own = slice(int(row[added.OWN_MODE]), int(row[added.OWN_MODE] + row[added.MODES]))
-    turned = row[added.SENSE] * model.bodies.euler_load[own]
-    return np.asarray(row[added.TIED] * np.vstack((turned, model.bodies.translation[:2, own])))
+    own = slice(int(row[top.OWN_MODE]), int(row[top.OWN_MODE] + row[top.MODES]))
+    turned = row[top.SENSE] * model.bodies.euler_load[own]
+    return np.asarray(row[top.TIED] * np.vstack((turned, model.bodies.translation[:2, own])))
 
 
 def frame_change(frame: Array) -> Array:
     """Derivative, by crank angle, of a frame's angular rate and of its origin's motion, in the frame's axes (3,)."""
-    turn, x, y = frame[[added.TURN, added.OWN_X1, added.OWN_Y1]]
-    return np.array([frame[added.TURN2], frame[added.OWN_X2] + turn * y, frame[added.OWN_Y2] - turn * x])
+    turn, x, y = frame[[top.TURN, top.OWN_X1, top.OWN_Y1]]
+    return np.array([frame[top.TURN2], frame[top.OWN_X2] + turn * y, frame[top.OWN_Y2] - turn * x])
 
 
 class DriveLine:
@@ -79,10 +79,10 @@ class DriveLine:
         # Motion of the frames of added bodies by the rotation itself, at crank angle 0, where cycles end.
         self._moves = np.zeros(model.omega2.size)
         moved = frames_at(model.links.frames, 0.0)
-        for row in model.bodies.rows:
-            size, first = int(row[added.MODES]), int(row[added.MODE])
-            frame, shares = moved[int(row[added.FRAME_OF])], body_shares(model, row)
-            self._turn[first : first + size] += frame[[added.TURN, added.OWN_X1, added.OWN_Y1]] @ shares
+        for row in model.bodies.rows[top.OTHERS :]:
+            size, first = int(row[top.MODES]), int(row[top.MODE])
+            frame, shares = moved[int(row[top.FRAME_OF])], body_shares(model, row)
+            self._turn[first : first + size] += frame[[top.TURN, top.OWN_X1, top.OWN_Y1]] @ shares
             self._moves[first : first + size] += speed * (frame_change(frame) @ shares)
         self._weight = self._turn.copy()
         for rod, pin in zip(model.cylinders, model.pins, strict=True):
@@ -157,14 +157,14 @@ class BlockOnMounts:
     def _moves_back(self, model: ModelArrays) -> Array:
         """Velocity (n, 6) of added bodies because the crank does not rotate with the block, in addition to _swept."""
         found, turn = np.zeros_like(self._carried), model.block.motion[at.ROTATION, :6]
-        for row in self._bodies.rows:
-            n, first = int(row[added.MODES]), int(row[added.MODE])
-            shares, moved = body_shares(model, row), self._frames[int(row[added.FRAME_OF])]
+        for row in self._bodies.rows[top.OTHERS :]:
+            n, first = int(row[top.MODES]), int(row[top.MODE])
+            shares, moved = body_shares(model, row), self._frames[int(row[top.FRAME_OF])]
             # The origin of a moving frame of an added body rotates with the block about the crank's axis.
-            around = np.array([0.0, -moved[added.OWN_Y1], moved[added.OWN_X1]])
+            around = np.array([0.0, -moved[top.OWN_Y1], moved[top.OWN_X1]])
             found[first : first + n] += self._speed * np.outer((around - frame_change(moved)) @ shares, turn)
             back = np.zeros(found.shape[0])
-            back[first : first + n] = moved[[added.TURN, added.OWN_X1, added.OWN_Y1]] @ shares
+            back[first : first + n] = moved[[top.TURN, top.OWN_X1, top.OWN_Y1]] @ shares
             found -= np.outer(self._swept(back), turn)
         return found
 
@@ -172,13 +172,13 @@ class BlockOnMounts:
         """Velocity in space of a constant displacement ``place`` in the rotating frame, at the time of equal axes."""
         out = np.zeros_like(place)
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
-        for row in self._bodies.rows:
-            own, n, first = int(row[added.OWN_MODE]), int(row[added.MODES]), int(row[added.MODE])
+        for row in self._bodies.rows[top.OTHERS :]:
+            own, n, first = int(row[top.OWN_MODE]), int(row[top.MODES]), int(row[top.MODE])
             # A body rotated about the origin of its frame keeps its position in the frame.
             shifted, turn = place[first : first + n].copy(), self._bodies.turn[own : own + n]
             shifted[at.ROTATION] -= turn @ shifted / turn[at.ROTATION]
             turned = self._bodies.gyroscopic[own : own + n, :n].T @ shifted
-            rate = row[added.SENSE] * self._frames[int(row[added.FRAME_OF]), added.TURN]
+            rate = row[top.SENSE] * self._frames[int(row[top.FRAME_OF]), top.TURN]
             out[first : first + n] += rate * self._speed * turned
         return out
 
@@ -219,11 +219,6 @@ class SlowModes:
         self.drive_line = DriveLine(model, speed) if driven and model.scalars[at.SHAFT_K] > 0.0 else None
         self.block = BlockOnMounts(model, speed) if driven and model.block_ports.shape[0] > 0 else None
         self._parts: list[SlowPart] = [part for part in (self.drive_line, self.block) if part is not None]
-
-    def multipliers(self) -> Array:
-        """Magnitudes of the multipliers of all slow modes over a cycle, the largest first."""
-        rates = [np.linalg.eigvals(part.matrix).real for part in self._parts]
-        return np.sort(np.exp(self._period * np.concatenate([*rates, np.zeros(0)])))[::-1]
 
     def correction(self, change: Motion, cycles: int = 1) -> Motion:
         """Correction to add after ``cycles`` cycles that changed the state by ``change``: lift M (I − M)⁻¹ y."""

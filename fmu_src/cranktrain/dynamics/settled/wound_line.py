@@ -8,8 +8,8 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
-from cranktrain.dynamics.topology import slots as added
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
+from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.dynamics.topology.modes import law_at
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, NUMBERS, SIZE
@@ -51,18 +51,19 @@ def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
     found = np.zeros((2, n, n))
     rows, elsewhere = np.zeros((links.scales.size, n)), np.zeros(links.scales.size, dtype=bool)
     for term, coefficient in zip(links.terms, coefficients_at(links.frames, links.terms, 0.0), strict=True):
-        component, port = int(term[added.COMPONENT]), int(term[added.TERM_PORT])
+        component, port = int(term[top.COMPONENT]), int(term[top.TERM_PORT])
         if port < turning:
             rows[component] += coefficient * model.ports[port]
         else:
             elsewhere[component] = True
     numbers, out = np.zeros(NUMBERS), np.zeros(SIZE)
     numbers[COS] = 1.0
-    for entry, row in zip(links.entry.tolist(), links.rows, strict=True):
-        own = slice(int(row[added.FIRST]), int(row[added.FIRST] + row[added.SIZE]))
+    begin = int(model.layout[at.TERM_ROW])
+    for entry, row in zip(model.laws.entry[begin:].tolist(), model.connections[begin:], strict=True):
+        count = int(row[at.COUPLED])
+        own = slice(int(row[at.GAP]), int(row[at.GAP]) + count)
         if elsewhere[own].any():
             continue
-        count = int(row[added.SIZE])
         law_at(*entry, np.zeros(4), np.zeros(4), numbers, out)
         for matrix, first in zip(found, (BY_PLACE, BY_VELOCITY), strict=True):
             tangent = out[first : first + 16].reshape(4, 4)[:count, :count]

@@ -16,12 +16,19 @@ import numpy as np
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.layout import crank_modes, first_piston, joint_row
+from cranktrain.dynamics.model.layout import (
+    block_modes,
+    block_port_count,
+    crank_modes,
+    first_piston,
+    joint_row,
+    turning_modes,
+)
+from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
-from cranktrain.dynamics.topology import slots as added
+from cranktrain.dynamics.topology import slots as top
 from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_on_pin, hang
 from cranktrain.loads.slider_crank import rod_force
 
@@ -97,7 +104,7 @@ def rigid_motion(model, room, speed):
         x, y = model.pins[c, 0], model.pins[c, 1]
         inertia += (model.cylinders[c, slots.M_BIG] + 0.5 * model.cylinders[c, slots.M_OSC]) * (x * x + y * y)
     for b in range(model.bodies.rows.shape[0]):
-        inertia += model.bodies.rows[b, added.REFLECTED]
+        inertia += model.bodies.constants[b, top.REFLECTED]
     mean[slots.START_INERTIA] = inertia
     alternating_torque(room, mean[slots.START_TORQUE])
     for k in range(1, slots.START_HARMONICS):
@@ -142,22 +149,22 @@ def lean(model, work, speed, place, rate):
     for i in range(model.omega2.shape[0]):
         place[i] = 0.0
         rate[i] = 0.0
-    if model.block_ports.shape[0] == 0:
+    if block_port_count(model) == 0:
         return 0
     room = work.start
-    turning = model.ports.shape[1]
-    modes = model.block_ports.shape[1]
+    turning = turning_modes(model)
+    modes = block_modes(model)
     b = model.bearings.shape[0]
     load = room.block[slots.START_LOAD]
     own = room.block[slots.START_PLACE]
     own_rate = room.block[slots.START_RATE]
     pivots = room.block[slots.START_PIVOTS]
-    supported = work.block.scratch
+    supported = work.linear.scratch
     for i in range(modes):
         load[i] = 0.0
         for k in range(b):
-            bore = int(model.connections[k, slots.REACTS]) - model.ports.shape[0]
-            load[i] -= model.block_ports[bore, i] / b
+            bore = model.connections[k, slots.REACTS]
+            load[i] -= model.bodies.shapes[bore, i] / b
         own[i] = room.mean[slots.START_TORQUE] * load[i]
         own_rate[i] = 0.0
         for j in range(modes):
@@ -202,8 +209,8 @@ def rock(model, room, omega, harmonic):
 @kernel
 def carry(model, joined, block, q):
     """Motion q (n,) of all modes that follows the block's modal motion (n_b,); ``joined`` (rows, 6) is scratch."""
-    turning, first = model.ports.shape[1], model.ports.shape[0]
-    modes, shapes = block.shape[0], model.block_ports
+    turning = turning_modes(model)
+    modes, shapes = block.shape[0], model.bodies.shapes
     for i in range(q.shape[0]):
         q[i] = 0.0
     if modes == 0:
@@ -217,32 +224,32 @@ def carry(model, joined, block, q):
         pairs = model.axial if part == 2 else model.pairs
         for k in range(pairs.shape[0]):
             port = int(pairs[k, 0]) + part % 2
-            still = int(pairs[k, 1]) + part % 2 - first
+            still = int(pairs[k, 1]) + part % 2
             for i in range(STRAIGHT):
-                joined[row, i] = model.ports[port, i]
+                joined[row, i] = model.bodies.shapes[port, i]
             joined[row, STRAIGHT] = 0.0
             if part < 2 or joint_row(model) < 0:
                 for i in range(modes):
                     joined[row, STRAIGHT] += shapes[still, i] * block[i]
             row += 1
     least_squares(joined, q)
-    carry_added(model, block, q)
+    carry_others(model, block, q)
     crank, count = crank_modes(model), model.cylinders.shape[0]
     for c in range(count):
         pin, rod = int(model.cylinders[c, slots.PIN_PORT]), int(model.cylinders[c, slots.END_PORT])
         for k in range(2 if rod >= 0 else 0):
             moved = 0.0
             for i in range(STRAIGHT):
-                moved += model.ports[pin + k, i] * q[i]
+                moved += model.bodies.shapes[pin + k, i] * q[i]
             own = crank + 2 * c + k
-            q[own] = moved / model.ports[rod + k, own]
+            q[own] = moved / model.bodies.shapes[rod + k, own]
     shape = model.block.piston_shape
     determinant = shape[0, 0] * shape[1, 1] - shape[0, 1] * shape[1, 0]
     for c in range(count):
         piston = int(model.cylinders[c, slots.PISTON_PORT])
         if piston < 0:
             continue
-        liner = int(model.cylinders[c, slots.LINER_PORT]) - first
+        liner = int(model.cylinders[c, slots.LINER_PORT])
         across = 0.0
         for i in range(modes):
             across += 0.5 * (shapes[liner, i] + shapes[liner + 1, i]) * block[i]
@@ -252,15 +259,15 @@ def carry(model, joined, block, q):
 
 
 @inlined_kernel
-def carry_added(model, block, q):
+def carry_others(model, block, q):
     """Add the motion of added bodies that follows the block's, with their frames at the angles of the start."""
-    for b in range(model.bodies.rows.shape[0]):
+    for b in range(top.OTHERS, model.bodies.rows.shape[0]):
         row = model.bodies.rows[b]
-        if row[added.CARRIED] > 0.0:
-            for i in range(int(row[added.MODES])):
+        if row[top.CARRIED] > 0.0:
+            for i in range(int(row[top.MODES])):
                 for k in range(RIGID):
-                    share = model.bodies.carried[int(row[added.OWN_MODE]) + i, k]
-                    q[int(row[added.MODE]) + i] += share * block[k]
+                    share = model.bodies.carried[int(row[top.OWN_MODE]) + i, k]
+                    q[int(row[top.MODE]) + i] += share * block[k]
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import crank_modes
+from cranktrain.dynamics.model.layout import crank_modes, turning_modes
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -19,15 +19,15 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.dynamics.motion.added_connections import turn_frames
-from cranktrain.dynamics.motion.equations import factor_stage
+from cranktrain.dynamics.motion.bodies import factor_stage, to_ports
 from cranktrain.dynamics.motion.film_memory import close_stage, close_step, open_stage, open_step
 from cranktrain.dynamics.motion.linear_algebra import add_product
+from cranktrain.dynamics.motion.links import turn_frames
 from cranktrain.dynamics.time.reconstruction import reconstruct, take_rates, take_sample
-from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, Stage, solve_stage, to_ports
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, Stage, solve_stage
 from cranktrain.dynamics.time.status import FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.step_control import frame_at, ports_at_state
-from cranktrain.dynamics.topology import slots as added
+from cranktrain.dynamics.topology import slots as top
 
 SETTLED = 1.0e-4
 """Tolerance of the static equilibrium at the start of a run, in clearances."""
@@ -158,7 +158,7 @@ def euler_step(model, work, state, h, omega, tolerance):
 def set_in_motion(model, work, state, windup, rotation, rate):
     """Set velocities of a crank whose bending is at rest in space and whose wind-up rotates with the shaft."""
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     crank = crank_modes(model)
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
@@ -167,21 +167,21 @@ def set_in_motion(model, work, state, windup, rotation, rate):
     for i in range(t):
         turned[i] = 0.0
     q[at.ROTATION] = 0.0
-    add_product(model.gyroscopic, q, t, t, turned)
+    add_product(model.bodies.gyroscopic, q, t, t, turned)
     for i in range(t):
         v[i] -= frame[at.OMEGA] * turned[i]
     q[at.ROTATION] = rotation / model.scalars[at.RIGID_ROTATION]
     v[at.ROTATION] += rate / model.scalars[at.RIGID_ROTATION]
     for i in range(crank, t):
         # Free big ends, ring and rotors turn with the crank; their Euler load is √m e_z×X.
-        follows = model.euler_load[i] - model.lag[i]
+        follows = model.bodies.euler_load[i] - model.lag[i]
         if model.lag[i] != 0.0:
             # The drive line's rotors lag by their part of the mean wind-up, regardless of the wind-up at rest.
             q[i] = -windup * model.lag[i]
             v[i] = 0.0
         q[i] += rotation * follows
         v[i] += rate * follows
-    added_in_motion(model, work, state, rotation, rate)
+    others_in_motion(model, work, state, rotation, rate)
     if model.scalars[at.DRIVEN] > 0.0:
         state[SHAFT_ANGLE] = -windup
         state[LEAD_ANGLE] = windup
@@ -191,39 +191,39 @@ def set_in_motion(model, work, state, windup, rotation, rate):
 
 
 @kernel
-def added_in_motion(model, work, state, rotation, rate):
+def others_in_motion(model, work, state, rotation, rate):
     """Set displacements and velocities of added bodies, which move with the crank as their frames do."""
     n = model.omega2.shape[0]
     turned = work.modal[at.DIFFERENCE]
     omega = work.frames[0, at.OMEGA]
     bodies = model.bodies
     turn_frames(model, work, work.frames[0, at.THETA])
-    for b in range(bodies.rows.shape[0]):
+    for b in range(top.OTHERS, bodies.rows.shape[0]):
         row = bodies.rows[b]
-        modes = int(row[added.MODES])
-        o = int(row[added.OWN_MODE])
-        q = state[offset(POSITION, n) + int(row[added.MODE]) :]
-        v = state[offset(VELOCITY, n) + int(row[added.MODE]) :]
+        modes = int(row[top.MODES])
+        o = int(row[top.OWN_MODE])
+        q = state[offset(POSITION, n) + int(row[top.MODE]) :]
+        v = state[offset(VELOCITY, n) + int(row[top.MODE]) :]
         for i in range(modes):
             turned[i] = 0.0
         turn = q[at.ROTATION]
-        if row[added.ENDS_GROUP] > 0.0 and o == int(row[added.GROUP]):
+        if row[top.ENDS_GROUP] > 0.0 and o == int(row[top.GROUP]):
             q[at.ROTATION] = 0.0
         add_product(bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
         q[at.ROTATION] = turn
-        moved = work.added.frames[int(row[added.FRAME_OF])]
-        turns = row[added.SENSE] * moved[added.TURN]
+        moved = work.links.frames[int(row[top.FRAME_OF])]
+        turns = row[top.SENSE] * moved[top.TURN]
         # Velocity of the body's frame per crank angle, and derivative of this velocity, in axes of this frame.
-        x = moved[added.OWN_X1]
-        y = moved[added.OWN_Y1]
-        x_change = moved[added.OWN_X2] + moved[added.TURN] * y
-        y_change = moved[added.OWN_Y2] - moved[added.TURN] * x
+        x = moved[top.OWN_X1]
+        y = moved[top.OWN_Y1]
+        x_change = moved[top.OWN_X2] + moved[top.TURN] * y
+        y_change = moved[top.OWN_Y2] - moved[top.TURN] * x
         for i in range(modes):
             across = bodies.translation[0, o + i]
             along = bodies.translation[1, o + i]
             euler = bodies.euler_load[o + i]
-            follows = row[added.TIED] * (turns * euler + x * across + y * along)
-            changes = row[added.TIED] * (moved[added.TURN2] * euler + x_change * across + y_change * along)
+            follows = row[top.TIED] * (turns * euler + x * across + y * along)
+            changes = row[top.TIED] * (moved[top.TURN2] * euler + x_change * across + y_change * along)
             v[i] += rate * follows + rotation * omega * changes - turns * omega * turned[i]
             q[i] += rotation * follows
 

@@ -6,6 +6,7 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import turning_modes
 from cranktrain.dynamics.model.state import (
     METHOD,
     OUTPUT_MEAN,
@@ -77,7 +78,7 @@ def find_start(model, work, state, inputs, time):
         state[SHAFT_ACCELERATION] = (mean[at.START_TORQUE] - load) / turning
     for j in range(2):
         moved = 0.0
-        for i in range(model.ports.shape[1]):
+        for i in range(turning_modes(model)):
             moved += model.ends[1 + j, i] * q[i]
         state[OUTPUT_MEAN + j] = moved
         state[OUTPUT_VARIANCE + j] = FIRST_AMPLITUDES[j] * FIRST_AMPLITUDES[j]

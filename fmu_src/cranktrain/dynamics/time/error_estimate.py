@@ -11,7 +11,7 @@ import math
 
 from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import collar_port, thrust_row
+from cranktrain.dynamics.model.layout import collar_port, thrust_row, turning_modes
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
 from cranktrain.dynamics.motion.gas import trace_angle
 from cranktrain.dynamics.time.table import FAMILY, HEAD
@@ -31,7 +31,7 @@ def step_error(model, work, state, h):
     worst = 0.0
     for j in range(2):
         change = 0.0
-        for i in range(model.ports.shape[1]):
+        for i in range(turning_modes(model)):
             change += model.ends[1 + j, i] * work.modal[at.DIFFERENCE, i]
         least = LEAST_TORSION if j == 0 else LEAST_AXIAL
         size = max(least, math.sqrt(max(0.0, state[OUTPUT_VARIANCE + j])))
@@ -49,7 +49,7 @@ def remember_outputs(model, state, h):
     fading = 1.0 - math.exp(-h * max(abs(state[SHAFT_SPEED]), 1.0) / (4.0 * math.pi))
     for j in range(2):
         value = 0.0
-        for i in range(model.ports.shape[1]):
+        for i in range(turning_modes(model)):
             value += model.ends[1 + j, i] * state[q + i]
         away = value - state[OUTPUT_MEAN + j]
         state[OUTPUT_MEAN + j] += fading * away
@@ -76,7 +76,7 @@ def event_within(model, work, state, builtin, angle, turn, h):
     ud = work.port[at.RELATIVE_RATE]
     for i in range(model.bearings.shape[0]):
         law = model.bearings[i]
-        port = int(model.connections[i, at.FIRST])
+        port = model.connections[i, at.FIRST]
         x = u[port]
         y = u[port + 1]
         e = math.sqrt(x * x + y * y)
@@ -85,6 +85,8 @@ def event_within(model, work, state, builtin, angle, turn, h):
             rate = -(x * ud[port] + y * ud[port + 1]) / e
             if gap * (gap + h * rate) < 0.0:
                 return True
+    if thrust_row(model) < 0:
+        return False
     collar = collar_port(model)
     z = u[collar]
     return model.laws.traits[thrust_row(model), CLOSES] > 0.0 and z * (z + h * ud[collar]) < 0.0

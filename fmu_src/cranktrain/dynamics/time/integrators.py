@@ -16,9 +16,10 @@ import numpy as np
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.named import Named
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, VELOCITY
 from cranktrain.dynamics.time import tableaux
-from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FAMILY, FIRST_STAGE, HEAD, NODE, STAGES
+from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, WIDTH
 
 
 @dataclass(frozen=True)
@@ -164,6 +165,29 @@ def settles_films(name: str) -> bool:
 def largest_coefficient(table: Array) -> float:
     """Largest coefficient of a method's stages, at least 1."""
     return max(1.0, float(np.abs(table[FIRST_STAGE : FIRST_STAGE + int(table[HEAD, STAGES]), :NODE]).max()))
+
+
+def method_arrays(given: str = "") -> tuple[Array, Array]:
+    """Arrays ``methods`` (without the last column) and ``tables`` of a model's basis for all integrators.
+
+    The integrator ``given`` may state its parameter behind its name.
+    """
+    methods, tables = _method_arrays(given, tuple(INTEGRATORS))
+    return methods.copy(), tables.copy()
+
+
+@cache
+def _method_arrays(given: str, names: tuple[str, ...]) -> tuple[Array, Array]:
+    chosen = integrator(given).name if given else ""
+    full = [given if name == chosen else name for name in names]
+    coefficients = [integrator_table(name) for name in full]
+    tables = np.zeros((len(full), max(map(len, coefficients)), WIDTH))
+    methods = np.zeros((len(full), at.LOSES_PEAKS))
+    for row, table, own, name in zip(methods, tables, coefficients, full, strict=True):
+        table[: len(own)] = own
+        row[at.EMBEDDED], row[at.METHOD_ORDER] = integrator(name).embedded, max(2, integrator(name).order)
+        row[at.AMPLIFICATION], row[at.MARK] = largest_coefficient(own), method_mark(own)
+    return methods, tables
 
 
 def _rows() -> tuple[Integrator, ...]:

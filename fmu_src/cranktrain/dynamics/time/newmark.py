@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import turning_modes
 from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step import keep_motion, solve_only_stage
@@ -48,7 +49,7 @@ def newmark_difference(model, work, h):
     for j in range(model.judged.shape[0]):
         k = int(model.judged[j])
         move = 0.0
-        for i in range(model.ports.shape[1]):
-            move += model.ports[k, i] * work.modal[at.DIFFERENCE, i]
+        for i in range(turning_modes(model)):
+            move += model.bodies.shapes[k, i] * work.modal[at.DIFFERENCE, i]
         work.port[at.U_DIFFERENCE, k] = move
     return OK

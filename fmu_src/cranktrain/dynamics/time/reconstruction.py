@@ -32,6 +32,7 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import block_port_count, turning_modes
 from cranktrain.dynamics.model.state import (
     ANGLE_SET,
     DEVIATIONS_SET,
@@ -84,8 +85,8 @@ def crank_angle(model, state):
     n = model.omega2.shape[0]
     rotation, _, _ = crank_rotation(model, state)
     angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
-    if model.block_ports.shape[0] > 0:
-        t = model.ports.shape[1]
+    if block_port_count(model) > 0:
+        t = turning_modes(model)
         for i in range(6):
             angle -= model.block.motion[at.ROTATION, i] * state[offset(POSITION, n) + t + i]
     return angle

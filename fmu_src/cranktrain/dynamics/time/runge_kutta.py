@@ -8,7 +8,7 @@ from __future__ import annotations
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import port_count
+from cranktrain.dynamics.model.layout import port_count, turning_modes
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.stage import Stage
 from cranktrain.dynamics.time.status import OK
@@ -107,7 +107,7 @@ def runge_kutta_difference(model, work, h):
     table = model.stages
     stages = int(table[HEAD, STAGES])
     weights = table[FIRST_STAGE + stages]
-    for i in range(model.ports.shape[1]):
+    for i in range(turning_modes(model)):
         move = 0.0
         for s in range(stages):
             move += h * weights[s] * work.stage[s, 1, i]

@@ -10,20 +10,32 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import couples_modes, first_piston, has_additions, port_count
+from cranktrain.dynamics.model.layout import (
+    block_modes,
+    block_port_count,
+    couples_modes,
+    first_piston,
+    of_ports,
+    port_count,
+    term_row,
+    turning_modes,
+    turning_ports,
+)
 from cranktrain.dynamics.model.state import CONTRACTION
+from cranktrain.dynamics.motion.bodies import answer, load_others, move_freely, respond, to_ports
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import encoder_end, gas_force
-from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot, factor_rows, product, solve_rows
-from cranktrain.dynamics.motion.newton_matrix import fill_jacobian, start_jacobian
+from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot
+from cranktrain.dynamics.motion.links import follow_links, link_compliance, link_size, link_steps
+from cranktrain.dynamics.motion.newton_matrix import factor_matrix, fill_jacobian, solve_step, start_jacobian
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.motion.turned_pins import turn_pins, turned, turned_compliance, turned_step, turned_torque
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
-from cranktrain.dynamics.topology import slots as added
+from cranktrain.dynamics.topology import slots as top
 from cranktrain.film.laws.films import FROZEN
 from cranktrain.loads.torsional_line import DAMPING
 
@@ -80,7 +92,7 @@ def solve_stage(model, work, state, stage):
     forces in ``work.port``. ``state`` remembers how well the iteration contracts.
     """
     predict(model, work, stage)
-    move_freely(model, work, stage)
+    set_free(model, work, stage)
     status = iterate(model, work, state, stage)
     if status != OK:
         return status
@@ -88,7 +100,7 @@ def solve_stage(model, work, state, stage):
     for _ in range(MORE_SWEEPS):
         if settled:
             break
-        move_freely(model, work, stage)
+        set_free(model, work, stage)
         follow_load(model, work, stage)
         settled = recover(model, work, stage)
     port_rates(model, work, stage)
@@ -104,8 +116,8 @@ def predict(model, work, stage):
     guided pistons' side forces to 0.
     """
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
-    s = model.block_ports.shape[1]
+    t = turning_modes(model)
+    s = block_modes(model)
     frame = work.frames[stage.number]
     ratio = stage.c_v / stage.c_q
     big_q = work.modal[at.BIG_Q]
@@ -113,18 +125,17 @@ def predict(model, work, stage):
     base = work.modal[at.BASE]
     back = work.modal[at.LEVER]
     a = work.stage[stage.number, 2]
-    if model.pairs.shape[0] > 0 or has_additions(model):
+    if not of_ports(model):
+        compliance = work.linear.compliance[stage.slot]
         relative_compliance(
-            model, frame[at.COS], frame[at.SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
-            work.relative,
-        )  # fmt: skip
-        if has_additions(model):
-            call_kernel(model.links.hooks[added.AT_COMPLIANCE], (model, work, frame, stage.slot))
+            model, frame[at.COS], frame[at.SIN], compliance, compliance[turning_ports(model) :], work.relative
+        )
+        link_compliance(model, work, frame, stage.slot, work.relative)
     move_axis(model, frame, work.port[at.U_Q])
     external_force(model, frame, big_q, base)
     for c in range(work.heads.shape[0]):
         work.heads[c] = 0.0
-    if model.block_ports.shape[0] > 0 and frame[at.BURN] < 0.0:
+    if block_port_count(model) > 0 and frame[at.BURN] < 0.0:
         for c in range(work.heads.shape[0]):
             work.rises[c, 0] = 0.0
             work.rises[c, 1] = 0.0
@@ -132,8 +143,7 @@ def predict(model, work, stage):
                 change = stage.a_guess[t + i]
                 work.rises[c, 0] += model.block.heads[c, i] * (big_q[t + i] + stage.c_q * change)
                 work.rises[c, 1] += model.block.heads[c, i] * (big_v[t + i] + stage.c_v * change)
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_LOAD], (model, work, frame, big_q, base))
+    load_others(model, work, frame, big_q, base)
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]
         base[i] += big_q[i] / stage.c_q + model.damping[i] * back[i]
@@ -152,46 +162,13 @@ def predict(model, work, stage):
 
 
 @kernel
-def move_freely(model, work, stage):
-    """Motion without forces at the ports for the present a, into ``work.modal[Q_FREE]`` and ``work.port[U_FREE]``.
-
-    The load includes the known part of the term 2Ω₀G, and the terms that S lacks because the frame turns at Ω ≠ Ω₀.
-    """
-    n = model.omega2.shape[0]
-    t = model.ports.shape[1]
-    s = model.block_ports.shape[1]
-    frame = work.frames[stage.number]
-    c_q = stage.c_q
-    c_v = stage.c_v
-    ratio = c_v / c_q
-    d_omega = frame[at.WHIRL] - stage.omega
-    d_omega2 = frame[at.WHIRL] * frame[at.WHIRL] - stage.omega * stage.omega
-    big_q = work.modal[at.BIG_Q]
-    big_v = work.modal[at.BIG_V]
-    rhs = work.modal[at.LOADS]
-    lever = work.modal[at.LEVER]
-    q_free = work.modal[at.Q_FREE]
-    a = work.stage[stage.number, 2]
-    for i in range(n):
-        rhs[i] = work.modal[at.BASE, i]
-    for i in range(t):
-        lever[i] = 2.0 * stage.omega * (ratio * big_q[i] - big_v[i])
-        lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[at.OMEGA_DOT] * (big_q[i] + c_q * a[i])
-    if couples_modes(model):
-        add_product(model.gyroscopic, lever, t, t, rhs)
-        if d_omega2 != 0.0:
-            for i in range(t):
-                lever[i] = -d_omega2 * (big_q[i] + c_q * a[i])
-            add_product(model.spin, lever, t, t, rhs)
-    product(work.turning.inverse[stage.slot], rhs, t, t, q_free)
-    if s > 0:
-        product(work.block.inverse[stage.slot], rhs[t:], s, s, q_free[t:])
-    for i in range(t + s, t + model.block.preload.shape[0]):
-        q_free[i] = c_q * rhs[i]
-    if has_additions(model):
-        arguments = (model, work, frame, stage.number, stage.slot, stage.c_q, stage.c_v, stage.omega)
-        call_kernel(model.links.hooks[added.AT_MOVE], arguments)
-    to_ports(model, q_free, work.port[at.U_FREE])
+def set_free(model, work, stage):
+    """Motion without forces at the ports for the present a, into ``work.modal[Q_FREE]`` and ``work.port[U_FREE]``."""
+    move_freely(model, work, stage)
+    first = turning_modes(model) + block_modes(model)
+    for i in range(first, turning_modes(model) + model.block.preload.shape[0]):
+        work.modal[at.Q_FREE, i] = stage.c_q * work.modal[at.BASE, i]
+    to_ports(model, work.modal[at.Q_FREE], work.port[at.U_FREE])
 
 
 @inlined_kernel
@@ -250,12 +227,8 @@ def follow_encoder(model, work, stage):
     q = work.modal[at.LEVER]
     for i in range(q.shape[0]):
         q[i] = work.modal[at.Q_FREE, i]
-    f = work.port[at.FORCES]
-    t = model.ports.shape[1]
-    add_product(work.turning.response[stage.slot], f, model.ports.shape[0], t, q)
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_RECOVER], (model, work, stage.slot, f, q))
-    work.frames[stage.number, at.ENCODED] = dot(model.ends[encoder_end(model)], q, t)
+    respond(model, work, stage.slot, work.port[at.FORCES], q)
+    work.frames[stage.number, at.ENCODED] = dot(model.ends[encoder_end(model)], q, turning_modes(model))
 
 
 @inlined_kernel
@@ -264,9 +237,10 @@ def press_heads(model, work, stage):
 
     The change is added to the load ``work.modal[BASE]`` and to the motion without forces at the ports.
     """
-    t = model.ports.shape[1]
-    standing, s = model.block_ports.shape
-    turning = model.ports.shape[0]
+    t = turning_modes(model)
+    standing = block_port_count(model)
+    s = block_modes(model)
+    turning = turning_ports(model)
     change = work.modal[at.LOADS]
     moved = work.modal[at.LEVER]
     for i in range(s):
@@ -278,11 +252,11 @@ def press_heads(model, work, stage):
         work.heads[c] = gas
         for i in range(s):
             change[i] += more * model.block.heads[c, i]
-    add_product(work.block.inverse[stage.slot], change, s, s, moved)
+    add_product(work.linear.inverse[stage.slot][t : t + s], change, s, s, moved)
     for i in range(s):
         work.modal[at.BASE, t + i] += change[i]
         work.modal[at.Q_FREE, t + i] += moved[i]
-    add_product(model.block_ports_transposed, moved, s, standing, work.port[at.U_FREE][turning:])
+    add_product(model.bodies.transposed[t : t + s], moved, s, standing, work.port[at.U_FREE][turning:])
 
 
 @inlined_kernel
@@ -300,13 +274,12 @@ def newton_step(model, work, stage, keep_matrix):
     model.laws.numbers[FROZEN] = 0.0
     if status != OK:
         return FILM_FAILED
-    if model.block_ports.shape[0] > 0:
+    if block_port_count(model) > 0:
         press_heads(model, work, stage)
     for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
     answer(model, work, stage.slot, f, step)
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
+    link_steps(model, work, step)
     if not keep_matrix:
         turn_pins(model, work)
     felt_step(model, work, frame, step)
@@ -316,21 +289,16 @@ def newton_step(model, work, stage, keep_matrix):
             for j in range(work.blocks.shape[1]):
                 work.factored[k, j] = work.blocks[k, j]
         # On rigid ground the compliance of the relative motion is that of the journals.
-        compliance = work.turning.compliance[stage.slot]
-        if model.pairs.shape[0] > 0 or has_additions(model):
+        compliance = work.linear.compliance[stage.slot]
+        if not of_ports(model):
             compliance = work.relative
         if turned(work):
-            turning = work.turning.compliance[stage.slot]
+            turning = work.linear.compliance[stage.slot]
             turned_compliance(model, work, turning, compliance, model.scales.shape[0], work.turned_compliance)
             compliance = work.turned_compliance
         start_jacobian(work.jacobian)
-        n_newton = model.scales.shape[0] + model.links.scales.shape[0]
-        fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
-        if has_additions(model):
-            singular = call_kernel(model.links.hooks[added.AT_NEWTON], (model, work))
-        else:
-            singular = factor_rows(work.jacobian, work.jacobian.shape[0])
-        if singular != 0:
+        fill_jacobian(model, compliance, work.factored, work.jacobian)
+        if factor_matrix(model, work) != 0:
             return SINGULAR
     solve_step(model, work)
     return OK
@@ -342,15 +310,6 @@ def felt_step(model, work, frame, step):
     relative_step(model, frame[at.COS], frame[at.SIN], step)
     if turned(work):
         turned_step(model, work, step)
-
-
-@inlined_kernel
-def solve_step(model, work):
-    """Solve for the Newton step in place, of engine components in ``work.port[U_STEP]`` and of added components."""
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_SOLVE], (model, work))
-    else:
-        solve_rows(work.jacobian, work.jacobian.shape[0], work.port, at.U_STEP)
 
 
 @inlined_kernel
@@ -367,10 +326,9 @@ def step_size(model, work, step):
             change -= step[int(model.limited[k, 1])]
         if abs(change) > JOURNAL_STEP * model.scales[port]:
             journal = max(journal, abs(change) / model.scales[port])
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_STEP_SIZE], (model, work))
-        size = max(size, work.added.sizes[added.ANY])
-        journal = max(journal, work.added.sizes[added.LIMITED])
+    moved, limited = link_size(model, work)
+    size = max(size, moved)
+    journal = max(journal, limited)
     return size, JOURNAL_STEP / journal if journal > JOURNAL_STEP else 1.0
 
 
@@ -381,13 +339,13 @@ def take_step(model, work, stage, limit):
     All ports move with the forces f + Jδ. The returned change is scaled, and measures the effect of tangents that the
     Newton matrix omits. Guided pistons keep the motion of their own solution.
     """
-    turning = model.ports.shape[0]
+    turning = turning_ports(model)
     pistons = first_piston(model)
     u = work.port[at.U]
     before = work.port[at.U_BEFORE]
     for k in range(pistons):
         before[k] = u[k]
-    if model.block_ports.shape[0] == 0 and not has_additions(model) and not turned(work):
+    if block_port_count(model) == 0 and of_ports(model) and not turned(work):
         follow_step(model, work, stage)
     else:
         follow_forces(model, work, stage)
@@ -411,8 +369,7 @@ def follow_load(model, work, stage):
     for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
     answer(model, work, stage.slot, work.port[at.FORCES], step)
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
+    link_steps(model, work, step)
     felt_step(model, work, frame, step)
     solve_step(model, work)
     follow_forces(model, work, stage)
@@ -427,15 +384,14 @@ def follow_forces(model, work, stage):
         change = work.port[at.F_STEP]
         for k in range(change.shape[0]):
             change[k] = 0.0
-        linearise(model.connections, work.factored, work.port[at.U_STEP], change)
+        linearise(model.connections, work.factored, term_row(model), work.port[at.U_STEP], change)
         turned_torque(model, work, change)
         for k in range(change.shape[0]):
             f[k] += change[k]
     else:
-        linearise(model.connections, work.factored, work.port[at.U_STEP], f)
+        linearise(model.connections, work.factored, term_row(model), work.port[at.U_STEP], f)
     reactions(model, frame[at.COS], frame[at.SIN], f)
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_FOLLOW], (model, work, f))
+    follow_links(model, work, f)
     for k in range(first_piston(model)):
         work.port[at.U, k] = work.port[at.U_FREE, k]
     answer(model, work, stage.slot, f, work.port[at.U])
@@ -449,18 +405,18 @@ def follow_step(model, work, stage):
     other rotating ports.
     """
     newton = model.scales.shape[0]
-    turning = model.ports.shape[0]
+    turning = turning_ports(model)
     f = work.port[at.FORCES]
     u = work.port[at.U]
     step = work.port[at.U_STEP]
     change = work.port[at.F_STEP]
     for k in range(newton):
         change[k] = 0.0
-    linearise(model.connections, work.factored, step, change)
+    linearise(model.connections, work.factored, term_row(model), step, change)
     for k in range(newton):
         f[k] += change[k]
         u[k] += step[k]
-    add_columns(work.turning.compliance[stage.slot], change, newton, newton, turning, step)
+    add_columns(work.linear.compliance[stage.slot], change, newton, newton, turning, step)
     for k in range(newton, turning):
         u[k] += step[k]
 
@@ -472,10 +428,8 @@ def recover(model, work, stage):
     Returns True if the terms by the difference of the frame's speed from Ω₀ have converged.
     """
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
-    s = model.block_ports.shape[1]
-    turning = model.ports.shape[0]
-    standing = model.block_ports.shape[0]
+    t = turning_modes(model)
+    s = block_modes(model)
     pistons = first_piston(model)
     frame = work.frames[stage.number]
     c_q = stage.c_q
@@ -485,15 +439,11 @@ def recover(model, work, stage):
     a = work.stage[stage.number, 2]
     for i in range(n):
         q[i] = work.modal[at.Q_FREE, i]
-    add_product(work.turning.response[stage.slot], f, turning, t, q)
-    if s > 0:
-        add_product(work.block.response[stage.slot], f[turning:], standing, s, q[t:])
+    respond(model, work, stage.slot, f, q)
     shape = model.block.piston_shape
     for c in range(0, port_count(model) - pistons, 2):
         q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
         q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_RECOVER], (model, work, stage.slot, f, q))
     if not couples_modes(model):
         for i in range(n):
             a[i] = (q[i] - work.modal[at.BIG_Q, i]) / c_q
@@ -511,9 +461,9 @@ def recover(model, work, stage):
     d_omega2 = abs(frame[at.WHIRL] * frame[at.WHIRL] - stage.omega * stage.omega)
     rest = (2.0 * d_omega * stage.c_v + (d_omega2 + abs(frame[at.OMEGA_DOT])) * c_q) * moved
     fastest = model.bodies.fastest
-    rest *= fastest[added.FASTEST] * fastest[added.FASTEST]
-    swing = fastest[added.SWING] * frame[at.WHIRL]
-    swing2 = fastest[added.SWING2] * frame[at.WHIRL] * frame[at.WHIRL]
+    rest *= fastest[top.FASTEST] * fastest[top.FASTEST]
+    swing = fastest[top.SWING] * frame[at.WHIRL]
+    swing2 = fastest[top.SWING2] * frame[at.WHIRL] * frame[at.WHIRL]
     rest += (2.0 * abs(swing) * stage.c_v + (swing * swing + abs(swing2)) * c_q) * moved
     return rest <= COUPLING_TOLERANCE * largest or c_q * rest <= COUPLING_LENGTH * stage.tolerance
 
@@ -533,44 +483,12 @@ def port_rates(model, work, stage):
 
 
 @kernel
-def to_ports(model, q, u):
-    """Motion u (m,) of all ports from the modal motion q (n,)."""
-    t = model.ports.shape[1]
-    turning = model.ports.shape[0]
-    product(model.ports_transposed, q, t, turning, u)
-    block, s = model.block_ports.shape
-    if block > 0:
-        product(model.block_ports_transposed, q[t:], s, block, u[turning:])
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_TO_PORTS], (model, q, u))
-    shape = model.block.piston_shape
-    first = first_piston(model)
-    for c in range(0, port_count(model) - first, 2):
-        x = q[t + s + c]
-        y = q[t + s + c + 1]
-        u[first + c] = shape[0, 0] * x + shape[0, 1] * y
-        u[first + c + 1] = shape[1, 0] * x + shape[1, 1] * y
-
-
-@kernel
-def answer(model, work, slot, f, u):
-    """Add displacements by forces f (m,) at ports of crank, block, added bodies to u (m,): u += H f. Pistons stay."""
-    turning = model.ports.shape[0]
-    add_product(work.turning.compliance[slot], f, turning, turning, u)
-    block = model.block_ports.shape[0]
-    if block > 0:
-        add_product(work.block.compliance[slot], f[turning:], block, block, u[turning:])
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_ANSWER], (model, work, slot, f, u))
-
-
-@kernel
-def linearise(connections, blocks, step, f):
-    """Add J δ to the forces f of the Newton ports, with the tangents J of all connections and a step δ."""
-    for k in range(connections.shape[0]):
-        size = int(connections[k, 0])
+def linearise(connections, blocks, count, step, f):
+    """Add J δ to the forces f of the Newton ports, with the tangents J of ``count`` connections and a step δ."""
+    for k in range(count):
+        size = connections[k, 0]
         for a in range(size):
             change = 0.0
             for b in range(size):
-                change += blocks[k, 4 * a + b] * step[int(connections[k, 1 + b])]
-            f[int(connections[k, 1 + a])] += change
+                change += blocks[k, 4 * a + b] * step[connections[k, 1 + b]]
+            f[connections[k, 1 + a]] += change

@@ -14,8 +14,9 @@ from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset, offset
+from cranktrain.dynamics.motion.bodies import to_ports
 from cranktrain.dynamics.motion.film_memory import close_stage, open_stage
-from cranktrain.dynamics.time.stage import Stage, solve_stage, to_ports
+from cranktrain.dynamics.time.stage import Stage, solve_stage
 from cranktrain.dynamics.time.status import FILM_FAILED, OK
 from cranktrain.dynamics.time.table import EXPLICIT_FIRST, FIRST_STAGE, HEAD, NODE, coefficients
 

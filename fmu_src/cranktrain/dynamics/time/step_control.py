@@ -14,7 +14,7 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import has_additions, port_count
+from cranktrain.dynamics.model.layout import block_port_count, port_count, turning_modes
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     CONTRACTION,
@@ -37,7 +37,7 @@ from cranktrain.dynamics.model.state import (
     defect_offset,
     offset,
 )
-from cranktrain.dynamics.motion.equations import factor_stage
+from cranktrain.dynamics.motion.bodies import factor_stage, to_ports
 from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, motion_size, open_step
 from cranktrain.dynamics.motion.gas import (
     built_in,
@@ -55,11 +55,10 @@ from cranktrain.dynamics.motion.rod_motion import CROSS, X, Y, rod_end_across
 from cranktrain.dynamics.motion.rods import piston_rise
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
 from cranktrain.dynamics.time.reconstruction import take_stage
-from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.dynamics.time.work_limit import cut_short, spent
-from cranktrain.dynamics.topology import slots as added
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 from cranktrain.loads.gas_pressure import CYCLE
 
@@ -130,9 +129,9 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     axial = model.cylinders.shape[0] + at.AXIAL_INPUT
     frame[at.AXIAL_FORCE] = work.inputs[at.VALUE, axial] + work.inputs[at.RATE, axial] * (begin + tau)
     frame[at.FIRING] = frame[at.THETA]
-    if model.block_ports.shape[0] > 0:
+    if block_port_count(model) > 0:
         # Dead centre refers to the cylinders, so the angle is relative to the block, which may roll on its mounts.
-        t = model.ports.shape[1]
+        t = turning_modes(model)
         for i in range(6):
             frame[at.FIRING] -= model.block.motion[at.ROTATION, i] * (
                 state[offset(POSITION, n) + t + i]
@@ -157,7 +156,7 @@ def encoder_rotation(model, state, tau):
     if model.choices[at.ENCODER] == at.PIN:
         return 0.0
     n = model.omega2.shape[0]
-    t = model.ports.shape[1]
+    t = turning_modes(model)
     row = model.ends[encoder_end(model)]
     rotation = dot(row, state[offset(POSITION, n) :], t)
     rotation += tau * dot(row, state[offset(VELOCITY, n) :], t)
@@ -187,9 +186,9 @@ def pressures_at_state(model, work, state):
     frame = work.frames[0]
     u, ud, udd = work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.STATE_UDD]
     move_axis(model, frame, u)
-    if model.block_ports.shape[0] > 0:
+    if block_port_count(model) > 0:
         n = model.omega2.shape[0]
-        first = offset(POSITION, n) + model.ports.shape[1]
+        first = offset(POSITION, n) + turning_modes(model)
         for c in range(model.cylinders.shape[0]):
             for k in range(2):
                 work.rises[c, k] = dot(model.block.heads[c], state[first + k * n :], model.block.preload.shape[0])
@@ -207,11 +206,7 @@ def pressures_at_state(model, work, state):
 @inlined_kernel
 def film_rate(model, work, state):
     """Largest relative rate (1/s) at which a film's least gap changes, from the ports at the state."""
-    rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
-    if has_additions(model):
-        call_kernel(model.links.hooks[added.AT_RATE], (model, work, state))
-        rate = max(rate, work.added.sizes[added.CLOSING])
-    return rate
+    return fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
 
 
 @inlined_kernel

@@ -1,4 +1,4 @@
-"""Added bodies and connections as flat arrays of the running model, packed one after the other with offsets.
+"""Bodies and connections as flat arrays of the running model, packed one after the other with offsets.
 
 The modes of added bodies come after all others, their ports after those of the block. Each interface that a connection
 holds adds all its six components as ports, on crank and block too. The matrices of all bodies are rows of one table, as
@@ -18,24 +18,27 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology.body_arrays import body_arrays
 from cranktrain.dynamics.topology.connection_arrays import connection_arrays
-from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base, FrameNumbers
+from cranktrain.dynamics.topology.records import Base, Bodies, FrameNumbers, Links
 from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.terms import PORTS
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, End, Topology
+from cranktrain.film.laws.films import Films, IntArray
 
 
-class Added(NamedTuple):
-    """Additions of a topology to a model: arrays, and further ports of crank and block."""
+class Laid(NamedTuple):
+    """Bodies and connections of a topology: arrays, and further ports of crank and block."""
 
-    bodies: AddedBodies
-    connections: AddedConnections
+    bodies: Bodies
+    connections: Links
+    rows: IntArray  # (K, CONNECTION) rows of the connections, see dynamics.model.slots
+    laws: Films  # their force laws
     crank: Array  # (·, n_t) shapes of further ports of the crank
     block: Array  # (·, n_b) shapes of further ports of the block
     omega: Array  # (N,) natural frequencies of added bodies, rad/s
     damping: Array  # (N,) modal damping of added bodies, 1/s
 
 
-def added(topology: Topology, base: Base) -> Added:
+def lay_topology(topology: Topology, base: Base) -> Laid:
     """Arrays of the bodies and connections of a topology in a running model.
 
     Raises
@@ -50,7 +53,7 @@ def added(topology: Topology, base: Base) -> Added:
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
     first = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * len(block_ports)
     joined = groups(topology)
-    frames = FrameNumbers()
+    frames = FrameNumbers.of_engine()
     bodies, port_of = body_arrays(topology, joined, held, base, first, frames)
     for k, name in enumerate(crank_ports):
         port_of[CRANK, name] = base.turning_ports + PORTS * k
@@ -58,12 +61,14 @@ def added(topology: Topology, base: Base) -> Added:
         port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
     names = [body.name for group in joined for body in group.bodies]
     grouped = {body.name: k for k, group in enumerate(joined) for body in group.bodies}
-    connections = connection_arrays(
-        topology, names, port_of, base.newton, frames, grouped, base.films, _bodies(topology, base)
+    connections, rows, laws = connection_arrays(
+        topology, names, port_of, frames, grouped, base.films, _bodies(topology, base), base.rows
     )
-    return Added(
+    return Laid(
         bodies,
         connections,
+        rows,
+        laws,
         _shapes(base.crank, list(crank_ports)),
         _shapes(base.block, list(block_ports)),
         np.concatenate([np.zeros(0), *(group.omega for group in joined)]),

@@ -12,7 +12,7 @@ from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, 
 from cranktrain.core.rigid_slices import skew
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.laws import connection_law
-from cranktrain.dynamics.topology.records import AddedBodies, Base, FrameNumbers
+from cranktrain.dynamics.topology.records import Base, Bodies, FrameNumbers
 from cranktrain.dynamics.topology.relations import Group
 from cranktrain.dynamics.topology.terms import PORTS
 from cranktrain.dynamics.topology.values import CRANK, GROUND, Body, Frame, Topology
@@ -74,15 +74,17 @@ def body_arrays(
     base: Base,
     first: int,
     frames: FrameNumbers,
-) -> tuple[AddedBodies, dict[tuple[str, str], int]]:
+) -> tuple[Bodies, dict[tuple[str, str], int]]:
     """Arrays of the added bodies, group by group, and the first port of each held interface."""
     sizes = [group.omega.size for group in joined]
     counts = [[_ports(body, held) for body in group.bodies] for group in joined]
     n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max(sizes, default=1)
     m, v = sum(map(sum, counts)), max([1, *map(sum, counts)])
     z = zeros
-    arrays = AddedBodies(
-        np.zeros((sum(map(len, counts)), at.BODY)), z((n, w)), z((n, w)), z(n), z(n), z((3, n)), z((3, n)), z(n),
+    count = sum(map(len, counts))
+    arrays = Bodies(
+        np.zeros((count, at.BODY), dtype=np.int64), z((count, at.CONSTANTS)), z((n, w)), z((n, w)), z(n), z(n),
+        z((3, n)), z((3, n)), z(n),
         z((m, w)), z((n, v)), z((n, PORTS)), _fastest(topology),
     )  # fmt: skip
     port_of: dict[tuple[str, str], int] = {}
@@ -97,16 +99,17 @@ def body_arrays(
                 body, frame, list(names), base.block, None if group.parts is None else group.parts[k], body.name in tied
             )
             span = slice(row_at, row_at + size)
-            row[: at.CARRIED] = (
-                base.modes + mode, size, first + port, ports, row_at, port, frames[frame], frame.rate, frame.sense,
-                reduced.mass,
+            row[[at.MODE, at.MODES, at.PORT, at.PORTS]] = base.modes + mode, size, first + port, ports
+            row[[at.OWN_MODE, at.OWN_PORT, at.FRAME_OF, at.SENSE]] = row_at, port, frames[frame], frame.sense
+            row[[at.CARRIED, at.TIED, at.SWINGS, at.WHIRLS]] = (
+                not _grounded(topology, body), body.name in tied, frame.swings, True,
             )  # fmt: skip
-            row[at.CARRIED], row[at.TIED] = not _grounded(topology, body), body.name in tied
-            row[at.REFLECTED] = row[at.TIED] * _reflected(reduced, frame)
-            row[[at.UNBALANCE_X, at.UNBALANCE_Y]] = reduced.mass * reduced.centre[:2]
-            row[at.INERTIA] = float(reduced.euler_load @ reduced.euler_load)
-            row[at.GROUP], row[at.ENDS_GROUP] = start, k == len(group.bodies) - 1
-            row[at.GROUP_PORT], row[at.GROUP_PORTS] = first + group_port, sum(own_counts)
+            row[[at.GROUP, at.ENDS_GROUP]] = start, k == len(group.bodies) - 1
+            row[[at.GROUP_PORT, at.GROUP_PORTS]] = first + group_port, sum(own_counts)
+            arrays.constants[number] = (
+                frame.rate, reduced.mass, *(reduced.mass * reduced.centre[:2]),
+                float(reduced.euler_load @ reduced.euler_load), row[at.TIED] * _reflected(reduced, frame),
+            )  # fmt: skip
             arrays.gyroscopic[span, :size] = own.gyroscopic.T
             arrays.spin[span, :size] = own.spin.T
             arrays.centrifugal_load[span], arrays.euler_load[span] = own.centrifugal_load, own.euler_load
@@ -178,3 +181,46 @@ def _carried(body: ReducedBody, frame: Frame, block: ReducedBody, tied: bool) ->
 def follows(body: ReducedBody, moved: Array, sense: float) -> Array:
     """Modal motion (n,) of a body per crank angle if it follows its frame, whose motion is ``moved`` (MOVED,)."""
     return np.asarray(body.translation[:2].T @ moved[[at.OWN_X1, at.OWN_Y1]] + sense * moved[at.TURN] * body.euler_load)
+
+
+def with_engine(crank: Bodies, block: Bodies, others: Bodies) -> Bodies:
+    """Arrays of the crank, the block and all other bodies in one table, in this order."""
+    parts = crank, block, others
+    n, w = (sum(part.gyroscopic.shape[0] for part in parts), max(part.gyroscopic.shape[1] for part in parts))
+    m, v = (sum(part.shapes.shape[0] for part in parts), max(part.transposed.shape[1] for part in parts))
+    joined = Bodies(
+        np.concatenate([part.rows for part in parts]), np.concatenate([part.constants for part in parts]),
+        zeros((n, w)), zeros((n, w)), zeros(n), zeros(n), zeros((3, n)), zeros((3, n)), zeros(n), zeros((m, w)),
+        zeros((n, v)), zeros((n, PORTS)), others.fastest,
+    )  # fmt: skip
+    mode, port, number = 0, 0, 0
+    for part in parts:
+        modes, ports = slice(mode, mode + part.gyroscopic.shape[0]), slice(port, port + part.shapes.shape[0])
+        joined.rows[number : number + len(part.rows), [at.OWN_MODE, at.GROUP]] += mode
+        joined.rows[number : number + len(part.rows), at.OWN_PORT] += port
+        for name in ("gyroscopic", "spin", "transposed"):
+            own = getattr(part, name)
+            getattr(joined, name)[modes, : own.shape[1]] = own
+        for name in ("centrifugal_load", "euler_load", "turn", "carried"):
+            getattr(joined, name)[modes] = getattr(part, name)
+        joined.translation[:, modes], joined.centre[:, modes] = part.translation, part.centre
+        joined.shapes[ports, : part.shapes.shape[1]] = part.shapes
+        mode, port, number = modes.stop, ports.stop, number + len(part.rows)
+    return joined
+
+
+def whole_body(shapes: Array, mode: int, port: int, frame: int, rate: float) -> Bodies:
+    """Arrays of one body with n modes and ``shapes`` (m, n) of its ports, which does not turn unless they are filled.
+
+    ``mode`` and ``port`` are its first ones in the model, ``frame`` is the number of its frame that turns at ``rate``.
+    """
+    m, n = shapes.shape
+    row, constants = np.zeros((1, at.BODY), dtype=np.int64), np.zeros((1, at.CONSTANTS))
+    row[0, [at.MODE, at.MODES, at.PORT, at.PORTS, at.FRAME_OF, at.SENSE]] = mode, n, port, m, frame, 1
+    row[0, [at.ENDS_GROUP, at.GROUP_PORT, at.GROUP_PORTS]] = 1, port, m
+    constants[0, at.RATE] = rate
+    z = zeros
+    return Bodies(
+        row, constants, z((n, n)), z((n, n)), z(n), z(n), z((3, n)), z((3, n)), z(n), shapes,
+        np.ascontiguousarray(shapes.T), z((n, PORTS)), z(at.FASTEST_SIZE),
+    )  # fmt: skip

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.kernel import keep_record, kernel_address
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model import slots as model
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.body_arrays import turns_whole
 from cranktrain.dynamics.topology.gas import gas_law
 from cranktrain.dynamics.topology.laws import pieces_of
 from cranktrain.dynamics.topology.pieces import FilmParts, Piece
-from cranktrain.dynamics.topology.records import AddedConnections, FrameNumbers
+from cranktrain.dynamics.topology.records import FrameNumbers, Links
 from cranktrain.dynamics.topology.spring import load_law
 from cranktrain.dynamics.topology.terms import PORTS, Direction, Term, terms_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Connection, End, Frame, Topology
-from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
+from cranktrain.film.laws.bearings import enter
+from cranktrain.film.laws.films import CLOSES, MEMORY, TELLS_RATE, VISCOUS, WARMS, Films, IntArray, no_films
 from cranktrain.film.laws.parameters import COLUMNS
 
 KINDS = {
@@ -32,61 +33,72 @@ BODY_KINDS = (
 """Kinds of an added body's outputs, in the order of the names of these outputs."""
 
 
+class _Component(NamedTuple):
+    """Component of a connection: its scale, slide, terms (without their component), and the bodies of these terms."""
+
+    scale: float
+    slide: list[float]
+    entries: list[list[float]]
+    bodies: list[int]
+    groups: set[int]  # −1: crank or block
+
+
 def connection_arrays(
     topology: Topology,
     names: list[str],
     port_of: Mapping[tuple[str, str], int],
-    newton: int,
     numbers_of: FrameNumbers,
     grouped: Mapping[str, int],
     films_of: FilmParts,
     reduced_of: Mapping[str, ReducedBody | None],
-) -> AddedConnections:
-    """Arrays of the connections between bodies in the order of ``names``; compiles the force laws.
+    before: int,
+) -> tuple[Links, IntArray, Films]:
+    """Arrays of K connections between bodies in the order of ``names``, their rows (K, CONNECTION) and force laws.
 
-    ``InputError`` if a film lacks a part.
+    Compiles the force laws. ``InputError`` if a film lacks a part.
     """
-    rows, tables, terms, starts, shown = [], [], [], [0], []
-    scales: list[float] = []
-    slides: list[list[float]] = []
+    found, taken, shown = list[list[_Component]](), {CRANK: at.OF_CRANK, BLOCK: at.OF_BLOCK}, []
+    taken |= {name: at.OTHERS + k for k, name in enumerate(names)}
+    groups = {CRANK: -1, BLOCK: -1} | dict(grouped)
+    rows: list[list[float]] = []
     leans: list[list[float]] = []
     oil: list[float] = []
     kept: list[Piece] = []
     parts: list[FilmParts] = []
-    shown += [(names.index(body.name), *kind) for body in topology.bodies for kind in BODY_KINDS]
+    shown += [(at.OTHERS + names.index(body.name), *kind) for body in topology.bodies for kind in BODY_KINDS]
     for connection, piece in _all_pieces(topology):
         frames = [topology.end_frame(end) for end in connection.ends]
-        size, first = len(piece.components), len(scales)
+        size = len(piece.components)
         ports, senses = [], []
         for end, frame in zip(connection.ends, frames, strict=True):
             turns = piece.rubs and end.body != GROUND
             ports.append(port_of[end.body, end.interface] + 5 if turns else -1)
             senses.append(frame.sense * piece.axes.sense)
         rows.append([
-            size, first, numbers_of[piece.axes], piece.axes.sense, piece.pairs, *ports, *senses,
-            *(numbers_of[frame] for frame in frames), piece.rubs, piece.closes, piece.cylinder - 1,
-            piece.kernel is gas_law, piece.tilt,
-            piece.kernel is load_law or piece.carried,
+            size, *[0] * 4, piece.pairs, ports[0], model.NO_PORT, ports[1], model.NO_PORT, model.OF_TERMS, 0, 0,
+            numbers_of[piece.axes], piece.axes.sense, *senses, *(numbers_of[frame] for frame in frames), piece.rubs,
+            piece.cylinder - 1, piece.kernel is gas_law, piece.kernel is load_law or piece.carried,
         ])  # fmt: skip
-        leans += _leans(connection, frames, port_of, numbers_of, len(rows) - 1)
-        tables.append([size, *(newton + first + j for j in range(size)), *[0] * (4 - size)])
-        for j, pair in enumerate(piece.components):
-            found: list[Term] = []
-            slides.append(_slide(pair, frames, numbers_of))
+        leans += _leans(connection, frames, port_of, numbers_of, before + len(rows) - 1)
+        found.append([])
+        for pair, scale in zip(piece.components, piece.scales, strict=True):
+            own: list[Term] = []
+            slide = _slide(pair, frames, numbers_of)
             for end, frame, direction, other in zip(connection.ends, frames, pair, frames[::-1], strict=True):
                 if end.body != GROUND:
                     over = other if frame == REST and other.slider is not None else None
-                    found += terms_of(end, frame, direction, over)
-            for term in found:
-                terms.append([
-                    first + j, port_of[term.body, term.interface] + term.component, term.amplitude,
-                    numbers_of[term.given], numbers_of[term.own], term.phase,
+                    own += terms_of(end, frame, direction, over)
+            entries = [
+                [
+                    port_of[term.body, term.interface] + term.component, term.amplitude, numbers_of[term.given],
+                    numbers_of[term.own], term.phase,
                     *((-1, 0, 0.0) if term.lever is None else
                       (numbers_of[term.lever], term.way, term.lever.moved(0.0)[at.PLACE_X + term.way])),
-                ])  # fmt: skip
-            starts.append(len(terms))
-        scales += piece.scales
-        shown += [(len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
+                ] for term in own
+            ]  # fmt: skip
+            bodies = [taken[term.body] for term in own]
+            found[-1].append(_Component(scale, slide, entries, bodies, {groups[term.body] for term in own}))
+        shown += [(before + len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
         oil.append(piece.viscosity)
         kept.append(piece)
         parts.append(films_of._replace(at_main=at_main(connection.ends), connection=connection.name))
@@ -94,44 +106,46 @@ def connection_arrays(
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     films = _table(bearings, COLUMNS)
-    entry, place, velocity, numbers, out, traits = _entries(kept, films, parts)
-    remembered = np.concatenate((np.zeros(1), np.cumsum(traits[:, at.KEEPS]))).astype(np.int64)
     interfaces = _interfaces(topology, names, port_of, reduced_of)
-    meets, order = _neighbours(len(scales), newton, terms, port_of, grouped)
-    loaded = np.unique([*np.array(terms).reshape(-1, at.TERM)[:, at.TERM_PORT], *(row[3] for row in interfaces)])
-    arrays = AddedConnections(
-        _table([frame.row for frame in numbers_of], at.FRAME), _table(rows, at.CONNECTION), _table(tables, 5),
-        _table(terms, at.TERM), np.array(starts, dtype=float), np.array(scales, dtype=float), meets,
-        order,
-        _table(slides, at.SLIDES), _table(leans, at.LEAN),
-        _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity, numbers, out, films,
-        np.array(oil, dtype=float), traits, remembered, _table(shown, at.SHOWN),
-        np.zeros(at.HOOKS, dtype=np.int64),
+    laid: list[_Component] = []
+    for k in _elimination([set().union(*(one.groups for one in piece)) for piece in found]):
+        first, size = len(laid), len(found[k])
+        rows[k][model.GAP], rows[k][model.FIRST : model.FIRST + size] = first, range(first, first + size)
+        laid += found[k]
+    terms = [[number, *entry] for number, one in enumerate(laid) for entry in one.entries]
+    starts = np.cumsum([0, *(len(one.entries) for one in laid)])
+    meets = [[j for j, other in enumerate(laid) if one.groups & other.groups] for one in laid]
+    table = _table(terms, at.TERM)
+    loaded = np.unique([*table[:, at.TERM_PORT], *(row[3] for row in interfaces)])
+    of_term = np.array([body for one in laid for body in one.bodies], dtype=np.int64)
+    arrays = Links(
+        _table([frame.row for frame in numbers_of], at.FRAME), table, starts.astype(np.int64),
+        np.column_stack((table[:, at.TERM_PORT].astype(np.int64), of_term)),
+        np.array([one.scale for one in laid], dtype=float), np.array([j for one in meets for j in one], dtype=np.int64),
+        np.cumsum([0, *map(len, meets)]).astype(np.int64), np.array([-1 in one.groups for one in laid], dtype=np.int64),
+        _table([one.slide for one in laid], at.SLIDES), _table(leans, at.LEAN), _table(interfaces, at.INTERFACE),
+        loaded.astype(float), films, np.array(oil, dtype=float), np.array([piece.tilt for piece in kept]),
+        _table(shown, at.SHOWN),
     )  # fmt: skip
-    return arrays
+    return arrays, _table(rows, model.CONNECTION).astype(np.int64), _laws(kept, films, parts)
 
 
-def _entries(
-    pieces: Sequence[Piece], films: Array, parts: Sequence[FilmParts]
-) -> tuple[IntArray, Array, Array, Array, Array, Array]:
-    """Addresses of K laws and their records (K, 3), arrays for calls, and traits; compiles the force laws."""
-    k = len(pieces)
-    entry, traits = np.zeros((k, 3), dtype=np.int64), np.zeros((k, at.TRAITS))
-    place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
-    numbers, memory = np.zeros(NUMBERS), np.zeros(1)
-    for number, (piece, made, row, told) in enumerate(zip(pieces, parts, entry, traits, strict=True)):
+def _laws(pieces: Sequence[Piece], bearings: Array, parts: Sequence[FilmParts]) -> Films:
+    """Force laws of K pieces; ``bearings`` (K, COLUMNS) are the parameters of films. Compiles the laws."""
+    films = no_films(len(pieces))
+    for number, (piece, made) in enumerate(zip(pieces, parts, strict=True)):
         is_film = callable(piece.record)
         try:
-            record = piece.record(films, made) if is_film else piece.record
+            record = piece.record(bearings, made) if is_film else piece.record
         except InputError as error:
             raise InputError(f"connection '{made.connection}': {error}") from None
-        row[1] = keep_record(record, entry)
-        row[2] = number if is_film else 0
-        row[0] = kernel_address(piece.kernel, 0, 0, 0, place[0], velocity[0], numbers, memory, out)
-        told[[at.TOLD_OIL, at.TOLD_SPEED, at.TELLS_RATE]] = piece.told_oil, piece.told_speed, piece.tells_rate
-        if piece.memory is not None:
-            told[at.KEEPS] = piece.memory(record)
-    return entry, place, velocity, numbers, out, traits
+        enter(films, piece.kernel, record, [number])
+        films.entry[number, 2] = number if is_film else 0
+        films.traits[number, [CLOSES, VISCOUS, WARMS, TELLS_RATE]] = (
+            piece.closes, piece.told_oil, piece.told_speed, piece.tells_rate,
+        )  # fmt: skip
+        films.traits[number, MEMORY] = 0.0 if piece.memory is None else piece.memory(record)
+    return films
 
 
 def at_main(ends: Sequence[End]) -> bool:
@@ -147,35 +161,26 @@ def _interfaces(
     topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int],
     reduced_of: Mapping[str, ReducedBody | None],
 ) -> list[list[float]]:  # fmt: skip
-    """Rows of ``AddedConnections.interfaces``, one for each interface that a connection holds."""
+    """Rows of ``Links.interfaces``, one for each interface that a connection holds."""
     found, last = list[list[float]](), {body: port for (body, _), port in port_of.items()}
+    owners = {CRANK: at.OF_CRANK, BLOCK: at.OF_BLOCK} | {name: at.OTHERS + k for k, name in enumerate(names)}
     for (body, interface), port in port_of.items():
         own = body not in (CRANK, BLOCK) and turns_whole(topology.body(body).reduced, 1)
-        owner = at.OF_CRANK if body == CRANK else at.OF_BLOCK if body == BLOCK else names.index(body)
+        owner = owners[body]
         reduced = reduced_of[body]
         fixed = np.zeros(2) if reduced is None else reduced.positions[reduced.index(interface)][:2]
         found.append([owner, port, port + 1, last[body] + PORTS if own else port + 5, *fixed.tolist()])
     return found
 
 
-def _neighbours(
-    count: int, newton: int, terms: Sequence[Any], port_of: Mapping[tuple[str, str], int], grouped: Mapping[str, int]
-) -> tuple[Array, Array]:
-    """Marks (C, C + 1) of components that couple with each other, and the order (n,) of elimination of all components.
+def _elimination(groups: Sequence[set[int]]) -> list[int]:
+    """Pieces in the order in which their components are eliminated, from the groups of bodies that each moves with.
 
-    Components of a single added body or group come first, because they do not couple with those of another one.
+    Pieces of a single group come first, group by group, because they do not couple with those of another one. Crank and
+    block are the group −1, which couples all pieces that hold them.
     """
-    own = np.zeros((count, len(grouped) + 2), dtype=bool)
-    columns = {CRANK: len(grouped), BLOCK: len(grouped) + 1} | dict(grouped)
-    owners = {port + k: columns[body] for (body, _), port in port_of.items() for k in range(PORTS)}
-    for term in terms:
-        own[int(term[at.COMPONENT]), owners[int(term[at.TERM_PORT])]] = True
-    alone = (own.sum(axis=1) == 1) & ~own[:, -2:].any(axis=1)
-    first = np.flatnonzero(alone)
-    first = first[np.argsort(own[first].argmax(axis=1), kind="stable")]
-    order = np.concatenate((newton + first, newton + np.flatnonzero(~alone), np.arange(newton)))
-    meets = np.column_stack((own.astype(int) @ own.T.astype(int) > 0, own[:, -2:].any(axis=1)))
-    return meets.astype(float), order.astype(float)
+    alone = {k: min(own) for k, own in enumerate(groups) if len(own) == 1 and -1 not in own}
+    return [*sorted(alone, key=lambda k: alone[k]), *(k for k in range(len(groups)) if k not in alone)]
 
 
 def _leans(
@@ -185,7 +190,7 @@ def _leans(
     numbers_of: FrameNumbers,
     number: int,
 ) -> list[list[float]]:
-    """Row of ``AddedConnections.leans`` if an end of connection ``number`` slides over a body, else none."""
+    """Row of ``Links.leans`` if an end of connection ``number`` slides over a body, else none."""
     for sign, slider, wall in ((1.0, 0, 1), (-1.0, 1, 0)):
         own, body = connection.ends[slider], connection.ends[wall]
         frame = frames[slider]
@@ -197,7 +202,7 @@ def _leans(
 
 
 def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: FrameNumbers) -> list[float]:
-    """Row of ``AddedConnections.slides`` for a component along which a piston or rod frame moves past the other end."""
+    """Row of ``Links.slides`` for a component along which a piston or rod frame moves past the other end."""
     apart = [frame.slider is not None and not frame.swings for frame in frames]
     resting = [frame == REST for frame in frames]
     slides = any(frame.slider is not None for frame in frames) and (any(resting) or all(apart))

@@ -15,8 +15,9 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.model import slots as model
 from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.arrays import added
+from cranktrain.dynamics.topology.arrays import lay_topology
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.dynamics.topology.own_law import own_failure
 from cranktrain.dynamics.topology.records import Base
@@ -65,7 +66,7 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
         if any(end.body == BLOCK or (end.body == CRANK and crank is None) for end in connection.ends):
             raise InputError(f"connection '{connection.name}' holds the engine's own bodies, which are not there")
     first = 0 if crank is None else crank.body.n_modes
-    made = added(topology, Base(None if crank is None else crank.body, None, first, 0, 0, 0))
+    made = lay_topology(topology, Base(None if crank is None else crank.body, None, first, 0, 0))
     bodies, links = made.bodies, made.connections
     n, on_crank = first + made.omega.size, len(made.crank)
     shapes = np.zeros((on_crank + bodies.shapes.shape[0], n))
@@ -82,11 +83,11 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
         stiffness[:first, :first], mass[:first, :first] = crank.stiffness, crank.mass
     numbers = np.zeros(NUMBERS)
     numbers[COS] = 1.0
-    for k, row in enumerate(links.rows):
-        rows = measured[int(row[at.FIRST]) : int(row[at.FIRST] + row[at.SIZE])]
-        out, (law, record, index) = np.zeros(SIZE), links.entry[k].tolist()
+    for k, row in enumerate(made.rows):
+        rows = measured[int(row[model.GAP]) : int(row[model.GAP] + row[model.COUPLED])]
+        out, (law, record, index) = np.zeros(SIZE), made.laws.entry[k].tolist()
         if law_at(law, record, index, np.zeros(4), np.zeros(4), numbers, out) != 0:
-            raise InputError(own_failure(links.entry[k : k + 1, 1]) or "a law of a connection has no force at rest")
+            raise InputError(own_failure(made.laws.entry[k : k + 1, 1]) or "a law of a connection has no force at rest")
         tangent = out[BY_PLACE : BY_PLACE + 16].reshape(4, 4)[: len(rows), : len(rows)]
         stiffness -= rows.T @ tangent @ rows
     root = np.linalg.inv(np.linalg.cholesky(mass))

@@ -1,4 +1,4 @@
-"""Arrays of added bodies and connections in the running model, and the memory of a stage for them."""
+"""Arrays of bodies and of connections by terms in the running model, and the workspace of a stage for them."""
 
 from __future__ import annotations
 
@@ -11,23 +11,27 @@ from cranktrain.core.memory import zeros
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.pieces import FilmParts
-from cranktrain.dynamics.topology.values import Frame
+from cranktrain.dynamics.topology.values import CRANK, REST, Frame
 from cranktrain.film.laws.films import IntArray
 
 
 @record
-class AddedBodies(NamedTuple):
-    """Arrays of B added bodies with N modes and M ports in all; a body has at most W modes and V ports.
+class Bodies(NamedTuple):
+    """Arrays of B bodies with N modes and M ports in all; a body has at most W modes and V ports.
 
     Bodies in one group have common modes: N counts these modes once for each body, V counts the ports of a whole group.
+    Ports of guided pistons are not among these, since a piston's two modes are its two ports.
     """
 
-    rows: Array  # (B, BODY) see dynamics.topology.slots
+    rows: IntArray  # (B, BODY) see dynamics.topology.slots
+    constants: Array  # (B, CONSTANTS)
     gyroscopic: Array  # (N, W) G transposed, of each body
     spin: Array  # (N, W) (K_σ − C) transposed
     centrifugal_load: Array  # (N,) modal centrifugal load at unit speed
     euler_load: Array  # (N,) modal load at unit angular acceleration
-    translation: Array  # (3, N) modal projection of a unit acceleration field
+    translation: (
+        Array  # (3, N) modal projection of a unit acceleration field, see ``ModelArrays.gravity`` for the crank
+    )
     centre: Array  # (3, N) motion of the centre of mass in axes of the frame, x, y, z
     turn: Array  # (N,) rotation about z of each body as a whole
     shapes: Array  # (M, W) shapes of the ports of each body
@@ -37,55 +41,50 @@ class AddedBodies(NamedTuple):
 
 
 @record
-class AddedConnections(NamedTuple):
-    """Arrays of K pieces of connections with C components and T terms."""
+class Links(NamedTuple):
+    """Arrays of K connections with C components and T terms; their rows are in ``ModelArrays.connections``."""
 
     frames: Array  # (F, FRAME) of bodies, laws and directions
-    rows: Array  # (K, CONNECTION) see slots
-    table: Array  # (K, 5) number of components and the Newton components, as ModelArrays.connections
     terms: Array  # (T, TERM) in the order of their components
-    starts: Array  # (C + 1,) first term of each component
+    starts: IntArray  # (C + 1,) first term of each component
+    taken: IntArray  # (T, 2) port and body of each term
     scales: Array  # (C,) motion of each component that counts like one clearance
-    meets: Array  # (C, C + 1) 1 if a component's force moves another component; last column: any engine component
-    order: Array  # (n,) all components, including the engine's, in the order of their elimination
+    meets: IntArray  # components that each component's force moves, one list after the other
+    meet_starts: IntArray  # (C + 1,) first of these for each component
+    on_engine: IntArray  # (C,) 1 if the force moves crank or block
     slides: Array  # (C, SLIDES) components along which frames of ends move, see slots
     leans: Array  # (L, LEAN) connections with an end that slides over a body, see slots
     interfaces: Array  # (I, INTERFACE) interfaces that connections hold, see slots
     ports: Array  # (P,) all ports that connections load
-    entry: IntArray  # (K, 3) addresses of the law and of its record, and its number in the record
-    place: Array  # (K, 4) displacement of each piece's components
-    velocity: Array  # (K, 4) velocity of each piece's components
-    numbers: Array  # (NUMBERS,) further input of the force laws
-    out: Array  # (SIZE,) results of a force law
     bearings: Array  # (K, COLUMNS) parameters of films
     oil: Array  # (K,) own oil viscosity of a film, Pa s; 0 for the engine's oil, −1 without a film
-    traits: Array  # (K, TRAITS) see slots
-    remembered: IntArray  # (K + 1,) offset of the memory of each piece; last value: size of the whole memory
+    levers: Array  # (K,) motion (m or 1) of a tilt component per rotation of a tilted first end; 0: moments do not act
     shown: Array  # (O, SHOWN) source of each output
-    hooks: IntArray  # (HOOKS,) addresses of kernels that a stage calls, see dynamics.motion.added_hooks
 
 
-class AddedWork(NamedTuple):
-    """Workspace of a stage for added bodies and connections."""
+class Linear(NamedTuple):
+    """Linear part of all bodies, for several step sizes."""
 
-    scratch: Array  # (W, W)
-    inverse: Array  # (slots, N, W)
-    response: Array  # (slots, M, W)
-    compliance: Array  # (slots, M, V)
+    scratch: Array  # (W, W) matrix S to be inverted
+    inverse: Array  # (slots, N, W) S⁻¹ of each group, transposed
+    response: Array  # (slots, M, W) S⁻¹Φᵀ, row per port
+    compliance: Array  # (slots, M, V) Φ S⁻¹ Φᵀ, transposed
+
+
+class LinkWork(NamedTuple):
+    """Workspace of a stage for frames, and for components that are sums of terms."""
+
     frames: Array  # (F, MOVED) angle and place of each frame, and their derivatives by the crank angle
     coefficients: Array  # (T, 2) coefficient of each term, and rate of the coefficient
-    permuted: Array  # (n, n) the Newton matrix in the order of elimination
     gaps: Array  # (GAPS, C) motion, forces and steps of the components, see slots
     answered: Array  # (m,) motion of all ports by one component's force
     axes: Array  # (B, 2) displacement of each body's centre of mass across its axis, m
-    blocks: Array  # (K, 16) force tangents of each piece, 4 × 4 row-major
-    factored: Array  # (K, 16) force tangents from which the Newton matrix was made
     newton: Array  # (1, n) step of all components, padded to a multiple of four
     sizes: Array  # (SIZES,) see slots; NaN at first
 
 
 class Base(NamedTuple):
-    """Model that a topology is added to: bodies ``crank`` and ``block``, numbers of modes, ports and components.
+    """Model that a topology is added to: bodies ``crank`` and ``block``, numbers of modes, ports, connections.
 
     ``films`` are parts for films of added bearings.
     """
@@ -95,27 +94,33 @@ class Base(NamedTuple):
     modes: int
     turning_ports: int
     block_ports: int
-    newton: int
+    rows: int = 0
     films: FilmParts = FilmParts()
 
 
-def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, newton: int, slots: int) -> AddedWork:
-    """Workspace for a model with ``ports`` ports and ``newton`` components of motion in all."""
+def linear_work(bodies: Bodies, slots: int) -> Linear:
+    """Workspace for the linear part of all bodies, for so many step sizes."""
     n, w = bodies.gyroscopic.shape
     m, v = bodies.shapes.shape[0], bodies.transposed.shape[1]
-    k, c, t = len(connections.rows), len(connections.scales), len(connections.terms)
-    f = len(connections.frames)
+    return Linear(zeros((w, w)), zeros((slots, n, w)), zeros((slots, m, w)), zeros((slots, m, v)))
+
+
+def link_work(bodies: Bodies, links: Links, ports: int, newton: int) -> LinkWork:
+    """Workspace for a model with ``ports`` ports and ``newton`` components of motion in all."""
     z = zeros
-    return AddedWork(
-        z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((f, at.MOVED)), z((t, 2)),
-        z((newton, newton)), z((at.GAPS, c)),
-        z(ports), z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))),
-        np.full(at.SIZES, np.nan),
+    return LinkWork(
+        z((len(links.frames), at.MOVED)), z((len(links.terms), 2)), z((at.GAPS, len(links.scales))), z(ports),
+        z((len(bodies.rows), 2)), z((1, -4 * (-newton // 4))), np.full(at.SIZES, np.nan),
     )  # fmt: skip
 
 
 class FrameNumbers(dict[Frame, int]):
-    """Numbers given to frames in the order of their first use."""
+    """Numbers given to frames in the order of their first use; those of crank and block come first."""
+
+    @classmethod
+    def of_engine(cls) -> FrameNumbers:
+        """Numbers of the frames of crank (OF_CRANK) and block (OF_BLOCK)."""
+        return cls({Frame(CRANK, 1.0): at.OF_CRANK, REST: at.OF_BLOCK})
 
     def __missing__(self, frame: Frame) -> int:
         self[frame] = len(self)

@@ -29,7 +29,7 @@ BODY_OUTPUTS = ("speed", "rotation", "position.x", "position.y", "position.z")
 """Outputs of an added body: speed, rotation relative to its frame, and displacement of the centre of mass."""
 
 
-def added_topology(
+def whole_topology(
     engine: Engine,
     crank: ReducedBody,
     block: ReducedBody | None,
@@ -109,7 +109,7 @@ def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:
     return list(dict.fromkeys(interface for body, interface in ends if body == CRANK))
 
 
-def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
+def topology_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
     """Names of the outputs of added bodies, then of added connections, of engine file and script, in order."""
     topology = more or Topology()
     frames = {frame.name: frame for frame in file_frames(engine)}

@@ -14,7 +14,7 @@ from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import AxialPath, JournalBearing, Oil, PlainBearing, ThrustBearing
 from cranktrain.film.laws.axial_joint import REMEMBERED
-from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, TOGETHER, VISCOUS, Films, no_films
+from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, TELLS_RATE, TOGETHER, VISCOUS, Films, no_films
 from cranktrain.film.laws.parabolic import film_geometry
 from cranktrain.film.laws.register import AXIAL_JOINT, BIG_END, ROLLER, THRUST, Law
 
@@ -94,7 +94,7 @@ def enter_law(films: Films, which: Sequence[int], law: Law, kind: str, bearings:
     remembered = resolve(form.memory)(record) if form.memory else 0.0
     for i in which:
         films.traits[i, [CLOSES, CONTACT, VISCOUS, MEMORY]] = form.closes, form.contact, form.viscous, remembered
-        films.traits[i, TOGETHER] = form.together
+        films.traits[i, [TOGETHER, TELLS_RATE]] = form.together, bool(form.memory)
     enter(films, resolve(form.kernel), record, which)
     if kind == ROLLER:
         films.entry[list(which), 2] = range(len(which))
@@ -107,7 +107,7 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
     clearance this is an axial spring and damper, because a closed ring of pads would resist tilt far too much.
     """
     films = no_films(1)
-    films.traits[0, CLOSES] = clearance
+    films.traits[0, [CLOSES, TELLS_RATE]] = clearance, 1.0
     form = THRUST["closed" if not clearance else "tilting" if tilt else "axial"]
     films.traits[0, VISCOUS] = form.viscous
     return enter(films, resolve(form.kernel), resolve(form.record)(thrust, viscosity))

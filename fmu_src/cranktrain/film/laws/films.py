@@ -71,7 +71,8 @@ NUMBERS = 15
 # MEMORY: number of values that one film keeps in the state.
 # CLOSES, CONTACT: 1 if the least gap limits the step, 1 if the force has a kink at the contact height.
 # VISCOUS, TOGETHER: 1 if the law takes the action OIL, 1 if it solves films together.
-MEMORY, CLOSES, CONTACT, VISCOUS, TOGETHER, TRAITS = range(6)
+# WARMS, TELLS_RATE: 1 if the law takes the action WARM, 1 if it takes the action RATE.
+MEMORY, CLOSES, CONTACT, VISCOUS, TOGETHER, WARMS, TELLS_RATE, TRAITS = range(8)
 
 
 class Films(NamedTuple):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from cranktrain.core.kernel import kernel_name
 from cranktrain.core.machine_code import ENTRIES, share_of, shares_of
 from cranktrain.core.named import resolve
-from cranktrain.dynamics.motion.added_hooks import hooks
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
 from cranktrain.dynamics.topology.laws import CONNECTION_LAWS
@@ -79,11 +77,6 @@ def _named() -> dict[str, Function]:
     return {kernel_name(row.kernel): row for row in _functions()}
 
 
-def _of_hook(place: int, run: Any) -> tuple[Any, ...]:
-    """Arguments of a kernel that the stages call for added bodies and connections."""
-    return hooks(run.model, run.work)[place][1]
-
-
 def _functions() -> Iterator[Function]:
     """Force laws, output families, integrator steps, and steps' differences from an embedded solution."""
     z = np.zeros
@@ -93,8 +86,6 @@ def _functions() -> Iterator[Function]:
     for law in CONNECTION_LAWS.values():
         if law.kernel is not None:
             yield Function(law.kernel, lambda run: of_law)
-    for place, (hook, _) in enumerate(hooks(None, None)):
-        yield Function(hook, partial(_of_hook, place))
     for family in OUTPUT_FAMILIES.values():
         yield Function(resolve(family.kernel), lambda run: (run.model, run.work, z(1), 0, z(1)))
     for steps in INTEGRATOR_FAMILIES.values():

@@ -100,7 +100,7 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     start = x[-1] - CYCLE
     # The crank oscillates on its shaft, so the angle covered by one cycle may be slightly less than 720°.
     if start < x[0] - 0.25 * (x[1] - x[0]):
-        raise InputError(f"last cycle: the run covers {math.degrees(x[-1] - x[0]):.0f} of 720 deg; simulate longer")
+        raise InputError(f"last cycle: the run covers {math.degrees(x[-1] - x[0]):.1f} of 720 deg; simulate longer")
     first = max(int(np.searchsorted(x, start)) - 8, 0)  # some points before the cycle reduce end effects of the spline
     from scipy.interpolate import CubicSpline  # imported here because the import is slow
 

@@ -16,7 +16,7 @@ from cranktrain.dynamics.model.settings import step_each_row
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.settled.judging import TOLERANCE, Settling
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.dynamics.topology import slots as added
+from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.tables import held_on_crank
 from cranktrain.engine.model import Engine
 
@@ -118,7 +118,7 @@ def recorded_cycle(
     frame, rows = np.empty((count, 3)), np.empty((count, simulation.outputs.size))
     motion = np.empty((3, count, modes))
     links = simulation.model.links.interfaces
-    first_ports = links[links[:, added.OWNER] == added.OF_CRANK, added.PORT_X].astype(int)
+    first_ports = links[links[:, top.OWNER] == top.OF_CRANK, top.PORT_X].astype(int)
     held = held_on_crank(engine, simulation.parts.topology)
     loads = np.empty((len(held), count, 6))
     begin = simulation.time
@@ -131,7 +131,7 @@ def recorded_cycle(
             motion[rate, k] = state[first : first + modes]
         rows[k] = simulation.outputs
         for load, port in zip(loads, first_ports, strict=True):
-            load[k] = simulation.work.added.answered[port : port + 6]
+            load[k] = simulation.work.links.answered[port : port + 6]
         if look is not None:
             look()
     return RecordedCycle(

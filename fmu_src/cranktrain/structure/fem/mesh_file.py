@@ -116,7 +116,9 @@ def _by_meshio(path: Path) -> Assembled:
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{path}: its {len(points)} nodes have no three coordinates each")
     if used.min() < 0 or used.max() >= len(points):
-        raise InputError(f"{path}: an element has node number {used.max() + 1}, of {len(points)} that there are")
+        raise InputError(
+            f"{path}: an element has a node that is not among the {len(points)} nodes; export the mesh again"
+        )
     if not np.isfinite(points).all():
         wrong = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
         raise InputError(f"{path}: node {wrong + 1} of {len(points)} has no finite place: {points[wrong].tolist()}")

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state

@@ -48,8 +48,8 @@ from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.bodies import locked_on_axis
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
@@ -407,14 +407,14 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
     of_rods = set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
     t, n_b = model.ports.shape[1], model.block_ports.shape[1]
     tangents = means.acceleration, means.velocity, means.place
-    for k in range(len(model.connections)):
+    for k in range(int(model.layout[slots.TERM_ROW])):
         if k in of_rods:
             continue
         ports = ports_of(model, k)
         rows, count = motion[ports], ports.size
         for part, tangent in zip(parts, tangents, strict=True):
             part -= rows.conj().T @ tangent[k, :count, :count] @ rows
-        row = model.connections[k].astype(int)
+        row = model.connections[k]
         if row[slots.SPIN] < 0:
             continue
         turned = np.zeros(motion.shape[1])

@@ -21,11 +21,11 @@ import math
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model.arrays import dimensions
-from cranktrain.dynamics.model.state import state_size
+from cranktrain.dynamics.model.records import dimensions
+from cranktrain.dynamics.model.state import film_offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.parts import AxialPath
-from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, REMEMBERED, SLIP, WINDUP_TORQUE
+from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, SLIP, WINDUP_TORQUE
 
 STEADY = 1.0e-9
 """Limit of |decay factor over a cycle − 1| of the joint's response, below which the frozen response is used."""
@@ -37,8 +37,9 @@ def joint_at_state(simulation: Simulation) -> tuple[float, float]:
     if path is None or dimensions(model).joint < 0:
         return 0.0, 1.0
     size = dimensions(model)
-    end = state_size(size.modes, size.ports, size.films) - int(model.links.remembered[-1])
-    z = float(simulation.state[end - REMEMBERED + DEFLECTION])
+    z = float(
+        simulation.state[film_offset(size.modes, size.ports) + int(model.laws.remembered[size.joint]) + DEFLECTION]
+    )
     place, velocity = model.laws.place[size.joint], model.laws.velocity[size.joint]
     return fading(path, z, float(velocity[SLIP]), float(place[WINDUP_TORQUE]))
 

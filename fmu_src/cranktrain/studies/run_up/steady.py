@@ -22,7 +22,7 @@ import numpy as np
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result, balanced, run_cycles
-from cranktrain.dynamics.model.arrays import dimensions
+from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.state import BODY, LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import Expected

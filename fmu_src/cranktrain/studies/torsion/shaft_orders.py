@@ -29,8 +29,9 @@ from scipy.linalg import eigh
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import build_model, dimensions
+from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.hysteresis import OF_LOSS, OF_SHAFT
+from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
