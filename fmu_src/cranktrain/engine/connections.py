@@ -85,12 +85,15 @@ class Load:
     ----------
     force, torque : (3,) N, N m
     order, phase : both are multiplied by cos(order θ + phase) of the crank angle θ; order 0 with phase 0 is steady
+    input : input of the run that both are multiplied by, so that they state force and torque per N m, or N, of it. The
+       input then acts here, not on the engine's own pulley or flywheel
     """
 
     force: tuple[q.Force, ...] = (0.0, 0.0, 0.0)
     torque: tuple[q.Torque, ...] = (0.0, 0.0, 0.0)
     order: q.Order = 0.0
     phase: q.Angle = 0.0
+    input: q.LoadInput = "none"
 
 
 @dataclass(frozen=True, kw_only=True)

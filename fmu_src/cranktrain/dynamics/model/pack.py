@@ -122,6 +122,8 @@ def pack(topology: Topology, own: Cranktrain | None = None) -> ModelArrays:
     sizes = len(first.turning), len(first.block), len(first.connections)
     more = lay_topology(topology, Base(own.turning, own.block, modes, *sizes, own.film_parts))
     ports = with_topology_ports(first, more)
+    for slot, given in ((at.VALVE_HERE, at.VALVE_GIVEN), (at.AXIAL_HERE, at.AXIAL_GIVEN)):
+        ports.layout[slot] = given not in more.rows[:, at.TAKES]
     ports.layout[at.WHIRLS] = any(map(whirls, (turning, *(body.reduced for body in topology.bodies))))
     crank = whole_body(ports.turning, 0, 0, OF_CRANK, 1.0)
     crank.rows[0, WHIRLS] = whirls(turning)

@@ -58,8 +58,12 @@ PIN, PULLEY, FLYWHEEL = range(3)
 # THRUST_ROW, JOINT_ROW, DAMPER_ROW: rows of ``connections`` of thrust bearing, axial joint and damper (−1: none).
 # SLIDING: 1 if the drive line's axial joint is a spline, which slides.
 # WHIRLS: 1 if rotation couples modes by gyroscopic or centrifugal terms.
+# VALVE_HERE, AXIAL_HERE: 1 if the valve train's torque acts on the pulley, and the axial force on the flywheel; 0 if a
+# load takes them.
 # TERM_ROW: first row of ``connections`` whose components are sums of terms, which come last.
-CRANK_MODES, PORTS, THRUST_ROW, JOINT_ROW, DAMPER_ROW, SLIDING, WHIRLS, TERM_ROW, LAYOUT = range(9)
+CRANK_MODES, PORTS, THRUST_ROW, JOINT_ROW, DAMPER_ROW, SLIDING, WHIRLS, TERM_ROW, VALVE_HERE, AXIAL_HERE, LAYOUT = (
+    range(11)
+)
 # Rows of ``ModelArrays.ends``: rotations of flywheel and pulley about the axis, displacements of both along it.
 FLYWHEEL_ROTATION, PULLEY_ROTATION, PULLEY_AXIAL, FLYWHEEL_AXIAL = range(4)
 # Columns of ``BlockArrays.mount_laws``: stiffness (N/m, N m/rad), damping, preload (N), preload per m/s² of gravity.
@@ -83,7 +87,9 @@ OF_PORTS, OF_ROD, OF_TERMS = range(3)
 # RUBS: 1 if friction of the force law acts on both ends.
 # GAS_OF, IS_GAS: cylinder whose gas pressure is input of the force law (−1: none); 1 if the law is gas.
 # IS_LOAD: 1 if the force law is a load.
-GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, GAS_OF, IS_GAS, IS_LOAD, CONNECTION = range(12, 24)
+# TAKES: column of ``Work.frames`` with an input of the run that the force law takes (−1: none).
+GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, GAS_OF, IS_GAS, IS_LOAD, TAKES = range(12, 24)
+CONNECTION = 24
 NO_PORT = -1.0
 # Columns of ``Work.frames``, one row for each stage, part 1:
 # THETA, OMEGA, OMEGA_DOT: angle, speed and acceleration of the crank's frame, rad, rad/s, rad/s².
@@ -94,7 +100,7 @@ NO_PORT = -1.0
 # FIRING: angle of the frame relative to the cylinders of a block that may roll, rad.
 THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING = range(11)
 # Columns of ``Work.frames``, part 2:
-# VALVE_TORQUE, AXIAL_FORCE: torque that the valve train takes, N m, and axial force on the flywheel, N.
+# VALVE_TORQUE, AXIAL_FORCE: torque that the valve train takes from the pulley, N m, and axial force on the flywheel, N.
 # CRANK_X, CRANK_Y: displacement of the crank's axis by the block's motion on its mounts, m, in axes of the frame.
 # BLOCK_X, BLOCK_Y: displacement of the block's axis by the same motion, m, in axes at rest; 0 on rigid ground.
 VALVE_TORQUE, AXIAL_FORCE, CRANK_X, CRANK_Y, BLOCK_X, BLOCK_Y = range(11, 17)
@@ -103,7 +109,8 @@ VALVE_TORQUE, AXIAL_FORCE, CRANK_X, CRANK_Y, BLOCK_X, BLOCK_Y = range(11, 17)
 # ENCODED: rotation of the encoder on pulley or flywheel relative to the frame, rad; the gas trace is phased to it.
 # CRANK: angle of the crank itself, rad.
 # GIVEN_POWER: power of given pressures in the stage, W.
-BURN, ENCODED, CRANK, GIVEN_POWER, FRAME_SIZE = range(17, 22)
+# VALVE_GIVEN, AXIAL_GIVEN: inputs VALVE_TORQUE and AXIAL_FORCE wherever they act.
+BURN, ENCODED, CRANK, GIVEN_POWER, VALVE_GIVEN, AXIAL_GIVEN, FRAME_SIZE = range(17, 24)
 # Rows of ``Work.port``, each a vector over all ports; u is the displacement of a port:
 # U, UD, UDD, FORCES: u, u̇, ü and forces at a stage.
 # U_Q, U_V: the stage's vectors Q and V, transformed to the ports.

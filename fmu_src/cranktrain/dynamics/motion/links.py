@@ -27,6 +27,7 @@ from cranktrain.film.laws.films import (
     COS,
     FORCE,
     FRICTION,
+    INPUT,
     PRESSURE,
     RUBBING,
     SIN,
@@ -251,6 +252,8 @@ def link_law(model, work, frame, pressures, k, action, memory):
     place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
     if model.connections[k, at.GAS_OF] >= 0.0:
         laws.numbers[PRESSURE] = pressures[model.connections[k, at.GAS_OF]] - model.scalars[at.CRANKCASE]
+    if model.connections[k, at.TAKES] >= 0:
+        laws.numbers[INPUT] = frame[model.connections[k, at.TAKES]]
     laws.out[FRICTION] = 0.0
     return film_call(laws, action, k, memory, laws.out)
 

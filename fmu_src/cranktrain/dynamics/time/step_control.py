@@ -125,9 +125,11 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     load = model.cylinders.shape[0] + at.LOAD_INPUT
     frame[at.LOAD] = work.inputs[at.VALUE, load] + work.inputs[at.RATE, load] * (begin + tau)
     valves = model.cylinders.shape[0] + at.VALVE_INPUT
-    frame[at.VALVE_TORQUE] = work.inputs[at.VALUE, valves] + work.inputs[at.RATE, valves] * (begin + tau)
+    frame[at.VALVE_GIVEN] = work.inputs[at.VALUE, valves] + work.inputs[at.RATE, valves] * (begin + tau)
+    frame[at.VALVE_TORQUE] = model.layout[at.VALVE_HERE] * frame[at.VALVE_GIVEN]
     axial = model.cylinders.shape[0] + at.AXIAL_INPUT
-    frame[at.AXIAL_FORCE] = work.inputs[at.VALUE, axial] + work.inputs[at.RATE, axial] * (begin + tau)
+    frame[at.AXIAL_GIVEN] = work.inputs[at.VALUE, axial] + work.inputs[at.RATE, axial] * (begin + tau)
+    frame[at.AXIAL_FORCE] = model.layout[at.AXIAL_HERE] * frame[at.AXIAL_GIVEN]
     frame[at.FIRING] = frame[at.THETA]
     if block_port_count(model) > 0:
         # Dead centre refers to the cylinders, so the angle is relative to the block, which may roll on its mounts.

@@ -17,6 +17,7 @@ import numpy as np
 from cranktrain.core.argument_checks import given_kind, given_number, given_numbers
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.topology.axial_joint import sliding_law
 from cranktrain.dynamics.topology.bearings import (
     damper_pieces,
@@ -83,6 +84,8 @@ class ConnectionLaw:
 
 
 CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
+LOAD_INPUTS = {"valvetrain.torque": slots.VALVE_GIVEN, "flywheel.axial_force": slots.AXIAL_GIVEN}
+"""Slots of a stage's frame with the inputs that a load may take, by name."""
 
 
 def register_connection(law: ConnectionLaw) -> None:
@@ -231,7 +234,8 @@ def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
 
 
 def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
-    pieces, turning = [], np.array([load.order, load.phase])
+    pieces, slot = [], LOAD_INPUTS.get(load.input, -1)
+    turning = np.array([load.order, load.phase, slot >= 0])
     for about, name in ((False, "force"), (True, "torque")):
         force = _axes(getattr(load, name), name)
         if force.any():
@@ -241,7 +245,7 @@ def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
             components = [between(REST, *way) for way in ways]
             scales = [ANGLE if about else LENGTH] * 3
             record = LoadRecord(force, turning)
-            pieces.append(Piece(components, scales, load_law, record, axes, outputs=outputs))
+            pieces.append(Piece(components, scales, load_law, record, axes, outputs=outputs, input=slot))
     if not pieces:
         raise InputError("a load needs a force or a torque; give force = [Fx, Fy, Fz]")
     return pieces

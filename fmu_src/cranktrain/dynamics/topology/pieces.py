@@ -60,6 +60,7 @@ class Piece(NamedTuple):
     tilt : motion of the tilt components per rotation of the first end, m or 1; 0 without tilt
     told_oil, told_speed : whether the law takes the actions OIL, and WARM
     tells_rate : whether the law takes the action RATE
+    input : slot of a stage's frame whose value is input of the law; −1: none
     carried : whether its forces also do work on the motion of the ends' frames
     memory : function ``memory(record)`` of the number of values that the law keeps in the state, or None
     """
@@ -82,6 +83,7 @@ class Piece(NamedTuple):
     tells_rate: bool = False
     memory: Callable[[Any], int] | None = None
     carried: bool = False
+    input: int = -1
 
 
 def between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from cranktrain.core.kernel import law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION
+from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, INPUT
 
 AXES = 3
 
@@ -25,7 +25,7 @@ class LoadRecord(NamedTuple):
     """Data of a load."""
 
     force: Array  # (3,)
-    turning: Array  # (2,) order and phase (rad) of the load over the crank angle
+    turning: Array  # (3,) order and phase (rad) of the load over the crank angle; 1 if it is multiplied by an input
 
 
 _read_spring = record_reader(SpringRecord(np.zeros(1), np.zeros(1)))
@@ -54,6 +54,8 @@ def load_law(record, action, i, place, velocity, numbers, memory, out):
         out[k] = 0.0
     out[FRICTION] = 0.0
     share = math.cos(own.turning[0] * numbers[ANGLE] + own.turning[1])
+    if own.turning[2] > 0.0:
+        share *= numbers[INPUT]
     for k in range(AXES):
         out[k] = share * own.force[k]
     return 0

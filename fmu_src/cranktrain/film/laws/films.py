@@ -63,8 +63,11 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM,
 # ANGLE: angle of the frame, whole revolutions included (rad).
 # VISCOSITY, TOLERANCE: for OIL, viscosity at ambient pressure (Pa s), and Newton tolerance of the ports (clearances).
 # PRESSURE: gas pressure less crankcase pressure (Pa), for laws of a cylinder.
+# INPUT: input of the run, N m or N, for loads that take one.
 # TURN: speed (rad/s) of the bore's axes if the bore rotates (big end with a memory), else 0.
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, TURN = range(14)
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, TURN, INPUT = (
+    range(15)
+)
 NUMBERS = 15
 
 # Traits of a law:
