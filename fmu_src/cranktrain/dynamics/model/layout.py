@@ -58,7 +58,7 @@ def thrust_row(model):
 @inlined_kernel
 def collar_port(model):
     """Port of the thrust collar's displacement along its axis."""
-    return int(model.connections[thrust_row(model), at.FIRST])
+    return model.connections[thrust_row(model), at.FIRST]
 
 
 @inlined_kernel

@@ -184,7 +184,7 @@ def _lay_rods(
 def _row(ports: Iterable[int], pairs: int = -1, shape: int = at.OF_PORTS) -> Array:
     """Row of ``ModelArrays.connections`` for a connection between the given Newton ports."""
     row = np.full(at.CONNECTION, at.NO_PORT)
-    row[[at.COUPLED, at.PAIRS, at.SHAPE, at.ON_BLOCK]] = 0.0, pairs, shape, 0.0
+    row[[at.COUPLED, at.PAIRS, at.SHAPE]] = 0.0, pairs, shape
     for port in ports:
         row[at.FIRST + int(row[at.COUPLED])] = port
         row[at.COUPLED] += 1
@@ -240,8 +240,7 @@ def _block_ports(
     if journals.collar:
         pairs.append([rows[thrust][at.FIRST + 1], laid.lay(shapes[faces, 3:5])])
     for i, k in enumerate(bores):
-        rows[i][[at.REACTS, at.ON_BLOCK]] = laid.lay(shapes[k, 5:6]), 1.0
-    rows[thrust][at.ON_BLOCK] = 1.0
+        rows[i][at.REACTS] = laid.lay(shapes[k, 5:6])
     for k in range(engine.n_cylinders):
         across, along = cylinder_axes(engine.cylinders.bank_angles[k])
         upper, lower = (shapes[index(f"liner[{k + 1}].{end}"), :3] for end in ("upper", "lower"))

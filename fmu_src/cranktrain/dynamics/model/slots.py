@@ -77,8 +77,7 @@ MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5
 # TOLD: port of the drive line's wind-up, whose torque is input of the force law.
 # SHAPE: OF_PORTS if the components are ports, or their motion relative to a bore's; OF_ROD if the rods' equations call
 # the force law; OF_TERMS if each component is a sum of terms over ports, see :mod:`cranktrain.dynamics.topology.terms`.
-# ON_BLOCK: 1 if the other body of the connection is the block.
-COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, SHAPE, ON_BLOCK = 0, 1, 5, 6, 7, 8, 9, 10, 11
+COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, SHAPE = 0, 1, 5, 6, 7, 8, 9, 10
 OF_PORTS, OF_ROD, OF_TERMS = range(3)
 # Further columns for components of terms:
 # GAP: the first component, counted among components of terms alone.
@@ -88,8 +87,8 @@ OF_PORTS, OF_ROD, OF_TERMS = range(3)
 # GAS_OF, IS_GAS: cylinder whose gas pressure is input of the force law (−1: none); 1 if the law is gas.
 # IS_LOAD: 1 if the force law is a load.
 # TAKES: column of ``Work.frames`` with an input of the run that the force law takes (−1: none).
-GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, GAS_OF, IS_GAS, IS_LOAD, TAKES = range(12, 24)
-CONNECTION = 24
+GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, GAS_OF, IS_GAS, IS_LOAD, TAKES = range(11, 23)
+CONNECTION = 23
 NO_PORT = -1.0
 # Columns of ``Work.frames``, one row for each stage, part 1:
 # THETA, OMEGA, OMEGA_DOT: angle, speed and acceleration of the crank's frame, rad, rad/s, rad/s².

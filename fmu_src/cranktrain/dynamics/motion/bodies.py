@@ -76,7 +76,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                 else:
                     part.scratch[i, j] += stiffness + ratio * damping
         # Inverting the transpose gives the transpose of the inverse.
-        if row[top.ENDS_GROUP] > 0.0 and invert(part.scratch, n, part.inverse[level][g : g + n]) != 0:
+        if row[top.ENDS_GROUP] > 0 and invert(part.scratch, n, part.inverse[level][g : g + n]) != 0:
             status = 1
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
@@ -202,7 +202,7 @@ def to_ports(model, q, u):
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        if row[top.GROUP_PORTS] > 0.0 and row[top.ENDS_GROUP] > 0.0:
+        if row[top.GROUP_PORTS] > 0 and row[top.ENDS_GROUP] > 0:
             o = row[top.OWN_MODE]
             n = row[top.MODES]
             ports = row[top.GROUP_PORTS]

@@ -127,9 +127,9 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         y = frame[at.CRANK_Y] - frame[at.COS] * frame[at.BLOCK_Y] + frame[at.SIN] * frame[at.BLOCK_X]
         for k in range(term_row(model)):
             row = model.connections[k]
-            if row[at.REACTS] >= 0.0:
-                first = int(row[at.FIRST])
-                f[int(row[at.REACTS])] = -f[int(row[at.TURNED])] - x * f[first + 1] + y * f[first]
+            if row[at.REACTS] >= 0:
+                first = row[at.FIRST]
+                f[row[at.REACTS]] = -f[row[at.TURNED]] - x * f[first + 1] + y * f[first]
     if term_row(model) < model.connections.shape[0]:
         status |= link_forces(model, work, frame, pressures, ratio)
     return status
@@ -144,7 +144,7 @@ def law_force(model, work, frame, k, ratio):
     tell_law(model, frame, k, work.port[at.U], work.port[at.UD])
     status = film_call(laws, FORCE, k, laws.out, laws.out)
     hand_forces(row, frame, laws.out, work.port[at.U], work.port[at.FORCES])
-    law_block(laws.out, int(row[at.COUPLED]), int(row[at.PAIRS]), ratio, frame[at.WHIRL], work.blocks[k])
+    law_block(laws.out, row[at.COUPLED], row[at.PAIRS], ratio, frame[at.WHIRL], work.blocks[k])
     return status
 
 
@@ -164,10 +164,10 @@ def journal_force(model, work, frame, k, ratio):
     d = work.port[at.RELATIVE]
     dd = work.port[at.RELATIVE_RATE]
     whirl = frame[at.WHIRL]
-    spin = int(row[at.SPIN])
-    first = int(row[at.FIRST])
-    tilts = row[at.COUPLED] > 2.0
-    second = int(row[at.FIRST + 2])
+    spin = row[at.SPIN]
+    first = row[at.FIRST]
+    tilts = row[at.COUPLED] > 2
+    second = row[at.FIRST + 2]
     place_pair(first, d, dd, whirl, place, velocity)
     if tilts:
         place_pair(second, d, dd, whirl, place[2:], velocity[2:])

@@ -154,9 +154,6 @@ def close_stage(model, work, frame):
         if model.laws.traits[k, MEMORY] > 0.0 and shape != at.OF_ROD:
             if shape == at.OF_TERMS:
                 place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], ud, k)
-            elif model.connections[k, at.ON_BLOCK] == 0.0:
-                place_law(model, k, u, ud, frame[at.WHIRL])
-                tell_law(model, frame, k, u, ud)
             else:
                 place_law(model, k, d, dd, frame[at.WHIRL])
                 tell_law(model, frame, k, u, ud)

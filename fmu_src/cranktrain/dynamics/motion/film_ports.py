@@ -69,11 +69,11 @@ def tell_law(model, frame, k, u, ud):
     """Pass the speed to the law of connection k, and the torque of the drive line's springs if that law needs it."""
     row = model.connections[k]
     speed = frame[at.OMEGA]
-    if row[at.SPIN] >= 0.0:
+    if row[at.SPIN] >= 0:
         speed += ud[row[at.SPIN]]
     model.laws.numbers[SPEED] = speed
     model.laws.numbers[RUBBING] = speed
-    if row[at.TOLD] >= 0.0:
+    if row[at.TOLD] >= 0:
         windup = u[row[at.TOLD]] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
         model.laws.place[k, row[at.COUPLED]] = model.scalars[at.WINDUP_K] * windup
 
@@ -111,7 +111,7 @@ def hand_forces(row, frame, out, u, f):
         torque = hand_pair(row[at.FIRST + r], x, y, out[r:], u, f, torque)
         x = 0.0
         y = 0.0
-    if row[at.SPIN] >= 0.0:
+    if row[at.SPIN] >= 0:
         torque += out[FRICTION]
     f[row[at.TURNED]] += torque
 

@@ -102,7 +102,7 @@ def link_forces(model, work, frame, pressures, ratio):
         for r in range(row[at.COUPLED]):
             gaps[top.F, first + r] = out[r]
         link_block(row, out, ratio, frame_turn(work, row) * frame[at.WHIRL], work.blocks[k])
-        if row[at.RUBS] > 0.0:
+        if row[at.RUBS] > 0:
             rub(row, links.levers[k - term_row(model)], out, gaps[top.D], u, f)
     frame_numbers(frame, model.laws.numbers)
     load_ports(model, work, gaps[top.F], f)
@@ -120,18 +120,18 @@ def rub(row, lever, out, gaps, u, f):
     acts on the second end about its own centre, from which the first end is displaced.
     """
     torque = out[FRICTION]
-    if row[at.SPIN] >= 0.0:
+    if row[at.SPIN] >= 0:
         turn = row[at.SPIN]
         if lever > 0.0:
             # Moments on a journal by forces Q at its end, (−l Q_y, l Q_x), or moments on a collar.
             pair = row[at.COUPLED] - 2
             x, y = u[turn - 2], u[turn - 1]
-            if row[at.PAIRS] == 0.0:
+            if row[at.PAIRS] == 0:
                 torque += lever * (x * out[pair] + y * out[pair + 1])
             else:
                 torque += x * out[pair + 1] - y * out[pair]
         f[turn] += row[at.SENSE_A] * torque
-    if row[at.REACTS] >= 0.0:
+    if row[at.REACTS] >= 0:
         across = second_lever(row, out, gaps)
         f[row[at.REACTS]] -= row[at.SENSE_B] * (torque + across)
 
@@ -223,7 +223,7 @@ def place_link(model, work, whirl, omega, ud, k):
         velocity[r] = gaps[top.DD, first + r]
         if model.links.slides[first + r, top.SLIDING] >= 0.0:
             velocity[r] += whirl * sliding_rate(work, model.links.slides[first + r])
-    if row[at.PAIRS] >= 0.0:
+    if row[at.PAIRS] >= 0:
         turning = frame_turn(work, row) * whirl
         for r in range(row[at.PAIRS], row[at.COUPLED] - 1, 2):
             velocity[r] -= turning * place[r + 1]
@@ -237,9 +237,9 @@ def place_link(model, work, whirl, omega, ud, k):
     numbers[SIN] = math.sin(angle)
     own = sense * frames[row[at.FRAME_A], top.TURN] * omega
     other = sense * frames[row[at.FRAME_B], top.TURN] * omega
-    if row[at.SPIN] >= 0.0:
+    if row[at.SPIN] >= 0:
         own += row[at.SENSE_A] * ud[row[at.SPIN]]
-    if row[at.REACTS] >= 0.0:
+    if row[at.REACTS] >= 0:
         other += row[at.SENSE_B] * ud[row[at.REACTS]]
     numbers[SPEED] = own + other
     numbers[RUBBING] = own - other
@@ -263,7 +263,7 @@ def link_block(row, out, ratio, turning, block):
     """Tangent (4 × 4) of a connection's forces by displacement in a stage, in axes rotating at ``turning``, rad/s."""
     for k in range(16):
         block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
-    if row[at.PAIRS] >= 0.0:
+    if row[at.PAIRS] >= 0:
         for r in range(4):
             for pair in range(row[at.PAIRS], row[at.COUPLED] - 1, 2):
                 i = 4 * r + pair

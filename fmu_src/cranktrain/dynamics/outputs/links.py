@@ -50,13 +50,13 @@ def observe_links(model, work, state, members, out):
         link_law(model, work, frame, work.pressures[0], k, OBSERVE, state[memory_offset(model, k) :])
         lost = link_loss(model, work, frame, k)
         row_of = model.connections[k]
-        if row_of[at.IS_GAS] > 0.0:
+        if row_of[at.IS_GAS] > 0:
             work.powers[at.GAS_WORK] -= lost
         else:
             work.powers[at.LINKS_LOSS] += lost
         for r in range(row_of[at.COUPLED]):
             work.links.gaps[top.F, row_of[at.GAP] + r] = model.laws.out[r]
-        if row_of[at.RUBS] > 0.0:
+        if row_of[at.RUBS] > 0:
             rub(
                 row_of,
                 model.links.levers[k - term_row(model)],
@@ -101,13 +101,13 @@ def link_loss(model, work, frame, k):
     lost = 0.0
     for r in range(row[at.COUPLED]):
         lost -= laws.out[r] * (laws.velocity[k, r] - wandering(model, work, frame, row[at.GAP] + r))
-    if row[at.RUBS] > 0.0:
+    if row[at.RUBS] > 0:
         # The numbers of the force law are sum and difference of the speeds of both ends about z.
         speed = laws.numbers[RUBBING]
         across = second_lever(row, laws.out, work.links.gaps[top.D])
         other = 0.5 * (laws.numbers[SPEED] - speed)
         lost += across * other - laws.out[FRICTION] * speed
-    if row[at.IS_LOAD] > 0.0:
+    if row[at.IS_LOAD] > 0:
         for r in range(row[at.COUPLED]):
             lost -= laws.out[r] * carried_rate(model, work, frame, row[at.GAP] + r)
     return lost
@@ -145,7 +145,7 @@ def frame_speed(model, work, frame, owner):
     if owner == top.OF_BLOCK:
         return 0.0
     row = model.bodies.rows[owner]
-    return row[top.SENSE] * work.links.frames[int(row[top.FRAME_OF]), top.TURN] * frame[at.OMEGA]
+    return row[top.SENSE] * work.links.frames[row[top.FRAME_OF], top.TURN] * frame[at.OMEGA]
 
 
 @inlined_kernel
@@ -172,16 +172,16 @@ def observe_bodies(model, work, state):
     for b in range(top.OTHERS, model.bodies.rows.shape[0]):
         row = model.bodies.rows[b]
         constants = model.bodies.constants[b]
-        size = int(row[top.MODES])
-        o = int(row[top.OWN_MODE])
-        first = int(row[top.MODE])
+        size = row[top.MODES]
+        o = row[top.OWN_MODE]
+        first = row[top.MODE]
         q = state[offset(POSITION, n) + first :]
         v = state[offset(VELOCITY, n) + first :]
-        moved = work.links.frames[int(row[top.FRAME_OF])]
+        moved = work.links.frames[row[top.FRAME_OF]]
         omega = row[top.SENSE] * moved[top.TURN] * work.frames[0, at.OMEGA]
         swept_x = work.frames[0, at.OMEGA] * moved[top.OWN_X1]
         swept_y = work.frames[0, at.OMEGA] * moved[top.OWN_Y1]
-        if model.links.frames[int(row[top.FRAME_OF]), top.FRAME_KIND] != top.TURNING:
+        if model.links.frames[row[top.FRAME_OF], top.FRAME_KIND] != top.TURNING:
             # Energy of the motion of uniformly rotating frames is constant, so it is left out.
             own = constants[top.MASS] * (swept_x * swept_x + swept_y * swept_y) + constants[top.INERTIA] * omega * omega
             across = swept_y * constants[top.UNBALANCE_X] - swept_x * constants[top.UNBALANCE_Y]
@@ -197,7 +197,7 @@ def observe_bodies(model, work, state):
                 turned = v[j] * model.bodies.gyroscopic[o + i, j] - 0.5 * omega * q[j] * model.bodies.spin[o + i, j]
                 carried += turned * q[i]
             work.powers[at.STORED] += omega * carried
-            if row[top.ENDS_GROUP] > 0.0:
+            if row[top.ENDS_GROUP] > 0:
                 work.powers[at.BODIES_LOSS] += model.damping[first + i] * v[i] * v[i]
 
 
@@ -206,13 +206,13 @@ def body_value(model, work, state, shown):
     """Speed (rad/s), rotation relative to its frame (rad), or displacement of the centre (m) of an added body."""
     row = model.bodies.rows[int(shown[top.SHOWN_OF])]
     n = model.omega2.shape[0]
-    size = int(row[top.MODES])
-    o = int(row[top.OWN_MODE])
-    q = state[offset(POSITION, n) + int(row[top.MODE]) :]
+    size = row[top.MODES]
+    o = row[top.OWN_MODE]
+    q = state[offset(POSITION, n) + row[top.MODE] :]
     if shown[top.SHOWN_KIND] == top.BODY_PLACE:
         return dot(model.bodies.centre[int(shown[top.SHOWN_AT]), o:], q, size)
     if shown[top.SHOWN_KIND] == top.BODY_TURN:
         return row[top.SENSE] * dot(model.bodies.turn[o:], q, size)
-    v = state[offset(VELOCITY, n) + int(row[top.MODE]) :]
-    turn = work.links.frames[int(row[top.FRAME_OF]), top.TURN]
+    v = state[offset(VELOCITY, n) + row[top.MODE] :]
+    turn = work.links.frames[row[top.FRAME_OF], top.TURN]
     return turn * work.frames[0, at.OMEGA] + row[top.SENSE] * dot(model.bodies.turn[o:], v, size)

@@ -57,7 +57,7 @@ class SlowPart(Protocol):
 
 def body_shares(model: ModelArrays, row: Array) -> Array:
     """Modal motion (3, n) of an added body tied to the crank: rotation about z, displacement along x and along y."""
-    own = slice(int(row[top.OWN_MODE]), int(row[top.OWN_MODE] + row[top.MODES]))
+    own = slice(row[top.OWN_MODE], row[top.OWN_MODE] + row[top.MODES])
     turned = row[top.SENSE] * model.bodies.euler_load[own]
     return np.asarray(row[top.TIED] * np.vstack((turned, model.bodies.translation[:2, own])))
 
@@ -80,8 +80,8 @@ class DriveLine:
         self._moves = np.zeros(model.omega2.size)
         moved = frames_at(model.links.frames, 0.0)
         for row in model.bodies.rows[top.OTHERS :]:
-            size, first = int(row[top.MODES]), int(row[top.MODE])
-            frame, shares = moved[int(row[top.FRAME_OF])], body_shares(model, row)
+            size, first = row[top.MODES], row[top.MODE]
+            frame, shares = moved[row[top.FRAME_OF]], body_shares(model, row)
             self._turn[first : first + size] += frame[[top.TURN, top.OWN_X1, top.OWN_Y1]] @ shares
             self._moves[first : first + size] += speed * (frame_change(frame) @ shares)
         self._weight = self._turn.copy()
@@ -158,8 +158,8 @@ class BlockOnMounts:
         """Velocity (n, 6) of added bodies because the crank does not rotate with the block, in addition to _swept."""
         found, turn = np.zeros_like(self._carried), model.block.motion[at.ROTATION, :6]
         for row in self._bodies.rows[top.OTHERS :]:
-            n, first = int(row[top.MODES]), int(row[top.MODE])
-            shares, moved = body_shares(model, row), self._frames[int(row[top.FRAME_OF])]
+            n, first = row[top.MODES], row[top.MODE]
+            shares, moved = body_shares(model, row), self._frames[row[top.FRAME_OF]]
             # The origin of a moving frame of an added body rotates with the block about the crank's axis.
             around = np.array([0.0, -moved[top.OWN_Y1], moved[top.OWN_X1]])
             found[first : first + n] += self._speed * np.outer((around - frame_change(moved)) @ shares, turn)
@@ -173,12 +173,12 @@ class BlockOnMounts:
         out = np.zeros_like(place)
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
         for row in self._bodies.rows[top.OTHERS :]:
-            own, n, first = int(row[top.OWN_MODE]), int(row[top.MODES]), int(row[top.MODE])
+            own, n, first = row[top.OWN_MODE], row[top.MODES], row[top.MODE]
             # A body rotated about the origin of its frame keeps its position in the frame.
             shifted, turn = place[first : first + n].copy(), self._bodies.turn[own : own + n]
             shifted[at.ROTATION] -= turn @ shifted / turn[at.ROTATION]
             turned = self._bodies.gyroscopic[own : own + n, :n].T @ shifted
-            rate = row[top.SENSE] * self._frames[int(row[top.FRAME_OF]), top.TURN]
+            rate = row[top.SENSE] * self._frames[row[top.FRAME_OF], top.TURN]
             out[first : first + n] += rate * self._speed * turned
         return out
 

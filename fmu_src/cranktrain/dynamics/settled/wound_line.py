@@ -60,8 +60,8 @@ def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
     numbers[COS] = 1.0
     begin = int(model.layout[at.TERM_ROW])
     for entry, row in zip(model.laws.entry[begin:].tolist(), model.connections[begin:], strict=True):
-        count = int(row[at.COUPLED])
-        own = slice(int(row[at.GAP]), int(row[at.GAP]) + count)
+        count = row[at.COUPLED]
+        own = slice(row[at.GAP], row[at.GAP] + count)
         if elsewhere[own].any():
             continue
         law_at(*entry, np.zeros(4), np.zeros(4), numbers, out)

@@ -263,11 +263,11 @@ def carry_others(model, block, q):
     """Add the motion of added bodies that follows the block's, with their frames at the angles of the start."""
     for b in range(top.OTHERS, model.bodies.rows.shape[0]):
         row = model.bodies.rows[b]
-        if row[top.CARRIED] > 0.0:
-            for i in range(int(row[top.MODES])):
+        if row[top.CARRIED] > 0:
+            for i in range(row[top.MODES]):
                 for k in range(RIGID):
-                    share = model.bodies.carried[int(row[top.OWN_MODE]) + i, k]
-                    q[int(row[top.MODE]) + i] += share * block[k]
+                    share = model.bodies.carried[row[top.OWN_MODE] + i, k]
+                    q[row[top.MODE] + i] += share * block[k]
 
 
 @kernel

@@ -200,18 +200,18 @@ def others_in_motion(model, work, state, rotation, rate):
     turn_frames(model, work, work.frames[0, at.THETA])
     for b in range(top.OTHERS, bodies.rows.shape[0]):
         row = bodies.rows[b]
-        modes = int(row[top.MODES])
-        o = int(row[top.OWN_MODE])
-        q = state[offset(POSITION, n) + int(row[top.MODE]) :]
-        v = state[offset(VELOCITY, n) + int(row[top.MODE]) :]
+        modes = row[top.MODES]
+        o = row[top.OWN_MODE]
+        q = state[offset(POSITION, n) + row[top.MODE] :]
+        v = state[offset(VELOCITY, n) + row[top.MODE] :]
         for i in range(modes):
             turned[i] = 0.0
         turn = q[at.ROTATION]
-        if row[top.ENDS_GROUP] > 0.0 and o == int(row[top.GROUP]):
+        if row[top.ENDS_GROUP] > 0 and o == row[top.GROUP]:
             q[at.ROTATION] = 0.0
         add_product(bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
         q[at.ROTATION] = turn
-        moved = work.links.frames[int(row[top.FRAME_OF])]
+        moved = work.links.frames[row[top.FRAME_OF]]
         turns = row[top.SENSE] * moved[top.TURN]
         # Velocity of the body's frame per crank angle, and derivative of this velocity, in axes of this frame.
         x = moved[top.OWN_X1]

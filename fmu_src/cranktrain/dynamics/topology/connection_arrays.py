@@ -75,7 +75,7 @@ def connection_arrays(
             ports.append(port_of[end.body, end.interface] + 5 if turns else -1)
             senses.append(frame.sense * piece.axes.sense)
         rows.append([
-            size, *[0] * 4, piece.pairs, ports[0], model.NO_PORT, ports[1], model.NO_PORT, model.OF_TERMS, 0, 0,
+            size, *[0] * 4, piece.pairs, ports[0], model.NO_PORT, ports[1], model.NO_PORT, model.OF_TERMS, 0,
             numbers_of[piece.axes], piece.axes.sense, *senses, *(numbers_of[frame] for frame in frames), piece.rubs,
             piece.cylinder - 1, piece.kernel is gas_law, piece.kernel is load_law or piece.carried, piece.input,
         ])  # fmt: skip
