@@ -72,6 +72,7 @@ def cases(quick: bool) -> Iterator[tuple[str, str, dict[str, Any]]]:
     yield "i6 big ends table", "diesel_i6", {"big_ends": "table"}
     for level in ("linear", "impedance", "table", "ehd"):
         yield f"i6 block {level}", "diesel_i6", {"bearings": level, "block": "flexible"}
+    yield "i6 block discs", f"diesel_i6 + {DISCS}", beam | {"block": "flexible"}
     yield "v8 block damper", "diesel_v8", {"block": "flexible", "damper": "fitted"}
     yield "v8 block big ends", "diesel_v8", {"block": "flexible", "big_ends": "impedance"}
 

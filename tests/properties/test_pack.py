@@ -207,7 +207,7 @@ def test_a_line_in_a_turning_frame_swings_as_at_rest(ratio):
 
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
 def test_a_free_disc_beside_its_axis_stays_where_it_is_while_its_frame_turns(ratio):
-    """Seen from the frame it runs round: gyroscopic and centrifugal terms alone, without any connection."""
+    """A disc that moves evenly in space, described in a turning frame: gyroscopic and centrifugal terms alone."""
     frame, speed = ct.Frame("f", ratio), 100.0
     run = Packed(ct.Topology((frame,), (disc("disc", 0.1, "f"),)), 1e-4, speed=speed)
     across = run.model.bodies.translation[:2].T  # modal motion by a unit displacement, times the root of the mass

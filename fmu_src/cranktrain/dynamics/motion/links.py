@@ -338,7 +338,7 @@ def link_compliance(model, work, frame, slot, out):
             out[i, j] = component(model, work, j, answered)
         if links.on_engine[i] == 0:
             continue
-        # Components that are ports are motions of rotating bodies minus stationary bodies.
+        # A component that is a port is the motion of a rotating body, less that of the bore or face beside it.
         for j in range(model.scales.shape[0]):
             out[i, count + j] = answered[j]
         for p in range(model.pairs.shape[0]):

@@ -18,7 +18,8 @@ MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, FRAME_OF, SENSE, CARRIED, TIED = r
 GROUP, ENDS_GROUP, GROUP_PORT, GROUP_PORTS, SWINGS, WHIRLS, BODY = range(10, 17)
 # Columns of ``Bodies.constants``:
 # RATE: mean turns of the body's frame per turn of the crank.
-# MASS, UNBALANCE_X, UNBALANCE_Y: mass, kg; mass times x and y of the centre of mass from the frame's origin, kg m.
+# MASS: mass of the body, kg.
+# UNBALANCE_X, UNBALANCE_Y: mass times x and y of the centre of mass, measured from the frame's origin, kg m.
 # INERTIA: inertia of the body about the frame's z axis, kg m².
 # REFLECTED: inertia of a body that moves with the crank, reduced to the crank, kg m².
 RATE, MASS, UNBALANCE_X, UNBALANCE_Y, INERTIA, REFLECTED, CONSTANTS = range(7)
