@@ -161,6 +161,7 @@ class ConnectionTable:
     thrust: laws.Thrust | None = None
     damper: laws.RingDamper | None = None
     axial_joint: laws.SlidingJoint | None = None
+    slider_crank: laws.SliderCrank | None = None
     own: laws.Own | None = None
 
     @property
@@ -211,8 +212,9 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
         laws.check_ends(connection.law, len(connection.ends), where)
         need(where, "place", len(connection.place) in (0, 3), f"{len(connection.place)} values; give x, y and z")
         check_values(connection.data, where)
-        if connection.gas is not None:
-            _check_cylinder(where, connection.gas.cylinder, cylinders)
+        for of_cylinder in (connection.gas, connection.slider_crank):
+            if of_cylinder is not None:
+                check_cylinder(where, of_cylinder.cylinder, cylinders)
         apart = len(set(connection.ends)) > 1 or len(connection.ends) < 2
         need(where, "ends", apart, f"all are at '{connection.ends[0] if connection.ends else ''}'; join two bodies")
         for end in connection.ends:
@@ -247,7 +249,7 @@ def _check_rod(frame: FrameTable, cylinders: int) -> None:
     if frame.motion == "turning":
         need(where, "motion", not (given or frame.cylinder), "has no rod's pin or length; write 'rod' or 'piston'")
         return
-    _check_cylinder(where, frame.cylinder, cylinders)
+    check_cylinder(where, frame.cylinder, cylinders)
     if frame.cylinder:
         own = given or frame.ratio != 1.0 or frame.axis != (0.0, 0.0)
         need(where, "cylinder", not own, "gives pin, length, bank, offset, ratio and axis; leave these out")
@@ -256,7 +258,8 @@ def _check_rod(frame: FrameTable, cylinders: int) -> None:
     need(where, "length", frame.length > 0.0, "is missing; give the length of the rod, or the cylinder whose rod it is")
 
 
-def _check_cylinder(where: str, cylinder: int, cylinders: int) -> None:
+def check_cylinder(where: str, cylinder: int, cylinders: int) -> None:
+    """Raise ``InputError`` for a cylinder that an engine with so many ``cylinders`` lacks; 0 is none."""
     text = f"no cylinder {cylinder}; the engine has 1 to {cylinders}"
     need(where, "cylinder", 0 <= cylinder <= cylinders, text)
 

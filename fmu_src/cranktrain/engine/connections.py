@@ -12,6 +12,7 @@ from cranktrain.engine.parts import (
     Given,
     JournalBearing,
     Needed,
+    Rod,
     RollerBearings,
     Skirt,
     ThrustBearing,
@@ -351,6 +352,36 @@ class Gas:
     crankcase_pressure: q.TracePressure = 1.013e5
 
 
+@dataclass(frozen=True, kw_only=True)
+class SliderCrank:
+    """A rigid rod and its piston on a pin (first end), in a cylinder at rest (second end), with the gas on the piston.
+
+    Attributes
+    ----------
+    cylinder : cylinder of the engine (from 1) whose gas pressure acts, and whose rod and piston are taken where
+        lengths and masses below are 0; 0: no gas
+    bank : angle of the cylinder from the engine's y axis, from the axis of the crank towards the piston, rad
+    offset : of the cylinder's axis from the axis of the crank that holds the pin, across the cylinder, m
+    length, big_end_mass, small_end_mass, inertia : of the rod, as in [rod], m, kg, kg m²
+    piston_mass, bore : mass of the piston and diameter of the cylinder, kg, m
+    """
+
+    cylinder: q.CylinderNumber = 0
+    bank: q.Angle = 0.0
+    offset: q.Offset = 0.0
+    length: q.Size = 0.0
+    big_end_mass: q.Mass = 0.0
+    small_end_mass: q.Mass = 0.0
+    inertia: q.Inertia = 0.0
+    piston_mass: q.Mass = 0.0
+    bore: q.Size = 0.0
+
+    @property
+    def rod(self) -> Rod:
+        """Its rod alone."""
+        return Rod(self.length, self.big_end_mass, self.small_end_mass, self.inertia)
+
+
 @dataclass(frozen=True)
 class Own:
     """A force law written as a Python function, see :mod:`cranktrain.dynamics.topology.own_law`.
@@ -372,7 +403,7 @@ DATA: dict[str, type] = {
     "gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film,
     "rigid_gear": RigidGear, "planetary": Planetary, "belt": Belt, "gas": Gas,
     "liner": Liner, "roller": Roller, "thrust": Thrust, "damper": RingDamper, "axial_joint": SlidingJoint,
-    "own": Own,
+    "slider_crank": SliderCrank, "own": Own,
 }  # fmt: skip
 """Data class of each law that a file may name."""
 WORDS = {2: "two", 3: "three", 4: "four"}

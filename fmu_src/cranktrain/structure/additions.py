@@ -59,6 +59,8 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     for table in engine.connection:
         for body, interface in map(split_end, table.ends):
             names = known.get(body, ())
+            if table.slider_crank is not None and body == "block" and names:
+                names = (*names, *(f"liner[{k + 1}]" for k in range(engine.n_cylinders)))
             if names and interface not in names:
                 raise InputError(
                     f"connection '{table.name}': body '{body}' has no interface '{interface}'; "

@@ -131,7 +131,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
                 first = row[at.FIRST]
                 f[row[at.REACTS]] = -f[row[at.TURNED]] - x * f[first + 1] + y * f[first]
     if term_row(model) < model.connections.shape[0]:
-        status |= link_forces(model, work, frame, pressures, ratio)
+        status |= link_forces(model, work, frame, pressures, c_q, c_v)
     return status
 
 

@@ -20,6 +20,7 @@ from cranktrain.dynamics.motion.film_ports import frame_numbers
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
 from cranktrain.film.laws.films import (
+    ACCELERATION,
     ANGLE,
     BY_PLACE,
     BY_VELOCITY,
@@ -27,11 +28,20 @@ from cranktrain.film.laws.films import (
     COS,
     FORCE,
     FRICTION,
+    GRAVITY,
+    INERTANCE,
     INPUT,
+    MASS,
     PRESSURE,
+    RATIO,
     RUBBING,
     SIN,
     SPEED,
+    TWIST,
+    TWIST_CHANGE,
+    TWIST_RATE,
+    WHIRL,
+    WHIRL_CHANGE,
     film_call,
 )
 
@@ -82,7 +92,7 @@ def measure_links(model, work, u, ud):
 
 
 @kernel
-def link_forces(model, work, frame, pressures, ratio):
+def link_forces(model, work, frame, pressures, c_q, c_v):
     """Forces and tangents of connections by terms at the ports' motion. Return 0, or the status of a failed law."""
     links = model.links
     u = work.port[at.U]
@@ -95,6 +105,9 @@ def link_forces(model, work, frame, pressures, ratio):
         f[int(links.ports[k])] = 0.0
     status = 0
     out = model.laws.out
+    ratio = c_v / c_q
+    model.laws.numbers[RATIO] = ratio
+    model.laws.numbers[INERTANCE] = 1.0 / c_q
     for k in range(term_row(model), model.connections.shape[0]):
         status |= link_law(model, work, frame, pressures, k, FORCE, work.scratch)
         row = model.connections[k]
@@ -254,8 +267,37 @@ def link_law(model, work, frame, pressures, k, action, memory):
         laws.numbers[PRESSURE] = pressures[model.connections[k, at.GAS_OF]] - model.scalars[at.CRANKCASE]
     if model.connections[k, at.TAKES] >= 0:
         laws.numbers[INPUT] = frame[model.connections[k, at.TAKES]]
+    if laws.traits[k, MASS] > 0.0:
+        tell_motion(model, work, frame, k)
     laws.out[FRICTION] = 0.0
     return film_call(laws, action, k, memory, laws.out)
+
+
+@kernel
+def tell_motion(model, work, frame, k):
+    """Pass the motion of the first end, and gravity, to a law with masses, whose axes are those of that end's frame."""
+    row = model.connections[k]
+    numbers = model.laws.numbers
+    turn = frame_turn(work, row)
+    whirl = turn * frame[at.OMEGA]
+    change = turn * frame[at.OMEGA_DOT]
+    numbers[WHIRL] = whirl
+    numbers[WHIRL_CHANGE] = change
+    numbers[GRAVITY] = model.scalars[at.GRAVITY]
+    first = row[at.GAP]
+    udd = work.port[at.UDD]
+    x, y = work.links.gaps[top.D, first], work.links.gaps[top.D, first + 1]
+    vx, vy = work.links.gaps[top.DD, first], work.links.gaps[top.DD, first + 1]
+    ax = component(model, work, first, udd)
+    ay = component(model, work, first + 1, udd)
+    model.laws.velocity[k, 0] = vx - whirl * y
+    model.laws.velocity[k, 1] = vy + whirl * x
+    numbers[ACCELERATION] = ax - 2.0 * whirl * vy - change * y - whirl * whirl * x
+    numbers[ACCELERATION + 1] = ay + 2.0 * whirl * vx + change * x - whirl * whirl * y
+    spin = row[at.SPIN]
+    numbers[TWIST] = row[at.SENSE_A] * work.port[at.U, spin]
+    numbers[TWIST_RATE] = row[at.SENSE_A] * work.port[at.UD, spin]
+    numbers[TWIST_CHANGE] = row[at.SENSE_A] * udd[spin]
 
 
 @inlined_kernel

@@ -22,7 +22,7 @@ from cranktrain.dynamics.motion.links import (
     turn_terms,
 )
 from cranktrain.dynamics.topology import slots as top
-from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
+from cranktrain.film.laws.films import FRICTION, GAS_POWER, INERTANCE, KINETIC, MASS, OBSERVE, RATIO, RUBBING, SPEED
 
 
 @law_kernel
@@ -44,16 +44,22 @@ def observe_links(model, work, state, members, out):
     measure_links(model, work, work.port[at.STATE_U], work.port[at.STATE_UD])
     forces = work.links.answered
     for k in range(work.port.shape[1]):
+        work.port[at.U, k] = work.port[at.STATE_U, k]
         work.port[at.UD, k] = work.port[at.STATE_UD, k]
+        work.port[at.UDD, k] = work.port[at.STATE_UDD, k]
         forces[k] = 0.0
+    model.laws.numbers[RATIO] = 0.0
+    model.laws.numbers[INERTANCE] = 0.0
     for k in range(term_row(model), model.connections.shape[0]):
         link_law(model, work, frame, work.pressures[0], k, OBSERVE, state[memory_offset(model, k) :])
-        lost = link_loss(model, work, frame, k)
         row_of = model.connections[k]
-        if row_of[at.IS_GAS] > 0:
-            work.powers[at.GAS_WORK] -= lost
+        if model.laws.traits[k, MASS] > 0.0:
+            work.powers[at.GAS_WORK] += model.laws.out[GAS_POWER]
+            work.powers[at.STORED] += model.laws.out[KINETIC]
+        elif row_of[at.IS_GAS] > 0:
+            work.powers[at.GAS_WORK] -= link_loss(model, work, frame, k)
         else:
-            work.powers[at.LINKS_LOSS] += lost
+            work.powers[at.LINKS_LOSS] += link_loss(model, work, frame, k)
         for r in range(row_of[at.COUPLED]):
             work.links.gaps[top.F, row_of[at.GAP] + r] = model.laws.out[r]
         if row_of[at.RUBS] > 0:

@@ -21,7 +21,7 @@ from cranktrain.dynamics.topology.spring import load_law
 from cranktrain.dynamics.topology.terms import PORTS, Direction, Term, terms_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Connection, End, Frame, Topology
 from cranktrain.film.laws.bearings import enter
-from cranktrain.film.laws.films import CLOSES, MEMORY, TELLS_RATE, VISCOUS, WARMS, Films, IntArray, no_films
+from cranktrain.film.laws.films import CLOSES, MASS, MEMORY, TELLS_RATE, VISCOUS, WARMS, Films, IntArray, no_films
 from cranktrain.film.laws.parameters import COLUMNS
 
 KINDS = {
@@ -101,7 +101,18 @@ def connection_arrays(
         shown += [(before + len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
         oil.append(piece.viscosity)
         kept.append(piece)
-        parts.append(films_of._replace(at_main=at_main(connection.ends), connection=connection.name))
+        parts.append(
+            films_of._replace(
+                at_main=at_main(connection.ends),
+                connection=connection.name,
+                first=_position(connection.ends[0], reduced_of),
+            )
+        )
+        if piece.has_mass and connection.ends[1].body != GROUND:
+            raise InputError(
+                f"connection '{connection.name}': the cylinder of law '{connection.law}' is at rest; take block level "
+                "ground, or rod and piston as bodies of their own"
+            )
     # Laws of films read the rows of all bearings, so rows of other laws are filled with valid values.
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
@@ -134,18 +145,24 @@ def _laws(pieces: Sequence[Piece], bearings: Array, parts: Sequence[FilmParts]) 
     """Force laws of K pieces; ``bearings`` (K, COLUMNS) are the parameters of films. Compiles the laws."""
     films = no_films(len(pieces))
     for number, (piece, made) in enumerate(zip(pieces, parts, strict=True)):
-        is_film = callable(piece.record)
+        made_late = callable(piece.record)
         try:
-            record = piece.record(bearings, made) if is_film else piece.record
+            record = piece.record(bearings, made) if made_late else piece.record
         except InputError as error:
             raise InputError(f"connection '{made.connection}': {error}") from None
         enter(films, piece.kernel, record, [number])
-        films.entry[number, 2] = number if is_film else 0
-        films.traits[number, [CLOSES, VISCOUS, WARMS, TELLS_RATE]] = (
-            piece.closes, piece.told_oil, piece.told_speed, piece.tells_rate,
+        films.entry[number, 2] = number if made_late and piece.parameters is not None else 0
+        films.traits[number, [CLOSES, VISCOUS, WARMS, TELLS_RATE, MASS]] = (
+            piece.closes, piece.told_oil, piece.told_speed, piece.tells_rate, piece.has_mass,
         )  # fmt: skip
         films.traits[number, MEMORY] = 0.0 if piece.memory is None else piece.memory(record)
     return films
+
+
+def _position(end: End, reduced_of: Mapping[str, ReducedBody | None]) -> Array:
+    """Position (3,) of an end in the frame of its body, m; 0 on the ground."""
+    body = reduced_of.get(end.body)
+    return np.zeros(3) if body is None else body.positions[body.index(end.interface)] + end.offset
 
 
 def at_main(ends: Sequence[End]) -> bool:

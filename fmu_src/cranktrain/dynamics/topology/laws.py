@@ -8,6 +8,7 @@ be used too.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, get_args, get_origin, get_type_hints
@@ -33,7 +34,8 @@ from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.liner import liner_law, liner_record
 from cranktrain.dynamics.topology.own_law import own_pieces
-from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, Piece, between
+from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, FilmParts, Piece, between
+from cranktrain.dynamics.topology.slider_crank import HEIGHT, SIDE, SPEED, slider_crank_law, slider_crank_record
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import REST, Connection, Frame
@@ -50,13 +52,14 @@ from cranktrain.engine.connections import (
     RigidGear,
     RingDamper,
     Roller,
+    SliderCrank,
     SlidingJoint,
     Spring,
     Thrust,
     check_ends,
 )
 from cranktrain.engine.model import optional_fields
-from cranktrain.engine.quantities import check_values
+from cranktrain.engine.quantities import check_values, mm, need
 
 
 @dataclass(frozen=True)
@@ -303,6 +306,38 @@ def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
     return [Piece(components, [LENGTH, LENGTH], belt_law, belt_record(belt), outputs=outputs)]
 
 
+def _slider_crank(given: SliderCrank, pin: Frame, cylinder: Frame) -> list[Piece]:
+    """Displacement of the pin in the frame of its crank."""
+    if pin.rate == 0.0 or pin.swings or cylinder != REST:
+        raise InputError("the first end is the pin of a crank, which turns, the second the cylinder, at rest")
+
+    def record(_: Array, parts: FilmParts) -> Any:
+        for key in ("length", "big_end_mass", "small_end_mass", "piston_mass", "bore")[: 5 if given.cylinder else 4]:
+            need(
+                "",
+                key,
+                getattr(given, key) > 0.0,
+                "is missing; give it, or the cylinder whose rod and piston these are",
+            )
+        x, y = parts.first[:2]
+        reach = math.hypot(x, y) + abs(given.offset)
+        text = f"{mm(given.length)} is no longer than throw and offset together, {mm(reach)}; give a longer rod"
+        need("", "length", given.length > reach, text)
+        return slider_crank_record(given, pin.sense, parts.first[:2])
+
+    components = [between(pin, unit(k), np.zeros(3)) for k in range(2)]
+    outputs = (
+        ("force.x", "force", 0), ("force.y", "force", 1), ("piston.position", "out", HEIGHT),
+        ("piston.velocity", "out", SPEED), ("force.side", "out", SIDE),
+    )  # fmt: skip
+    return [
+        Piece(
+            components, [LENGTH] * 2, slider_crank_law, record, pin, 0, True, outputs=outputs, cylinder=given.cylinder,
+            has_mass=True,
+        )
+    ]  # fmt: skip
+
+
 def _rigid_gear(_: RigidGear, speeds: list[float]) -> list[list[float]]:
     if 0.0 in speeds:
         raise InputError("gears need two frames that turn; give both a ratio")
@@ -343,6 +378,7 @@ for _row in (
     ConnectionLaw("belt", "two strands on two pulleys, which pull only", Belt, _belt, belt_law, turns=True),
     ConnectionLaw("gas", "gas on a piston and its head", Gas, _gas, gas_law),
     ConnectionLaw("liner", "a piston's skirt in its liner, with friction", Liner, _liner, liner_law),
+    ConnectionLaw("slider_crank", "rod and piston on a pin, with gas", SliderCrank, _slider_crank, slider_crank_law),
     ConnectionLaw("own", "a function of Python", Own, own_pieces),
     ConnectionLaw("rigid_gear", "two gears without give", RigidGear, turns=True, relations=_rigid_gear),
     ConnectionLaw(

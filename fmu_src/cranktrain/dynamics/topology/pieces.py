@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.terms import Direction
 from cranktrain.dynamics.topology.values import REST, Frame
@@ -29,6 +31,7 @@ class FilmParts(NamedTuple):
     mains, bore : the engine's plain main bearings and the compliance of their bores
     oil : dependence of the engine's oil on pressure
     at_main : whether the film is that of a main journal in its bore
+    first : position (3,) of the first end in the frame of its body, m
     connection : name of the film's connection
     """
 
@@ -37,6 +40,7 @@ class FilmParts(NamedTuple):
     bore: BoreCompliance | None = None
     oil: Oil | None = None
     at_main: bool = False
+    first: Array = np.zeros(3)
     connection: str = ""
 
 
@@ -47,8 +51,8 @@ class Piece(NamedTuple):
     ----------
     components : for each component its directions at the first and the second end
     scales : motion of each component that counts like one clearance
-    kernel, record : kernel and record of the law; a record that refers to the table of all bearings is made by a call,
-       ``record(table, parts)`` with :class:`FilmParts`
+    kernel, record : kernel and record of the law; a record that needs the table of all bearings, or where its ends are,
+       is made by a call, ``record(table, parts)`` with :class:`FilmParts`
     axes : frame in whose axes the law is evaluated
     pairs : first component of the pairs that rotate with these axes, or −1
     rubs : whether friction torque acts on both ends about z
@@ -60,6 +64,7 @@ class Piece(NamedTuple):
     tilt : motion of the tilt components per rotation of the first end, m or 1; 0 without tilt
     told_oil, told_speed : whether the law takes the actions OIL, and WARM
     tells_rate : whether the law takes the action RATE
+    has_mass : whether the law has masses of its own, whose cylinder, the second end, is the ground
     input : slot of a stage's frame whose value is input of the law; −1: none
     carried : whether its forces also do work on the motion of the ends' frames
     memory : function ``memory(record)`` of the number of values that the law keeps in the state, or None
@@ -83,6 +88,7 @@ class Piece(NamedTuple):
     tells_rate: bool = False
     memory: Callable[[Any], int] | None = None
     carried: bool = False
+    has_mass: bool = False
     input: int = -1
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_body
-from cranktrain.dynamics.topology.laws import pieces_of
+from cranktrain.dynamics.topology.laws import data_of, pieces_of
 from cranktrain.dynamics.topology.values import (
     AT_REST,
     BLOCK,
@@ -22,7 +23,7 @@ from cranktrain.dynamics.topology.values import (
     Slider,
     Topology,
 )
-from cranktrain.engine.additions import BodyTable, FrameTable, split_end
+from cranktrain.engine.additions import BodyTable, FrameTable, check_cylinder, split_end
 from cranktrain.engine.model import Engine
 
 BODY_OUTPUTS = ("speed", "rotation", "position.x", "position.y", "position.z")
@@ -59,8 +60,22 @@ def whole_topology(
                 end = End(name, interface, (float(offset[0]), float(offset[1]), float(offset[2])))
             ends.append(end)
         connections.append(Connection(table.name, table.law, tuple(ends), table.data))
-    topology = Topology(frames, own, tuple(connections))
-    return topology if more is None else topology.plus(more)
+    topology = Topology(frames, own, tuple(connections)).plus(more or Topology())
+    return replace(topology, connections=tuple(_with_rod(engine, one) for one in topology.connections))
+
+
+def _with_rod(engine: Engine, connection: Connection) -> Connection:
+    """Connection with the rod and piston of the engine's cylinder that it names, where it states none of its own."""
+    if connection.law != "slider_crank":
+        return connection
+    data = data_of(connection)
+    check_cylinder(f"connection '{connection.name}'", data.cylinder, engine.n_cylinders)
+    if data.cylinder:
+        rod, cylinders = engine.rods[data.cylinder - 1], engine.cylinders
+        own = {"length": rod.length, "big_end_mass": rod.big_end_mass, "small_end_mass": rod.small_end_mass,
+               "inertia": rod.inertia, "piston_mass": cylinders.piston_mass, "bore": cylinders.bore}  # fmt: skip
+        data = replace(data, **{key: value for key, value in own.items() if getattr(data, key) == 0.0})
+    return replace(connection, data=data)
 
 
 def file_frames(engine: Engine) -> tuple[Frame, ...]:

@@ -45,8 +45,9 @@ X, Y, END_X, END_Y = range(4)
 # ECCENTRICITY; FRICTION: friction torque on the journal (N m); PASSES: iterations of the solver.
 # P_MAX, FLOW: largest pressure (Pa) and side flow (m³/s).
 # GAP, GAP_ANGLE: least gap (m), negative for a bore that is a rigid circle, and angle of the least gap (rad).
+# GAS_POWER, KINETIC: power of the gas on the law's own parts, W, and their kinetic energy, J; with the trait MASS.
 BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES = 4, 20, 36, 37, 38
-P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
+P_MAX, FLOW, GAP, GAP_ANGLE, GAS_POWER, KINETIC, SIZE = range(39, 46)
 
 # Indices of the result of a law without tilt, see :func:`widen`: forces (2), tangents by place and velocity (2 × 2).
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
@@ -68,14 +69,23 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM,
 SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, TURN, INPUT = (
     range(15)
 )
-NUMBERS = 15
+# Further columns, for laws with the trait MASS:
+# ACCELERATION: first of two accelerations in space of the first two components, m/s².
+# TWIST, TWIST_RATE, TWIST_CHANGE: rotation of the first end in its frame (rad), and its derivatives by time.
+# WHIRL, WHIRL_CHANGE: speed (rad/s) and acceleration (rad/s²) of the law's axes in space.
+# RATIO, INERTANCE: ∂u̇/∂u = c_v/c_q (1/s) and ∂ü/∂u = 1/c_q (1/s²) of the stage's rule; 0 outside a stage.
+# GRAVITY: acceleration due to gravity, m/s².
+ACCELERATION, TWIST, TWIST_RATE, TWIST_CHANGE, WHIRL, WHIRL_CHANGE, RATIO, INERTANCE, GRAVITY = 15, *range(17, 25)
+NUMBERS = 25
 
 # Traits of a law:
 # MEMORY: number of values that one film keeps in the state.
 # CLOSES, CONTACT: 1 if the least gap limits the step, 1 if the force has a kink at the contact height.
 # VISCOUS, TOGETHER: 1 if the law takes the action OIL, 1 if it solves films together.
 # WARMS, TELLS_RATE: 1 if the law takes the action WARM, 1 if it takes the action RATE.
-MEMORY, CLOSES, CONTACT, VISCOUS, TOGETHER, WARMS, TELLS_RATE, TRAITS = range(8)
+# MASS: 1 if the law has masses of its own. It is told accelerations, and its tangent by position is that of a stage,
+# with the parts by velocity and by acceleration, in axes that turn.
+MEMORY, CLOSES, CONTACT, VISCOUS, TOGETHER, WARMS, TELLS_RATE, MASS, TRAITS = range(9)
 
 
 class Films(NamedTuple):
