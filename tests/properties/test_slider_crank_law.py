@@ -208,7 +208,7 @@ z = {value([*z, z[0] - 50, z[-1] + 50, z[-1] + 60])}
 name = "gears"
 law = "gear_mesh"
 ends = ["crank.flywheel", "crank2.flywheel"]
-stiffness = {value(2e8, "N/m")}
+stiffness = {value(2e7, "N/m")}
 damping = {value(1e4, "N s/m")}
 """
     for end in ("front", "back"):
@@ -239,18 +239,22 @@ def test_an_engine_of_opposed_pistons_from_a_file(tmp_path, name, height, left):
     text = (engine_folder() / f"{name}.toml").read_text("utf-8").replace(f'name = "{name}"', 'name = "two_cranks"', 1)
     file = tmp_path / "two_cranks.toml"
     file.write_text(text + opposed(plain, height), "utf-8")
-    settings = ct.Settings(crank="rigid", bearings="linear")
+    # Teeth ring at 1 kHz, so fewer samples see a wrong mean of force times speed.
+    settings = ct.Settings(crank="rigid", bearings="linear", step=math.radians(1.0))
     runs = []
     for engine in (load_engine(file), plain):
         made = ct.assemble(engine, settings, inherit=False)
-        runs.append(simulate(engine, made.body, made.settings, 2000.0 * math.pi / 30.0, 4, parts=made.parts))
+        runs.append(simulate(engine, made.body, made.settings, 2000.0 * math.pi / 30.0, parts=made.parts))
     run = runs[0]
     energy, own = (run_summary(one, "")["energy"] for one in runs)
-    assert energy["gas_work_j"] == pytest.approx(2.0 * own["gas_work_j"], rel=1e-3)
+    # The pressure follows the angle of the lower pin, by which the upper one is twisted.
+    assert energy["gas_work_j"] == pytest.approx(2.0 * own["gas_work_j"], rel=5e-3)
     assert abs(energy["residual_of_gas_work"]) < left
     last = run.angle > run.angle[-1] - 4.0 * math.pi
-    radius = 0.5e-3 * height
-    brought = float(run.outputs["connection[gears].force.tangential"][last].mean()) * radius * 4.0 * math.pi
+    power = (
+        run.outputs["connection[gears].force.tangential"][last] * 0.5e-3 * height * run.outputs["crank2.speed"][last]
+    )
+    brought = float(power.mean()) * 4.0 * math.pi / (2000.0 * math.pi / 30.0)
     assert abs(brought) == pytest.approx(own["gas_work_j"], rel=0.01)
     apart = run.outputs["connection[rod[1]].piston.position"] - run.outputs["connection[rod[1]].piston.position"].max()
     assert np.abs(apart + run.outputs["cylinder[1].piston_position"]).max() < 2e-4
@@ -269,7 +273,7 @@ def test_a_rod_without_a_crank_or_without_masses_is_told():
     with one_line("connection 'r'", "length", "cylinder"):
         refused(pin, GROUND)
     with one_line("connection 'r'", "length", "throw"):
-        refused(pin, GROUND, cylinder=1, length=0.04)
+        refused(pin, GROUND, cylinder=1, length=0.02)
     with one_line("connection 'r'", "cylinder", "1 to 1"):
         refused(pin, GROUND, cylinder=2)
     with one_line("connection 'r'", "pin", "turns"):
