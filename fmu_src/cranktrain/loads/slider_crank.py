@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import put_four
 from cranktrain.engine.parts import Rod
 
@@ -65,3 +65,32 @@ def rod_force(x, y, vx, vy, ax, ay, gas, length, m_b, m_o, delta_j, offset, grav
     out[PISTON] = y + s
     out[PISTON_VELOCITY] = vy + g * vx
     out[PISTON_ACCELERATION] = a_p
+
+
+@inlined_kernel
+def pin_tangent(found, ratio, inertance, whirl, change, cos, sin, block):
+    """Tangent of a rod's force by the displacement of its pin in a stage, in axes that turn, rows of four in ``block``.
+
+    ``found`` is the result of rod_force, ``ratio`` ∂u̇/∂u (1/s) and ``inertance`` ∂ü/∂u (1/s²) of the stage's rule,
+    ``whirl`` the speed of the axes (rad/s) and ``change`` its rate, ``cos`` and ``sin`` those of their angle to the
+    cylinder.
+    """
+    alpha = inertance - whirl * whirl
+    beta = 2.0 * whirl * ratio + change
+    x = BY_X
+    v = BY_VX
+    a = BY_ACCELERATION
+    t_xx = found[x] + found[v] * ratio + found[a] * alpha + found[a + 1] * beta
+    t_xy = -found[v] * whirl + found[a + 1] * alpha - found[a] * beta
+    t_yx = found[x + 1] + found[v + 1] * ratio + found[a + 2] * alpha + found[a + 3] * beta
+    t_yy = -found[v + 1] * whirl + found[a + 3] * alpha - found[a + 2] * beta
+    turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block)
+
+
+@inlined_kernel
+def turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block):
+    """Rotate a tangent T from a cylinder's axes into those that turn, Rᵀ T R, rows of four in ``block``."""
+    block[0] = cos * cos * t_xx + cos * sin * (t_xy + t_yx) + sin * sin * t_yy
+    block[1] = cos * cos * t_xy + cos * sin * (t_yy - t_xx) - sin * sin * t_yx
+    block[4] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
+    block[5] = cos * cos * t_yy - cos * sin * (t_xy + t_yx) + sin * sin * t_xx

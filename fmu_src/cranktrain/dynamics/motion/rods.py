@@ -42,12 +42,7 @@ from cranktrain.dynamics.motion.rod_motion import (
     rod_end_across,
 )
 from cranktrain.loads.articulated_rod import force_change, force_on_pin, hang
-from cranktrain.loads.slider_crank import (
-    BY_ACCELERATION,
-    BY_VX,
-    BY_X,
-    rod_force,
-)
+from cranktrain.loads.slider_crank import pin_tangent, rod_force, turn_back
 
 OBSERVING = 3
 """Number of evaluations after which side forces and friction at a known motion agree."""
@@ -112,7 +107,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         if hung:
             knuckle_to_pin(rod[at.JOINT :], frame, cos, sin, c_q, c_v, out, block)
         else:
-            pin_block(out, frame, cos, sin, c_q, c_v, block)
+            pin_tangent(out, c_v / c_q, 1.0 / c_q, frame[at.OMEGA], frame[at.OMEGA_DOT], cos, sin, block)
         # With a block on mounts the gas has no tangent: head and liner have none, and the pin's force must match.
         if slope != 0.0 and rod[at.LINER_PORT] < 0.0:
             gas_block(rod, work, slope, end_x, end_y, cos, sin, block)
@@ -204,23 +199,6 @@ def knuckle_to_pin(joint, frame, cos, sin, c_q, c_v, out, block):
     out[0], out[1], _ = force_on_pin(joint, pin, out)
 
 
-@inlined_kernel
-def pin_block(out, frame, cos, sin, c_q, c_v, block):
-    """Tangent (2 × 2) of a rod's force by displacement of its pin in a stage, in axes of the frame."""
-    ratio = c_v / c_q
-    omega = frame[at.OMEGA]
-    alpha = 1.0 / c_q - omega * omega
-    beta = 2.0 * omega * ratio + frame[at.OMEGA_DOT]
-    x = BY_X
-    v = BY_VX
-    a = BY_ACCELERATION
-    t_xx = out[x] + out[v] * ratio + out[a] * alpha + out[a + 1] * beta
-    t_xy = -out[v] * omega + out[a + 1] * alpha - out[a] * beta
-    t_yx = out[x + 1] + out[v + 1] * ratio + out[a + 2] * alpha + out[a + 3] * beta
-    t_yy = -out[v + 1] * omega + out[a + 3] * alpha - out[a + 2] * beta
-    turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block)
-
-
 @kernel
 def gas_block(rod, work, slope, x, y, cos, sin, block):
     """Add to a rod's tangent the change of gas force; ``slope`` (Pa/rad) is over the angle of its end at x and y."""
@@ -242,15 +220,6 @@ def gas_block(rod, work, slope, x, y, cos, sin, block):
     block[1] += force_x * x
     block[ROW] -= force_y * y
     block[ROW + 1] += force_y * x
-
-
-@inlined_kernel
-def turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block):
-    """Rotate a tangent T from a cylinder's axes into the frame's, Rᵀ T R, into ``block`` (2 × 2)."""
-    block[0] = cos * cos * t_xx + cos * sin * (t_xy + t_yx) + sin * sin * t_yy
-    block[1] = cos * cos * t_xy + cos * sin * (t_yy - t_xx) - sin * sin * t_yx
-    block[ROW] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
-    block[ROW + 1] = cos * cos * t_yy - cos * sin * (t_xy + t_yx) + sin * sin * t_xx
 
 
 @kernel

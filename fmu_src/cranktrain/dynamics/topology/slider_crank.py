@@ -39,15 +39,7 @@ from cranktrain.film.laws.films import (
     WHIRL,
     WHIRL_CHANGE,
 )
-from cranktrain.loads.slider_crank import (
-    BY_ACCELERATION,
-    BY_VX,
-    BY_X,
-    PISTON,
-    PISTON_VELOCITY,
-    remainder_inertia,
-    rod_force,
-)
+from cranktrain.loads.slider_crank import PISTON, PISTON_VELOCITY, pin_tangent, remainder_inertia, rod_force
 
 # Figures of the law, in slots of a bearing's figures: distance of the piston pin from the crank's axis (m), its rate
 # (m/s), and the force of the piston on its cylinder across it (N).
@@ -131,19 +123,7 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
     )  # fmt: skip
     out[0] = cos * found[0] + sin * found[1]
     out[1] = cos * found[1] - sin * found[0]
-    # Tangent by the pin's displacement in a stage, in axes of the cylinder and then of the frame.
-    ratio = numbers[RATIO]
-    alpha = numbers[INERTANCE] - whirl * whirl
-    beta = 2.0 * whirl * ratio + change
-    a = BY_ACCELERATION
-    t_xx = found[BY_X] + found[BY_VX] * ratio + found[a] * alpha + found[a + 1] * beta
-    t_xy = -found[BY_VX] * whirl + found[a + 1] * alpha - found[a] * beta
-    t_yx = found[BY_X + 1] + found[BY_VX + 1] * ratio + found[a + 2] * alpha + found[a + 3] * beta
-    t_yy = -found[BY_VX + 1] * whirl + found[a + 3] * alpha - found[a + 2] * beta
-    out[BY_PLACE] = cos * cos * t_xx + cos * sin * (t_xy + t_yx) + sin * sin * t_yy
-    out[BY_PLACE + 1] = cos * cos * t_xy + cos * sin * (t_yy - t_xx) - sin * sin * t_yx
-    out[BY_PLACE + 4] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
-    out[BY_PLACE + 5] = cos * cos * t_yy - cos * sin * (t_xy + t_yx) + sin * sin * t_xx
+    pin_tangent(found, numbers[RATIO], numbers[INERTANCE], whirl, change, cos, sin, out[BY_PLACE:])
     out[FRICTION] = more_x * out[1] - more_y * out[0]
     out[HEIGHT] = found[PISTON]
     out[SPEED] = found[PISTON_VELOCITY]
