@@ -22,7 +22,7 @@ import warnings
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cranktrain.core.argument_checks import given_name
 from cranktrain.core.errors import nearest
@@ -169,6 +169,14 @@ class ConnectionTable:
         return getattr(self, self.law)
 
 
+class Additions(NamedTuple):
+    """Frames, bodies and connections that are added to crank and block."""
+
+    frame: tuple[FrameTable, ...] = ()
+    body: tuple[BodyTable, ...] = ()
+    connection: tuple[ConnectionTable, ...] = ()
+
+
 TEXTS = {
     "frame": ("name", "motion"),
     "body": ("name", "frame", "interfaces", "file", "discs", "along"),
@@ -182,10 +190,10 @@ OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "co
 """Names of frames and bodies that exist in every engine, so that a file cannot define them."""
 
 
-def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
-                    connections: tuple[ConnectionTable, ...], cylinders: int) -> None:  # fmt: skip
+def check_additions(added: Additions, cylinders: int) -> None:
     """Raise ``InputError`` for TOML tables that contradict themselves, each other or the number of ``cylinders``."""
-    for noun, tables in (("frame", frames), ("body", bodies), ("connection", connections)):
+    frames, bodies, connections = added
+    for noun, tables in added._asdict().items():
         taken = [*OWN_NAMES[noun]]
         for table in tables:
             need(f"{noun} '{table.name}'", "name", table.name not in taken, "is taken already; choose another one")

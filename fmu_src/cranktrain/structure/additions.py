@@ -42,13 +42,15 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     from cranktrain.structure.block.mesh import block_interface_names
     from cranktrain.structure.crank.shape import crank_interfaces
 
-    if not engine.connection:
+    added = engine.additions.connection
+    if not added:
         return
     topology_outputs(engine)
-    for table in engine.connection:
-        ends = [End(*split_end(text)) for text in table.ends]
-        elastic = table.film is not None and "bore" in film_parts(table.film)
-        if table.film is not None and elastic and (table.place or not at_main(ends)):
+    for table in added:
+        wanted = () if table.film is None else film_parts(table.film, table.ends)
+        at_bore = not table.place and at_main([End(*split_end(text)) for text in table.ends])
+        lacks = ("bore" in wanted and not at_bore) or ("big_end_bore" in wanted and engine.big_end_bearing is None)
+        if table.film is not None and lacks:
             raise InputError(f"connection '{table.name}': {no_bore(table.film)}")
     mounts = len(engine.mounts.x) if engine.mounts is not None else 0
     block = block_interface_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
@@ -56,7 +58,7 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     turning = tuple(name for name, speed in zip(line.interfaces, line.speeds.tolist(), strict=True) if speed == 1.0)
     crank = (*crank_interfaces(engine.crankshaft), *turning)
     known = {"crank": () if own_crank else crank, "block": () if own_block else block}
-    for table in engine.connection:
+    for table in added:
         for body, interface in map(split_end, table.ends):
             names = known.get(body, ())
             if names and interface not in names:
@@ -71,7 +73,7 @@ def read_added(engine: Engine) -> dict[str, ReducedBody]:
     bare = Topology(file_frames(engine))
     return {
         table.name: _from_file(table) if table.file else shaft_body(table, bare.frame(table.frame))
-        for table in engine.body
+        for table in engine.additions.body
         if table.made_of_files_or_elements
     }
 

@@ -106,7 +106,8 @@ def modal(
                 report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
     if given != found:
-        report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
+        added = given.additions
+        report["left_out"] = [body.name for body in added.body] + [one.name for one in added.connection]
         if solid:
             report["with_additions"] = additions_report(given, own)
     report["drive_line"] = line

@@ -101,7 +101,8 @@ def connection_arrays(
         shown += [(before + len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
         oil.append(piece.viscosity)
         kept.append(piece)
-        parts.append(films_of._replace(at_main=at_main(connection.ends), connection=connection.name))
+        on_pin = connection.ends[0].body == CRANK and connection.ends[0].interface.startswith("pin[")
+        parts.append(films_of._replace(at_main=at_main(connection.ends), at_pin=on_pin, connection=connection.name))
     # Laws of films read the rows of all bearings, so rows of other laws are filled with valid values.
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.terms import Direction
 from cranktrain.dynamics.topology.values import REST, Frame
-from cranktrain.engine.parts import JournalBearing, Oil
+from cranktrain.engine.parts import BigEndBearing, JournalBearing, Oil
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.table.database import FilmTable
 
@@ -27,16 +27,20 @@ class FilmParts(NamedTuple):
     ----------
     tables : film tables of any bearings, from which a film takes a fitting one
     mains, bore : the engine's plain main bearings and the compliance of their bores
+    big_ends, eye : the engine's big-end bearings and the compliance of the rods' eyes
     oil : dependence of the engine's oil on pressure
-    at_main : whether the film is that of a main journal in its bore
+    at_main, at_pin : whether the film is that of a main journal in its bore, or of a crank pin in a rod
     connection : name of the film's connection
     """
 
     tables: tuple[FilmTable, ...] = ()
     mains: JournalBearing | None = None
     bore: BoreCompliance | None = None
+    big_ends: BigEndBearing | None = None
+    eye: BoreCompliance | None = None
     oil: Oil | None = None
     at_main: bool = False
+    at_pin: bool = False
     connection: str = ""
 
 
