@@ -18,7 +18,6 @@ fixed to their interfaces.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -208,12 +207,6 @@ def check_additions(added: Additions, cylinders: int) -> None:
         _check_body(body, known)
     _check_replaced(frames, bodies, connections)
     names = ["crank", "block", GROUND, *(body.name for body in bodies)]
-    joined = {split_end(end)[0] for connection in connections for end in connection.ends}
-    for body in bodies:
-        if body.name not in joined:
-            warnings.warn(
-                f"body '{body.name}': no connection joins it to anything; add one, or leave it out", stacklevel=3
-            )
     for connection in connections:
         where = f"connection '{connection.name}'"
         laws.check_ends(connection.law, len(connection.ends), where)

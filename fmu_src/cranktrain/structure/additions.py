@@ -11,11 +11,12 @@ from itertools import pairwise
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.reduced_body import ReducedBody, attach, truncate
+from cranktrain.core.reduced_body import ReducedBody, attach, rigid_body, truncate
 from cranktrain.core.user_file import file_exists, folder_exists
 from cranktrain.dynamics.topology.bearings import film_parts, no_bore
 from cranktrain.dynamics.topology.connection_arrays import at_main
-from cranktrain.dynamics.topology.tables import file_frames, topology_outputs
+from cranktrain.dynamics.topology.held import check_held
+from cranktrain.dynamics.topology.tables import file_frames, topology_outputs, whole_topology
 from cranktrain.dynamics.topology.values import End, Frame, Topology
 from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
@@ -35,7 +36,7 @@ counts."""
 
 
 def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
-    """Refuse connections with an unsuitable force law or to missing interfaces of crank or block; ``InputError``.
+    """Refuse unsuitable laws, missing interfaces of crank or block, and bodies that nothing holds; ``InputError``.
 
     Interfaces of a user's ``own_crank`` and ``own_block`` are not checked here because these files are read later.
     """
@@ -43,7 +44,7 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     from cranktrain.structure.crank.shape import crank_interfaces
 
     added = engine.additions.connection
-    if not added:
+    if not added and not engine.additions.body:
         return
     topology_outputs(engine)
     for table in added:
@@ -66,6 +67,21 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
                     f"connection '{table.name}': body '{body}' has no interface '{interface}'; "
                     f"{nearest(interface, list(names))}"
                 )
+    _check_held(engine)
+
+
+def _check_held(engine: Engine) -> None:
+    """Refuse bodies that nothing holds, as their tables show; bodies from files count as held; ``InputError``."""
+    bare, bodies = Topology(file_frames(engine)), engine.additions.body
+    stand_ins = {"crank": {"": (0.0, 0.0, 0.0)}}
+    for body in bodies:
+        if body.made_of_files_or_elements:
+            sense = bare.frame(body.frame).sense
+            along = {name: (0.0, 0.0, sense * z) for name, z in zip(body.interfaces, body.held_at, strict=False)}
+            rod = {name: (0.0, y, sense * body.z[0]) for name, y in zip(body.interfaces, body.y, strict=False)}
+            stand_ins[body.name] = rod if body.along == "y" else along
+    made = {name: rigid_body(name, 1.0, np.eye(3), (0, 0, 0), held) for name, held in stand_ins.items()}
+    check_held(whole_topology(engine, made["crank"], None, made), [body.name for body in bodies if body.file])
 
 
 def read_added(engine: Engine) -> dict[str, ReducedBody]:
