@@ -205,7 +205,9 @@ def test_floating_big_ends_leave_their_rods_in_the_engine():
     engine = replace(load_engine("diesel_i6"), axial_path=None)
     top = ct.Topology((ct.Frame("r", 1.0, slider=ct.Slider((0.0, 0.06), 0.2, cylinder=2)),))
     settings = ct.Settings(crank="rigid", block="ground", big_ends="impedance")
-    with pytest.raises(InputError, match="rod of cylinder 2 is an added body, whose big end has a film of its own; leave"):
+    with pytest.raises(
+        InputError, match="rod of cylinder 2 is an added body, whose big end has a film of its own; leave"
+    ):
         run = Simulation(engine, rigid_crank(engine), settings, None, Parts(topology=top))
         run.initialize()
 

@@ -100,9 +100,8 @@ def check_rod_shape(engine: Engine, shape: RodShape) -> None:
     for key in ("areas", "second_moments"):
         count = len(getattr(shape, key))
         need("rod_shape", key, count == pieces, f"{count} values for {pieces} pieces between {pieces + 1} stations")
-    arrangement = engine.cylinders.rods_on_pin
-    text = f"rods in '{arrangement}' order run on each other, which no frame of a rod follows; leave the table out"
-    need("rod_shape", "stations", engine.rods_float, text)
+    text = "rods run on each other there, which no frame of a rod follows; leave [rod_shape] out"
+    need("cylinders", "rods_on_pin", engine.rods_float, text)
     text = "a film needs the table [big_end_bearing]; add it"
     need("rod_shape", "big_end", engine.big_end_bearing is not None, text)
     for frame in engine.frame:
@@ -120,7 +119,9 @@ def point_masses(engine: Engine, shape: RodShape) -> dict[str, tuple[float, floa
     rod, ends = engine.rod, list(pairwise(shape.stations))
     beam = [shape.density * area * (b - a) for area, (a, b) in zip(shape.areas, ends, strict=True)]
     first = math.fsum(m * 0.5 * (a + b) for m, (a, b) in zip(beam, ends, strict=True))
-    second = math.fsum(m * (a * a + a * b + b * b) / 3.0 for m, (a, b) in zip(beam, ends, strict=True))
+    squares = [(a * a + a * b + b * b) / 3.0 for a, b in ends]
+    turned = [i / area for i, area in zip(shape.second_moments, shape.areas, strict=True)]
+    second = math.fsum(m * (square + own) for m, square, own in zip(beam, squares, turned, strict=True))
     total = rod.big_end_mass + rod.small_end_mass
     moment = rod.small_end_mass * rod.length - first
     about = rod.inertia + (rod.small_end_mass * rod.length) ** 2 / total - second
