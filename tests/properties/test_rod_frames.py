@@ -126,6 +126,26 @@ law = "gas"
 ends = ["piston[1].pin", "ground"]
 bore = { value = 82, unit = "mm", origin = "chosen" }
 cylinder = { value = 1, unit = "1", origin = "chosen" }
+
+[[connection]]
+name = "big_end"
+law = "spring"
+ends = ["crank.pin[1]", "rod[1].big"]
+stiffness = { value = [1e9, 1e9, 1e6], unit = "N/m", origin = "chosen" }
+turning_stiffness = { value = [1e4, 1e4, 0], unit = "N m/rad", origin = "chosen" }
+
+[[connection]]
+name = "small_end"
+law = "spring"
+ends = ["piston[1].pin", "rod[1].small"]
+stiffness = { value = [1e9, 1e9, 0], unit = "N/m", origin = "chosen" }
+
+[[connection]]
+name = "guide"
+law = "spring"
+ends = ["piston[1].pin", "ground"]
+stiffness = { value = [1e9, 0, 1e6], unit = "N/m", origin = "chosen" }
+turning_stiffness = { value = [1e4, 1e4, 1e4], unit = "N m/rad", origin = "chosen" }
 """
 
 
@@ -185,7 +205,9 @@ def test_floating_big_ends_leave_their_rods_in_the_engine():
     engine = replace(load_engine("diesel_i6"), axial_path=None)
     top = ct.Topology((ct.Frame("r", 1.0, slider=ct.Slider((0.0, 0.06), 0.2, cylinder=2)),))
     settings = ct.Settings(crank="rigid", block="ground", big_ends="impedance")
-    with pytest.raises(InputError, match="rod of cylinder 2 is an added body: big ends that float"):
+    with pytest.raises(
+        InputError, match="rod of cylinder 2 is an added body, whose big end has a film of its own; leave"
+    ):
         run = Simulation(engine, rigid_crank(engine), settings, None, Parts(topology=top))
         run.initialize()
 

@@ -58,10 +58,12 @@ def test_first_bending_of_a_rod_between_two_bearings_is_the_beams(length):
 
 
 def test_published_flexible_slider_crank():
-    """Simeon's elastic slider-crank (1996) at constant speed, its linear beam: values at 0.1 s, within 5 %.
+    """Simeon's elastic slider-crank (1996) at constant speed, its linear beam: values at 0.1 s, within 1 %.
 
     The beam's bending and stretch are those of his four shapes; a value near a passage through zero is compared with
-    its range. What bends a moment about the displaced centre of mass is none of his equations.
+    its range. Euler's beam, or modes up to 20 kHz, come no closer to his digits: he takes four shapes, and a rod as
+    body deforms to first order in axes of the rigid mechanism. What bends a moment about the displaced centre of mass
+    is none of his equations.
     """
     case = json.loads(PUBLISHED.read_text(encoding="utf-8"))[0]
     given, expected = case["inputs"], np.array(case["expected"]["y14"])
@@ -118,8 +120,8 @@ def test_published_flexible_slider_crank():
         run.step((step + 1) * 0.1 / steps)
         found[step + 1] = amplitudes()
     size = np.abs(found[:, :4]).max(axis=0)
-    assert (np.abs(found[-1, :4] - expected[3:7]) < 0.05 * size).all()
-    assert (np.abs(found[-1, 2:4] / expected[5:7] - 1.0) < 0.05).all()
+    assert (np.abs(found[-1, :4] - expected[3:7]) < 0.01 * size).all()
+    assert (np.abs(found[-1, 2:4] / expected[5:7] - 1.0) < 0.01).all()
     turned = entry.moved(frames[0], 15.0).angle + found[-1, 4]
     assert turned == pytest.approx(expected[1], abs=2e-6)
 

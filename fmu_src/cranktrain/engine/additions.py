@@ -18,11 +18,10 @@ fixed to their interfaces.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cranktrain.core.argument_checks import given_name
 from cranktrain.core.errors import nearest
@@ -170,6 +169,14 @@ class ConnectionTable:
         return getattr(self, self.law)
 
 
+class Additions(NamedTuple):
+    """Frames, bodies and connections that are added to crank and block."""
+
+    frame: tuple[FrameTable, ...] = ()
+    body: tuple[BodyTable, ...] = ()
+    connection: tuple[ConnectionTable, ...] = ()
+
+
 TEXTS = {
     "frame": ("name", "motion"),
     "body": ("name", "frame", "interfaces", "file", "discs", "along"),
@@ -183,10 +190,10 @@ OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "co
 """Names of frames and bodies that exist in every engine, so that a file cannot define them."""
 
 
-def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
-                    connections: tuple[ConnectionTable, ...], cylinders: int) -> None:  # fmt: skip
+def check_additions(added: Additions, cylinders: int) -> None:
     """Raise ``InputError`` for TOML tables that contradict themselves, each other or the number of ``cylinders``."""
-    for noun, tables in (("frame", frames), ("body", bodies), ("connection", connections)):
+    frames, bodies, connections = added
+    for noun, tables in added._asdict().items():
         taken = [*OWN_NAMES[noun]]
         for table in tables:
             need(f"{noun} '{table.name}'", "name", table.name not in taken, "is taken already; choose another one")
@@ -201,12 +208,6 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
         _check_body(body, known)
     _check_replaced(frames, bodies, connections)
     names = ["crank", "block", GROUND, *(body.name for body in bodies)]
-    joined = {split_end(end)[0] for connection in connections for end in connection.ends}
-    for body in bodies:
-        if body.name not in joined:
-            warnings.warn(
-                f"body '{body.name}': no connection joins it to anything; add one, or leave it out", stacklevel=3
-            )
     for connection in connections:
         where = f"connection '{connection.name}'"
         laws.check_ends(connection.law, len(connection.ends), where)

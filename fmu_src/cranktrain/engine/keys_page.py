@@ -37,6 +37,7 @@ CASES: tuple[dict[str, Any], ...] = (
     {},
     *({"kind": one, "joint": one} for one in ("viscous", "rubber", "power", "torque", "propeller", "spline")),
     {"motion": "rod"},
+    {"small_end": "impedance"},
     {"stations": (0.0,), "along": "y", "areas": (1.0,), "discs": ("a",)},
     {"stations": (0.0,)},
 )

@@ -18,13 +18,14 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
-from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
+from cranktrain.engine.additions import Additions, BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.articulated_rod import Articulation, articulations, dead_centre_heights, rods_of
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.engine.limits import Limits
+from cranktrain.engine.rod_shape import RodShape, rod_additions
 
 IDLE_SHARE = 0.25
 """Ratio of lowest to highest speed for an engine whose oil temperature is given at one speed only."""
@@ -37,7 +38,7 @@ class Engine:
     The crank runs in plain bearings, ``main_bearing``, in roller bearings, ``main_roller``, or in both. ``clutch`` is
     fixed to the same interface as the flywheel. Optional parts are needed by certain fidelity levels; ``damper`` is
     used only if it is requested. ``frame``, ``body`` and ``connection`` are additions to crank and block
-    (:mod:`cranktrain.engine.additions`).
+    (:mod:`cranktrain.engine.additions`), to which ``rod_shape`` adds elastic rods (:mod:`cranktrain.engine.rod_shape`).
     """
 
     name: str
@@ -72,6 +73,7 @@ class Engine:
     crank_strength: CrankStrength | None = None
     articulated_rod: parts.ArticulatedRod | None = None
     load: parts.MeanLoad | None = None
+    rod_shape: RodShape | None = None
     frame: tuple[FrameTable, ...] = ()
     body: tuple[BodyTable, ...] = ()
     connection: tuple[ConnectionTable, ...] = ()
@@ -172,10 +174,19 @@ class Engine:
         return self.main_bearing
 
     @property
+    def additions(self) -> Additions:
+        """Frames, bodies and connections of the engine file and of its elastic rods."""
+        own = Additions(self.frame, self.body, self.connection)
+        if self.rod_shape is None:
+            return own
+        rods = rod_additions(self, self.rod_shape)
+        return Additions(own.frame + rods.frame, own.body + rods.body, own.connection + rods.connection)
+
+    @property
     def connections(self) -> tuple[ConnectionTable, ...]:
         """Added connections, and connections that represent nonlinear shafts of the drive line."""
-        line = self.drive_line_chain
-        return self.connection if line is None else (*self.connection, *line_connections(line))
+        line, own = self.drive_line_chain, self.additions.connection
+        return own if line is None else (*own, *line_connections(line))
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Engine:
         """Engine with some values changed, checked in the same way as an engine file.
@@ -227,14 +238,14 @@ class Engine:
     @property
     def without_additions(self) -> Engine:
         """The engine without the bodies and connections that its file adds."""
-        return replace(self, frame=(), body=(), connection=())
+        return replace(self, frame=(), body=(), connection=(), rod_shape=None)
 
     def refuse_additions(self, what: str) -> None:
         """Refuse added bodies and connections, which the method ``what`` does not support; ``InputError``."""
-        if self.body or self.connection:
+        if self.body or self.connection or self.rod_shape is not None:
             raise InputError(
                 f"engine '{self.name}' has added bodies and connections, which {what} cannot include; "
-                "leave [[body]] and [[connection]] out"
+                "leave [[body]], [[connection]] and [rod_shape] out"
             )
 
     def refuse_two_strokes(self, what: str) -> None:

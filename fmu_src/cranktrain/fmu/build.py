@@ -12,6 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import this_platform
 from cranktrain.core.types import Progress
 from cranktrain.core.user_file import ending, read_toml
+from cranktrain.dynamics.topology.bearings import film_parts
 from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
@@ -36,7 +37,7 @@ from cranktrain.loads.pressure_map import read_gas
 from cranktrain.modules.register import module_path
 from cranktrain.store.waits import print_line, waits
 from cranktrain.structure import assembly
-from cranktrain.structure.additions import read_added
+from cranktrain.structure.additions import check_added, read_added
 from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
 
@@ -282,6 +283,7 @@ def whole_model(
     if not block:
         engine = replace(engine, block=None)
 
+    check_added(engine, body is not None, own_block=False)
     data: dict[str, Any] = {"added": read_added(engine)}
     # Paths on the machine of the build are not stored in the FMU.
     engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
@@ -298,7 +300,9 @@ def whole_model(
         say(f"{engine.name}: block")
         data["block"] = assembly.running_block(engine, tilting=True, say=say, bore=not engine.rollers_only and bores)
     data["film_tables"] = assembly.film_tables_of(engine, say)
-    if films and engine.big_end_bearing is not None and engine.rods_float:
+    added = [(table.film, table.ends) for table in engine.additions.connection if table.film is not None]
+    eyes = any("big_end_bore" in film_parts(*one) for one in added)
+    if eyes or (films and engine.big_end_bearing is not None and engine.rods_float):
         say(f"{engine.name}: elastic eyes of the rods")
         data["big_end_bore"] = assembly.big_end_bore(engine, say)
     if engine.rollers_only:

@@ -53,7 +53,7 @@ def product(
     suffix: str = "",
 ) -> Product:
     """Description of an engine's FMU, see :func:`build`; ``InputError`` if the engine has laws written in Python."""
-    for table in engine.connection:
+    for table in engine.additions.connection:
         if table.own is not None:
             raise InputError(
                 f"connection '{table.name}': an FMU cannot carry the own law '{table.own.function}', a function of "

@@ -11,11 +11,12 @@ from itertools import pairwise
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.reduced_body import ReducedBody, attach, truncate
+from cranktrain.core.reduced_body import ReducedBody, attach, rigid_body, truncate
 from cranktrain.core.user_file import file_exists, folder_exists
 from cranktrain.dynamics.topology.bearings import film_parts, no_bore
 from cranktrain.dynamics.topology.connection_arrays import at_main
-from cranktrain.dynamics.topology.tables import file_frames, topology_outputs
+from cranktrain.dynamics.topology.held import check_held
+from cranktrain.dynamics.topology.tables import file_frames, topology_outputs, whole_topology
 from cranktrain.dynamics.topology.values import End, Frame, Topology
 from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
@@ -35,20 +36,22 @@ counts."""
 
 
 def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
-    """Refuse connections with an unsuitable force law or to missing interfaces of crank or block; ``InputError``.
+    """Refuse unsuitable laws, missing interfaces of crank or block, and bodies that nothing holds; ``InputError``.
 
     Interfaces of a user's ``own_crank`` and ``own_block`` are not checked here because these files are read later.
     """
     from cranktrain.structure.block.mesh import block_interface_names
     from cranktrain.structure.crank.shape import crank_interfaces
 
-    if not engine.connection:
+    added = engine.additions.connection
+    if not added and not engine.additions.body:
         return
     topology_outputs(engine)
-    for table in engine.connection:
-        ends = [End(*split_end(text)) for text in table.ends]
-        elastic = table.film is not None and "bore" in film_parts(table.film)
-        if table.film is not None and elastic and (table.place or not at_main(ends)):
+    for table in added:
+        wanted = () if table.film is None else film_parts(table.film, table.ends)
+        at_bore = not table.place and at_main([End(*split_end(text)) for text in table.ends])
+        lacks = ("bore" in wanted and not at_bore) or ("big_end_bore" in wanted and engine.big_end_bearing is None)
+        if table.film is not None and lacks:
             raise InputError(f"connection '{table.name}': {no_bore(table.film)}")
     mounts = len(engine.mounts.x) if engine.mounts is not None else 0
     block = block_interface_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
@@ -56,7 +59,7 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     turning = tuple(name for name, speed in zip(line.interfaces, line.speeds.tolist(), strict=True) if speed == 1.0)
     crank = (*crank_interfaces(engine.crankshaft), *turning)
     known = {"crank": () if own_crank else crank, "block": () if own_block else block}
-    for table in engine.connection:
+    for table in added:
         for body, interface in map(split_end, table.ends):
             names = known.get(body, ())
             if table.slider_crank is not None and body == "block" and names:
@@ -66,6 +69,21 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
                     f"connection '{table.name}': body '{body}' has no interface '{interface}'; "
                     f"{nearest(interface, list(names))}"
                 )
+    _check_held(engine)
+
+
+def _check_held(engine: Engine) -> None:
+    """Refuse bodies that nothing holds, as their tables show; bodies from files count as held; ``InputError``."""
+    bare, bodies = Topology(file_frames(engine)), engine.additions.body
+    stand_ins = {"crank": {"": (0.0, 0.0, 0.0)}}
+    for body in bodies:
+        if body.made_of_files_or_elements:
+            sense = bare.frame(body.frame).sense
+            along = {name: (0.0, 0.0, sense * z) for name, z in zip(body.interfaces, body.held_at, strict=False)}
+            rod = {name: (0.0, y, sense * body.z[0]) for name, y in zip(body.interfaces, body.y, strict=False)}
+            stand_ins[body.name] = rod if body.along == "y" else along
+    made = {name: rigid_body(name, 1.0, np.eye(3), (0, 0, 0), held) for name, held in stand_ins.items()}
+    check_held(whole_topology(engine, made["crank"], None, made), [body.name for body in bodies if body.file])
 
 
 def read_added(engine: Engine) -> dict[str, ReducedBody]:
@@ -73,7 +91,7 @@ def read_added(engine: Engine) -> dict[str, ReducedBody]:
     bare = Topology(file_frames(engine))
     return {
         table.name: _from_file(table) if table.file else shaft_body(table, bare.frame(table.frame))
-        for table in engine.body
+        for table in engine.additions.body
         if table.made_of_files_or_elements
     }
 

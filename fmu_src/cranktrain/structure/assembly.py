@@ -330,12 +330,14 @@ def film_tables_of(
     engine: Engine, say: Progress = lambda stage: None, resolution: str = "default"
 ) -> tuple[FilmTable, ...]:
     """Film tables of the films at level ``table`` that the engine file adds as connections."""
-    return _film_tables([table.film for table in engine.connection if table.film is not None], say, resolution)
+    return _film_tables(
+        [table.film for table in engine.additions.connection if table.film is not None], say, resolution
+    )
 
 
 def _film_tables(films: Sequence[Film], say: Progress, resolution: str = "default") -> tuple[FilmTable, ...]:
     """One film table for all films of level ``table`` with the same proportions."""
-    wanted = {bearing_settings(film, resolution): film for film in films if "table" in film_parts(film)}
+    wanted = {bearing_settings(film, resolution): film for film in films if "table" in film_parts(film, ())}
     return tuple(_film_table(film, say, resolution) for film in wanted.values())
 
 

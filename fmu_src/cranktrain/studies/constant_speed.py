@@ -213,7 +213,7 @@ class Request:
         """Settings of a run whose films repeat as closely as it is to settle."""
         settings = made.settings
         levels = [settings.bearings, settings.big_ends]
-        levels += [table.film.level for table in made.engine.connection if table.film is not None]
+        levels += [table.film.level for table in made.engine.additions.connection if table.film is not None]
         in_lanes = any(bearing_law(level).oil for level in levels)
         if self.cycles is not None or self.settle > SETTLED_IN_SINGLES or not in_lanes:
             return settings

@@ -16,6 +16,7 @@ from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
 from cranktrain.loads.gas_pressure import Gas
+from cranktrain.structure.additions import check_added
 from cranktrain.structure.assembly import assemble, check_crank_table, check_mesh, checked, table_crank
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
@@ -69,6 +70,7 @@ def modal(
     say : told each stage of long work
     """
     given = engine if isinstance(engine, Engine) else load_engine(engine)
+    check_added(given, mesh is not None, block_mesh is not None)
     found = given.without_additions
     solid = crank_level(crank).name == list(CRANKS)[-1]
     if block not in BLOCKS:
@@ -106,7 +108,8 @@ def modal(
                 report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
     if given != found:
-        report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
+        added = given.additions
+        report["left_out"] = [body.name for body in added.body] + [one.name for one in added.connection]
         if solid:
             report["with_additions"] = additions_report(given, own)
     report["drive_line"] = line

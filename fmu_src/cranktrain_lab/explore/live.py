@@ -131,9 +131,10 @@ class LiveTorsion:
         first, last = (engine.speeds[k] if end is None else end for k, end in enumerate((low, high)))
         self.notes: list[str] = []
         self.whole = engine
-        if engine.body or engine.connection:
+        added = engine.additions
+        if added.body or added.connection:
             self.notes.append(
-                f"The live answers leave out {len(engine.body)} added bodies and {len(engine.connection)} added "
+                f"The live answers leave out {len(added.body)} added bodies and {len(added.connection)} added "
                 "connections; the full model includes them."
             )
             engine = replace(engine, frame=(), body=(), connection=())

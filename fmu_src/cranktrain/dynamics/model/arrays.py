@@ -245,9 +245,9 @@ def axis_weights(places: Array, centre: float) -> Array:
 
 
 def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
-    """Film tables and elastic bores for added bearings, including those of the main bearings."""
+    """Film tables and elastic bores for added bearings, including those of mains and big ends."""
     tables = (*parts.film_tables, *(() if parts.table is None else (parts.table,)))
-    return FilmParts(tables, engine.main_bearing, parts.bore, engine.oil)
+    return FilmParts(tables, engine.main_bearing, parts.bore, engine.big_end_bearing, parts.big_end_bore, engine.oil)
 
 
 def _without_block_shares(engine: Engine) -> Engine:
@@ -356,9 +356,11 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[i
     added bodies; ``InputError`` for such a cylinder that the engine lacks, or if big ends have films.
     """
     for number in added:
-        if free_big_ends or not 1 <= number <= engine.n_cylinders:
-            reason = "big ends that float" if free_big_ends else f"the engine has {engine.n_cylinders} cylinders"
-            raise InputError(f"rod of cylinder {number} is an added body: {reason}; take another level or cylinder")
+        where = f"rod of cylinder {number} is an added body"
+        if free_big_ends:
+            raise InputError(f"{where}, whose big end has a film of its own; leave the level of big ends 'rigid'")
+        if not 1 <= number <= engine.n_cylinders:
+            raise InputError(f"{where}: the engine has {engine.n_cylinders} cylinders; take one of these")
     cylinders, rods = engine.cylinders, engine.rods
     joint_of = [joint and (joint.master, *joint_values(joint).tolist()) for joint in engine.articulations]
     offsets, ends = engine.offsets, [pin_positions(engine, k) for k in range(engine.n_cylinders)]

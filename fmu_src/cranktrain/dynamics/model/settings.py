@@ -140,7 +140,7 @@ def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
     big_end = bearing_law(big_ends, "big-end level")
     if big_end.carries:
         laws.append(big_end)
-    for table in engine.connection:
+    for table in engine.additions.connection:
         laws += [bearing_law(table.film.level)] if table.film is not None else []
         laws += [bearing_law("roller")] if table.roller is not None else []
     return min(laws, key=lambda law: law.step_deg)
@@ -148,12 +148,12 @@ def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
 
 def usual_step(law: Law, engine: Engine) -> float:
     """Default step (rad) of a run under a ruling law, limited to ADDED with added connections."""
-    return min(math.radians(law.step_deg), ADDED if engine.connection else math.inf)
+    return min(math.radians(law.step_deg), ADDED if engine.additions.connection else math.inf)
 
 
 def usual_film_change(law: Law, engine: Engine) -> float:
     """Default fraction by which a film may close in a step: the least value of the ruling law and all added films."""
-    films = [bearing_law(table.film.level) for table in engine.connection if table.film is not None]
+    films = [bearing_law(table.film.level) for table in engine.additions.connection if table.film is not None]
     return min(row.film_change for row in (law, *films))
 
 
@@ -169,9 +169,9 @@ def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:
     """Fields of ``Parts`` that a run with resolved ``settings`` needs."""
     mains = bearing_law(settings.bearings).forms[mains_kind(engine)]
     block = ("block",) if settings.block == "flexible" else ()
-    films = [table.film for table in engine.connection if table.film is not None]
-    bore = ("bore",) if any("bore" in film_parts(film) for film in films) else ()
-    return (*block, *mains.parts, *bore, *bearing_law(settings.big_ends).forms[BIG_END].parts)
+    films = [film_parts(table.film, table.ends) for table in engine.additions.connection if table.film is not None]
+    bores = [part for part in ("bore", "big_end_bore") if any(part in own for own in films)]
+    return (*block, *mains.parts, *bores, *bearing_law(settings.big_ends).forms[BIG_END].parts)
 
 
 def keeps_peaks(name: str, settings: Settings, engine: Engine) -> bool:

@@ -5,6 +5,7 @@ The first end is the rotating body of the bearing, and the law is evaluated in t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from cranktrain.dynamics.topology.axial_joint import sliding_law, sliding_record
 from cranktrain.dynamics.topology.damper import HEAT, damper_law, damper_record
 from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, REFERENCE_VISCOSITY, SAME, FilmParts, Piece, between
 from cranktrain.dynamics.topology.terms import Direction, unit
-from cranktrain.dynamics.topology.values import Frame
+from cranktrain.dynamics.topology.values import CRANK, Frame
 from cranktrain.engine.checks.crankshaft import check_damper
 from cranktrain.engine.connections import Film, RingDamper, Roller, SlidingJoint, Thrust
 from cranktrain.engine.quantities import mm, need
@@ -27,7 +28,7 @@ from cranktrain.film.laws.axial_joint import REMEMBERED
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE, VISCOSITY
-from cranktrain.film.laws.register import PLAIN, ROLLER, THRUST, bearing_law
+from cranktrain.film.laws.register import BIG_END, PLAIN, ROLLER, THRUST, bearing_law
 from cranktrain.film.laws.rigid_bore import fitting_table
 from cranktrain.film.laws.roller import FIRST_ANGLE, roller_parameters, seats
 
@@ -42,41 +43,43 @@ def film_pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     """Piece of a connection for a plain bearing at a film level; the first end is the journal."""
     _need_turning(journal, bore, "the first end of a bearing is its journal, which turns; exchange the ends")
     law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
-    form = law.forms[PLAIN]
-
-    # The angle of the oil supply is measured in the engine's axes.
-    own = replace(bearing, supply_angle=journal.sense * bearing.supply_angle)
+    # A film that remembers its oil is solved in axes of its bore. Those of a rod swing, others are at rest.
+    swings = bore.swings and bool(law.forms[PLAIN].memory)
+    form, axes = (law.forms[BIG_END], bore) if swings else (law.forms[PLAIN], journal)
+    # The angle of the oil supply is measured in axes of the rod, or in the engine's axes.
+    own = bearing if swings else replace(bearing, supply_angle=journal.sense * bearing.supply_angle)
 
     def record(rows: Array, parts: FilmParts) -> Any:
         found = {name: _part(name, own, parts) for name in form.parts}
-        return resolve(form.record)(Bearings(rows, own, parts=found, oil=parts.oil))
+        return resolve(form.record)(Bearings(rows, own, parts=found, oil=parts.oil, swings=swings))
 
     half = 0.5 * bearing.width
-    components = _journal(journal, half if form.tilt else 0.0)
+    components = _journal(axes, half if form.tilt else 0.0)
     outputs: tuple[tuple[str, str, int], ...] = ACROSS
     if law.film:
         outputs += (("friction_torque", "out", FRICTION), ("pressure_max", "out", P_MAX), ("oil_flow", "out", FLOW))
     scales = [float(parameters[CLEARANCE])] * len(components)
     return [
         Piece(
-            components, scales, resolve(form.kernel), record, journal, 0, law.film, form.closes,
+            components, scales, resolve(form.kernel), record, axes, 0, law.film, form.closes,
             outputs, parameters, bearing.viscosity if law.film else -1.0, tilt=half if form.tilt else 0.0,
             told_oil=form.viscous, tells_rate=bool(form.memory), memory=resolve(form.memory) if form.memory else None,
         )
     ]  # fmt: skip
 
 
-def film_parts(bearing: Film) -> tuple[str, ...]:
-    """Names of the parts that a film needs from elsewhere: film ``table``, or elastic ``bore``."""
+def film_parts(bearing: Film, ends: Sequence[str]) -> tuple[str, ...]:
+    """Names of the parts that a film between ``ends`` (body.interface) needs: film ``table``, elastic bore or eye."""
     own = bearing_law(bearing.level).forms[PLAIN].parts
-    return tuple(name for name in own if name != "bore" or bearing.bore == "elastic")
+    at = "big_end_bore" if ends and ends[0].startswith(f"{CRANK}.pin[") else "bore"
+    return tuple(at if name == "bore" else name for name in own if name != "bore" or bearing.bore == "elastic")
 
 
 def no_bore(bearing: Film) -> InputError:
     """Error for a film with an elastic bore whose compliance is not known."""
     return InputError(
-        f"level '{bearing.level}' knows the elastic bores of the engine's own main bearings alone; write bore = rigid "
-        "for this film in a rigid bore, or take level table or reynolds"
+        f"level '{bearing.level}' knows the elastic bores of the engine's own main bearings alone, and of rods on its "
+        "crank pins; write bore = rigid for this film in a rigid bore, or take level table or reynolds"
     )
 
 
@@ -92,11 +95,13 @@ def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
         return table
     if bearing.bore == "rigid":
         return RIGID_BORE
-    mains = parts.mains
-    same = mains is not None and (mains.diameter, mains.width) == (bearing.diameter, bearing.width)
-    if parts.bore is None or not (parts.at_main and same):
+    big_end = name == "big_end_bore"
+    like, bore, here = (
+        (parts.big_ends, parts.eye, parts.at_pin) if big_end else (parts.mains, parts.bore, parts.at_main)
+    )
+    if bore is None or like is None or not here or (like.diameter, like.width) != (bearing.diameter, bearing.width):
         raise no_bore(bearing)
-    return parts.bore
+    return bore
 
 
 def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:

@@ -10,7 +10,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.terms import Direction
 from cranktrain.dynamics.topology.values import REST, Frame
-from cranktrain.engine.parts import JournalBearing, Oil
+from cranktrain.engine.parts import BigEndBearing, JournalBearing, Oil
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.table.database import FilmTable
 
@@ -29,8 +29,9 @@ class FilmParts(NamedTuple):
     ----------
     tables : film tables of any bearings, from which a film takes a fitting one
     mains, bore : the engine's plain main bearings and the compliance of their bores
+    big_ends, eye : the engine's big-end bearings and the compliance of the rods' eyes
     oil : dependence of the engine's oil on pressure
-    at_main : whether the film is that of a main journal in its bore
+    at_main, at_pin : whether the film is that of a main journal in its bore, or of a crank pin in a rod
     first : position (3,) of the first end in the frame of its body, m
     connection : name of the film's connection
     """
@@ -38,8 +39,11 @@ class FilmParts(NamedTuple):
     tables: tuple[FilmTable, ...] = ()
     mains: JournalBearing | None = None
     bore: BoreCompliance | None = None
+    big_ends: BigEndBearing | None = None
+    eye: BoreCompliance | None = None
     oil: Oil | None = None
     at_main: bool = False
+    at_pin: bool = False
     first: Array = np.zeros(3)
     connection: str = ""
 

@@ -45,7 +45,7 @@ def whole_topology(
     empty, given = Topology(frames), bodies or {}
     own = tuple(
         Body(table.name, given.get(table.name) or _rigid(table, empty.frame(table.frame)), table.frame)
-        for table in engine.body
+        for table in engine.additions.body
     )
     bare = Topology(frames, own)
     places = {CRANK: crank, BLOCK: block, **{body.name: body.reduced for body in own}}
@@ -80,7 +80,7 @@ def _with_rod(engine: Engine, connection: Connection) -> Connection:
 
 def file_frames(engine: Engine) -> tuple[Frame, ...]:
     """Frames (moving axes of bodies) that an engine file defines."""
-    return tuple(_frame(engine, table) for table in engine.frame)
+    return tuple(_frame(engine, table) for table in engine.additions.frame)
 
 
 def _frame(engine: Engine, table: FrameTable) -> Frame:
@@ -128,9 +128,10 @@ def topology_outputs(engine: Engine, more: Topology | None = None) -> tuple[str,
     """Names of the outputs of added bodies, then of added connections, of engine file and script, in order."""
     topology = more or Topology()
     frames = {frame.name: frame for frame in file_frames(engine)}
-    names = [table.name for table in engine.body] + [body.name for body in topology.bodies]
+    bodies = engine.additions.body
+    names = [table.name for table in bodies] + [body.name for body in topology.bodies]
     found = [f"{name}.{output}" for name in names for output in BODY_OUTPUTS]
-    of_body = {CRANK: CRANK, BLOCK: AT_REST, GROUND: AT_REST} | {table.name: table.frame for table in engine.body}
+    of_body = {CRANK: CRANK, BLOCK: AT_REST, GROUND: AT_REST} | {table.name: table.frame for table in bodies}
     for table in engine.connections:
         held = [split_end(text) for text in table.ends]
         ends = [frames.get(of_body[name]) or topology.frame(of_body[name]) for name, _ in held]

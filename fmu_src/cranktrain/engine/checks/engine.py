@@ -21,6 +21,7 @@ from cranktrain.engine.firing import uneven
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath, Combustion
 from cranktrain.engine.quantities import check_values, need, need_equal_lengths
+from cranktrain.engine.rod_shape import check_rod_shape
 from cranktrain.engine.roller_bearing import check_rollers
 from cranktrain.engine.torsional_chain import LINE_ENDS, check_chain, gear_speeds
 
@@ -64,7 +65,9 @@ def check_engine(engine: Engine) -> None:
     if engine.load is not None:
         key = "power" if engine.load.kind == "power" else "torque"
         need("load", key, getattr(engine.load, key) > 0.0, f"is missing; a load of kind {engine.load.kind} needs it")
-    check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
+    if engine.rod_shape is not None:
+        check_rod_shape(engine, engine.rod_shape)
+    check_additions(engine.additions, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
     for text in uneven(engine):  # raises an error if the throws cannot fire in this order

@@ -39,6 +39,7 @@ class Bearings:
     parts : film table or elastic bore, by the names in the law's row of the register
     solved : (1,) counter of film evaluations outside the film table, increased by the law
     oil : dependence of viscosity and density on pressure, for laws that use it
+    swings : whether motion is given in axes of a bore that swings with a rod, for laws with a memory
     """
 
     parameters: Array
@@ -47,6 +48,7 @@ class Bearings:
     parts: Mapping[str, Any] = field(default_factory=dict)
     solved: Array = field(default_factory=lambda: np.zeros(1))
     oil: Oil | None = None
+    swings: bool = False
 
 
 def bearing_parameters(bearing: PlainBearing, viscosity: float) -> Array:

@@ -85,6 +85,7 @@ from cranktrain.film.laws.films import (
     OPEN_STEP,
     P_MAX,
     RATE,
+    RUBBING,
     SIN,
     SPEED,
     STAGE,
@@ -149,6 +150,7 @@ class ElasticBore(NamedTuple):
     memory: ElasticMemory
     contact_height: Array  # (1,) lower bound of the gap (m) in the relative rate of closing
     viscosities: Array  # (b,) Pa s
+    swings: Array  # (1,) 1 if the axes of motions and forces swing with the bore, see _axes
     oil_law: Array  # (2,) pressure dependence of the viscosity: kind and slope (1/Pa), see engine.lubricant
     lanes: LaneWork  # workspace of films solved side by side; without groups if each film is solved alone
 
@@ -159,14 +161,18 @@ def elastic_bore(
     bore: BoreCompliance,
     grid: ElasticGrid = IN_LOOP,
     oil: Oil | None = None,
+    swings: bool = False,
 ) -> ElasticBore:
-    """Make one elastic film per entry of ``viscosities`` (b,), Pa s; ``oil`` gives its dependence on pressure."""
+    """Make one elastic film per entry of ``viscosities`` (b,), Pa s; ``oil`` gives its dependence on pressure.
+
+    With ``swings`` motions are given in axes of the bore, which swing with a rod.
+    """
     tables = None if oil is None else oil_tables(oil, viscosities)
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     count, shapes = len(viscosities), len(bore.compliance)
     return ElasticBore(
         film, grid.work(shapes), elastic_memory(film, count), np.array([bearing.contact_height]),
-        np.array(viscosities, dtype=float), _oil_law(oil), lanes_of(film, count),
+        np.array(viscosities, dtype=float), np.array([float(swings)]), _oil_law(oil), lanes_of(film, count),
     )  # fmt: skip
 
 
@@ -197,7 +203,8 @@ def fine_films(bearings: Bearings) -> ElasticBore:
 def elastic_big_ends(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
     """Make films of big ends, whose force is independent of tilt; supply angles are measured in the axes of the rod."""
     bore, viscosities = bearings.parts["big_end_bore"], bearings.parameters[:, VISCOSITIES]
-    return elastic_bore(bearings.plain, viscosities, bore, bore.grid or grid, oil=bearings.oil)
+    size = bore.grid or grid
+    return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil, swings=bearings.swings)
 
 
 def fine_big_ends(bearings: Bearings) -> ElasticBore:
@@ -269,7 +276,7 @@ def _staged(film: ElasticFilm) -> int:
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
 _read = record_reader(
     ElasticBore(
-        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(2),
+        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(2),
         lane_work(_SMALL, 0),
     )
 )  # fmt: skip
@@ -286,24 +293,23 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     own = bore.memory
     nodes = own.start.shape[1]
     shapes = own.shapes.shape[1]
-    cos = numbers[COS]
-    sin = numbers[SIN]
+    cos, sin, turn = _axes(bore, numbers)
     if action == FORCE:
         out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
         if own.calls[i, ASKED] == 0.0:
-            _move(own, i, numbers, place, velocity)
+            _move(bore, i, numbers, place, velocity)
             line_up(bore, i)
         status = force_solved(bore, i, numbers)
         if status != CONVERGED:
             return status
-        force_in_frame(own.out[i], cos, sin, numbers[TURN], out)
+        force_in_frame(own.out[i], cos, sin, turn, out)
         out[FRICTION] = own.out[i, FRICTION_TORQUE]
     elif action == LINE_UP:
-        _move(own, i, numbers, place, velocity)
+        _move(bore, i, numbers, place, velocity)
         line_up(bore, i)
     elif action == CLOSE_STAGE:
         if own.calls[i, ASKED] == 0.0:
-            _move(own, i, numbers, place, velocity)
+            _move(bore, i, numbers, place, velocity)
             line_up(bore, i)
         status = stage_closed(bore, i, numbers)
         for k in range(shapes):
@@ -320,7 +326,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         open_content(bore, i, numbers, memory)
         own.calls[i, SOLVED] = 0.0
     elif action == OPEN_STEP:
-        _move(own, i, numbers, place, velocity)
+        _move(bore, i, numbers, place, velocity)
         for k in range(4):
             own.start_place[i, k] = own.motions[i, 0, k]
             own.start_pace[i, k] = own.motions[i, 1, k]
@@ -351,7 +357,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         choose_precision(bore, i, numbers[TOLERANCE])
         return _take_oil(bore, i, numbers[NEW_VISCOSITY])
     else:
-        _move(own, i, numbers, place, velocity)
+        _move(bore, i, numbers, place, velocity)
         if action == RATE:
             out[0] = closing_rate(
                 bore.film, own.motions[i, 0], own.motions[i, 1], memory[nodes : nodes + shapes],
@@ -427,11 +433,20 @@ def _keep_memory(own, i, stage, memory):
 
 
 @inlined_kernel
-def _move(own, i, numbers, place, velocity):
+def _axes(bore, numbers):
+    """Cosine and sine of the angle from the axes of the bore to those of the motion, and speed of the bore, rad/s."""
+    if bore.swings[0] > 0.0:
+        return 1.0, 0.0, 0.5 * (numbers[SPEED] - numbers[RUBBING])
+    return numbers[COS], numbers[SIN], numbers[TURN]
+
+
+@inlined_kernel
+def _move(bore, i, numbers, place, velocity):
     """Store motion and speed of journal i in the axes of its bore, which are at rest in space or turn with a rod."""
-    turn_pairs(numbers[COS], numbers[SIN], place, own.motions[i, 0])
-    turn_pairs(numbers[COS], numbers[SIN], velocity, own.motions[i, 1])
-    turn = numbers[TURN]
+    own = bore.memory
+    cos, sin, turn = _axes(bore, numbers)
+    turn_pairs(cos, sin, place, own.motions[i, 0])
+    turn_pairs(cos, sin, velocity, own.motions[i, 1])
     own.speeds[i] = numbers[SPEED]
     if turn != 0.0:
         own.speeds[i] -= 2.0 * turn

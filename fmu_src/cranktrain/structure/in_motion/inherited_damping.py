@@ -145,7 +145,7 @@ def felt(engine: Engine) -> Engine:
         load=None,
         drive_line_chain=None,
     )
-    if engine.body or engine.connection:
+    if engine.additions.body or engine.additions.connection:
         return apart
     return replace(apart, block=None, mounts=None, piston_guidance=None)
 

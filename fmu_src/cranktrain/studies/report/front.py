@@ -51,7 +51,7 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
     throws = sorted({round(2e3 * throw, 6) for throw in engine.throws})
     angle, ratio = math.degrees(trace.peak_angle), engine.cylinders.compression_ratio
     litres = 1e3 * engine.displacement
-    names = ", ".join(body.name for body in engine.body)
+    names = ", ".join(body.name for body in engine.additions.body)
     rods = "on films" if engine.rods_float else f"without films, rods are {engine.cylinders.rods_on_pin}"
     return [
         ("layout", layout_text(engine)),
