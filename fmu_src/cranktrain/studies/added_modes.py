@@ -8,7 +8,6 @@ from typing import Any
 
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.topology.arrays import on_ground
-from cranktrain.dynamics.topology.modes import CrankAtRest, topology_modes
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.values import CRANK, Connection
 from cranktrain.engine.connections import Film, Roller, Thrust
@@ -18,6 +17,7 @@ from cranktrain.results.tables import Table
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, energy_shares
 from cranktrain.structure.crank.reduction import complete_crankshaft
+from cranktrain.structure.in_motion.topology_modes import CrankAtRest, topology_modes
 
 SHOWN = 0.05
 """Fraction of a mode's energy from which a body is named in the table."""

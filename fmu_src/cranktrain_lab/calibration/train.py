@@ -22,7 +22,8 @@ from cranktrain.structure.block.reduction import heads
 from cranktrain.structure.crank import modal
 from cranktrain.structure.crank.modal import at_largest
 from cranktrain.structure.crank.reduction import attached_parts, running_loads
-from cranktrain.structure.in_motion.eigenproblem import Equations, slowest_hz, vibrations
+from cranktrain.structure.in_motion.eigenproblem import slowest_hz, vibrations
+from cranktrain.structure.in_motion.linear import Equations
 from cranktrain.structure.in_motion.residues import unit_torques
 from cranktrain_lab.calibration.geometry import BLOCK, CRANK, Change
 
@@ -156,8 +157,7 @@ class Train:
         assert of.damping is not None
         rest = self.cranktrain_modes(engine, of)
         at_rest = modal.torsional_frequencies(rest.hz, rest.shares)[0]
-        n = len(of.mass)
-        equations = Equations(of.mass, of.damping, of.stiffness, n, n)
+        equations = Equations(of.mass, of.damping, of.stiffness)
         values, shapes, taken = vibrations(equations, slowest_hz(at_rest), unit_torques(engine, self.crank))
         pulley = self.crank.shapes[self.crank.index("pulley"), 5] @ shapes
         answers = np.abs(pulley) * np.linalg.norm(taken, axis=1) / -values.real
