@@ -35,7 +35,7 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     topology = on_ground(whole_topology(engine, crank, None, read_added(engine)))
     matrices = cranktrain_matrices(engine.without_additions, crank, topology.cylinders)
     at_rest = CrankAtRest(crank, *matrices)
-    topology = replace(topology, connections=tuple(map(_on_springs, topology.connections)))
+    topology = replace(topology, connections=tuple(map(on_springs, topology.connections)))
     modes = topology_modes(topology, at_rest)
     own = energy_shares(engine.without_additions, crank, modes.shapes[: crank.n_modes], rods=True)
     listed = []
@@ -51,7 +51,7 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     }
 
 
-def _on_springs(connection: Connection) -> Connection:
+def on_springs(connection: Connection) -> Connection:
     """A bearing as it is taken at rest: films and rollers as their linear stand-ins, an axial bearing closed."""
     data = connection.data
     if isinstance(data, Film):

@@ -214,6 +214,7 @@ def torsional_frequencies(structure: ShaftOrders, engine: Engine, low: float, hi
         return speeds, np.broadcast_to(own, (PLACES, own.size))
     stiffness, _, mass = structure.matrices(True)
     twist = structure.ends_rows()[0]
+    twist = np.pad(twist, (0, len(mass) - twist.size))  # bodies that the engine's file adds do not twist the damper
     link = np.outer(twist, twist)
     found = np.full((PLACES, FREQUENCIES), np.nan)
     for row, speed in zip(found, speeds.tolist(), strict=True):

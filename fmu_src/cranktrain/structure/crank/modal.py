@@ -216,7 +216,8 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
             axis = 0.5 * (motion[crankshaft.index(f"main[{main}]")] + motion[crankshaft.index(f"main[{main + 1}]")])
             energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)
             energy[:, 1] += rod_mass * (engine.crankshaft.throws[i - 1] * axis[5]) ** 2
-    return np.asarray(energy / energy.sum(axis=1, keepdims=True))
+    # A crank at rest beside moving bodies has no energy, and no kind of motion.
+    return np.asarray(energy / np.maximum(energy.sum(axis=1, keepdims=True), np.finfo(float).tiny))
 
 
 def named_mode(
