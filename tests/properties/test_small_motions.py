@@ -87,7 +87,7 @@ def balanced(engine, main, z, inertia):
     """
     axis = (-0.04, -0.1)
     shaft = BodyTable(
-        name="shaft", frame="back", mass=1.6, inertia=(inertia, inertia, inertia), centre=(axis[0], axis[1] - 2.5e-3, z),
+        name="shaft", frame="back", mass=1.6, inertia=(inertia,) * 3, centre=(axis[0], axis[1] - 2.5e-3, z),
         interfaces=("gear", "front", "rear"), x=(axis[0],) * 3, y=(axis[1],) * 3, z=(z, z - 0.08, z + 0.08),
     )  # fmt: skip
     held = Spring((2e8, 2e8, 1e7), (1e4, 1e4, 1e3))

@@ -27,6 +27,7 @@ from cranktrain.loads.damper import (
 )
 from cranktrain.results.run_up.plot_data import DROWNED
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.studies.torsion.added_orders import not_linear
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
 from cranktrain.studies.torsion.peak_modes import OVERDAMPED
@@ -111,7 +112,7 @@ class LiveTorsion:
 
     Attributes
     ----------
-    engine : modelled engine, without added bodies and connections (see ``notes``)
+    engine : modelled engine, without added bodies and connections that have no linear form (see ``notes``)
     knobs : knobs of the engine
     notes : parts that the live results leave out, one line each
 
@@ -131,12 +132,12 @@ class LiveTorsion:
         first, last = (engine.speeds[k] if end is None else end for k, end in enumerate((low, high)))
         self.notes: list[str] = []
         self.whole = engine
-        if engine.body or engine.connection:
+        if reason := not_linear(engine):
             self.notes.append(
                 f"The live answers leave out {len(engine.body)} added bodies and {len(engine.connection)} added "
-                "connections; the full model includes them."
+                f"connections: {reason}. The full model includes them."
             )
-            engine = replace(engine, frame=(), body=(), connection=())
+            engine = engine.without_additions
         self.engine, self.knobs = engine, knobs_of(engine)
         self.speeds: Array = np.linspace(first, last, SPEEDS)
         varied = tuple(_varied(knob) for knob in self.knobs if knob.key.partition(".")[0] in SHAPING)

@@ -25,7 +25,6 @@ from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.tangents import tangents_at_rest
 from cranktrain.dynamics.topology.tables import whole_topology
-from cranktrain.dynamics.topology.values import Connection
 from cranktrain.engine.connections import Coupling, GearMesh, Load, SlidingJoint
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -53,18 +52,13 @@ class AddedOrders:
     """
 
     def __init__(self, engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace) -> None:
+        engine = linear_engine(engine)  # its drive line has no connections of its own
         topology = whole_topology(engine, body, None, read_added(engine))
-        for frame in topology.frames:
-            if frame.slider is not None:
-                raise InputError(
-                    f"frame '{frame.name}' moves as a rod or piston, so orders of the motion are coupled and a steady "
-                    "state in the frequency domain has no such body; run it in time"
-                )
-        for connection in topology.connections:
-            _check_linear(connection)
+        if reason := not_linear(engine):
+            raise InputError(f"{reason}, which a steady state in the frequency domain does not include; run it in time")
         topology = replace(topology, connections=tuple(map(on_springs, topology.connections)))
-        plain, parts = linear_engine(engine.without_additions), Parts(topology=topology)
-        model = build_model(plain, body, settings, gas.best_speed, gas, parts)
+        parts = Parts(topology=topology)
+        model = build_model(engine.without_additions, body, settings, gas.best_speed, gas, parts)
         self._crank, self._added, equations = _links(model, SmallMotions(model))
         # K and C are polynomials of the speed.
         at = max(gas.best_speed, 1.0)
@@ -113,21 +107,23 @@ def _links(
     return crank, np.flatnonzero(motions.mode >= turning), equations
 
 
-def _check_linear(connection: Connection) -> None:
-    """Refuse a connection whose law has no linear form about the state at rest; ``InputError``."""
-    data, reason = connection.data, ""
-    if isinstance(data, GearMesh) and data.backlash > 0.0:
-        reason = "teeth with backlash come apart"
-    elif isinstance(data, Coupling) and (data.twists or data.friction > 0.0):
-        reason = "its torque over the twist is not linear"
-    elif isinstance(data, Load) and data.order != 0.0:
-        reason = "its load has an order of its own"
-    elif isinstance(data, SlidingJoint) and data.joint == "spline":
-        reason = "its spline sticks and slips"
-    elif connection.law in ("damper", "gas", "liner", "own"):
-        reason = "its force is not linear in the motion, or depends on the frequency"
-    if reason:
-        raise InputError(
-            f"connection '{connection.name}': {reason}, which a steady state in the frequency domain does not include; "
-            "run it in time"
-        )
+def not_linear(engine: Engine) -> str:
+    """Reason why bodies that an engine's file adds have no linear form about uniform rotation; empty if they have."""
+    for frame in engine.frame:
+        if frame.motion != "turning":
+            return f"frame '{frame.name}' moves as a {frame.motion}, so orders of its bodies' motion are coupled"
+    for table in engine.connection:
+        data, reason = table.data, ""
+        if isinstance(data, GearMesh) and data.backlash > 0.0:
+            reason = "teeth with backlash come apart"
+        elif isinstance(data, Coupling) and (data.twists or data.friction > 0.0):
+            reason = "its torque over the twist is not linear"
+        elif isinstance(data, Load) and data.order != 0.0:
+            reason = "its load has an order of its own"
+        elif isinstance(data, SlidingJoint) and data.joint == "spline":
+            reason = "its spline sticks and slips"
+        elif table.law in ("damper", "gas", "liner", "own"):
+            reason = f"law '{table.law}' is not linear in the motion, or depends on the frequency"
+        if reason:
+            return f"connection '{table.name}': {reason}"
+    return ""
