@@ -133,25 +133,42 @@ def pulley_answers(engine: Engine, crankshaft: ReducedBody, modes: Array, square
     return np.asarray(pulley * driven / np.maximum(squares, np.finfo(float).tiny))
 
 
-def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> tuple[Array, Array]:
+def cranktrain_matrices(
+    engine: Engine, crankshaft: ReducedBody, without: Collection[int] = (), block: ReducedBody | None = None
+) -> tuple[Array, Array]:
     """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``.
 
-    ``without`` are numbers of cylinders, from 1, whose rods are separate bodies and not included.
+    ``without`` are numbers of cylinders, from 1, whose rods are separate bodies and not included. Modes of a complete
+    ``block`` on the engine's mounts follow those of the crankshaft.
     """
-    stiffness = np.diag(crankshaft.omega**2) + bearing_stiffness(engine, crankshaft)
-    return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft, without)
+    omega = crankshaft.omega if block is None else np.concatenate((crankshaft.omega, block.omega))
+    mass, n = np.eye(omega.size), crankshaft.n_modes
+    mass[:n, :n] += rod_masses(engine, crankshaft, without)
+    return np.diag(omega**2) + bearing_stiffness(engine, crankshaft, block), mass
 
 
-def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
-    """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes."""
-    result = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
-    for i, springs in enumerate(main_springs(engine), 1):
-        for component, value in springs.items():
-            row = crankshaft.shapes[crankshaft.index(f"main[{i}]"), component]
-            result += value * np.outer(row, row)
-    series = 1.0 / (1.0 / engine.thrust.closed + 1.0 / engine.thrust.block_stiffness)
-    row = crankshaft.shapes[crankshaft.index("thrust"), 2]
-    return np.asarray(result + series * np.outer(row, row))
+def bearing_stiffness(engine: Engine, crankshaft: ReducedBody, block: ReducedBody | None = None) -> Array:
+    """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes.
+
+    With a ``block``, whose modes follow, they end on its bores, and its mounts are included.
+    """
+    held = [
+        (value, component, f"main[{i}]", f"bore[{i}]")
+        for i, springs in enumerate(main_springs(engine, block is None), 1)
+        for component, value in springs.items()
+    ]
+    thrust = engine.thrust
+    series = thrust.closed if block is not None else 1.0 / (1.0 / thrust.closed + 1.0 / thrust.block_stiffness)
+    held.append((series, 2, "thrust", "thrust"))
+    values = np.array([value for value, *_ in held])
+    rows = np.array([crankshaft.shapes[crankshaft.index(journal), k] for _, k, journal, _ in held])
+    if block is not None:
+        assert engine.mounts is not None
+        rows = np.hstack((rows, [-block.shapes[block.index(bore), k] for _, k, _, bore in held]))
+        mounts = [block.shapes[block.index(f"mount[{k}]")] for k in range(1, len(engine.mounts.stiffness) + 1)]
+        rows = np.vstack((rows, np.pad(np.concatenate(mounts), ((0, 0), (crankshaft.n_modes, 0)))))
+        values = np.append(values, engine.mounts.stiffness)
+    return np.asarray(rows.T @ (values[:, None] * rows))
 
 
 def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float]]:

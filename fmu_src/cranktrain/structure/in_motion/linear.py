@@ -19,8 +19,9 @@ means, and all other bands, are left out (Hill's method, truncated).
 
 The crank moves in band 0. Any other body moves in the bands in which its motion is slow as seen from its own axes (0),
 from axes at rest (±r) or, where it is at rest or joined to the crank, from the crank's axes (± the difference of both
-ratios). A band of a component counts if each body that the component measures moves in it; else the missing body would
-act as if it were held. A gear on the crank therefore feels the crank's rotation and not its motion across.
+ratios). A band of a component counts if each body but the block that the component measures moves in it; else the missing body
+would act as if it were held, which only a block nearly is. A gear on the crank therefore feels the crank's rotation and
+not its motion across.
 
 Forces at displaced points have moments about the axes of their bodies, with their mean forces as coefficients.
 
@@ -272,12 +273,16 @@ class SmallMotions:
         return _Terms(np.array(columns[0], dtype=np.int64), ports, body, np.array(columns[2]), np.array(columns[3]))
 
     def _rows(self, band: float) -> ComplexArray:
-        """Rows (components, n) of all components in a band; zero where a body of the component does not move in it."""
+        """Rows (components, n) of all components in a band; zero where a body of the component does not move in it.
+
+        A block that does not move in a band counts as held.
+        """
         model, terms = self._model, self._terms
         count = model.links.scales.size + model.scales.size
         found = np.zeros((count, self.mode.size), dtype=complex)
         moves = np.zeros((count, len(model.bodies.rows)), dtype=bool)
         measured = moves.copy()
+        moves[:, top.OF_BLOCK] = True
         measured[terms.component, terms.body] = True
         for component, port, body, harmonic, coefficient in zip(*terms, strict=True):
             row = self.port(port, round(band - harmonic, 9))

@@ -13,7 +13,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.model.pack import Cranktrain, pack
+from cranktrain.dynamics.model.pack import Cranktrain, no_body, pack
 from cranktrain.dynamics.model.records import no_ports
 from cranktrain.dynamics.tangents import tangents_at_rest
 from cranktrain.dynamics.topology import slots as at
@@ -30,7 +30,7 @@ class TopologyModes(NamedTuple):
     frequencies_hz : (n,) 0 for free motion
     shapes : (n, n) modal coordinates of all bodies, one after the other, by mode; columns of unit modal mass
     rotations : by body (n,) its rotation about its frame's axis in each mode
-    shares : by body (n,) its fraction of the kinetic energy of each mode; of ``crank`` too, if there is one
+    shares : by body (n,) its fraction of the kinetic energy of each mode; also of ``crank`` and ``block``
     """
 
     frequencies_hz: Array
@@ -40,25 +40,31 @@ class TopologyModes(NamedTuple):
 
 
 class CrankAtRest(NamedTuple):
-    """Crankshaft at rest in its bearings: stiffness and mass (n, n) in the modes of its ``body``."""
+    """Crankshaft at rest in its bearings: stiffness and mass (n, n) in the modes of its ``body``.
+
+    Modes of a ``block`` on its mounts follow those of the crank.
+    """
 
     body: ReducedBody
     stiffness: Array
     mass: Array
+    block: ReducedBody | None = None
 
 
 def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> TopologyModes:
-    """Modes of bodies and connections, with the ``crank`` if it is given, on a block at rest.
+    """Modes of bodies and connections, with the ``crank`` if it is given, in its block or on a block at rest.
 
-    The crank's modal coordinates come first in ``shapes``. ``InputError`` if a connection holds a missing body.
+    The modal coordinates of crank and block come first in ``shapes``. ``InputError`` if a connection holds a missing
+    body.
     """
+    body, block = (None, None) if crank is None else (crank.body, crank.block)
     for connection in topology.connections:
-        if any(end.body == BLOCK or (end.body == CRANK and crank is None) for end in connection.ends):
+        if any({CRANK: body, BLOCK: block}.get(end.body, True) is None for end in connection.ends):
             raise InputError(f"connection '{connection.name}' holds the engine's own bodies, which are not there")
-    first = 0 if crank is None else crank.body.n_modes
-    own = None if crank is None else Cranktrain(
-        turning=crank.body, damping=np.zeros(first), ports=no_ports()._replace(turning=np.zeros((0, first)))
-    )  # fmt: skip
+    on_crank, in_block = (0 if one is None else one.n_modes for one in (body, block))
+    first = on_crank + in_block
+    ports = no_ports()._replace(turning=np.zeros((0, on_crank)), block=np.zeros((0, in_block)))
+    own = Cranktrain(turning=body, block=block, stationary=block or no_body(), damping=np.zeros(first), ports=ports)
     model = pack(topology, own)
     mass, _, stiffness = SmallMotions(model, still=True).equations(0.0, tangents_at_rest(model))
     if crank is not None:
@@ -69,7 +75,10 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
     found = root.T @ found
     turns, shares = {}, {}
     if crank is not None:
-        shares[CRANK] = np.einsum("ik,ij,jk->k", found[:first], crank.mass, found[:first])
+        moving = found[:on_crank]
+        shares[CRANK] = np.einsum("ik,ij,jk->k", moving, crank.mass[:on_crank, :on_crank], moving)
+    if block is not None:
+        shares[BLOCK] = (found[on_crank:first] ** 2).sum(axis=0)
     order = [(body.name, group, k) for group in groups(topology) for k, body in enumerate(group.bodies)]
     for (name, group, k), row in zip(order, model.bodies.rows[at.OTHERS :], strict=True):
         own_rows, modes = (slice(int(row[slot]), int(row[slot] + row[at.MODES])) for slot in (at.OWN_MODE, at.MODE))
