@@ -246,18 +246,18 @@ def consistent_means(simulation: Simulation, tangents: CycleTangents, means: Cyc
     if not found:
         return with_joint_mean(simulation, tangents, means, hz)
     felt = [np.zeros((len(parts), len(parts)), dtype=complex) for _, parts in found]
-    rows = [small_motions(simulation).components(k) for k, _ in found]
-    motion, ends = np.concatenate(rows), np.cumsum([len(own) for own in rows]).tolist()
+    motions = small_motions(simulation)
+    motion = motions.components()
     for side in (*range(-SIDES, 0), *range(1, SIDES + 1)):
         s = 1j * (omega + 0.5 * side * means.speed)
         dynamic = s**2 * equations.mass + s * equations.damping + equations.stiffness
         compliance = motion @ np.linalg.solve(dynamic, motion.conj().T)
-        for (k, parts), sum_of_sides, own_rows, end in zip(found, felt, rows, ends, strict=True):
-            size, count = len(parts), len(own_rows)
-            apart = np.eye(count)[:size]
-            if size < count:  # relative motion of a pin and its floating big end
+        for (k, parts), sum_of_sides in zip(found, felt, strict=True):
+            size, numbers = len(parts), motions.numbers(k)
+            apart = np.eye(numbers.size)[:size]
+            if size < numbers.size:  # relative motion of a pin and its floating big end
                 apart = np.hstack((np.eye(size), -np.eye(size)))
-            own = apart @ compliance[end - count : end, end - count : end] @ apart.T
+            own = apart @ compliance[np.ix_(numbers, numbers)] @ apart.T
             law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
             # Compliance of crank and block at this film's ports without the film itself, (G⁻¹ − Z̄)⁻¹.
             sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
@@ -293,12 +293,10 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
 
     The first coordinates are those of all bodies that turn with the crank, of which the crank's own come first.
     """
-    model, motions = simulation.model, small_motions(simulation)
-    of_rods = set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
-    equations = motions.equations(means.speed, Tangents(*means[2:]), of_rods)
+    of_rods = set(simulation.model.cylinders[:, slots.END_ROW].astype(int).tolist())
     rods, tangents, _ = rods_in_motion(simulation, means.speed)
-    equations.add(motions.motion(rods), tangents[::-1])
-    return equations
+    laws = Tangents(*means[2:])
+    return small_motions(simulation).equations(means.speed, laws, (rods, tangents[::-1]), of_rods)
 
 
 def small_motions(simulation: Simulation) -> SmallMotions:

@@ -19,9 +19,9 @@ means, and all other bands, are left out (Hill's method, truncated).
 
 The crank moves in band 0. Any other body moves in the bands in which its motion is slow as seen from its own axes (0),
 from axes at rest (±r) or, where it is at rest or joined to the crank, from the crank's axes (± the difference of both
-ratios). A band of a component counts if each body but the block that the component measures moves in it; else the missing body
-would act as if it were held, which only a block nearly is. A gear on the crank therefore feels the crank's rotation and
-not its motion across.
+ratios). A band of a component counts if each body but the block that the component measures moves in it. Otherwise the
+missing body would act as if it were held, which only a block nearly is. A gear on the crank therefore feels the crank's
+rotation and not its motion across.
 
 Forces at displaced points have moments about the axes of their bodies, with their mean forces as coefficients.
 
@@ -70,7 +70,8 @@ class Equations(NamedTuple):
             ),
             strict=True,
         ):
-            matrix -= left @ tangent @ rows
+            change = left @ tangent @ rows
+            matrix -= change if np.iscomplexobj(matrix) else change.real  # bands s and −s add up to a real one
 
 
 class SmallMotions:
@@ -102,7 +103,9 @@ class SmallMotions:
         self.band = np.array([band for _, band in coordinates])
         found = np.unique(np.round(np.add.outer(np.unique(self.band), np.unique(self._terms.harmonic)), 9))
         rows = {float(band): self._rows(float(band)) for band in found}
-        self._components = {band: one for band, one in rows.items() if np.any(one)}
+        self._components = {
+            band: one if np.any(one.imag) else one.real.copy() for band, one in rows.items() if np.any(one)
+        }
 
     @property
     def added(self) -> int:
@@ -115,15 +118,17 @@ class SmallMotions:
         """All bands in which components move."""
         return list(self._components)
 
-    def components(self, connection: int, band: float = 0.0) -> NDArray[Any]:
-        """Rows (c, n) of the components of a connection in a band."""
+    def components(self, band: float = 0.0) -> NDArray[Any]:
+        """Rows (c, n) of all components in a band: those of terms, then those that are ports."""
+        count = self._model.links.scales.size + self._model.scales.size
+        return self._components.get(band, np.zeros((count, self.mode.size)))
+
+    def numbers(self, connection: int) -> NDArray[np.int64]:
+        """Numbers of the components of a connection."""
         row = self._model.connections[connection]
         if connection < int(self._model.layout[at.TERM_ROW]):
-            which = self._model.links.scales.size + row[at.FIRST : at.FIRST + row[at.COUPLED]]
-        else:
-            which = np.arange(row[at.GAP], row[at.GAP] + row[at.COUPLED])
-        found = self._components.get(band)
-        return np.zeros((which.size, self.mode.size)) if found is None else found[which]
+            return np.asarray(self._model.links.scales.size + row[at.FIRST : at.FIRST + row[at.COUPLED]])
+        return np.arange(row[at.GAP], row[at.GAP] + row[at.COUPLED])
 
     def motion(self, rows: Array, first: int = 0, band: float = 0.0) -> Array:
         """Rows (c, n) in a band of what ``rows`` (c, k) give of the model's modes from ``first`` on."""
@@ -139,24 +144,31 @@ class SmallMotions:
         shape = self._model.bodies.shapes[row[top.OWN_PORT] + port - row[top.PORT], : row[top.MODES]]
         return self.motion(shape[None], int(row[top.MODE]), band)[0]
 
-    def equations(self, speed: float, laws: Tangents, without: Collection[int] = ()) -> Equations:
-        """Equations at a speed (rad/s) with the mean tangents of all connections but those in rows ``without``."""
+    def equations(
+        self, speed: float, laws: Tangents, rods: Sequence[Any] = (), without: Collection[int] = ()
+    ) -> Equations:
+        """Equations at a speed (rad/s) with the mean tangents of all connections but those in rows ``without``.
+
+        ``rods`` are rows (c, t) of the modes that turn with the crank, and their tangents A, V, P (c, c).
+        """
         parts = Equations(*self._bodies(speed))
+        if rods:
+            parts.add(self.motion(rods[0]), rods[1])
         for k, row in enumerate(self._model.connections):
             if k in without:
                 continue
-            count = int(row[at.COUPLED])
+            count, numbers = int(row[at.COUPLED]), self.numbers(k)
             tangents = [part[k, :count, :count] for part in (laws.acceleration, laws.velocity, laws.place)]
-            for band in self.bands:
-                rows = self.components(k, band)
+            for band, components in self._components.items():
+                rows = components[numbers]
                 if np.any(rows):
-                    parts.add(rows, tangents, 1j * band * speed)
+                    parts.add(rows, tangents, 1j * band * speed if band else 0.0)
             if k < int(self._model.layout[at.TERM_ROW]) and row[at.SPIN] >= 0:
-                self._journal_moments(parts, row, tangents[1:], laws, self.components(k))
+                self._journal_moments(parts, row, tangents[1:], laws, self.components()[numbers])
         self._interface_moments(parts, laws)
-        return parts if np.any(self.band) else Equations(*(part.real.copy() for part in parts))
+        return parts
 
-    def _bodies(self, speed: float) -> list[ComplexArray]:
+    def _bodies(self, speed: float) -> list[NDArray[Any]]:
         """M, C, K of all bodies, with shafts of the drive line and mounts."""
         model, n = self._model, self._model.omega2.size
         damping, stiffness = np.diag(model.damping), np.diag(model.omega2)
@@ -167,15 +179,16 @@ class SmallMotions:
             damping[modes, modes] += 2.0 * turned * model.bodies.gyroscopic[own, :count].T
             stiffness[modes, modes] += turned**2 * model.bodies.spin[own, :count].T
         t, n_b = model.shafts.shape[1], model.block.stiffness.shape[0]
-        damping[:t, :t] += model.shafts.T @ (model.shaft_laws[:, DAMPING, None] * model.shafts)
-        stiffness[:t, :t] += model.shafts.T @ (model.shaft_laws[:, STIFFNESS, None] * model.shafts)
+        for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
+            damping[:t, :t] += law[DAMPING] * np.outer(twist, twist)
+            stiffness[:t, :t] += law[STIFFNESS] * np.outer(twist, twist)
         damping[t : t + n_b, t : t + n_b] += model.block.damping
         stiffness[t : t + n_b, t : t + n_b] += model.block.stiffness
-        same = np.equal.outer(self.band, self.band)
+        same, at_modes = np.equal.outer(self.band, self.band), np.ix_(self.mode, self.mode)
+        mass, damping, stiffness = (np.where(same, part[at_modes], 0.0) for part in (np.eye(n), damping, stiffness))
+        if not np.any(self.band):
+            return [mass, damping, stiffness]
         shift = 1j * self.band * speed
-        mass, damping, stiffness = (
-            np.where(same, part[np.ix_(self.mode, self.mode)], 0.0) for part in (np.eye(n), damping, stiffness)
-        )
         return [mass + 0j, damping + 2.0 * shift * mass, stiffness + shift * damping + shift**2 * mass]
 
     def _journal_moments(
