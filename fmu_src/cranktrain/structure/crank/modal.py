@@ -160,15 +160,20 @@ def bearing_stiffness(engine: Engine, crankshaft: ReducedBody, block: ReducedBod
     thrust = engine.thrust
     series = thrust.closed if block is not None else 1.0 / (1.0 / thrust.closed + 1.0 / thrust.block_stiffness)
     held.append((series, 2, "thrust", "thrust"))
-    values = np.array([value for value, *_ in held])
-    rows = np.array([crankshaft.shapes[crankshaft.index(journal), k] for _, k, journal, _ in held])
-    if block is not None:
-        assert engine.mounts is not None
-        rows = np.hstack((rows, [-block.shapes[block.index(bore), k] for _, k, _, bore in held]))
-        mounts = [block.shapes[block.index(f"mount[{k}]")] for k in range(1, len(engine.mounts.stiffness) + 1)]
-        rows = np.vstack((rows, np.pad(np.concatenate(mounts), ((0, 0), (crankshaft.n_modes, 0)))))
-        values = np.append(values, engine.mounts.stiffness)
-    return np.asarray(rows.T @ (values[:, None] * rows))
+    n = crankshaft.n_modes
+    journals = np.array([crankshaft.shapes[crankshaft.index(journal), k] for _, k, journal, _ in held])
+    result = np.zeros((n, n))
+    for (value, *_), row in zip(held, journals, strict=True):
+        result += value * np.outer(row, row)
+    if block is None:
+        return result
+    assert engine.mounts is not None
+    bores = np.array([block.shapes[block.index(bore), k] for _, k, _, bore in held])
+    pulled = np.array([[value] for value, *_ in held]) * bores
+    mounts = np.concatenate([block.shapes[block.index(f"mount[{k + 1}]")] for k in range(len(engine.mounts.stiffness))])
+    own = bores.T @ pulled + mounts.T @ (np.ravel(engine.mounts.stiffness)[:, None] * mounts)
+    across = journals.T @ pulled
+    return np.block([[result, -across], [-across.T, own]])
 
 
 def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float]]:
