@@ -22,6 +22,7 @@ from cranktrain.engine.connections import Coupling, GearMesh, Load, Spring
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.in_motion.eigenproblem import modes_in_motion, vibrations
 from cranktrain.structure.in_motion.linear import SmallMotions
+from cranktrain.studies.campbell import campbell
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
@@ -40,14 +41,14 @@ def overhung(ratio, held="ground"):
     return ct.Topology((frame,), (ct.Body("disc", disc, "own"),), (joined("bearing", "spring", ends, **law),))
 
 
-def whirl(spin):
+def whirl(spin, lost=LOST):
     """Exponents (4,) in space of z = x + iy of the disc's centre and of its tilt ψ, at ``spin`` (rad/s).
 
     The bearing is at distance −REACH from the centre, where the motion is z − REACH ψ with ψ = θ_y − iθ_x.
     """
     row = np.array([1.0, -REACH])
     stiffness = SIDE * np.outer(row, row) + np.diag([0.0, TILT])
-    damping = LOST * np.outer(row, row) + np.diag([0.0, -1j * spin * POLAR])
+    damping = lost * np.outer(row, row) + np.diag([0.0, -1j * spin * POLAR])
     mass = np.diag([MASS, ACROSS])
     zero, unit = np.zeros((2, 2)), np.eye(2)
     return np.linalg.eigvals(
@@ -154,6 +155,27 @@ def test_the_torsional_mode_in_motion_is_the_decay_of_a_run(name):
     mode, found = torsional_mode(simulation), modes_in_motion(simulation)
     assert mode is not None
     assert found.torsional_hz == pytest.approx(mode.decay.imag / (2.0 * math.pi), rel=3e-3)
+
+
+def test_a_campbell_diagram_has_the_whirl_of_an_added_disc():
+    """An overhung disc beside a short crank, in the crank's axes; modes of the crank are as without the disc."""
+    engine = formula(single())
+    places = {"interfaces": ("end",), "x": (0.0,), "y": (0.0,), "z": (0.5,)}
+    inertia, centre = (ACROSS, ACROSS, POLAR), (0.0, 0.0, 0.5 + REACH)
+    disc = BodyTable(name="disc", frame="crank", mass=MASS, inertia=inertia, centre=centre, **places)
+    spring = Spring((SIDE, SIDE, 1e9), turning_stiffness=(TILT, TILT, 1e6))
+    held = ConnectionTable("bearing", "spring", ("disc.end", "ground"), spring=spring)
+    speeds, body = np.array([100.0, 200.0, 300.0, 400.0]), crank_body(engine, "torsional")
+    found = campbell(replace(engine, body=(disc,), connection=(held,)), body, speeds)
+    alone = campbell(engine, body, speeds)
+    of_crank = [k for k, kind in enumerate(found.kinds) if kind != "added"]
+    assert found.hz[:, of_crank] == pytest.approx(alone.hz, rel=1e-9)
+    added = found.hz[:, [k for k, kind in enumerate(found.kinds) if kind == "added"]]
+    for speed, hz in zip(speeds.tolist(), added, strict=True):
+        exact = np.abs((whirl(speed, 0.0) - 1j * speed).imag) / (2.0 * math.pi)
+        for one in exact[exact > 60.0]:
+            assert nearest(hz, one) == pytest.approx(one, rel=1e-9)
+    assert added.shape[1] >= 4  # both whirls of displacement and tilt move apart with the speed
 
 
 def test_what_has_no_linear_form_is_refused_with_its_reason():

@@ -52,14 +52,10 @@ class AddedOrders:
     """
 
     def __init__(self, engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace) -> None:
-        engine = linear_engine(engine)  # its drive line has no connections of its own
-        topology = whole_topology(engine, body, None, read_added(engine))
         if reason := not_linear(engine):
             raise InputError(f"{reason}, which a steady state in the frequency domain does not include; run it in time")
-        topology = replace(topology, connections=tuple(map(on_springs, topology.connections)))
-        parts = Parts(topology=topology)
-        model = build_model(engine.without_additions, body, settings, gas.best_speed, gas, parts)
-        self._crank, self._added, equations = _links(model, SmallMotions(model))
+        model = linear_model(linear_engine(engine), body, settings, gas)
+        self._crank, self._added, equations = links(model, SmallMotions(model), slots.ROTATION)
         # K and C are polynomials of the speed.
         at = max(gas.best_speed, 1.0)
         still, forwards, backwards = equations(0.0), equations(at), equations(-at)
@@ -68,7 +64,7 @@ class AddedOrders:
             still.stiffness, (forwards.stiffness - backwards.stiffness) / (2.0 * at), even / at**2,
             still.damping, (forwards.damping - backwards.damping) / (2.0 * at), still.mass,
         ]).astype(np.complex128)  # fmt: skip
-        crank, added, equations = _links(model, SmallMotions(model, still=True))
+        crank, added, equations = links(model, SmallMotions(model, still=True), slots.ROTATION)
         kept = np.concatenate((crank, added))
         mass, damping, stiffness = (part[np.ix_(kept, kept)] for part in equations(0.0))
         self.at_rest: tuple[Array, Array, Array] = stiffness, damping, mass
@@ -86,15 +82,22 @@ class AddedOrders:
         return np.asarray(dynamic[:, c[:, None], c] - dynamic[:, c[:, None], a] @ answer)
 
 
-def _links(
-    model: ModelArrays, motions: SmallMotions
+def linear_model(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace) -> ModelArrays:
+    """Model of an engine on rigid ground with added bodies whose connections are linear."""
+    topology = whole_topology(engine, body, None, read_added(engine))
+    topology = replace(topology, connections=tuple(map(on_springs, topology.connections)))
+    return build_model(engine.without_additions, body, settings, gas.best_speed, gas, Parts(topology=topology))
+
+
+def links(
+    model: ModelArrays, motions: SmallMotions, first: int = 0
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], Callable[[float], Equations]]:
-    """Coordinates of crank and added bodies, and a function of the speed (rad/s) with their equations.
+    """Coordinates of crank, from mode ``first`` on, and added bodies, and a function of the speed (rad/s): equations.
 
     The crank's own matrices are left out, so its part is that of the connections.
     """
     laws, turning = tangents_at_rest(model), model.ports.shape[1]
-    crank = np.flatnonzero((motions.mode >= slots.ROTATION) & (motions.mode < turning))
+    crank = np.flatnonzero((motions.mode >= first) & (motions.mode < turning))
     none = laws._replace(place=0.0 * laws.place, velocity=0.0 * laws.velocity)
     own = np.ix_(crank, crank)
 
