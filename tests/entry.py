@@ -42,7 +42,6 @@ from cranktrain.dynamics.topology.belt import strands as strands
 from cranktrain.dynamics.topology.frames import fill_coefficients, frames_at
 from cranktrain.dynamics.topology.laws import CONNECTION_LAWS as CONNECTION_LAWS
 from cranktrain.dynamics.topology.laws import pieces_of
-from cranktrain.dynamics.topology.modes import CrankAtRest as CrankAtRest
 from cranktrain.dynamics.topology.records import Base
 from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.tables import whole_topology
@@ -51,6 +50,7 @@ from cranktrain.film.laws import films as of_law
 from cranktrain.film.laws.films import film_call
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.damper import DAMPING, STIFFNESS
+from cranktrain.structure.in_motion.topology_modes import CrankAtRest as CrankAtRest
 
 PLACE, VELOCITY, ACCELERATION = range(3)
 """Rows of what :func:`motion` gives."""

@@ -52,7 +52,7 @@ NAMES = {
     "load_run": "results.views.loaded",
     "load_scene": "studies.scene",
     "rigid_body": "core.reduced_body",
-    "topology_modes": "dynamics.topology.modes",
+    "topology_modes": "structure.in_motion.topology_modes",
     **lab.NAMES,
 }
 """Names of the library and the modules that hold them, those of the laboratory in full."""

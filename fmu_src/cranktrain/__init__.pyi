@@ -42,7 +42,6 @@ from cranktrain.core.errors import InputError as InputError
 from cranktrain.core.errors import SolverError as SolverError
 from cranktrain.core.reduced_body import rigid_body as rigid_body
 from cranktrain.dynamics.model.settings import Settings as Settings
-from cranktrain.dynamics.topology.modes import topology_modes as topology_modes
 from cranktrain.dynamics.topology.own_law import law as law
 from cranktrain.dynamics.topology.values import Body as Body
 from cranktrain.dynamics.topology.values import Connection as Connection
@@ -57,6 +56,7 @@ from cranktrain.fmu.build import build_fmu as build_fmu
 from cranktrain.results.views.loaded import load_run as load_run
 from cranktrain.structure.assembly import Assembly as Assembly
 from cranktrain.structure.assembly import film_tables as film_tables
+from cranktrain.structure.in_motion.topology_modes import topology_modes as topology_modes
 from cranktrain.studies.scene import load_scene as load_scene
 from cranktrain_lab.cli.couple import Couple as Couple
 from cranktrain_lab.cli.couple import couple as couple

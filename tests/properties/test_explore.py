@@ -166,9 +166,13 @@ def test_a_checkbox_changes_the_scale_and_numbers_have_no_arrows():
     explored.close()
 
 
-def test_added_bodies_are_left_out_and_said_to_be():
-    live = LiveTorsion(load_engine("four_petrol"))
-    assert "added bodies" in live.notes[0]
+def test_added_bodies_that_are_not_linear_are_left_out_and_said_to_be():
+    engine = load_engine("four_petrol")
+    live = LiveTorsion(engine)
+    assert not live.notes and live.engine.body
+    mesh = replace(engine.connection[0], gear_mesh=replace(engine.connection[0].gear_mesh, backlash=1e-4))
+    live = LiveTorsion(replace(engine, connection=(mesh, *engine.connection[1:])))
+    assert "added bodies" in live.notes[0] and "teeth with backlash" in live.notes[0]
     assert live.whole.body and not live.engine.body
 
 

@@ -107,7 +107,8 @@ def show(report: Frequencies) -> None:
     engine, named = report.beside["engine"], report.beside["named"]
     print(firing_text(engine))
     if "left_out" in report:
-        print(f"These are modes of crank and block alone, without the added {', '.join(report['left_out'])}.")
+        which = "All lists but those in motion and with added bodies" if "with_additions" in report else "All lists"
+        print(f"{which} leave out the added {', '.join(report['left_out'])}.")
     if "level" not in report:
         _show_solid(engine, named, report)
         return

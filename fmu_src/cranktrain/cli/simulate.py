@@ -172,8 +172,6 @@ def _check(ask: Simulate, engine: Engine, settings: Settings) -> None:
         raise InputError(
             "--steady solves a torsional crank on held bearings without damper; use --crank torsional, or leave it out"
         )
-    if ask.steady:
-        engine.refuse_additions("steady states in the frequency domain")
     if ask.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if ask.plots is not None:

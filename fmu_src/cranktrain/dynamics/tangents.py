@@ -13,14 +13,18 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cranktrain.core.errors import SolverError
-from cranktrain.core.kernel import kernel
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.motion.equations import port_forces
+from cranktrain.dynamics.topology.own_law import own_failure
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, NUMBERS, SIZE
 
 NO_MASS = 1.0e30
 """Value of c_q, s², so large that its inverse is negligible."""
@@ -43,6 +47,31 @@ class Tangents(NamedTuple):
     acceleration: Array
     forces: Array
     displaced: Array
+
+
+@kernel
+def law_at(law, record, index, place, velocity, numbers, out):
+    """Call the force law at an address: forces and tangents are written to ``out``. Return the status of the law."""
+    return call_kernel(law, (record, FORCE, index, place, velocity, numbers, out, out))
+
+
+def tangents_at_rest(model: ModelArrays) -> Tangents:
+    """Tangents and forces of all connections by terms without motion, at crank angle 0; those of ports are zero.
+
+    ``InputError`` for a law that has no force at rest.
+    """
+    count, numbers = len(model.connections), np.zeros(NUMBERS)
+    numbers[COS] = 1.0
+    found = np.zeros((count, SIZE))
+    for k in range(int(model.layout[at.TERM_ROW]), count):
+        law, record, index = model.laws.entry[k].tolist()
+        if law_at(law, record, index, np.zeros(4), np.zeros(4), numbers, found[k]) != 0:
+            raise InputError(
+                own_failure(model.laws.entry[k : k + 1, 1]) or "a law of a connection has no force at rest"
+            )
+    place, velocity = (found[:, first : first + 16].reshape(-1, 4, 4) for first in (BY_PLACE, BY_VELOCITY))
+    none = np.zeros(int(model.layout[at.PORTS]))
+    return Tangents(place, velocity, np.zeros_like(place), none, none)
 
 
 @kernel

@@ -49,8 +49,8 @@ def modal(
 ) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, at rest and in motion, critical speeds, quality.
 
-    Bodies and connections that an engine file adds are not included; their names are in ``left_out``. The solid crank's
-    modes with them are in ``with_additions``.
+    Bodies and connections that an engine file adds are included in the solid crank's modes ``with_additions`` and
+    ``in_motion``. All other lists leave them out; their names are in ``left_out``.
 
     Raises ``InputError``: levels that do not exist or do not go together, what the engine lacks, a wrong mesh.
 
@@ -96,12 +96,13 @@ def modal(
         report["critical_speeds"] = critical_speeds(found, complete_crank(found, crank, own), gas)
         if damper:
             report["damper"] = damper_report(found, own)
-        if flexible:
-            report["block"] = block_report(found, own, reduced_block(found, block_mesh, progress=say, checked=True))
+        housing = reduced_block(found, block_mesh, progress=say, checked=True) if flexible else None
+        if housing is not None:
+            report["block"] = block_report(found, own, housing)
         if settings is not None:
             say("a cycle in motion")
             # A line that ends freely has no given speed; the connecting shaft stands for it in motion.
-            driven = replace(found, drive_line_chain=None) if line["far_end"] == "free" else found
+            driven = replace(given, drive_line_chain=None) if line["far_end"] == "free" else given
             running = assemble(driven, settings, say=say, crank_mesh=mesh, block_mesh=block_mesh if flexible else None)
             report["in_motion"] = motion_report(running, speed, gas)
             if found.main_bearing is not None:
@@ -111,7 +112,7 @@ def modal(
         added = given.additions
         report["left_out"] = [body.name for body in added.body] + [one.name for one in added.connection]
         if solid:
-            report["with_additions"] = additions_report(given, own)
+            report["with_additions"] = additions_report(given, own, housing)
     report["drive_line"] = line
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}
 

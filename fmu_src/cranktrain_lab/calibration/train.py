@@ -22,7 +22,8 @@ from cranktrain.structure.block.reduction import heads
 from cranktrain.structure.crank import modal
 from cranktrain.structure.crank.modal import at_largest
 from cranktrain.structure.crank.reduction import attached_parts, running_loads
-from cranktrain.structure.in_motion.eigenproblem import Equations, slowest_hz, vibrations
+from cranktrain.structure.in_motion.eigenproblem import slowest_hz, vibrations
+from cranktrain.structure.in_motion.linear import Equations
 from cranktrain.structure.in_motion.residues import unit_torques
 from cranktrain_lab.calibration.geometry import BLOCK, CRANK, Change
 
@@ -118,18 +119,9 @@ class Train:
         block = self._bare(self.block, BLOCK, dimensions)
         for name, mass, inertia, offset in heads(engine):
             _attach(block.mass, self.block, name, mass, inertia, offset)
-        assert engine.mounts is not None
-        for k, values in enumerate(engine.mounts.stiffness, 1):
-            rows = self.block.shapes[self.block.index(f"mount[{k}]")]
-            block.stiffness[:] += rows.T @ (np.array(values)[:, None] * rows)
         stiffness = block_diag(free.stiffness, block.stiffness)
-        springs = [(value, k, f"main[{i}]", f"bore[{i}]") for i, own in enumerate(modal.main_springs(engine, False), 1)
-                   for k, value in own.items()]  # fmt: skip
-        springs.append((engine.thrust.closed, 2, "thrust", "thrust"))
-        crank = [np.sqrt(value) * self.crank.shapes[self.crank.index(name), k] for value, k, name, _ in springs]
-        bores = [-np.sqrt(value) * self.block.shapes[self.block.index(name), k] for value, k, _, name in springs]
-        stretch = np.hstack((crank, bores))
-        return Matrices(stiffness + stretch.T @ stretch, block_diag(free.mass, block.mass))
+        springs = modal.bearing_stiffness(engine, self.crank, self.block)
+        return Matrices(stiffness + springs, block_diag(free.mass, block.mass))
 
     def in_motion(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
         """Return matrices of the crankshaft with rods on the mean stiffness and damping of the films."""
@@ -156,8 +148,7 @@ class Train:
         assert of.damping is not None
         rest = self.cranktrain_modes(engine, of)
         at_rest = modal.torsional_frequencies(rest.hz, rest.shares)[0]
-        n = len(of.mass)
-        equations = Equations(of.mass, of.damping, of.stiffness, n, n)
+        equations = Equations(of.mass, of.damping, of.stiffness)
         values, shapes, taken = vibrations(equations, slowest_hz(at_rest), unit_torques(engine, self.crank))
         pulley = self.crank.shapes[self.crank.index("pulley"), 5] @ shapes
         answers = np.abs(pulley) * np.linalg.norm(taken, axis=1) / -values.real

@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from cranktrain.loads.damper import (
 )
 from cranktrain.results.run_up.plot_data import DROWNED
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.studies.torsion.added_orders import not_linear
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
 from cranktrain.studies.torsion.peak_modes import OVERDAMPED
@@ -111,7 +112,7 @@ class LiveTorsion:
 
     Attributes
     ----------
-    engine : modelled engine, without added bodies and connections (see ``notes``)
+    engine : modelled engine, without added bodies and connections that have no linear form (see ``notes``)
     knobs : knobs of the engine
     notes : parts that the live results leave out, one line each
 
@@ -132,12 +133,12 @@ class LiveTorsion:
         self.notes: list[str] = []
         self.whole = engine
         added = engine.additions
-        if added.body or added.connection:
+        if reason := not_linear(engine):
             self.notes.append(
                 f"The live answers leave out {len(added.body)} added bodies and {len(added.connection)} added "
-                "connections; the full model includes them."
+                f"connections: {reason}. The full model includes them."
             )
-            engine = replace(engine, frame=(), body=(), connection=())
+            engine = engine.without_additions
         self.engine, self.knobs = engine, knobs_of(engine)
         self.speeds: Array = np.linspace(first, last, SPEEDS)
         varied = tuple(_varied(knob) for knob in self.knobs if knob.key.partition(".")[0] in SHAPING)
@@ -215,6 +216,7 @@ def torsional_frequencies(structure: ShaftOrders, engine: Engine, low: float, hi
         return speeds, np.broadcast_to(own, (PLACES, own.size))
     stiffness, _, mass = structure.matrices(True)
     twist = structure.ends_rows()[0]
+    twist = np.pad(twist, (0, len(mass) - twist.size))  # bodies that the engine's file adds do not twist the damper
     link = np.outer(twist, twist)
     found = np.full((PLACES, FREQUENCIES), np.nan)
     for row, speed in zip(found, speeds.tolist(), strict=True):

@@ -130,7 +130,6 @@ class EngineModel:
         )  # fmt: skip
         self._torsional = levels.crank == "torsional"
         if self._torsional:
-            engine.refuse_additions("a linear run-up of variants")
             for output in study.outputs:
                 check_torsional_output(output, levels.damper)
         else:

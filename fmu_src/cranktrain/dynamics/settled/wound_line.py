@@ -9,9 +9,9 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
+from cranktrain.dynamics.tangents import law_at
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import coefficients_at
-from cranktrain.dynamics.topology.modes import law_at
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, NUMBERS, SIZE
 from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 

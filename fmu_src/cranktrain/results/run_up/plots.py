@@ -14,7 +14,7 @@ from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.plots import BLUE, GREY, INK, ORANGE, largest
 
 GREEN, RED, PURPLE = "#3f8f4f", "#c0392b", "#7d4ba3"
-KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE, "drive line": ORANGE}
+KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE, "drive line": ORANGE, "added": GREEN}
 ORDER_COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, "#1b9aa0", "#8a6d3b", "#d36ba6", "#5b6f1f", "#14304f")
 BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN, "measured": RED}
 DECADES = 3.0

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.linalg import block_diag, eigh
+from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 
 from cranktrain.core.errors import InputError
@@ -47,24 +47,8 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
     """
     if engine.mounts is None:
         raise InputError(f"engine '{engine.name}' has no table [mounts]; add it as in engine/data/diesel_i6.toml")
-    _, mass = cranktrain_matrices(engine, crankshaft)
-    n, m = crankshaft.n_modes, block.n_modes
-    stiffness = np.diag(np.concatenate((crankshaft.omega, block.omega)) ** 2)
-
-    def spring(value: float, component: int, journal: str, bore: str) -> None:
-        stretch = np.concatenate(
-            (crankshaft.shapes[crankshaft.index(journal), component], -block.shapes[block.index(bore), component])
-        )
-        stiffness[:] += value * np.outer(stretch, stretch)
-
-    for i, springs in enumerate(crank_modal.main_springs(engine, on_ground=False), 1):
-        for component, value in springs.items():
-            spring(value, component, f"main[{i}]", f"bore[{i}]")
-    spring(engine.thrust.closed, 2, "thrust", "thrust")
-    for k, values in enumerate(engine.mounts.stiffness, 1):
-        rows = block.shapes[block.index(f"mount[{k}]")]
-        stiffness[n:, n:] += rows.T @ (np.array(values)[:, None] * rows)
-    squares, modes = eigh(stiffness, block_diag(mass, np.eye(m)))
+    squares, modes = eigh(*cranktrain_matrices(engine, crankshaft, block=block))
+    n = crankshaft.n_modes
     # No spring acts on the crank's rotation, so the first mode is the crank's rigid rotation; it is left out.
     return np.sqrt(squares[1:]) / (2.0 * np.pi), modes[:n, 1:], modes[n:, 1:]
 

@@ -133,25 +133,47 @@ def pulley_answers(engine: Engine, crankshaft: ReducedBody, modes: Array, square
     return np.asarray(pulley * driven / np.maximum(squares, np.finfo(float).tiny))
 
 
-def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> tuple[Array, Array]:
+def cranktrain_matrices(
+    engine: Engine, crankshaft: ReducedBody, without: Collection[int] = (), block: ReducedBody | None = None
+) -> tuple[Array, Array]:
     """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``.
 
-    ``without`` are numbers of cylinders, from 1, whose rods are separate bodies and not included.
+    ``without`` are numbers of cylinders, from 1, whose rods are separate bodies and not included. Modes of a complete
+    ``block`` on the engine's mounts follow those of the crankshaft.
     """
-    stiffness = np.diag(crankshaft.omega**2) + bearing_stiffness(engine, crankshaft)
-    return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft, without)
+    omega = crankshaft.omega if block is None else np.concatenate((crankshaft.omega, block.omega))
+    mass, n = np.eye(omega.size), crankshaft.n_modes
+    mass[:n, :n] += rod_masses(engine, crankshaft, without)
+    return np.diag(omega**2) + bearing_stiffness(engine, crankshaft, block), mass
 
 
-def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
-    """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes."""
-    result = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
-    for i, springs in enumerate(main_springs(engine), 1):
-        for component, value in springs.items():
-            row = crankshaft.shapes[crankshaft.index(f"main[{i}]"), component]
-            result += value * np.outer(row, row)
-    series = 1.0 / (1.0 / engine.thrust.closed + 1.0 / engine.thrust.block_stiffness)
-    row = crankshaft.shapes[crankshaft.index("thrust"), 2]
-    return np.asarray(result + series * np.outer(row, row))
+def bearing_stiffness(engine: Engine, crankshaft: ReducedBody, block: ReducedBody | None = None) -> Array:
+    """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes.
+
+    With a ``block``, whose modes follow, they end on its bores, and its mounts are included.
+    """
+    held = [
+        (value, component, f"main[{i}]", f"bore[{i}]")
+        for i, springs in enumerate(main_springs(engine, block is None), 1)
+        for component, value in springs.items()
+    ]
+    thrust = engine.thrust
+    series = thrust.closed if block is not None else 1.0 / (1.0 / thrust.closed + 1.0 / thrust.block_stiffness)
+    held.append((series, 2, "thrust", "thrust"))
+    n = crankshaft.n_modes
+    journals = np.array([crankshaft.shapes[crankshaft.index(journal), k] for _, k, journal, _ in held])
+    result = np.zeros((n, n))
+    for (value, *_), row in zip(held, journals, strict=True):
+        result += value * np.outer(row, row)
+    if block is None:
+        return result
+    assert engine.mounts is not None
+    bores = np.array([block.shapes[block.index(bore), k] for _, k, _, bore in held])
+    pulled = np.array([[value] for value, *_ in held]) * bores
+    mounts = np.concatenate([block.shapes[block.index(f"mount[{k + 1}]")] for k in range(len(engine.mounts.stiffness))])
+    own = bores.T @ pulled + mounts.T @ (np.ravel(engine.mounts.stiffness)[:, None] * mounts)
+    across = journals.T @ pulled
+    return np.block([[result, -across], [-across.T, own]])
 
 
 def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float]]:
@@ -216,7 +238,8 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
             axis = 0.5 * (motion[crankshaft.index(f"main[{main}]")] + motion[crankshaft.index(f"main[{main + 1}]")])
             energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)
             energy[:, 1] += rod_mass * (engine.crankshaft.throws[i - 1] * axis[5]) ** 2
-    return np.asarray(energy / energy.sum(axis=1, keepdims=True))
+    # A crank at rest beside moving bodies has no energy, and no kind of motion.
+    return np.asarray(energy / np.maximum(energy.sum(axis=1, keepdims=True), np.finfo(float).tiny))
 
 
 def named_mode(

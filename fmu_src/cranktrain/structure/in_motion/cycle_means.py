@@ -30,11 +30,9 @@ from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
 from cranktrain.structure.in_motion.joint import joint_at_state, joint_stiffness
+from cranktrain.structure.in_motion.linear import ACROSS
 
 ComplexArray = NDArray[np.complex128]
-
-ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""Matrix of the cross product e_z × in the plane."""
 
 
 class CycleTangents(NamedTuple):
@@ -141,11 +139,16 @@ def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
 
 
 def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
-    """Connection (row) of each film of mains and floating big ends, and components of the film's relative motion."""
+    """Connection (row) of each film of mains and floating big ends, and components of the film's relative motion.
+
+    All connections by terms count as films, because teeth and bearings of added bodies may open in a cycle, too.
+    """
     found: list[tuple[int, Sequence[int]]] = [
         (k, range(int(model.connections[k, slots.COUPLED]))) for k in range(model.bearings.shape[0])
     ]
-    return found + [(int(rod[slots.PIN_ROW]), range(2)) for rod in model.cylinders if rod[slots.END_PORT] >= 0.0]
+    found += [(int(rod[slots.PIN_ROW]), range(2)) for rod in model.cylinders if rod[slots.END_PORT] >= 0.0]
+    added = range(int(model.layout[slots.TERM_ROW]), len(model.connections))
+    return found + [(k, range(int(model.connections[k, slots.COUPLED]))) for k in added]
 
 
 def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, Array]:
@@ -162,9 +165,3 @@ def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, A
     turn = np.stack((np.stack((cos, -sin), axis=-1), np.stack((sin, cos), axis=-1)), axis=-2)[:, None]
     back = turn.transpose(0, 1, 3, 2)
     return turn @ place @ back, turn @ velocity @ back
-
-
-def ports_of(model: ModelArrays, connection: int) -> np.ndarray:
-    """Newton ports that a connection couples."""
-    row = model.connections[connection]
-    return np.asarray(row[slots.FIRST : slots.FIRST + int(row[slots.COUPLED])].astype(int))

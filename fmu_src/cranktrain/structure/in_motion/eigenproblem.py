@@ -46,14 +46,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig
 
-from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.bodies import locked_on_axis
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
+from cranktrain.dynamics.tangents import Tangents
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
+from cranktrain.loads.torsional_line import STIFFNESS
 from cranktrain.structure.crank.modal import (
     KINDS,
     at_largest,
@@ -64,16 +65,15 @@ from cranktrain.structure.crank.modal import (
     torsional_frequencies,
 )
 from cranktrain.structure.in_motion.cycle_means import (
-    ACROSS,
     CycleMeans,
     CycleTangents,
     films,
     plain_means,
-    ports_of,
     tangents_over_cycle,
     with_film_means,
     with_joint_mean,
 )
+from cranktrain.structure.in_motion.linear import Equations, SmallMotions
 from cranktrain.structure.in_motion.periodic_forces import rod_forces
 from cranktrain.structure.in_motion.residues import order_forces, participations, unit_torques
 
@@ -93,22 +93,9 @@ MOSTLY_SHAFT = 0.5
 """A mode belongs to the drive line if its shafts hold at least this fraction of the mode's elastic energy."""
 SAMPLES = 360
 """Number of crank angles of a cycle at which rods are linearised."""
-PARTS = (*KINDS, "block")
+PARTS = (*KINDS, "block", "added")
 PULLEY = 1
 """Row of ``ModelArrays.ends`` for the pulley's rotation."""
-
-
-class Equations(NamedTuple):
-    """Equations of small motions M ẍ + C ẋ + K x = 0 (n, n), real on ground and complex with a block.
-
-    The first ``crank`` coordinates are the crank's modes, the first ``turning`` the modes of all rotating bodies.
-    """
-
-    mass: NDArray[Any]
-    damping: NDArray[Any]
-    stiffness: NDArray[Any]
-    crank: int
-    turning: int
 
 
 class Rods(NamedTuple):
@@ -131,7 +118,8 @@ class ModesInMotion(NamedTuple):
     speed : rad/s
     values : (k,) eigenvalues λ, 1/s
     shapes : (n, k) in the coordinates of :class:`Equations`
-    shares : (k, 4) fractions of bending, torsion, axial motion and block in the kinetic energy
+    shares : (k, 4) fractions of bending, torsion, axial motion and block in the kinetic energy; (k, 5) with added
+        bodies, whose motion in bands other than 0 counts as the block's
     in_shafts : (k,) elastic energy of the drive line's shafts over the largest kinetic energy
     by_torque : (k, c) residues of the pulley's rotation for a unit gas torque of each cylinder, rad/(N m s)
     by_order : (k, o) residues for the rods' forces of orders 0.5, 1, …, rad/s, with phases relative to the crank angle
@@ -223,6 +211,7 @@ class ModesInMotion(NamedTuple):
         return float(self.hz[self.torsional]) if self.torsional >= 0 else math.nan
 
 
+_MOTIONS: WeakKeyDictionary[Simulation, SmallMotions] = WeakKeyDictionary()
 _RODS: WeakKeyDictionary[Simulation, tuple[float, Rods]] = WeakKeyDictionary()
 """Linearised rods at the last speed of each simulation; they do not depend on the iterated means of the films."""
 
@@ -253,21 +242,22 @@ def settled_means(simulation: Simulation) -> tuple[CycleMeans, float]:
 def consistent_means(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
     """Means at ``hz`` with each film in series with crank and block, in which all other films are as in ``means``."""
     model, equations = simulation.model, equations_in_motion(simulation, means)
-    motion, omega = _relative_motion(model), 2.0 * math.pi * hz
-    found = films(model)
+    omega, found = 2.0 * math.pi * hz, films(model)
     if not found:
         return with_joint_mean(simulation, tangents, means, hz)
     felt = [np.zeros((len(parts), len(parts)), dtype=complex) for _, parts in found]
+    motions = small_motions(simulation)
+    motion = motions.components()
     for side in (*range(-SIDES, 0), *range(1, SIDES + 1)):
         s = 1j * (omega + 0.5 * side * means.speed)
         dynamic = s**2 * equations.mass + s * equations.damping + equations.stiffness
         compliance = motion @ np.linalg.solve(dynamic, motion.conj().T)
         for (k, parts), sum_of_sides in zip(found, felt, strict=True):
-            size, ports = len(parts), ports_of(model, k)
-            apart = np.eye(ports.size)[:size]
-            if size < ports.size:  # relative motion of a pin and its floating big end
+            size, numbers = len(parts), motions.numbers(k)
+            apart = np.eye(numbers.size)[:size]
+            if size < numbers.size:  # relative motion of a pin and its floating big end
                 apart = np.hstack((np.eye(size), -np.eye(size)))
-            own = apart @ compliance[np.ix_(ports, ports)] @ apart.T
+            own = apart @ compliance[np.ix_(numbers, numbers)] @ apart.T
             law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
             # Compliance of crank and block at this film's ports without the film itself, (G⁻¹ − Z̄)⁻¹.
             sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
@@ -280,12 +270,13 @@ def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
     engine = fitted_engine(simulation.engine, simulation.settings)
     highest = engine.reduction.running_cutoff_hz
     at_rest = torsional_frequencies(*cranktrain_modes(engine, simulation.body), highest)[0]
-    loads = np.zeros((len(equations.mass), rods_in_motion(simulation, means.speed).loads.shape[1]), dtype=complex)
-    loads[: equations.turning] = rods_in_motion(simulation, means.speed).loads
+    on_rods = rods_in_motion(simulation, means.speed).loads
+    loads, turning = np.zeros((len(equations.mass), on_rods.shape[1]), dtype=complex), len(on_rods)
+    loads[:turning] = on_rods
     values, shapes, taken = vibrations(equations, slowest_hz(at_rest), loads)
-    residues = (simulation.model.ends[PULLEY] @ shapes[: equations.turning])[:, None] * taken
+    residues = (simulation.model.ends[PULLEY] @ shapes[:turning])[:, None] * taken
     count = engine.n_cylinders
-    shares = _shares(engine, simulation.body, equations, shapes)
+    shares = _shares(simulation, engine, shapes)
     in_shafts = _in_shafts(simulation.model, equations, values, shapes)
     return ModesInMotion(
         means.speed, values, shapes, shares, in_shafts, residues[:, :count], residues[:, count:], highest
@@ -298,27 +289,21 @@ def slowest_hz(torsional_hz: float | None) -> float:
 
 
 def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
-    """Equations of small motions of a running model with the ``means`` of its force laws."""
-    model, speed = simulation.model, means.speed
-    t, n_b = model.ports.shape[1], model.block_ports.shape[1]
-    turning = [np.eye(t), np.diag(model.damping[:t]) + 2.0 * speed * model.gyroscopic.T,
-               np.diag(model.omega2[:t]) + speed**2 * model.spin.T]  # fmt: skip
-    for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
-        turning[1] += law[DAMPING] * np.outer(twist, twist)
-        turning[2] += law[STIFFNESS] * np.outer(twist, twist)
-    rods, tangents, _ = rods_in_motion(simulation, speed)
-    for matrix, tangent in zip(turning, reversed(tangents), strict=True):
-        matrix -= rods.T @ tangent @ rods
-    motion = _relative_motion(model)
-    n = motion.shape[1]
-    parts = [np.zeros((n, n), dtype=motion.dtype) for _ in range(3)]
-    for part, matrix in zip(parts, turning, strict=True):
-        part[:t, :t] = matrix
-    if n_b:
-        _add_block(model, speed, parts)
-    _add_laws(model, means, motion, parts)
-    mass, damping, stiffness = parts
-    return Equations(mass, damping, stiffness, dimensions(model).crank_modes, t)
+    """Equations of small motions of a running model with the ``means`` of its force laws; coordinates of SmallMotions.
+
+    The first coordinates are those of all bodies that turn with the crank, of which the crank's own come first.
+    """
+    of_rods = set(simulation.model.cylinders[:, slots.END_ROW].astype(int).tolist())
+    rods, tangents, _ = rods_in_motion(simulation, means.speed)
+    laws = Tangents(*means[2:])
+    return small_motions(simulation).equations(means.speed, laws, (rods, tangents[::-1]), of_rods)
+
+
+def small_motions(simulation: Simulation) -> SmallMotions:
+    """Coordinates of small motions of a running model, made once."""
+    if simulation not in _MOTIONS:
+        _MOTIONS[simulation] = SmallMotions(simulation.model)
+    return _MOTIONS[simulation]
 
 
 def vibrations(
@@ -370,65 +355,6 @@ def _rods(simulation: Simulation, speed: float) -> Rods:
     return Rods(rows, [tangent.mean(axis=0) for tangent in forces[2:]], loads)
 
 
-def _relative_motion(model: ModelArrays) -> NDArray[Any]:
-    """Rows (n_newton, n): relative motion of the ports from rotating modes and the block's w₀, w₊, w₋."""
-    t, n_b, m = model.ports.shape[1], model.block_ports.shape[1], model.scales.size
-    turning = model.ports[:m]
-    if not n_b:
-        return np.array(turning)
-    motion = np.zeros((m, t + 3 * n_b), dtype=complex)
-    motion[:, :t] = turning
-    first = model.ports.shape[0]
-    across = np.array([[0.0, -1.0], [1.0, 0.0]])
-    for port, own in model.pairs.astype(int):
-        rows = model.block_ports[own - first : own - first + 2]
-        for k, sign in ((1, -1.0), (2, 1.0)):
-            motion[port : port + 2, t + k * n_b : t + (k + 1) * n_b] = -0.5 * (np.eye(2) + sign * 1j * across) @ rows
-    for port, own in model.axial.astype(int):
-        motion[port, t : t + n_b] = -model.block_ports[own - first]
-    return motion
-
-
-def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> None:
-    """Add the block on its mounts to the matrices ``parts``, for its motion with λ, λ + iΩ and λ − iΩ."""
-    t, n_b = model.ports.shape[1], model.block_ports.shape[1]
-    own = slice(t, t + n_b)
-    damping = np.diag(model.damping[own]) + model.block.damping
-    stiffness = np.diag(model.omega2[own]) + model.block.stiffness
-    for k, shift in enumerate((0.0, 1j * speed, -1j * speed)):
-        at = slice(t + k * n_b, t + (k + 1) * n_b)
-        parts[0][at, at] = np.eye(n_b)
-        parts[1][at, at] = damping + 2.0 * shift * np.eye(n_b)
-        parts[2][at, at] = stiffness + shift * damping + shift**2 * np.eye(n_b)
-
-
-def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts: list[NDArray[Any]]) -> None:
-    """Add the mean tangents of all connections except rods, and the moments of forces that move with the journals."""
-    of_rods = set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
-    t, n_b = model.ports.shape[1], model.block_ports.shape[1]
-    tangents = means.acceleration, means.velocity, means.place
-    for k in range(int(model.layout[slots.TERM_ROW])):
-        if k in of_rods:
-            continue
-        ports = ports_of(model, k)
-        rows, count = motion[ports], ports.size
-        for part, tangent in zip(parts, tangents, strict=True):
-            part -= rows.conj().T @ tangent[k, :count, :count] @ rows
-        row = model.connections[k]
-        if row[slots.SPIN] < 0:
-            continue
-        turned = np.zeros(motion.shape[1])
-        turned[:t] = model.ports[row[slots.TURNED]]
-        if n_b:
-            turned[t : t + n_b] = -model.block_ports[row[slots.REACTS] - len(model.ports)]
-        across = np.kron(np.eye(count // 2), ACROSS)
-        # The moment u × f = −uᵀ (e_z×) f, differentiated by the arguments of f and by u.
-        arm = -means.displaced[ports] @ across
-        for part, tangent in zip(parts[1:], tangents[1:], strict=True):
-            part -= np.outer(turned, arm @ tangent[k, :count, :count] @ rows)
-        parts[2][:, :t] -= np.outer(turned, -(across @ means.forces[ports]) @ model.ports[ports])
-
-
 def _in_shafts(model: ModelArrays, equations: Equations, values: ComplexArray, shapes: ComplexArray) -> Array:
     """Ratio (k,) of the elastic energy of the drive line's shafts in each mode to the mode's largest kinetic energy."""
     kinetic = np.abs(values) ** 2 * np.einsum("ik,ij,jk->k", shapes.conj(), equations.mass, shapes).real
@@ -438,12 +364,17 @@ def _in_shafts(model: ModelArrays, equations: Equations, values: ComplexArray, s
     return elastic / kinetic
 
 
-def _shares(engine: Engine, body: ReducedBody, equations: Equations, shapes: ComplexArray) -> Array:
-    """Fractions (k, 4) of bending, torsion, axial motion and block in the kinetic energy of crank and block."""
-    crank = at_largest(shapes[: equations.crank])
+def _shares(simulation: Simulation, engine: Engine, shapes: ComplexArray) -> Array:
+    """Fractions (k, 4) of bending, torsion, axial motion and block in the kinetic energy; with added bodies (k, 5)."""
+    body, size, motions = simulation.body, dimensions(simulation.model), small_motions(simulation)
+    crank = at_largest(shapes[: size.crank_modes])
     kinds = energy_shares(engine, body, crank, rods=True)
-    mass = np.eye(equations.crank) + rod_masses(engine, body)
-    in_crank = np.einsum("ik,ij,jk->k", shapes[: equations.crank].conj(), mass, shapes[: equations.crank]).real
-    block = np.sum(np.abs(shapes[equations.turning :]) ** 2, axis=0)
-    part = in_crank / (in_crank + block)
-    return np.column_stack((part[:, None] * kinds, 1.0 - part))
+    mass = np.eye(size.crank_modes) + rod_masses(engine, body)
+    own = shapes[: size.crank_modes]
+    in_crank = np.einsum("ik,ij,jk->k", own.conj(), mass, own).real
+    rest = np.sum(np.abs(shapes[size.turning_modes :]) ** 2, axis=0)
+    parts = [(in_crank / (in_crank + rest))[:, None] * kinds]
+    added = (motions.mode >= size.modes - motions.added) & (motions.band == 0.0)
+    in_added = np.sum(np.abs(shapes[added]) ** 2, axis=0)
+    parts += [(part / (in_crank + rest))[:, None] for part in (rest - in_added, in_added)[: 1 + np.any(added)]]
+    return np.hstack(parts)

@@ -94,7 +94,7 @@ def listed(found: ModesInMotion, speeds: tuple[float, float]) -> list[dict[str, 
     modes = []
     for k, shares in enumerate(found.shares):
         shape = "torsional" if answering[k] else PARTS[int(np.argmax(shares))]
-        if found.hz[k] > highest or shares[-1] >= MOSTLY_BLOCK:
+        if found.hz[k] > highest or shares[PARTS.index("block")] >= MOSTLY_BLOCK:
             continue
         modes.append(
             {
@@ -103,7 +103,7 @@ def listed(found: ModesInMotion, speeds: tuple[float, float]) -> list[dict[str, 
                 "shape": shape if found.of_crank[k] else "drive line",
                 "pulley_deg": math.degrees(largest[k]),
                 "order": float(found.orders[strongest[k]]) if largest[k] else None,
-                "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
+                "shares": dict(zip(PARTS, shares.tolist(), strict=False)),
             }
         )
     return modes
@@ -119,7 +119,10 @@ def state_text(state: Mapping[str, Any]) -> str:
 
 def motion_table(report: Mapping[str, Any]) -> Table:
     """Table of modes in motion with their state in the title; on ground without a column for the block."""
-    parts = [part for part in PARTS if part != "block" or report["state"]["block"] != "ground"]
+    shown = {part for mode in report["modes"] for part in mode["shares"]}
+    if report["state"]["block"] == "ground" and "added" not in shown:
+        shown -= {"block"}
+    parts = [part for part in PARTS if part in shown]
     rows = tuple(
         (
             f"{mode['hz']:.1f}", mode["shape"], f"{100.0 * mode['damping_ratio']:.1f}",

@@ -28,6 +28,7 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.modal import modal
 from cranktrain.studies.run_up.report import torsional_peaks
+from cranktrain.studies.torsion.added_orders import not_linear
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, LINEAR, frequency_run_up
 
 ORDERS = tuple(np.arange(0.5, HIGHEST_ORDER + 0.25, 0.5).tolist())
@@ -194,7 +195,7 @@ def steps(
         start = time.perf_counter()
         what = f"torsional run-up with{'' if damper else 'out'} damper"
         say(what)
-        made = _torsion(engine.without_additions, damper, asked, say, gas)
+        made = _torsion(engine.without_additions if not_linear(engine) else engine, damper, asked, say, gas)
         found = replace(found, seconds=found.seconds | {what: time.perf_counter() - start})
         found = replace(found, damped=made) if damper else replace(found, torsion=made)
         yield found

@@ -20,6 +20,7 @@ from cranktrain.results.tables import Table
 from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import Findings
 from cranktrain.studies.report.verdict import verdict_table, verdict_text, verdicts
+from cranktrain.studies.torsion.added_orders import not_linear
 
 
 def front(found: Findings) -> list[str]:
@@ -51,7 +52,8 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
     throws = sorted({round(2e3 * throw, 6) for throw in engine.throws})
     angle, ratio = math.degrees(trace.peak_angle), engine.cylinders.compression_ratio
     litres = 1e3 * engine.displacement
-    names = ", ".join(body.name for body in engine.additions.body)
+    names, reason = ", ".join(body.name for body in engine.additions.body), not_linear(engine)
+    left_out = f"; not in the torsion of this report: {reason}" if reason else ""
     rods = "on films" if engine.rods_float else f"without films, rods are {engine.cylinders.rods_on_pin}"
     return [
         ("layout", layout_text(engine)),
@@ -68,7 +70,7 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
         ("indicated power at rated speed", f"{1e-3 * power:.4g} kW"),
         ("load", f"{100.0 * found.asked.load:.4g} % of the full-load burn"),
         ("speeds", f"{low:.5g} to {high:.5g} rev/min"),
-        *([("added bodies", f"{names}; not in the torsion of this report")] if names else []),
+        *([("added bodies", f"{names}{left_out}")] if names else []),
         ("torsional damper", _none("damper") if engine.damper is None else engine.damper.kind),
         ("block", f"rigid ground, {_none('block')}" if engine.block is None else "flexible"),
         ("big ends", f"without films, {_none('big_end_bearing')}" if engine.big_end_bearing is None else rods),

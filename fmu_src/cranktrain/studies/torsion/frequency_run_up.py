@@ -95,7 +95,6 @@ def frequency_run_up(
     speeds = np.unique(np.asarray(speeds, dtype=float))
     if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
         raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST / RPM:.0f} rev/min")
-    engine.refuse_additions("steady states in the frequency domain")
     places = _halves(orders)
     highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
     damper, used = (engine, settings) if settings.damper == "fitted" else None, gas or GasTrace.from_engine(engine)

@@ -32,7 +32,7 @@ class PeriodicCrank:
     Parameters
     ----------
     engine, body : the engine and its running body, with all parts attached; a drive line of discs is left out, which
-        :func:`cranktrain.studies.torsion.line_modes.with_line` attaches
+        :func:`cranktrain.studies.torsion.line_modes.with_line` attaches, and so are added bodies
     speed : Ω, rad/s
     gas, load : pressure trace, and share of the full-load burn
     highest : highest order that the samples resolve
@@ -67,7 +67,6 @@ class PeriodicCrank:
         rows = forces.rows
         thrust, shaft = body.shapes[body.index("thrust"), 2], body.shapes[body.index("flywheel"), 5]
         springs = closed_stiffness(engine.thrust) * np.outer(thrust, thrust)
-        engine.refuse_additions("steady states in the frequency domain")
         line = engine.drive_line
         springs_of_line = (0.0, 0.0) if engine.drive_line_chain is not None else (line.stiffness, line.damping)
         springs += springs_of_line[0] * np.outer(shaft, shaft)

@@ -38,10 +38,14 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.mean_load import balancing_load
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, torsional_line
+from cranktrain.studies.torsion.added_orders import AddedOrders
 from cranktrain.studies.torsion.line_link import LineLink, linear_engine
 from cranktrain.studies.torsion.rod_torque import Rods, gas_push
 
 ComplexArray = NDArray[np.complex128]
+
+_MOVES = 1.0e-4
+"""Least part of the crank in the shape of a mode that counts as one of the crank."""
 
 
 class Observed(NamedTuple):
@@ -100,7 +104,9 @@ class ShaftOrders:
                 "torsional, bearings held (or auto) and boundary speed, or run it in time"
             )
         # Any speed will do here, because only the damper's temperature in this model depends on speed.
-        model = build_model(linear_engine(engine), body, settings, gas.best_speed, gas)
+        plain = linear_engine(engine.without_additions)
+        model = build_model(plain, body, settings, gas.best_speed, gas)
+        self._added = AddedOrders(engine, body, settings, gas) if engine.body or engine.connection else None
         line = torsional_line(engine)
         self.link, self._engine, self._gas, self.balanced = LineLink(line), engine, gas, balanced
         count = round(2.0 * highest)
@@ -318,12 +324,19 @@ class ShaftOrders:
         return np.vstack((self._shaft_twists, self._own_twists))
 
     def matrices(self, ring: bool) -> tuple[Array, Array, Array]:
-        """Stiffness, damping and mass (m, m) with mean rods, with or without the damper's ring, its link left out."""
+        """Stiffness, damping and mass (m, m) with mean rods, with or without the damper's ring, its link left out.
+
+        Modes of added bodies at rest follow those of the crank.
+        """
         pins = self._rows[: self.pins]
         mass = np.eye(self._stiffness.shape[0]) + pins.T @ (self.inertia[0].real[:, None] * pins)
-        own = np.arange(mass.shape[0]) if ring else np.delete(np.arange(mass.shape[0]), self._ring)
-        at = np.ix_(own, own)
-        return self._stiffness[at], self._damping[at], mass[at]
+        own = [self._stiffness, self._damping, mass]
+        if self._added is not None:
+            more = len(self._added.at_rest[0]) - len(mass)
+            own = [np.pad(part, (0, more)) + links for part, links in zip(own, self._added.at_rest, strict=True)]
+        kept = np.delete(np.arange(len(own[0])), [] if ring else self._ring)
+        stiffness, damping, mass = (part[np.ix_(kept, kept)] for part in own)
+        return stiffness, damping, mass
 
     @property
     def ring(self) -> list[int]:
@@ -331,10 +344,15 @@ class ShaftOrders:
         return self._ring
 
     def frequencies_hz(self) -> Array:
-        """Natural frequencies (m,) above 0 with mean rods, without damping and without the damper's ring."""
+        """Natural frequencies (m,) above 0 with mean rods, without damping and without the damper's ring.
+
+        Modes in which only added bodies move are left out.
+        """
         stiffness, _, mass = self.matrices(False)
-        squares = eigh(stiffness, mass, eigvals_only=True)
-        return np.sqrt(squares[squares > 1e-6 * squares[-1]]) / (2.0 * math.pi)
+        squares, shapes = eigh(stiffness, mass)
+        crank = self._stiffness.shape[0] - len(self._ring)
+        moves = np.linalg.norm(shapes[:crank], axis=0) > _MOVES * np.linalg.norm(shapes, axis=0)
+        return np.sqrt(squares[(squares > 1e-6 * squares[-1]) & moves]) / (2.0 * math.pi)
 
     def _dynamic(self, speeds: Array, orders: NDArray[np.intp], friction: Array | None) -> ComplexArray:
         """Dynamic stiffness (s, o, n, n) without the link of hub and ring; arguments as of :meth:`transfer`.
@@ -358,6 +376,8 @@ class ShaftOrders:
             own = self._shaft_twists[special]
             excess = self.link.excess(w, self.mean_torque(speeds), rubbing)
             dynamic += np.einsum("skt,ti,tj->skij", excess, own, own)
+        if self._added is not None:
+            dynamic += np.stack([self._added.stiffness(speed, self.orders[orders]) for speed in speeds.tolist()])
         for k in np.flatnonzero(orders == 0):
             dynamic[:, k, :, 0] = self._scale * self._flywheel
             dynamic[:, k, self._ring, self._ring] = self._scale
