@@ -1,4 +1,4 @@
-"""Words of questions, one alias an option, and the groups of options that several verbs share."""
+"""Options of requests, one type alias for each, and groups of options that several verbs share."""
 
 from __future__ import annotations
 
