@@ -1,4 +1,4 @@
-"""What the command line shows: tables on stdout, progress and remarks on stderr; and checks of its options."""
+"""Output of the command line: tables on stdout, progress and remarks on stderr."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from cranktrain.results.columns import pages
 from cranktrain.store.waits import LINES, waits
 
 USUAL_WIDTH = 120
-"""Characters of a line where neither a terminal nor COLUMNS says how many there are."""
+"""Characters of a line if neither a terminal nor COLUMNS gives the number."""
 BESIDE = 3
-"""Characters that a column of a table takes beside its text."""
+"""Characters that a column of a table takes in addition to its text."""
 _LEFT = ("shape", "to which number", "value", "unit or norm", "verdict", "quantity", "expected")
 
 
 class Interrupted(KeyboardInterrupt):
-    """Interrupt that states in one line what was kept and how to go on.
+    """Interrupt with a message of one line: which results were kept, and how to continue.
 
-    ``found`` is the result so far, which the command line shows; None where there is none to show.
+    ``found`` is the result so far, which the command line shows, or None.
     """
 
     def __init__(self, text: str, found: Any = None) -> None:
@@ -46,7 +46,7 @@ def show(table: Any) -> None:
 
 
 def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table of texts, given by its parts, on stdout; without empty columns, in parts where it is too wide."""
+    """Print a table of texts on stdout, without empty columns, and split into parts if it is too wide."""
     width = get_terminal_size((USUAL_WIDTH, 24)).columns
     rows = [tuple(map(visible, row)) for row in rows]
     for part, page in enumerate(pages(header, rows, width - 1, BESIDE, cell_len)):

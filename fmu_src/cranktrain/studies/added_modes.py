@@ -26,8 +26,8 @@ SHOWN = 0.05
 def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     """Modes of crank and additions on a block at rest; JSON-able.
 
-    ``body`` is the engine's bare crankshaft. Mains and added bearings are their linear stand-in springs, flanks of
-    gears without backlash are closed; big end and half the oscillating mass stand on each pin. A mode's ``shares`` of
+    ``body`` is the engine's bare crankshaft. Mains and added bearings are their linear stand-in springs, gear flanks
+    without backlash are closed, and each pin carries the big end and half the oscillating mass. A mode's ``shares`` of
     energy are those of the crank by kind of motion, and of each added body. The drive line is left out.
     """
     engine = replace(engine, drive_line_chain=None)  # no part of the crank at rest
@@ -52,7 +52,7 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
 
 
 def _on_springs(connection: Connection) -> Connection:
-    """A bearing as it is taken at rest: films and rollers as their linear stand-ins, an axial bearing closed."""
+    """Connection in the model at rest: linear stand-in springs for films and rollers, a closed axial bearing."""
     data = connection.data
     if isinstance(data, Film):
         return replace(connection, data=replace(data, level="linear"))
@@ -65,7 +65,7 @@ def _on_springs(connection: Connection) -> Connection:
 
 
 def additions_table(report: Mapping[str, Any]) -> Table:
-    """The modes as texts."""
+    """Table of the modes as texts."""
     rows = tuple(
         (
             f"{mode['hz']:.1f}", mode["shape"],
