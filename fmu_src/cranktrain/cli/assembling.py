@@ -1,4 +1,4 @@
-"""The engines that ship, and assemblies of engines that are checked first, for the library."""
+"""Functions of the library: names of the shipped engines, and the assembly of a checked engine."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def assemble(
     cutoff_hz: float | None = None,
     inherit: bool = True,
 ) -> assembly.Assembly:
-    """Check an engine as its file is checked, and make the parts of runs with these settings.
+    """Check an engine like an engine file, and make the bodies and parts for runs with these settings.
 
-    Keywords and errors are those of :func:`cranktrain.structure.assembly.assemble`. Where no ``say`` is given, a step
-    that takes more than a second is told on stderr.
+    Keywords and errors are those of :func:`cranktrain.structure.assembly.assemble`. Without ``say``, a step that takes
+    more than a second is printed on stderr.
     """
     if not isinstance(settings, Settings):
         raise InputError(f"assemble: settings are {shown(settings)}; give ct.Settings(crank=...)")

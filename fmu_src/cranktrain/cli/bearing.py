@@ -117,7 +117,7 @@ by Reynolds' condition. --grooves two-axial has p = 0 in two grooves at +-90 deg
 
 @dataclass(frozen=True, kw_only=True)
 class ByEccentricity(Question):
-    """A bearing by its eccentricity."""
+    """Options of a bearing with given eccentricity, without units."""
 
     heading = "by eccentricity"
     length_ratio: Annotated[float | None, Option("B/D", "width over diameter")] = None
@@ -131,7 +131,7 @@ class ByEccentricity(Question):
 
 @dataclass(frozen=True, kw_only=True)
 class ByLoad(Question):
-    """A bearing by its load, in units."""
+    """Options of a bearing with given load, in units."""
 
     heading = "by load"
     diameter_mm: Annotated[Above | None, Option("MM")] = None
@@ -169,7 +169,7 @@ class ByLoad(Question):
 
 @dataclass(frozen=True, kw_only=True)
 class InUnits(Question):
-    """Surfaces, oil under pressure and bore of a bearing in units."""
+    """Options for surfaces, oil under pressure and bore of a bearing in units."""
 
     heading = "in units: surfaces, oil under pressure, bore"
     roughness_um: Annotated[Above | None, Option("UM", "of both surfaces together (default: smooth)")] = None
@@ -214,7 +214,7 @@ class PlainBearing(ByEccentricity, ByLoad, InUnits):
 
 @verb_alone(PlainBearing, DESCRIPTION)
 def bearing(ask: PlainBearing) -> VerbResult:
-    """Solve one of the two forms; what belongs to the other is refused."""
+    """Solve a bearing given by eccentricity or by load; options of the other form are refused."""
     form = "eccentricity" if ask.eccentricity is not None else "load"
     if form == "eccentricity" and ask.length_ratio is None and any(_given_of(ask, UNITS)):
         form = "place"
@@ -256,7 +256,7 @@ def show(found: VerbResult) -> None:
 
 
 def _with_grade(ask: PlainBearing) -> PlainBearing:
-    """With viscosities and density of an oil given by its grade; ``InputError`` where they are given besides."""
+    """Request with viscosities and density of the oil grade; ``InputError`` if they are given in addition."""
     if ask.oil_grade is None:
         return ask
     if given := _given_of(ask, HEAT[1:4]):
@@ -269,12 +269,12 @@ def _with_grade(ask: PlainBearing) -> PlainBearing:
 
 
 def _given_of(ask: PlainBearing, names: tuple[str, ...]) -> list[str]:
-    """Those of ``names`` that the user gave."""
+    """Options among ``names`` that the user gave."""
     return [name for name in names if getattr(ask, name) is not None]
 
 
 def _timed(compute: Callable[[], Any]) -> tuple[Any, float]:
-    """Result, and median of the seconds of further runs: the first one may load or compile kernels."""
+    """Result, and median time (s) of further calls; the first one may load or compile kernels."""
     result = compute()
     times: list[float] = []
     while len(times) < TIMED_RUNS and sum(times) < TIMED_SECONDS:
@@ -313,7 +313,7 @@ def _given(ask: PlainBearing) -> dict[str, Any]:
 
 
 def _loaded(ask: PlainBearing, speed_rpm: float) -> dict[str, Any]:
-    """Results of a bearing under a load, or at a place in units."""
+    """Results of a bearing under a load, or with the journal at a given position, in units."""
     from cranktrain.film.steady.plain_bearing import FIELDS, Bearing
 
     given = {name: getattr(ask, name, None) for name in FIELDS}
@@ -329,12 +329,12 @@ def _loaded(ask: PlainBearing, speed_rpm: float) -> dict[str, Any]:
 
 
 def _option(field: str) -> str:
-    """What the command line calls a field of a bearing."""
+    """Option of the command line for a field of a bearing."""
     return {"speed_rpm": "--speed", "viscosity_pas": "--viscosity"}.get(field, "--" + field.replace("_", "-"))
 
 
 def _text(value: Any) -> str:
-    """A number, vector or matrix for people."""
+    """Text of a number, vector or matrix."""
     if isinstance(value, list):
         return "\n".join(map(_text, value)) if isinstance(value[0], list) else "  ".join(f"{v:.5g}" for v in value)
     return f"{value:.5g}"

@@ -64,7 +64,7 @@ class BearingLoads(words.Settled, words.Running):
 
 @verb(BearingLoads, DESCRIPTION)
 def bearing_loads(named: str | Path | Engine, ask: BearingLoads) -> VerbResult:
-    """Report on each speed; an interrupt keeps the speeds that are finished."""
+    """Report bearing loads at each speed; after an interrupt the finished speeds are reported."""
     from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures
     from cranktrain.results.bearings.tables import bearings_dict
 
@@ -101,7 +101,7 @@ def bearing_loads(named: str | Path | Engine, ask: BearingLoads) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print a table of each speed, or one of all speeds of a run-up."""
+    """Print a table for each speed, or one table for all speeds of a run-up."""
     from cranktrain.results.bearings.tables import bearing_tables, speed_table, total_text
     from cranktrain.results.tables import grid_text
 
@@ -122,7 +122,7 @@ def show(found: VerbResult) -> None:
 
 
 def _over_speed(engine: Engine, path: str, folder: Path | None) -> VerbResult:
-    """Report on all speeds of a run-up at once, in one table; polar load diagrams where a load is largest."""
+    """Report all speeds of a run-up in one table, with polar load diagrams at the speeds of the largest loads."""
     from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures, speed_name
     from cranktrain.results.bearings.run_up_cycles import run_up_bearings
     from cranktrain.results.bearings.tables import bearings_dict, main_films
@@ -158,7 +158,7 @@ def _over_speed(engine: Engine, path: str, folder: Path | None) -> VerbResult:
 
 
 def _gathered(found: list[dict[str, Any]]) -> list[str]:
-    """Limits that are not kept, one line for a bearing and limit: how often, and the first speed's text."""
+    """Violated limits, one line for each bearing and limit: number of speeds, and the text of the first one."""
     kept: dict[tuple[str, str], list[tuple[float, str]]] = {}
     for speed in found:
         for one in speed["violations"]:
@@ -171,14 +171,14 @@ def _gathered(found: list[dict[str, Any]]) -> list[str]:
 
 
 def _tell_missing(engine: Engine, found: list[dict[str, Any]]) -> None:
-    """Say which limits the engine file lacks."""
+    """Print which limits the engine file lacks."""
     missing = list(dict.fromkeys(key for speed in found for key in speed["missing_limits"]))
     if missing:
         say(f"{engine.name}: no limits for {len(missing)} quantities; add to [bearing_limits]: {', '.join(missing)}")
 
 
 def _folder(ask: BearingLoads) -> Path | None:
-    """Folder of the pictures, where any are wanted; ``InputError`` where they cannot be written, before any run."""
+    """Folder for pictures, None if none are wanted; ``InputError`` before any run if it cannot be written."""
     if ask.plots is None:
         return None
     from cranktrain.results.bearings.figures import OVER_SPEED, polar_names, speed_name
@@ -190,7 +190,7 @@ def _folder(ask: BearingLoads) -> Path | None:
 
 
 def _names(paths: list[str]) -> list[str]:
-    """Names of results, by their files; numbered where two files of different folders are called the same."""
+    """Names of results from their files, with a number if files in different folders have the same name."""
     stems = [Path(path).stem for path in paths]
     return [stem if stem not in stems[:k] else f"{stem}_{stems[:k].count(stem) + 1}" for k, stem in enumerate(stems)]
 
@@ -201,7 +201,7 @@ def _check_engine(engine: Engine, path: str, of: object) -> None:
 
 
 def _stored(engine: Engine, paths: list[str]) -> Named:
-    """Reports on result files, all of which are read before the first is told of."""
+    """Reports from result files; all files are read before the first report."""
     from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.results.files import StoredRun
 
@@ -218,7 +218,7 @@ def _stored(engine: Engine, paths: list[str]) -> Named:
 
 
 def _run(engine: Engine, ask: BearingLoads) -> Named:
-    """Reports on runs, one after the other, of one assembly."""
+    """Reports from runs of one assembly at successive speeds."""
     from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.results.bearings.figures import speed_name
 

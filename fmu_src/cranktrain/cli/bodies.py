@@ -1,4 +1,4 @@
-"""Bodies that the command line's verbs ask for: crankshaft and block, from the cache or made now, stage by stage."""
+"""Crankshaft and block for the verbs of the command line, read from the cache or computed with progress shown."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 def own_mesh(path: str | Path | None, unit: str) -> MeshFile | None:
-    """A user's own mesh with its unit; ``InputError`` for a unit that does not exist."""
+    """User's own mesh with its unit of length; ``InputError`` for an unknown unit."""
     return None if path is None else MeshFile(path, unit)
 
 
 def bare_crankshaft(
     engine: Engine, mesh: MeshFile | None, rebuild: bool = False, checked: bool = False
 ) -> tuple[ReducedBody, float]:
-    """Bare reduced crankshaft and the seconds it took, with the stages shown."""
+    """Bare reduced crankshaft, and the seconds it took; shows the stages."""
     from cranktrain.structure.assembly import check_mesh
     from cranktrain.structure.crank.reduction import reduced_crankshaft
 
@@ -35,7 +35,7 @@ def bare_crankshaft(
 
 
 def wants_flexible_block(engine: Engine, block: str, mesh: str | Path | None) -> bool:
-    """Whether the block is to be flexible; refuses what the engine or the options do not allow before any work."""
+    """True if the block is flexible; ``InputError`` before any work if engine or options do not allow it."""
     from cranktrain.structure.assembly import check_mesh
     from cranktrain.structure.block.shape import block_plan
 
@@ -49,7 +49,7 @@ def wants_flexible_block(engine: Engine, block: str, mesh: str | Path | None) ->
 
 
 def checked_block(engine: Engine, mesh: MeshFile | None, rebuild: bool) -> ReducedBody:
-    """Bare reduced block, with the stages shown."""
+    """Bare reduced block; shows the stages."""
     from cranktrain.structure.block.reduction import reduced_block
 
     with stages(f"{engine.name}: block") as say:

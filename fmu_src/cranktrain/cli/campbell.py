@@ -1,4 +1,4 @@
-"""The verb ``campbell``: natural frequencies over the speed, and where orders meet them."""
+"""The verb ``campbell``: natural frequencies over the speed, and the speeds at which orders excite them."""
 
 from __future__ import annotations
 
@@ -73,12 +73,12 @@ class CampbellDiagram(words.CrankLevel, words.DriveLine, words.Meshes):
 
 @verb(CampbellDiagram, DESCRIPTION)
 def campbell(named: str | Path | Engine, ask: CampbellDiagram) -> Campbell:
-    """Modes over the speed."""
+    """Compute the modes over the speed, and draw the diagram if a path is given."""
     return _found(named, ask)[1]
 
 
 def answer(engine: str, ask: CampbellDiagram) -> VerbResult:
-    """Frequencies over the speed and their crossings with orders."""
+    """Frequencies over the speed and their crossings with orders, for the command line."""
     name, found, orders = _found(engine, ask)
     met = sorted(found.crossings(orders), key=lambda one: one.kind != "torsional")
     said: dict[str, Any] = {
@@ -97,7 +97,7 @@ def answer(engine: str, ask: CampbellDiagram) -> VerbResult:
 
 
 def show(said: VerbResult) -> None:
-    """Print the modes, and where orders meet them."""
+    """Print the modes, and the speeds at which orders excite them."""
     engine, speeds = said["engine"], said["speeds_rpm"]
     first, last = (f"Hz at {speeds[at]:.5g} rev/min" for at in (0, -1))
     rows = [(str(one["name"]), f"{one['hz'][0]:.1f}", f"{one['hz'][-1]:.1f}") for one in said["modes"]]
@@ -113,7 +113,7 @@ def show(said: VerbResult) -> None:
 
 
 def _found(named: str | Path | Engine, ask: CampbellDiagram) -> tuple[str, Campbell, list[float]]:
-    """The engine's name, modes over speed, and the orders that are drawn."""
+    """Name of the engine, modes over speed, and orders that are drawn."""
     import numpy as np
 
     from cranktrain.dynamics.model.settings import Settings

@@ -1,4 +1,4 @@
-"""What the command line shows: tables on stdout, progress and remarks on stderr; and checks of its options."""
+"""Output of the command line: tables on stdout, progress and remarks on stderr."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from cranktrain.results.columns import pages
 from cranktrain.store.waits import LINES, waits
 
 USUAL_WIDTH = 120
-"""Characters of a line where neither a terminal nor COLUMNS says how many there are."""
+"""Characters of a line if neither a terminal nor COLUMNS gives the number."""
 BESIDE = 3
-"""Characters that a column of a table takes beside its text."""
+"""Characters that a column of a table takes in addition to its text."""
 _LEFT = ("shape", "to which number", "value", "unit or norm", "verdict", "quantity", "expected")
 
 
 class Interrupted(KeyboardInterrupt):
-    """Interrupt that states in one line what was kept and how to go on.
+    """Interrupt with a message of one line: which results were kept, and how to continue.
 
-    ``found`` is the result so far, which the command line shows; None where there is none to show.
+    ``found`` is the result so far, which the command line shows, or None.
     """
 
     def __init__(self, text: str, found: Any = None) -> None:
@@ -46,7 +46,7 @@ def show(table: Any) -> None:
 
 
 def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table of texts, given by its parts, on stdout; without empty columns, in parts where it is too wide."""
+    """Print a table of texts on stdout, without empty columns, and split into parts if it is too wide."""
     width = get_terminal_size((USUAL_WIDTH, 24)).columns
     rows = [tuple(map(visible, row)) for row in rows]
     for part, page in enumerate(pages(header, rows, width - 1, BESIDE, cell_len)):
@@ -65,7 +65,7 @@ def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) 
 
 @contextmanager
 def stages(title: str) -> Iterator[Callable[[str], None]]:
-    """Show the stage at work on stderr; lines where stderr is no terminal."""
+    """Show the current stage of a task on stderr, in one line that changes; in separate lines if it is no terminal."""
     with _drawn((title,), SpinnerColumn()) as update, waits(title) as told:
 
         def tell(stage: str) -> None:
@@ -81,7 +81,7 @@ def stages(title: str) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[float], None] | None]:
-    """Show a bar on stderr that follows a share in [0, 1]; a line now and then where stderr is no terminal."""
+    """Show a progress bar on stderr for a fraction in [0, 1]; occasional lines if stderr is no terminal."""
     with _drawn((title,), BarColumn()) as update, waits(title) as told:
         if update:
             yield lambda share: update(title, completed=share)
@@ -92,9 +92,9 @@ def bar(title: str) -> Iterator[Callable[[float], None] | None]:
 
 @contextmanager
 def labelled_bar(title: str) -> Iterator[tuple[Callable[[str], None], Callable[[float], None]]]:
-    """Show a bar on stderr with what is at work: functions of a text, and of a share in [0, 1].
+    """Show a progress bar with a label on stderr. Yields a function that sets the label, and one for the fraction done.
 
-    Lines of text and share where stderr is no terminal.
+    If stderr is no terminal, lines with both are printed.
     """
     share = 0.0
 
@@ -122,9 +122,9 @@ def labelled_bar(title: str) -> Iterator[tuple[Callable[[str], None], Callable[[
 
 @contextmanager
 def bars(title: str, names: Sequence[str]) -> Iterator[Callable[[str, str, float], None]]:
-    """Show a bar for each name on stderr: a function of name, stage and share.
+    """Show a progress bar for each name on stderr. Yields a function of name, stage and fraction done.
 
-    A line at the end of each where stderr is no terminal.
+    If stderr is no terminal, a line is printed when a name is done.
     """
 
     def tell(name: str, stage: str, share: float) -> None:
@@ -139,7 +139,7 @@ def bars(title: str, names: Sequence[str]) -> Iterator[Callable[[str, str, float
 
 @contextmanager
 def _drawn(titles: Sequence[str], column: ProgressColumn) -> Iterator[Callable[..., None] | None]:
-    """Draw a line for each title on a terminal: a function of title and what changes; None where there is none."""
+    """Draw a line for each title on a terminal. Yields a function of title and changed values; None if no terminal."""
     console = Console(file=unfiltered(sys.stderr))
     if not console.is_terminal:
         yield None

@@ -64,7 +64,7 @@ def damper_optimum(ask: DamperOptimum) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print the optimum beside that of two masses, or of two masses as the search finds it."""
+    """Print the optimum and, for comparison, that of two masses: in closed form, and for two masses also by search."""
     if "by_search" in found:
         rows = [
             (key.replace("_", " "), f"{found[key]:.6f}", f"{other:.6f}") for key, other in found["by_search"].items()

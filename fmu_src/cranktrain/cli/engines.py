@@ -1,4 +1,4 @@
-"""The verb ``engines``: the engines that ship with the package, a line each."""
+"""The verb ``engines``: list of the engines that ship with the package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cranktrain.studies.requests.fields import Question
 DESCRIPTION = "The engines that ship with the package: name, title, layout, displacement and firing order."
 
 PLAIN = True
-"""It shows what is written: nothing is computed."""
+"""The verb only prints a stored list and computes nothing."""
 
 
 @verb_alone(Question, DESCRIPTION)

@@ -1,4 +1,4 @@
-"""How a verb ends early: interrupted, terminated, or by an error, in one line and one JSON object."""
+"""Early end of a verb by an interrupt, a termination or an error: one line of text and one JSON object."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from typing import Any, NoReturn
 from cranktrain.cli.signals import NOTHING, begun, outside
 
 LONGEST = 1500
-"""Characters of a line, of which the middle is left out where there are more."""
+"""Largest number of characters of a line; the middle of a longer line is left out."""
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.ELOOP, errno.ENOTDIR, errno.EISDIR}
-"""What a system says of a file that it does not give to its user, or that cannot be."""
+"""Error numbers of the system for a file that cannot be accessed or cannot exist."""
 _PLACE = re.compile(r"--[a-z-]+(?= )|((?:[^\s:]+|[^:]*[/\\][^:]*|[^:]*\.\w{1,5}): )+")
 
 
 class Stopped(KeyboardInterrupt):
-    """What a signal raises; its argument is the signal.
+    """Exception that a signal raises; its argument is the signal.
 
-    Python lets a process die with SIGINT, whatever its exit code, if once a plain ``KeyboardInterrupt`` has left a text
-    that ``exec`` runs, as each dataclass has; not so one of another class.
+    It is a class of its own because Python ends a process with SIGINT, whatever its exit code, if a plain
+    ``KeyboardInterrupt`` has ever left code that ``exec`` runs, as in the making of a dataclass.
     """
 
 
 def one_line(text: str) -> str:
-    """A text as one line of bounded length, without characters that a terminal obeys."""
+    """Text as one line of limited length, without control characters."""
     plain = " ".join(text.split())
     plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in plain)
     return plain if len(plain) <= LONGEST else f"{plain[: LONGEST - 200]} … {plain[-190:]}"
 
 
 def parts(text: str) -> dict[str, str | None]:
-    """What, where and remedy of an error's line, ``where: what; remedy`` or ``--option value is not …; remedy``.
+    """Parts of an error message (what, where, remedy); None for a missing part.
 
-    None where it does not say.
+    Messages have the form ``where: what; remedy`` or ``--option value is not …; remedy``.
     """
     what, _, remedy = text.rpartition("; ")
     what, remedy = (what, remedy) if what else (text, "")
@@ -54,7 +54,7 @@ def parts(text: str) -> dict[str, str | None]:
 
 @contextmanager
 def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
-    """Let a termination end a verb as an interrupt does, and note either in ``stopped``.
+    """Let a termination end a verb like an interrupt, and append the signal of either to ``stopped``.
 
     An interrupt that arrives in a function whose errors Python ignores arrives once more. One that the caller ignores,
     as a shell's background job does, stays ignored.
@@ -92,7 +92,7 @@ def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
 
 
 def interrupted(stop: KeyboardInterrupt) -> str:
-    """What to say of an interrupt: what its verb says, or which files are there."""
+    """Message for an interrupt: the message of the verb, or the files that were written."""
     # A module that an interrupt left half loaded cannot be loaded again: what is not there has said or written nothing.
     loaded = sys.modules.get
     if isinstance(stop, getattr(loaded("cranktrain.cli.console"), "Interrupted", ())):
@@ -103,7 +103,7 @@ def interrupted(stop: KeyboardInterrupt) -> str:
 
 
 def refused(error: OSError) -> str:
-    """What to say of a user's file that cannot be used, or of a standard output that is full; else empty."""
+    """Message for a file that cannot be used, or for a full standard output; empty for other errors."""
     if error.errno in _REFUSALS and error.filename is not None:
         return f"{one_line(str(error.filename))[:300]}: cannot be used ({error.strerror}); name another file"
     if "temporary directory" in str(error.strerror):
@@ -117,12 +117,12 @@ def refused(error: OSError) -> str:
 
 
 def leave_stdout() -> None:
-    """Let what is left to be flushed go nowhere."""
+    """Redirect stdout to the null device, so that flushing the remaining output cannot fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def fault(error: Exception) -> str:
-    """What to say of an error that nobody foresaw; its traceback goes into a file."""
+    """Message for an unexpected error; its traceback is written to a file."""
     text = one_line(f"fault of this program, {type(error).__name__}: {error}")[:300]
     try:
         with tempfile.NamedTemporaryFile("w", prefix="cranktrain-", suffix=".log", delete=False) as file:

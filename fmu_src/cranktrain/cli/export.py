@@ -35,7 +35,7 @@ class Export(Question):
 
 @verb(Export, DESCRIPTION, FILE)
 def export(file: str | Path, ask: Export) -> VerbResult:
-    """Write the table; its size, and what of the file is not in it."""
+    """Write the table. Return its size, and the parts of the file that it does not contain."""
     from cranktrain.results import export as tables
 
     with bar(f"{ask.to}") as advance:

@@ -62,7 +62,7 @@ class Fatigue(
 
 @verb(Fatigue, DESCRIPTION)
 def fatigue(named: str | Path | Engine, ask: Fatigue) -> VerbResult:
-    """Run the speeds, and judge every place."""
+    """Run the engine at each speed, and judge every fillet and oil bore."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.strength.figures import PICTURES, save_pictures
     from cranktrain.structure.stress.stress_modes import ShapedCrank
@@ -103,7 +103,7 @@ def fatigue(named: str | Path | Engine, ask: Fatigue) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print what is found for people."""
+    """Print the safety factors, and the result of the rule."""
     report: FatigueReport = found.beside["report"]
     rule = {row["name"]: row for row in found["rule"]["places"]}
     rows = [

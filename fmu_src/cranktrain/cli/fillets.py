@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def fillet_help(what: str) -> str:
-    """Help of the option; ``what`` it is for begins it."""
+    """Help of the option ``--fillets``, which begins with its purpose ``what``."""
     return (
         f"{what} by fine sub-models of these throws: all, or numbers such as 1,6; minutes and 3 to 4 GB the first "
         "time, then kept"
@@ -23,7 +23,7 @@ def fillet_help(what: str) -> str:
 
 
 def chosen_throws(fillets: str | None, mesh: str | Path | None, engine: Engine) -> list[int]:
-    """Throws whose fillets are wanted; ``InputError``."""
+    """Throws whose fillets were requested; ``InputError`` for a throw that does not exist."""
     if fillets is None:
         return []
     if mesh is not None:
@@ -39,7 +39,10 @@ def chosen_throws(fillets: str | None, mesh: str | Path | None, engine: Engine) 
 def fillets_of(
     engine: Engine, throws: list[int], shaped: Callable[[], ShapedCrank], say: Callable[[str], None]
 ) -> list[FilletModes]:
-    """Fillets and oil bores of throws, made or read. They may make the kept crankshaft anew: runs come after them."""
+    """Fillets and oil bores of throws, computed or read from the cache.
+
+    To be called before runs, because the crankshaft in the cache may be made anew.
+    """
     from cranktrain.structure.stress.kept_fillets import throw_fillets
 
     return [fine for throw in throws for fine in throw_fillets(engine, throw, shaped, say)]

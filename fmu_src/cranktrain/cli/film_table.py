@@ -1,4 +1,4 @@
-"""The verb ``bearing table``: make the film table of one L/D, or say what the kept one is worth."""
+"""The verb ``bearing table``: make the film table of one L/D, or report the error of the stored one."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def film_table(ask: FilmTable) -> VerbResult:
 
 
 def show(result: VerbResult) -> None:
-    """Print where the table is and what it is worth."""
+    """Print path, size and interpolation error of the table."""
     usual = result.beside["usual"]
     kept = "Solved" if result["slabs_solved"] else "Kept"
     print(f"{kept}: {result['path']} ({result['file_bytes'] / 1e6:.1f} MB, {result['cells']} cells)")

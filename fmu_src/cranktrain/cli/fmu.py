@@ -117,7 +117,7 @@ class Fmu(words.DriveLine):
 
 @verb(Fmu, DESCRIPTION, SOURCE)
 def fmu(source: str | Path | Engine | Scene, ask: Fmu) -> VerbResult:
-    """Build it, with its reference results where they are asked for; or write the model description anew."""
+    """Build the FMU, on request with reference results; or only write the model description again."""
     from cranktrain.fmu.archive import DESCRIPTION as FOLDER
     from cranktrain.fmu.archive import XML, write_reference, write_whole
     from cranktrain.fmu.build import build_fmu
@@ -142,12 +142,12 @@ def fmu(source: str | Path | Engine | Scene, ask: Fmu) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print the path."""
+    """Print the path of the FMU."""
     print(found["file"])
 
 
 def _check(source: str | Path | Engine | Scene, ask: Fmu, module: Path | None) -> None:
-    """Refuse options that do not go with each other or with what is built; ``InputError``."""
+    """Refuse options that exclude each other or do not apply to the product; ``InputError``."""
     from cranktrain.fmu.build import is_scene
 
     usual = Fmu()
@@ -167,7 +167,7 @@ def _check(source: str | Path | Engine | Scene, ask: Fmu, module: Path | None) -
 
 
 def _start(text: str) -> tuple[str, str]:
-    """Name and value of ``NAME=VALUE``."""
+    """Name and value of a start value, from the text ``NAME=VALUE``."""
     name, sign, value = text.partition("=")
     if not (sign and name.strip() and value.strip()):
         raise InputError(f"--start '{text}' is no NAME=VALUE; give e.g. crank.level=torsional")
@@ -175,5 +175,5 @@ def _start(text: str) -> tuple[str, str]:
 
 
 def _listed(names: str) -> list[str]:
-    """Names in a list, each once."""
+    """Names from a list, without repetition."""
     return list(dict.fromkeys(name.strip() for name in names.split(",")))

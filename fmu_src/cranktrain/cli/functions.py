@@ -1,4 +1,4 @@
-"""Functions of the library from questions: ``verb`` makes the fields of a question the keywords of its function.
+"""Functions of the library, made from questions: ``verb`` turns the fields of a question into keywords of a function.
 
 ::
 
@@ -29,11 +29,11 @@ R = TypeVar("R")
 
 
 class Subject(NamedTuple):
-    """What a question is put to: the first argument of its function.
+    """First argument of a verb's function, such as an engine or a file.
 
     Attributes
     ----------
-    objects : classes of the library that are taken beside a text or path
+    objects : classes of the library that are accepted in addition to a text or path
     """
 
     name: str
@@ -43,11 +43,11 @@ class Subject(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """Type of the value for people."""
+        """Description of the accepted types, for messages."""
         return " | ".join(("str", "Path", *self.objects))
 
     def check(self, value: Any) -> None:
-        """Refuse what is of another type with ``InputError``."""
+        """Raise ``InputError`` for a value of another type."""
         names = {kind.__name__ for kind in type(value).__mro__}
         if not isinstance(value, str | Path) and not names & {*self.objects}:
             said = f"{self.name} is {shown(value)}, of type {type(value).__name__}"
@@ -59,13 +59,13 @@ SCENE = Subject("scene", "SCENE", "path of a scene.toml", ("Scene",))
 
 
 class Verb(NamedTuple):
-    """What is known of a function of the library.
+    """Description of a verb: its question, help text, subject and function.
 
     Attributes
     ----------
     ask : class of its questions
     about : description; its first line stands in the list of verbs
-    subject : None where the question is all there is
+    subject : first argument; None if the function takes only the question
     function : the function of subject and question, whose errors name options of the command line
     """
 
@@ -80,14 +80,14 @@ class Verb(NamedTuple):
         return fields_of(self.ask)
 
     def refuse_former(self, named: Mapping[str, Any]) -> None:
-        """Refuse a keyword's name before the first release with the present one; ``InputError``."""
+        """Raise ``InputError`` for a keyword's name from before the first release; gives the present one."""
         for one in self.fields:
             was = one.option.was.lstrip("-").replace("-", "_")
             if was and was in named and was not in {other.name for other in self.fields}:
                 raise InputError(f"{self.function.__name__}: '{was}' is called '{one.name}' now; write {one.name}")
 
     def answer(self, ask: Question, *subject: Any) -> Any:
-        """Answer a question silently but for warnings and a line for each long step; errors name keywords."""
+        """Answer a question without output except warnings and a line for each long step; errors name keywords."""
         with quiet():
             try:
                 return self.function(*subject, ask)
@@ -98,24 +98,24 @@ class Verb(NamedTuple):
 def verb(
     ask: Callable[P, Q], about: str, subject: Subject = ENGINE
 ) -> Callable[[Callable[[S, Q], R]], Callable[Concatenate[S, P], R]]:
-    """Decorator: a function of a subject and a question as one of the subject and the question's keywords."""
+    """Decorator: turn a function of a subject and a question into one of the subject and the question's keywords."""
     return lambda function: _library_function(function, ask, about, subject)
 
 
 def verb_alone(ask: Callable[P, Q], about: str) -> Callable[[Callable[[Q], R]], Callable[P, R]]:
-    """Decorator: a function of a question as one of the question's keywords."""
+    """Decorator: turn a function of a question into one of the question's keywords."""
     return lambda function: _library_function(function, ask, about, None)
 
 
 def verb_of(function: Callable[..., Any]) -> Verb:
-    """What is known of a function that :func:`verb` made."""
+    """Description of a function that :func:`verb` made."""
     known: Verb = function.verb  # type: ignore[attr-defined]
     return known
 
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Show no progress but a line on stderr for each step that takes more than a second."""
+    """Show no progress bars, only a line on stderr for each step that takes more than a second."""
     from cranktrain.fmu.native.first_use import made_at_first_use
     from cranktrain.store.waits import LINES
 
@@ -148,7 +148,7 @@ def _library_function(function: Callable[..., Any], ask: Any, about: str, subjec
 
 
 def one_line_calls(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorator of other functions of the library: a wrong call is one line, as any other wrong input."""
+    """Decorator of other functions of the library: a wrong call raises ``InputError`` with a message of one line."""
 
     @wraps(function)
     def called(*given: P.args, **named: P.kwargs) -> R:
@@ -159,7 +159,7 @@ def one_line_calls(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _bound(name: str, expected: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of a call by name; ``InputError`` with the nearest keyword for one that does not exist."""
+    """Arguments of a call by name; ``InputError`` for an unknown keyword gives the nearest one."""
     for key in named:
         if key not in expected.parameters:
             raise InputError(f"{name}: unknown keyword '{key}'; {nearest(key, expected.parameters)}")
@@ -173,7 +173,7 @@ def _bound(name: str, expected: Signature, given: Sequence[Any], named: Mapping[
 
 
 def _signature(known: Verb, function: Callable[..., Any]) -> Signature:
-    """Signature with all keywords: by place first, then those that are required."""
+    """Signature with all keywords: first positional ones, then required ones."""
     own = sorted(known.fields, key=lambda one: (not one.option.place, not one.required))
     parameters = [
         Parameter(
@@ -191,7 +191,7 @@ def _signature(known: Verb, function: Callable[..., Any]) -> Signature:
 
 
 def _docstring(known: Verb) -> str:
-    """Description, errors and keywords with their help."""
+    """Docstring of a verb's function: description, errors, and keywords with their help."""
     lines = [
         in_keywords(known.ask, known.about.strip()), "",
         "Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.", "",

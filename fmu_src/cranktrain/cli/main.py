@@ -1,11 +1,10 @@
-"""The command ``cranktrain``: one verb per question, a readable table for people or one JSON object for machines.
+"""The command ``cranktrain``: one verb for each task, with a readable table or one JSON object as output.
 
-Progress and errors go to stderr. What ends early ends with one line there, and with --json with one object on stdout,
-``{"error": {"what", "where", "remedy"}}``. Exit codes: 0; 1 where an assertion of a harness
-fails; 2 for input that cannot be used and computations that fail;
-70 for faults of this program; 130 and 143 where it is interrupted or terminated.
+Progress and errors go to stderr. A verb that ends early prints one line there, and with --json one object on stdout,
+``{"error": {"what", "where", "remedy"}}``. Exit codes: 0 for success, 1 if an assertion of a harness fails, 2 for input
+that cannot be used and computations that fail, 70 for faults of this program, 130 if interrupted, 143 if terminated.
 
-What takes long to load is imported in functions: an interrupt in the first second finds :func:`main` under way.
+Modules that take long to load are imported in functions, so that :func:`main` handles an interrupt in the first second.
 """
 
 from __future__ import annotations
@@ -46,12 +45,11 @@ class _Parser(argparse.ArgumentParser):
 
 
 FAILED, WRONG, FAULT = 1, 2, 70
-"""Exit codes: of assertions that fail, of input that cannot be used or a computation that fails, and of a fault of this
-program."""
+"""Exit codes: assertion that fails, unusable input or failed computation, fault of this program."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code. What is printed holds nothing that a terminal obeys."""
+    """Run the command line; returns the exit code. Printed text contains no control characters."""
     with visible_streams():
         return _main(arguments)
 
@@ -91,12 +89,12 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _interrupted_by(stopped: Sequence[signal.Signals]) -> int:
-    """Exit code of what a signal ended: 130 of an interrupt, 143 of a termination."""
+    """Exit code after a signal: 130 for an interrupt, 143 for a termination."""
     return 128 + (stopped[-1] if stopped else signal.SIGINT)
 
 
 def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
-    """Run the verb, and print what it found where JSON is wanted; an exit code."""
+    """Run the verb, and with --json print its result. Return the exit code."""
     options = with_homes(_parser(_verb(arguments)).parse_args(arguments))
     if options.plain:
         result = options.verb(options)
@@ -118,7 +116,7 @@ def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
 
 
 def _ended(result: dict[str, Any], stopped: Sequence[signal.Signals]) -> int:
-    """Exit code of a verb that has ended."""
+    """Exit code of a verb that ended with a ``result``, or after a signal."""
     sys.stdout.flush()
     if result.get("interrupted"):
         return _interrupted_by(stopped)
@@ -126,7 +124,7 @@ def _ended(result: dict[str, Any], stopped: Sequence[signal.Signals]) -> int:
 
 
 def with_homes(options: argparse.Namespace) -> argparse.Namespace:
-    """Options whose texts that begin with ~/ are paths in the home folder: a shell leaves --mesh=~/crank.msh alone."""
+    """Options with ~ replaced by the home folder, because shells leave the text --mesh=~/crank.msh as it is."""
     for key, value in vars(options).items():
         if isinstance(value, str | Path) and str(value).startswith("~"):
             setattr(options, key, type(value)(user_path(value)))
@@ -137,7 +135,7 @@ def with_homes(options: argparse.Namespace) -> argparse.Namespace:
 
 
 class _Version(argparse.Action):
-    """Print the version, which is read when it is asked for."""
+    """Print the version, which is read only when needed."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
         from cranktrain import __version__
@@ -147,7 +145,7 @@ class _Version(argparse.Action):
 
 
 def _parser(*asked: str) -> _Parser:
-    """Parser of all verbs; of those that are not asked for, whose modules take time to load, it knows the names."""
+    """Parser of all verbs. Only the requested verb gets its options, because the modules take time to load."""
     whole = _Parser(
         prog="cranktrain", usage="cranktrain [-h] [--version] VERB ...", epilog=_listed_verbs(),
         description="Crankshaft dynamics of an engine.", formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -183,14 +181,14 @@ def _listed_verbs() -> str:
 
 
 def _rows(lines: dict[str, str]) -> Iterator[str]:
-    """Names of verbs with their lines, as wide as the terminal."""
+    """Names of verbs with their descriptions, wrapped to the width of the terminal."""
     width = max(60, shutil.get_terminal_size().columns - 2)
     for name, line in lines.items():
         yield textwrap.fill(line, width, initial_indent=f"  {name:<16}", subsequent_indent=" " * 18)
 
 
 def _verb(arguments: Sequence[str]) -> str:
-    """Verb that is asked for, or no text; ``InputError`` for one that does not exist or is called otherwise now."""
+    """Requested verb, or an empty text; ``InputError`` for an unknown or renamed verb."""
     word, kind = [*arguments, "", ""][:2]
     if not word or word.startswith("-"):
         return ""

@@ -96,7 +96,7 @@ def modal(named: str | Path | Engine, ask: Modal) -> Frequencies:
 
 
 def show(report: Frequencies) -> None:
-    """Print the tables of a chain, of a lower level's crank, or of the solid crank."""
+    """Print the frequencies of a table of discs and shafts, of a crank of a lower level, or of the solid crank."""
     from cranktrain.studies.torsion.chain_modes import chain_table
     from cranktrain.studies.torsion.level_frequencies import level_tables
     from cranktrain.studies.torsion.line_modes import line_table
@@ -148,7 +148,7 @@ def _show_solid(engine: Engine, named: str, report: Frequencies) -> None:
 
 
 def _whole_chain(path: str | Path) -> Chain:
-    """Table that is a system by itself; a drive line is refused with the option that takes it, ``InputError``."""
+    """Table of discs and shafts as a complete system; ``InputError`` for a drive line names the option for it."""
     from cranktrain.engine.torsional_chain import read_chain
 
     try:

@@ -47,7 +47,7 @@ Diameter = Annotated[float, between(1.0, 5000.0, "mm")]
 
 @dataclass(frozen=True, kw_only=True)
 class FromStep(Question):
-    """A STEP file, and what states the things that it leaves open."""
+    """Options for a STEP file, and for data that it does not contain."""
 
     heading = "crankshaft from CAD"
     cad: Annotated[
@@ -129,7 +129,7 @@ class NewEngine(FromStep):
 
 @verb(NewEngine, DESCRIPTION, NAME)
 def new_engine(name: str | Path, ask: NewEngine) -> Engine:
-    """Design an engine; only one from a STEP file is written, with its mesh."""
+    """Design an engine. Only with a STEP file the engine file is written, with its mesh."""
     from cranktrain.studies.design.rules import document
 
     name = str(name)
@@ -163,12 +163,12 @@ def answer(named: str, ask: NewEngine) -> VerbResult:
 
 
 def equipment_of(ask: NewEngine) -> Equipment:
-    """What the options ask for beside the engine itself."""
+    """Equipment of the engine that the options request, damper, flywheel and mounts."""
     return equipment(ask.damper, ask.flywheel, ask.mounts)
 
 
 def _sizes(ask: NewEngine) -> Sizes:
-    """Sizes of an engine without a STEP file."""
+    """Main dimensions of an engine, from the options."""
     cad.check_no_step_options(ask)
     if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(ask, key) is None]:
         raise InputError(f"{', '.join(missing)} missing: give these sizes, or --cad FILE with a crankshaft")
@@ -210,7 +210,7 @@ def _step(s: Sizes) -> float:
 
 
 def show(report: VerbResult) -> None:
-    """Print what was made, and what to do next."""
+    """Print the files that were made, and the next commands."""
     if "mesh" in report:
         cad.show_step(report)
     gaps = report["intervals_deg"]

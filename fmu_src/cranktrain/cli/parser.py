@@ -13,7 +13,7 @@ from cranktrain.studies.requests.fields import Field, Question, fields_of
 
 
 def add_question(parser: argparse.ArgumentParser, known: Verb) -> None:
-    """Add a verb's subject and the fields of its question to its parser."""
+    """Add the positional argument of a verb, and options for the fields of its question, to its parser."""
     if known.subject is not None:
         parser.add_argument(known.subject.name, metavar=known.subject.metavar, help=known.subject.help)
     add_fields(parser, known.ask)
@@ -66,7 +66,7 @@ def _add_field(place: Any, one: Field) -> None:
 
 
 class _Renamed(argparse.Action):
-    """Refuse an option's former name with its present one."""
+    """Action that refuses a former name of an option and names the present one."""
 
     def __init__(self, says: str, **settings: Any) -> None:
         super().__init__(**settings)
@@ -77,7 +77,7 @@ class _Renamed(argparse.Action):
 
 
 def _number_of_values(one: Field) -> dict[str, Any]:
-    """How many values the option takes, as argparse has it."""
+    """Number of values of an option, in the form of argparse's ``nargs``."""
     option = one.option
     if option.repeated:
         return {"action": "append", "default": None if one.default is None else []}
@@ -89,7 +89,7 @@ def _number_of_values(one: Field) -> dict[str, Any]:
 
 
 def _reader(one: Field) -> Callable[[str], Any]:
-    """Type of an option: argparse puts the option's name before a message."""
+    """Function that converts the text of an option, for argparse, which adds the option's name to a message."""
 
     def read(text: str) -> Any:
         if one.words and one.number is None and one.option.convert is None and one.option.metavar:
@@ -103,7 +103,7 @@ def _reader(one: Field) -> Callable[[str], Any]:
 
 
 def question(known: Verb, options: argparse.Namespace) -> Question:
-    """The question that parsed options ask; ``InputError``."""
+    """Question object from parsed options; ``InputError`` for values that cannot be used."""
     for one in known.fields:
         value = getattr(options, one.name)
         for word in value if isinstance(value, list) else [value]:
@@ -113,18 +113,18 @@ def question(known: Verb, options: argparse.Namespace) -> Question:
 
 
 def function_of(place: str) -> Callable[..., Any]:
-    """A verb's function by ``module:function``."""
+    """Function of a verb, from the text ``module:function``."""
     module, name = place.split(":")
     found: Callable[..., Any] = getattr(importlib.import_module(module), name)
     return found
 
 
 def run_verb(module: Any, function: Callable[..., Any], options: argparse.Namespace) -> Any:
-    """Answer the question of a command line, show what was found unless JSON is wanted, and return it.
+    """Call the function of a verb with its options, print the result unless JSON is requested, and return it.
 
-    A verb's module has ``show``, which prints what was found, and may have ``answer``, which takes subject and question
-    and does what only the command line does, such as writing a result to a default place; and ``told``, which makes a
-    dictionary of what was found where it is none.
+    The module of a verb has a function ``show``, which prints the result. It may have ``answer``, which takes subject
+    and question and adds steps of the command line, such as writing the result to a default path. It may have ``told``,
+    which converts a result to a dictionary.
     """
     known = verb_of(function)
     subject = [getattr(options, known.subject.name)] if known.subject is not None else []

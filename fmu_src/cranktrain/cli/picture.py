@@ -58,7 +58,7 @@ class Picture(words.Settled, words.Levels, words.PistonLevel, words.Load, words.
 
 @verb(Picture, DESCRIPTION)
 def picture(named: str | Path | Engine, ask: Picture) -> VerbResult:
-    """Draw, and say where the picture is."""
+    """Draw the picture. Return its path."""
     from cranktrain.results.pictures.files import check_picture, save_picture
 
     engine = load_engine(named)
@@ -78,7 +78,7 @@ def picture(named: str | Path | Engine, ask: Picture) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print where the picture is."""
+    """Print the path of the picture."""
     print(f"{found['title']}; {found.beside['scale']}: {found['picture']}")
 
 
@@ -91,7 +91,7 @@ def _mode(engine: Engine, ask: Picture) -> MovingSurface:
 
 
 def running_surface(engine: Engine, ask: Picture) -> MovingSurface:
-    """The running crankshaft that is asked for; ``InputError``, ``SolverError``."""
+    """Surface of the running crankshaft over a cycle; ``InputError``, ``SolverError``."""
     from cranktrain.results.pictures.running import running_picture
     from cranktrain.studies.stressed_run import stressed_run
 

@@ -46,7 +46,7 @@ COMMAND = f"""\
 
 @verb(Question, DESCRIPTION, SCENE)
 def plan(scene: str | Path | Scene, ask: Question) -> Plan:
-    """Make the plan."""
+    """Plan of a scene: the lowest levels, method and step that meet its accuracy."""
     return made_plan(load_scene(scene))[0]
 
 
@@ -63,7 +63,7 @@ class RunScene(Question):
 
 @verb(RunScene, RUNS, SCENE)
 def run_scene(named: str | Path | Scene, ask: RunScene) -> VerbResult:
-    """Run the scene and summarise it; an interrupt keeps what is complete."""
+    """Run the scene and summarise it; after an interrupt the finished runs are kept."""
     from cranktrain.results.files import check_target
     from cranktrain.studies.planning.running import SceneRun
 
@@ -118,7 +118,7 @@ class PlanOrRun(RunScene):
 
 @verb(PlanOrRun, COMMAND, SCENE)
 def plan_or_run(scene: str | Path | Scene, ask: PlanOrRun) -> Plan | VerbResult:
-    """Make the plan, and run it where that is asked for."""
+    """Make the plan, and run it if requested."""
     if ask.run:
         chosen = {one.name: getattr(ask, one.name) for one in fields(RunScene)}
         runs: VerbResult = verb_of(run_scene).function(scene, RunScene(**chosen))
@@ -130,7 +130,7 @@ def plan_or_run(scene: str | Path | Scene, ask: PlanOrRun) -> Plan | VerbResult:
 
 
 def show(found: Plan | VerbResult) -> None:
-    """Print the plan, its reasons below; and what its runs gave."""
+    """Print the plan with its reasons, and the results of its runs."""
     if isinstance(found, VerbResult):
         _show_runs(found)
     else:
@@ -138,7 +138,7 @@ def show(found: Plan | VerbResult) -> None:
 
 
 def told(found: Plan | VerbResult) -> dict[str, Any]:
-    """What ``--json`` prints."""
+    """Dictionary that ``--json`` prints."""
     return found if isinstance(found, VerbResult) else found.as_dict()
 
 
@@ -158,9 +158,9 @@ def ladder_cases(runs: SceneRun, with_ehd: bool) -> list[Case]:
 
 
 def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:
-    """Plan of a scene with its stages shown, and the model that it was measured on.
+    """Plan of a scene, and the model on which it was measured; shows the stages.
 
-    ``compare`` it with the next levels even where that takes minutes.
+    ``compare`` the plan's levels with the next higher ones, even if this takes minutes.
     """
     from cranktrain.studies.planning import planning
     from cranktrain.studies.planning.scene_model import SceneModel
@@ -174,7 +174,7 @@ def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:
 
 
 def show_plan(made: Plan) -> None:
-    """Print a plan as a table, its reasons below."""
+    """Print a plan as a table, followed by its reasons."""
     scene, found = made.scene, made.as_dict()
     speeds = ", ".join(f"{rpm:.5g}" for rpm in scene.speeds_rpm)
     model = found["predicted_model_error"]

@@ -72,7 +72,7 @@ class Plot(words.Charts):
 
 @verb(Plot, DESCRIPTION, FILE)
 def plot(file: str | Path, ask: Plot) -> VerbResult:
-    """Draw what the file holds; modes over the speed where its engine is at hand."""
+    """Draw all results of a file; with modes over the speed if the engine file is available."""
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import RunUp
     from cranktrain.store.hdf5 import is_run_up
@@ -111,7 +111,7 @@ def show(found: VerbResult) -> None:
 
 
 def _overlaid(file: str, ask: Plot, log: bool | None) -> VerbResult:
-    """Draw results of one kind into one picture an output."""
+    """Draw several results of one kind together, one picture for each output."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.overlays import file_name, save_overlays
     from cranktrain.results.run_up.run_up import TORSION, RunUp
@@ -134,7 +134,7 @@ def _overlaid(file: str, ask: Plot, log: bool | None) -> VerbResult:
 
 
 def told_deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
-    """Deviations of the computed from the measured orders; doubts of them are told."""
+    """Deviations of the computed from the measured orders; prints doubts about the measurement."""
     from cranktrain.results.orders.deviations import check_measured, deviations, of_another_engine
 
     check_measured(run_up, measured)
@@ -147,7 +147,7 @@ def told_deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
 
 
 def pictures_folder(path: str | Path) -> Path:
-    """Folder in which pictures may be written; ``InputError`` where they may not."""
+    """Folder for pictures; ``InputError`` if they cannot be written there."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.run_up.figures import file_names
 
@@ -165,7 +165,7 @@ def draw(
     motion: Sequence[Peak] = (),
     style: words.Charts | None = None,
 ) -> list[str]:
-    """Draw a run-up, with ``motion`` peaks that have the torsional mode in motion; returns the pictures' paths.
+    """Draw a run-up, with ``motion`` the peaks of the torsional mode in motion; returns the pictures' paths.
 
     ``style`` says how orders are drawn.
     """

@@ -1,4 +1,4 @@
-"""The verb ``reduce``: the reduced crankshaft, and block, made where they are not stored, and their quality."""
+"""The verb ``reduce``: the reduced crankshaft, and block, made if they are not stored, and their quality."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Reduce(words.Meshes):
 
 @verb(Reduce, DESCRIPTION)
 def reduce(named: str | Path | Engine, ask: Reduce) -> VerbResult:
-    """Make the reduced crankshaft, and block, where they are not stored yet, and report their quality."""
+    """Make the reduced crankshaft and block if they are not stored yet, and report their quality."""
     from cranktrain.store.bodies import check_body_place, export_body
     from cranktrain.structure.assembly import table_crank
     from cranktrain.structure.crank.reduction import stored_path
@@ -70,7 +70,7 @@ def reduce(named: str | Path | Engine, ask: Reduce) -> VerbResult:
 
 
 def show(result: VerbResult) -> None:
-    """Print what crankshaft and block are worth."""
+    """Print the quality of the reductions of crankshaft and block."""
     engine, body = result.beside["engine"], result.beside["body"]
     quality = body.quality
     print(f"{engine.name} crankshaft: {body.mass:.1f} kg, {_dofs(body)}{body.n_modes} modes")
@@ -90,12 +90,12 @@ def show(result: VerbResult) -> None:
 
 
 def _dofs(body: ReducedBody) -> str:
-    """Degrees of freedom of the full model, where the body tells them."""
+    """Text with the degrees of freedom of the full model, if known."""
     return f"{body.quality['dofs_full']:.0f} degrees of freedom, " if "dofs_full" in body.quality else ""
 
 
 def _show_errors(body: ReducedBody, result: dict[str, Any]) -> None:
-    """Print its first modes and how well they are known."""
+    """Print the first natural frequencies of a body and their errors."""
     quality = body.quality
     print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
     if {"max_relative_error", "static_error"} <= quality.keys():
@@ -106,7 +106,7 @@ def _show_errors(body: ReducedBody, result: dict[str, Any]) -> None:
 
 
 def _block_quality(engine: Engine, own: MeshFile | None, ask: Reduce) -> tuple[dict[str, Any], ReducedBody]:
-    """Make the reduced block where it is not stored yet; its quality, and the block."""
+    """Make the reduced block if it is not stored yet. Return its quality, and the block."""
     from cranktrain.store.bodies import export_body
     from cranktrain.structure.block.reduction import running_block, stored_path
     from cranktrain.structure.fem.own_body import is_body
@@ -126,7 +126,7 @@ def _block_quality(engine: Engine, own: MeshFile | None, ask: Reduce) -> tuple[d
 
 
 def _show_block(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
-    """Print what the block is worth."""
+    """Print the quality of the reduced block."""
     print(
         f"{engine.name} block: {body.mass:.1f} kg, {_dofs(body)}{body.n_modes} modes, {result['running_modes']} in the "
         "running model"

@@ -1,4 +1,4 @@
-"""The verb ``report``: what is known of an engine, as one HTML file."""
+"""The verb ``report``: all results for an engine as one HTML file."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ which commands make them; --make FOLDER runs these. The page is written after ev
 what was made. Its last section lists the time of each stage and the memory.
 """
 FOLDERS = tuple(Path(place) for place in ("out/tradeoff", "out/stability", "docs/tradeoff", "docs/stability"))
-"""Where results of ``tradeoff`` and ``stability`` are, which the report links to."""
+"""Folders with results of ``tradeoff`` and ``stability``, to which the report has links."""
 METHODS = {
     "accuracy against speed of computation": ("tradeoff.html", "overall.png"),
     "stability maps": ("oil_whirl.png", "cold_start.png"),
 }
-"""Titles of links and the files that they lead to, the first that exists."""
+"""Titles of links, each with its possible files; the link leads to the first one that exists."""
 RUNNING = ("drive_line", "pressure", "pressure_unit", "pressure_tdc_deg", "load")
-"""Options that commands of sections take over."""
+"""Options of the report that the commands of its sections repeat."""
 AGAIN = (
     "output",
     "run_up",
@@ -108,7 +108,7 @@ class Report(words.Pressures, words.Charts):
 
 @verb(Report, DESCRIPTION)
 def report(named: str | Path | Engine, ask: Report) -> VerbResult:
-    """Compute, read and write; say what is missing."""
+    """Compute and read the contents, and write the report. Return its path and the missing sections."""
     from cranktrain.core.units import RPM
     from cranktrain.results.figures import check_folder
     from cranktrain.studies.constant_speed import Request
@@ -151,14 +151,14 @@ def report(named: str | Path | Engine, ask: Report) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print what is missing, and where the report is."""
+    """Print the missing sections, and the path of the report."""
     for title, remedy in found["missing"].items():
         print(f"Not in the report: {title}. To include it: {remedy}")
     print(f"Report: {found['report']}")
 
 
 def _name(named: str | Path | Engine, ask: Report) -> str:
-    """Engine as commands name it; one in memory is written beside the report, or into the folder of its results."""
+    """Name of the engine for commands; an engine in memory is first written next to the report or its results."""
     if not isinstance(named, Engine):
         return str(named)
     folder = Path(ask.make) if ask.make is not None else Path(str(ask.output or "")).parent
@@ -170,7 +170,7 @@ def _name(named: str | Path | Engine, ask: Report) -> str:
 
 
 def _asked(name: str, ask: Report, engine: Engine) -> Asked:
-    """What the options ask for, with their words; full load is told to verbs that would balance the engine's own."""
+    """Request of the report from its options. Full load is passed on to verbs that would otherwise use the engine's."""
     from cranktrain.studies.report.findings import Asked, speed_bounds
 
     folders = [Path(folder) for folder in ask.results]
@@ -187,7 +187,7 @@ def _asked(name: str, ask: Report, engine: Engine) -> Asked:
 
 
 def _words(ask: Report, fields: Sequence[str]) -> Iterator[str]:
-    """Options that were given, as words of a command."""
+    """Options that were given, as arguments of a command."""
     for field in fields:
         value = getattr(ask, field)
         if value is True:
@@ -207,7 +207,7 @@ def _listed(value: Any) -> list[Any]:
 
 
 def _links(report: Path) -> dict[str, str]:
-    """Pages on the methods that exist, by their titles, as seen from the report."""
+    """Links to existing pages on the methods: paths relative to the report, by title."""
     there = {name: folder / name for folder in reversed(FOLDERS) if folder.is_dir() for name in os.listdir(folder)}
     found = {}
     for title, names in METHODS.items():
@@ -218,9 +218,9 @@ def _links(report: Path) -> dict[str, str]:
 
 
 def _make(found: Findings, folder: str) -> Iterator[Findings]:
-    """Run what makes the sections that lack their data, each command once, as processes; the report after each.
+    """Run the commands of sections without data, each once and as a process; yields the contents after each.
 
-    One that fails costs its section, not the report.
+    If a command fails, only its section is missing.
     """
     from cranktrain.studies.report.findings import files_of_verbs
     from cranktrain.studies.report.sections import SECTIONS

@@ -1,4 +1,4 @@
-"""Default names of result files: they tell all options that differ from the usual, so that no run replaces another."""
+"""Default names of result files, with all options that differ from the default, so that no run replaces another."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from pathlib import Path
 from typing import Any
 
 LEVELS = ("crank", "bearings")
-"""Options whose values speak for themselves."""
+"""Options whose values appear without the option's name."""
 APART = ("speed_rpm", "output", "plots", "steady", "export_ssp")
-"""Options that change nothing in a result's file, and those that its name tells anyway."""
+"""Options that are left out: they do not change the result, or are in the name anyway."""
 LONGEST, LONGEST_NAME = 24, 120
-"""Characters of a value, and of a name, beyond which a digest stands for the rest."""
+"""Largest number of characters of a value, and of a name; a digest replaces the rest."""
 
 
 SIMPLE = str, int, float, list, tuple, Path
-"""Kinds of options that a command line gives."""
+"""Types of values that come from a command line."""
 
 
 def result_name(engine: str, ask: Any, kind: str = "") -> str:
-    """Name of a verb's result: engine, speed, what kind it is, and all of its question that is not the default."""
+    """Name of a verb's result: engine, speed, kind of result, and all options that differ from the default."""
     words = [f"{engine}_{ask.speed_rpm:g}rpm", *([kind] if kind else [])]
     for name, value in vars(ask).items():
         if name not in APART and not _is(value, getattr(type(ask), name, None)):
@@ -29,12 +29,12 @@ def result_name(engine: str, ask: Any, kind: str = "") -> str:
 
 
 def _is(value: object, default: object) -> bool:
-    """Whether an option has its default; an array or a function, which the library takes, has not."""
+    """True if an option has its default; always False for an array or a function, which only the library accepts."""
     return value is default or (isinstance(value, SIMPLE) and value == default)
 
 
 def _word(name: str, value: object) -> str:
-    """An option as a part of a file's name."""
+    """Part of a file's name for an option."""
     if isinstance(value, bool):
         return name if value else f"no-{name}"
     if not isinstance(value, SIMPLE):
@@ -45,7 +45,7 @@ def _word(name: str, value: object) -> str:
 
 
 def _short(text: str, longest: int, whole: str = "") -> str:
-    """Text whose end is a digest where it is too long."""
+    """Text shortened to ``longest`` characters, with a digest as its end."""
     if len(text) <= longest:
         return text
     digest = hashlib.sha256((whole or text).encode("utf-8", "surrogateescape")).hexdigest()[:8]

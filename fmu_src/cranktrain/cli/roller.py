@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from cranktrain.film.laws.roller_contacts import LoadedBearing
 
 FILLED = 0.85
-"""Roller's diameter over the distance of two where no pitch circle is given."""
+"""Ratio of roller diameter to roller spacing, used if no pitch diameter is given."""
 OF_ENGINE = ("rollers", "length_mm", "roller_diameter_mm", "pitch_mm", "clearance_um")
-"""Options that an engine file gives."""
+"""Options for values that an engine file contains."""
 
 DESCRIPTION = """\
 Cylindrical roller bearing: deflection, roller loads, radial and tilting stiffness.
@@ -114,7 +114,7 @@ class Roller(Question):
 
 @verb_alone(Roller, DESCRIPTION)
 def roller(ask: Roller) -> VerbResult:
-    """Solve one bearing, or those of an engine; ``InputError`` for what is none."""
+    """Solve one bearing, or the main bearings of an engine; ``InputError`` for impossible dimensions."""
     if ask.speed_rpm is not None:
         return _running(ask, ask.speed_rpm)
     if ask.output is not None:
@@ -134,7 +134,7 @@ def show(found: VerbResult) -> None:
 
 
 def _running(ask: Roller, speed_rpm: float) -> VerbResult:
-    """Rollers of an engine as they run, and the stand-ins that follow."""
+    """Roller bearings over a cycle of the running engine, and the stand-in springs derived from them."""
     from cranktrain.engine.file import load_engine
     from cranktrain.store.engine_text import new_path
     from cranktrain.studies.roller_stand_ins import running_rollers, with_stand_ins
@@ -157,7 +157,7 @@ def _running(ask: Roller, speed_rpm: float) -> VerbResult:
 
 
 def _given(ask: Roller) -> RollerBearing:
-    """Bearing of the command line's dimensions."""
+    """Bearing with the dimensions from the command line."""
     if ask.rollers is None or ask.length_mm is None:
         missing = "--rollers" if ask.rollers is None else "--length-mm"
         raise InputError(f"{missing} is missing; give --rollers and --length-mm, or --engine")
@@ -186,7 +186,7 @@ def _given(ask: Roller) -> RollerBearing:
 
 
 def _profiled(bearing: RollerBearing, ask: Roller, diameter_known: bool) -> RollerBearing:
-    """The bearing with the profile that was asked for, if any was."""
+    """Bearing with the roller profile from the options, if one is given."""
     if ask.profile is None:
         return bearing
     if ask.profile == "none":
@@ -205,7 +205,7 @@ def _profiled(bearing: RollerBearing, ask: Roller, diameter_known: bool) -> Roll
 
 
 def _mains(ask: Roller, named: str | Path | Engine) -> VerbResult:
-    """Bearings of an engine's mains, equal ones solved once."""
+    """Results of an engine's main bearings; equal bearings are solved once."""
     from cranktrain.engine.file import load_engine
     from cranktrain.studies.roller_stand_ins import required_rollers
 
@@ -276,7 +276,7 @@ def _solved(bearing: RollerBearing, ask: Roller, with_ring: bool) -> dict[str, A
 
 
 def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, ask: Roller) -> dict[str, float]:
-    """Stiffness of the bearing without contacts on its elastic ring."""
+    """Stiffness of the bearing on its elastic outer ring, and the ring's mass."""
     from cranktrain.film.laws.roller_contacts import roller_slices, slice_stiffness
     from cranktrain.structure.block.roller_ring import elastic_ring_stiffness, ring_compliance, ring_for
 
@@ -292,7 +292,7 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, ask: Roll
 
 
 def _print(title: str, results: list[dict[str, Any]], shown: Rows) -> None:
-    """Print the results of several bearings side by side; those that the first one has."""
+    """Print the results of several bearings side by side: the rows of which the first bearing has a value."""
     rows = []
     for name, (key, *parts), form in shown:
         if key in results[0] and (key != "tilt_mrad" or any(result[key] for result in results)):
@@ -321,7 +321,7 @@ _ROWS: Rows = (
     ("radial, engine file / (N/mm)", ("engine_file", _RADIAL), ".6g"),
     ("tilting, engine file / (N m/rad)", ("engine_file", _TILTING), ".6g"),
 )
-"""Rows of the table: name, place among the results, form."""
+"""Rows of the table: title, key of the result, format."""
 _TANGENT = "tangent_n_per_mm"
 _RUNNING: Rows = (
     ("load / N: mean", ("load_n", "mean"), ".4g"),
@@ -342,4 +342,4 @@ _RUNNING: Rows = (
     ("stand-in, tilting / (N m/rad)", ("stand_in", _TILTING), ".6g"),
     ("  engine file", ("engine_file", _TILTING), ".6g"),
 )
-"""Rows of the table of rollers as they run."""
+"""Rows of the table of bearings over a running cycle."""

@@ -1,4 +1,4 @@
-"""Options that the verbs share which run an engine: levels, steps, gas."""
+"""Common options of all verbs that run an engine: levels, steps, gas."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 
 SPEEDS = ("speed_rpm", "from_rpm", "to_rpm")
-"""Fields whose options do not tell the unit."""
+"""Fields whose names end with a unit that the options' names lack."""
 
 
 class Asked(NamedTuple):
-    """What a verb is asked to run: an engine, its (first) run, settings with nothing left open, measured pressures."""
+    """Run that a verb requests: engine, (first) run, complete settings, and measured pressures."""
 
     engine: Engine
     request: Request
@@ -36,13 +36,13 @@ class Asked(NamedTuple):
 
 
 def balances(options: Any, engine: Engine) -> bool:
-    """Whether the burn is to balance the engine's ``[load]``."""
+    """True if the burn is scaled to balance the engine's ``[load]``."""
     given = getattr(options, "load_torque_nm", None) is not None
     return options.load == words.BALANCED or (options.load is None and engine.load is not None and not given)
 
 
 def own_data(options: Any) -> str:
-    """One line where a run has pressures or meshes of its own, for which no level errors are measured; else none."""
+    """Line for runs with the user's own pressures or meshes, for which level errors are unknown; else empty."""
     from cranktrain.studies.planning.level_error import OWN_DATA
 
     own = options.pressure is not None or options.mesh is not None or options.block_mesh is not None
@@ -50,7 +50,7 @@ def own_data(options: Any) -> str:
 
 
 def loaded(options: Any, made: Assembly, gas: Gas | None, speed: float) -> Assembly:
-    """The assembly with the burn that balances the engine's load at a speed (rad/s), if that is asked; InputError."""
+    """Assembly with the burn that balances the engine's load at a speed (rad/s), if requested; ``InputError``."""
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.loads.mean_load import balancing_load
 
@@ -61,7 +61,7 @@ def loaded(options: Any, made: Assembly, gas: Gas | None, speed: float) -> Assem
 
 
 def asked_of(named: str | Path | Engine, ask: Any, *speeds_rpm: float) -> Asked:
-    """What the options ask for, at a speed, refused before the minute that a crankshaft may take; ``InputError``.
+    """Requested run at a speed. Checks it before the crankshaft, which may take a minute, is made; ``InputError``.
 
     ``speeds_rpm`` are all speeds that will run, or the ends of their range.
     """
@@ -70,7 +70,7 @@ def asked_of(named: str | Path | Engine, ask: Any, *speeds_rpm: float) -> Asked:
 
 
 def request_of(options: Any, speed_rpm: float) -> Request:
-    """Run at a speed with the choices that a verb has options for; ``InputError``."""
+    """Request of a run at a speed, with the options of a verb; ``InputError``."""
     from cranktrain.studies.constant_speed import Request
 
     given = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
@@ -80,7 +80,7 @@ def request_of(options: Any, speed_rpm: float) -> Request:
 
 
 def assembled(asked: Asked, inherit: bool) -> Assembly:
-    """Engine and settings with their bodies and parts, made or from the cache, with the stages shown."""
+    """Assembly of engine and settings; bodies and parts are made or read from the cache, with the stages shown."""
     from cranktrain.structure.assembly import assemble
 
     tell_unread(asked.engine, asked.settings)
@@ -90,7 +90,7 @@ def assembled(asked: Asked, inherit: bool) -> Assembly:
 
 
 def engine_of(named: str | Path | Engine, ask: Any) -> Engine:
-    """Engine by name, path or as it is, with the drive line that is asked for."""
+    """Engine from its name, path or an object, with the requested drive line."""
     engine = load_engine(named)
     if ask.drive_line is not None:
         engine = replace(engine, drive_line_chain=read_drive_line(ask.drive_line))
@@ -98,7 +98,7 @@ def engine_of(named: str | Path | Engine, ask: Any) -> Engine:
 
 
 def gas_of(request: Request, engine: Engine, speeds_rpm: Sequence[float] = ()) -> Gas | None:
-    """Measured pressures, told of at the request's speed, or None for the built-in trace."""
+    """Measured pressures, or None for the built-in trace; prints their values at the request's speed."""
     gas = request.gas(engine, option_of, speeds_rpm)
     if gas is not None:
         trace = gas.at(request.speed, request.load)
@@ -107,12 +107,12 @@ def gas_of(request: Request, engine: Engine, speeds_rpm: Sequence[float] = ()) -
 
 
 def option_of(field: str) -> str:
-    """What the command line calls a field of a request."""
+    """Option of the command line for a field of a request."""
     return "--" + (field.removesuffix("_rpm") if field in SPEEDS else field.replace("_", "-"))
 
 
 def tell_unread(engine: Engine, settings: Settings) -> None:
-    """Say which laws of the oil under pressure no film of the run follows."""
+    """Warn of laws of the oil under pressure that the bearing level of the run ignores."""
     for key in OIL_LAWS:
         law = getattr(engine.oil, key)
         if law != "none" and key not in bearing_law(settings.bearings).oil:
@@ -124,7 +124,7 @@ def tell_unread(engine: Engine, settings: Settings) -> None:
 
 
 def pressures_text(gas: GasTrace) -> str:
-    """A trace's peak and mean effective pressure, for people."""
+    """Text with the peak and the mean effective pressure of a trace."""
     return (
         f"peak {1e-6 * gas.peak:.2f} MPa at {math.degrees(gas.peak_angle):.1f} deg, "
         f"mean effective pressure {1e-6 * gas.imep:.2f} MPa"
@@ -132,7 +132,7 @@ def pressures_text(gas: GasTrace) -> str:
 
 
 def note_axial_path(engine: Engine, repeats: bool) -> None:
-    """Tell of a missing axial path beside cycles that do not repeat; ``repeats``: whether all of them do."""
+    """Print a note on a missing axial path if cycles do not repeat; ``repeats``: True if all cycles repeat."""
     if engine.axial_path is not None or repeats:
         return
     say(

@@ -43,9 +43,9 @@ The result file holds every finished speed; repeating the command runs only the 
 PER_RPM = 30.0 / math.pi
 """rev/min of 1 rad/s."""
 WAYS = {"method": "method", "ramp": "ramp_rpm_per_s"}
-"""Options that choose another way than steady cycles in time, and what the parser calls them."""
+"""Options for methods other than steady cycles in time: field of the question, and name of the option."""
 SETTLE = 1.0e-4
-"""What may be left of settling at a speed, unless another is asked for."""
+"""Default limit of the settling error at each speed."""
 EndSpeed = Annotated[float, between(-20000.0, 20000.0, "rev/min")]
 
 
@@ -115,7 +115,7 @@ class Runup(words.Settled, words.Running):
 
 @verb(Runup, DESCRIPTION)
 def runup(named: str | Path | Engine, ask: Runup) -> OrdersOverSpeed:
-    """Run the speeds, with a report of what they show; their file stays only where one is named."""
+    """Run the speeds, and report the results; the result file is kept only if it is named."""
     from cranktrain.results.views.over_speed import OrdersOverSpeed
 
     if ask.output is not None:
@@ -127,12 +127,12 @@ def runup(named: str | Path | Engine, ask: Runup) -> OrdersOverSpeed:
 
 
 def answer(engine: str, ask: Runup) -> VerbResult:
-    """Run the speeds that the file does not hold, and say what all of them show."""
+    """Run the speeds that the result file lacks, and report all speeds of the file."""
     return _found(engine, replace(ask, output=ask.output or f"{load_engine(engine).name}_runup.h5"))[1]
 
 
 def _found(named: str | Path | Engine, ask: Runup) -> tuple[RunUp, VerbResult]:
-    """The run-up, which is in its file, and what it shows; an interrupt says what its file keeps."""
+    """Run-up and its report; the message after an interrupt states which speeds the file contains."""
     try:
         return _computed(named, ask)
     except Interrupted:
@@ -145,7 +145,7 @@ def _found(named: str | Path | Engine, ask: Runup) -> tuple[RunUp, VerbResult]:
 
 
 def _kept(path: Path) -> int:
-    """Speeds that a file keeps; 0 where there is none, or none that can be read."""
+    """Number of speeds in a file; 0 if there is no file, or none that can be read."""
     from cranktrain.results.run_up.run_up import RunUp
 
     try:
@@ -155,13 +155,13 @@ def _kept(path: Path) -> int:
 
 
 def _keeps(path: Path, count: int, anew: bool) -> str:
-    """What to say of a file of so many speeds."""
+    """Message on a file with ``count`` speeds."""
     command = "the command without --anew" if anew else "the same command"
     return f"{path} keeps {count} speeds" + (f"; run {command} again to continue from there" if count else "")
 
 
 def _computed(named: str | Path | Engine, ask: Runup) -> tuple[RunUp, VerbResult]:
-    """The run-up, which is in its file, and what it shows."""
+    """Run-up, which is stored in its file, and its report."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.orders.deviations import check_speeds_measured
     from cranktrain.results.orders.measured import read_measured_orders
@@ -237,7 +237,7 @@ def show(said: VerbResult) -> None:
 
 
 def _check(ask: Runup) -> None:
-    """Refuse what does not go together."""
+    """Refuse options that exclude each other; ``InputError``."""
     if ask.method is not None and ask.ramp_rpm_per_s is not None:
         raise InputError("--method does not go with --ramp; leave one of them out")
     ways = [name for name in ("method", "ramp") if getattr(ask, WAYS[name]) is not None]
@@ -249,7 +249,7 @@ def _check(ask: Runup) -> None:
 
 
 def _unlike(ask: Runup) -> str:
-    """One line where the run-up is of another kind than the measured runs, whose level errors are known."""
+    """Line for a run-up by another method than the runs whose level errors are known; else empty."""
     from cranktrain.studies.planning.level_error import NOT_MEASURED
 
     for name, field in WAYS.items():
@@ -267,7 +267,7 @@ def _outcome(
     speeds: list[float],
     path: Path,
 ) -> Outcome:
-    """The run-up, in the way that the options choose; its result is in the file."""
+    """Run the speeds by the method of the options; the result is in the file."""
     import numpy as np
 
     from cranktrain.studies.run_up.ramp import ramp
@@ -303,7 +303,7 @@ def _outcome(
 
 
 def _outputs(asked: str, made: Assembly) -> list[str]:
-    """Names of the outputs that are asked for; those of the bearings where ``bearings`` is."""
+    """Names of the requested outputs; includes those of the bearings if ``bearings`` is requested."""
     from cranktrain.results.bearings.run_up_cycles import bearing_outputs
 
     carries = bearing_law(made.settings.bearings).carries
@@ -313,7 +313,7 @@ def _outputs(asked: str, made: Assembly) -> list[str]:
 
 @contextmanager
 def _bar() -> Iterator[Callable[[str, float], None]]:
-    """Show a bar: a function of text and share."""
+    """Show a progress bar; yields a function of text and fraction done."""
     with labelled_bar("run-up") as (tell_stage, advance):
 
         def tell(text: str, share: float) -> None:
@@ -324,7 +324,7 @@ def _bar() -> Iterator[Callable[[str, float], None]]:
 
 
 def _run_into(path: Path, anew: bool, outcome: Outcome, work: Callable[[Callable[[str, float], None]], object]) -> None:
-    """Do the work under a bar; whatever ends it early, say what the file keeps."""
+    """Do the work with a progress bar; if it ends early, the message states which speeds the file contains."""
 
     def kept() -> str:
         count = _kept(path) if outcome.run_up is None else outcome.run_up.speeds.size

@@ -36,7 +36,7 @@ class Schema(Question):
 
 @verb_alone(Schema, DESCRIPTION)
 def schema(ask: Schema) -> VerbResult:
-    """Make the schema, and write it where a file is named."""
+    """Make the schema, and write it to a file if one is named."""
     made = file_schema(ask.kind)
     if ask.output:
         with whole_file(ask.output, KIND) as path:

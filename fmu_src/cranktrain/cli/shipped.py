@@ -1,4 +1,4 @@
-"""The list of shipped engines as a plain table, which loads no mathematics: ``python -m cranktrain.cli.shipped``."""
+"""List of the shipped engines as constants, without numerical libraries: ``python -m cranktrain.cli.shipped``."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
 
 TABLE = Path(__file__).parents[1] / "engine" / "data" / "shipped.json"
-"""Made by :func:`made`, with which a test compares it."""
+"""The list as :func:`made` returns it; a test compares both."""
 SAME_DEG = 1e-6
-"""Bank angles that differ by less are one, deg."""
+"""Difference (deg) below which two bank angles count as equal."""
 
 
 def shipped() -> list[dict[str, Any]]:
@@ -23,7 +23,7 @@ def shipped() -> list[dict[str, Any]]:
 
 
 def made() -> list[dict[str, Any]]:
-    """The list from the engine files."""
+    """Make the list from the engine files."""
     from cranktrain.engine.file import engine_names, load_engine
 
     return [_entry(load_engine(name)) for name in engine_names()]
@@ -40,7 +40,7 @@ def _entry(engine: Engine) -> dict[str, Any]:
 
 
 def _layout(engine: Engine) -> str:
-    """In line, boxer, or V with its bank angle."""
+    """Layout as text: in line, boxer, or V with its bank angle."""
     banks = sorted({round(math.degrees(angle) / SAME_DEG) * SAME_DEG for angle in engine.cylinders.bank_angles})
     if len(banks) == 1:
         return "in line" if engine.n_cylinders > 1 else "single"

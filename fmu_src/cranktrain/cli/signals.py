@@ -1,10 +1,10 @@
 """Interrupts and terminations of the command's process before its verb begins and after it has ended.
 
-While the command is being loaded nothing is written yet: a signal ends the process at once, with one line and exit code
-130 or 143. Once the verb has ended its exit code stands: the first signal changes nothing, a second one ends the
-process. While the interpreter is being taken down, when Python would give signals back to the system, they are ignored.
+While the command is loading, no file exists yet, so a signal ends the process at once, with one line and exit code 130
+or 143. After the end of the verb its exit code is final: the first signal changes nothing, a second one ends the
+process. During the shutdown of the interpreter, when Python would return signals to the system, they are ignored.
 
-Standard library only, and little of it: what is loaded before :func:`guard` is without it.
+This module imports only a few modules of the standard library, because signals are not handled before :func:`guard`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # loading typing takes longer than all else here
     from typing import Any
 
 NOTHING = "nothing was written, and what earlier runs wrote is kept"
-"""What an interrupt says where no file is there."""
+"""Message of an interrupt if no file was written."""
 _MODULES = ("cranktrain", "cranktrain.cli.main")
 """Names by which ``python -m`` runs the command."""
 _begun: list[str] = []
@@ -27,7 +27,7 @@ _late: list[int] = []
 
 
 def guard() -> None:
-    """Take signals from here on, where this process is the command's and its caller does not ignore them."""
+    """Handle signals from now on, if this process is the command and its caller does not ignore them."""
     if not _is_command():
         return
     held = [signal.SIGTERM] if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL else []
@@ -44,12 +44,12 @@ def guard() -> None:
 
 
 def begun() -> None:
-    """The verb begins: from here on it answers to signals by itself, and an end of it stands."""
+    """Mark the begin of the verb: it handles signals itself from now on, and its exit code is final."""
     _begun.append("verb")
 
 
 def outside(number: int, frame: Any) -> None:
-    """Answer to a signal outside of the verb."""
+    """Handle a signal before the verb begins or after it has ended."""
     if not _begun:
         text = f'{{"error": {{"what": "interrupted", "where": null, "remedy": "{NOTHING}"}}}}\n'
         os.write(2, f"cranktrain: interrupted; {NOTHING}\n".encode())
@@ -62,7 +62,7 @@ def outside(number: int, frame: Any) -> None:
 
 
 def _is_command() -> bool:
-    """Whether this process is the command: a script of its name, or ``python -m``."""
+    """True if this process is the command: a script of its name, or ``python -m``."""
     name, given = (getattr(sys, "argv", None) or [""])[0], sys.orig_argv
     if name.endswith(("/cranktrain", "\\cranktrain", "cranktrain.exe")):
         return True

@@ -41,9 +41,9 @@ RUNNABLE = ENGINE._replace(objects=("Engine", "Assembly"))
 DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result and print a summary."
 
 OF_THE_ENGINE = ("drive_line", "inherit", "plots", "steady", "output")
-"""Fields that an assembly has no use for."""
+"""Fields of the question that do not apply to an assembly."""
 OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh", "mesh_unit")
-"""Choices that an assembly has already made."""
+"""Choices that are already fixed in an assembly."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +68,7 @@ class Simulate(words.Settled, words.Running):
 
 @verb(Simulate, DESCRIPTION, RUNNABLE)
 def simulate(engine: str | Path | Engine | Assembly, ask: Simulate) -> Run:
-    """Run cycles at constant speed; samples go into a file only where one is named."""
+    """Run cycles at constant speed; samples are written to a file only if one is named."""
     from cranktrain.structure.assembly import Assembly
 
     if isinstance(engine, Assembly):
@@ -77,7 +77,7 @@ def simulate(engine: str | Path | Engine | Assembly, ask: Simulate) -> Run:
 
 
 def answer(engine: str, ask: Simulate) -> VerbResult:
-    """The run in a file, whose name tells the options where none is given, and its summary."""
+    """Summary of the run, whose samples are in a file; without a given name it is named after the options."""
     usual = ask.output or result_name(load_engine(engine).name, ask)
     run, plots = _found(engine, replace(ask, output=usual))
     summary = run.summary(usual)
@@ -87,7 +87,7 @@ def answer(engine: str, ask: Simulate) -> VerbResult:
 
 
 def _of_assembly(made: Assembly, ask: Simulate) -> Run:
-    """A run of an assembly, which has settled the levels."""
+    """Run of an assembly, whose levels are fixed."""
     from cranktrain.structure.assembly import checked
 
     for name in (*OF_THE_ENGINE, *OF_THE_ASSEMBLY):
@@ -104,7 +104,7 @@ def _of_assembly(made: Assembly, ask: Simulate) -> Run:
 
 
 def _found(named: str | Path | Engine, ask: Simulate) -> tuple[Run, list[str] | None]:
-    """The run, and its pictures where any are wanted."""
+    """Run, and the paths of its pictures if requested."""
     from cranktrain.results.files import check_target
     from cranktrain.studies.planning.level_error import level_error
 
@@ -134,7 +134,7 @@ def _found(named: str | Path | Engine, ask: Simulate) -> tuple[Run, list[str] | 
 
 
 def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -> Run:
-    """Run with the samples going to a file, which keeps what there is of them however the run ends."""
+    """Run with the samples written to a file, which keeps the samples so far, however the run ends."""
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.files import result_file
     from cranktrain.results.run import file_attributes
@@ -162,7 +162,7 @@ def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -
 
 
 def _check(ask: Simulate, engine: Engine, settings: Settings) -> None:
-    """Refuse what is asked for besides the run and cannot be had."""
+    """Refuse requested results that the run cannot give, before it begins; ``InputError``."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.figures import FILM_PICTURES, MOTION_PICTURES, check_folder
 
@@ -189,7 +189,7 @@ def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[
 
 
 def show(summary: VerbResult) -> None:
-    """Print the summary for people."""
+    """Print the summary."""
     from cranktrain.results.tables import closing_text, grid_text, online_text, resolution_text, run_tables
 
     run: Run = summary.beside["run"]

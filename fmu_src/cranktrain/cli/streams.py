@@ -1,4 +1,4 @@
-"""Standard streams that any verb can write to: open, and able to show every character in some spelling."""
+"""Preparation of the standard streams: all are open, and can write every character in some spelling."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import unicodedata
 
 PLAIN = "cranktrain.plain"
-"""Name of the error handler that spells a character out where an encoding lacks it."""
+"""Name of the error handler that replaces characters which an encoding lacks."""
 _SPELLING = {
     "–": "-", "—": "-", "−": "-", "·": "*", "×": "x", "±": "+-", "°": " deg", "…": "...", "µ": "u", "μ": "u",
     "Ω": "Ohm", "→": "->", "≤": "<=", "≥": ">=", "≈": "~", "‘": "'", "’": "'", "“": '"', "”": '"',
@@ -18,9 +18,9 @@ _SPELLING = {
 
 
 def prepare() -> None:
-    """Open the null device in place of closed streams; let ``stdout`` and ``stderr`` spell what they cannot encode.
+    """Open the null device in place of closed streams; let ``stdout`` and ``stderr`` replace characters they lack.
 
-    Without the former a file that the verb opens would get the descriptor of the closed stream, and what is printed.
+    Otherwise a file that the verb opens would get the descriptor of a closed stream, and so the printed text.
     """
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is None:
@@ -39,7 +39,7 @@ def prepare() -> None:
 
 
 def _spelled(error: UnicodeError) -> tuple[str, int]:
-    """The ASCII spelling of the characters that an encoding lacks, and the place behind them."""
+    """ASCII spelling of the characters that an encoding lacks, and the position after them."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]

@@ -35,7 +35,7 @@ difference of superposed stresses from direct finite-element solutions under the
 "converged"}]: stresses under the resultants on a throw's cuts, and under the motion of these.
 """
 _SPOTS = 12
-"""Hot spots that the table shows."""
+"""Number of hot spots in the table."""
 Throws = Annotated[str, Option("THROWS", fillet_help("also the peaks in fillets and at oil bores"))]
 REFUSED = "refused: stresses need finite elements; give their mesh by --mesh"
 FiniteElements = Annotated[
@@ -70,7 +70,7 @@ class Stress(
 
 @verb(Stress, DESCRIPTION)
 def stress(named: str | Path | Engine, ask: Stress) -> VerbResult:
-    """Run to a cycle that repeats, superpose its stresses, check them, and say where they are greatest."""
+    """Run until a cycle repeats, superpose its stresses, check them, and list the places of the largest ones."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.files import check_target
     from cranktrain.results.strength.fillet_histories import fillet_runs
@@ -115,13 +115,13 @@ def stress(named: str | Path | Engine, ask: Stress) -> VerbResult:
 
 
 def answer(engine: str, ask: Stress) -> VerbResult:
-    """The same, in a file whose name tells the options where none is given."""
+    """Run :func:`stress` with a result file, which is named after the options if no name is given."""
     usual = ask.output or result_name(load_engine(engine).name, ask, "stress")
     return verb_of(stress).function(engine, replace(ask, output=usual))
 
 
 def _fillet(peak: FilletPeak) -> dict[str, Any]:
-    """Peak of a fillet in engineers' units."""
+    """Largest stress of a fillet, as a dictionary in MPa, mm and deg."""
     return {
         "name": peak.name,
         "von_mises_mpa": 1e-6 * peak.von_mises,
@@ -136,7 +136,7 @@ def _fillet(peak: FilletPeak) -> dict[str, Any]:
 def _attributes(
     made: Assembly, chosen: dict[str, str | int | float], report: dict[str, Any]
 ) -> dict[str, str | int | float]:
-    """What the result file says of the run."""
+    """Attributes of the run for the result file."""
     from cranktrain import __version__
 
     check = report["static_check_relative"]
@@ -145,7 +145,7 @@ def _attributes(
 
 
 def _report(stress: CrankStress, check: float | None) -> dict[str, Any]:
-    """The cycle in engineers' units."""
+    """Report of the cycle's stresses in engineering units."""
     spots = [
         {
             "feature": spot.feature,

@@ -1,6 +1,7 @@
-"""The verbs by group and what each does, in a line: all that the list of them needs to load.
+"""Table of all verbs by group, with a line for each, so that the list of verbs loads no other module.
 
-A line is the first of the verb's ``DESCRIPTION``, which a test compares. A name of two words is one kind of a family.
+The line is the first line of the verb's ``DESCRIPTION``; a test compares both. The first word of a two-word name is the
+family, such as ``bearing table``.
 """
 
 from __future__ import annotations
@@ -71,14 +72,14 @@ GROUPS = {
         "explained.",
     },
 }
-"""Line of each verb, by group."""
+"""Description of each verb in one line, by group."""
 VERBS = {name: line for group in GROUPS.values() for name, line in group.items()}
-"""Line of each verb."""
+"""Description of each verb in one line."""
 FAMILIES = {
     family: tuple(name.partition(" ")[2] for name in VERBS if name.startswith(f"{family} "))
     for family in dict.fromkeys(name.partition(" ")[0] for name in VERBS if " " in name)
 }
-"""Kinds of each family."""
+"""Second words of each family of verbs."""
 FORMER = {
     "calibrate": "identify ENGINE TARGETS",
     "film-table": "bearing table",
@@ -86,7 +87,7 @@ FORMER = {
     "roller": "bearing roller",
     "run": "plan SCENE --run",
 }
-"""Verbs before the first release, and what is written now."""
+"""Names of verbs before the first release, with the present command."""
 FUNCTIONS = {
     "simulate": "cranktrain.cli.simulate:simulate",
     "modal": "cranktrain.cli.modal:modal",

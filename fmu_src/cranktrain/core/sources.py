@@ -1,7 +1,7 @@
 """Digests of sources: a module together with everything that it imports, directly or through others.
 
-Results are kept under such a digest. A change of any source that the module depends on computes them anew, a change of
-any other does not. Imports are followed by name, wherever a file lies.
+A stored result is keyed by such a digest. So a change of a source that the module depends on makes the result invalid,
+and a change of any other source does not. Imports are followed by name, in whatever folder a file is.
 """
 
 from __future__ import annotations
@@ -51,9 +51,10 @@ def digest_of(files: Iterable[Path]) -> str:
 
 @cache
 def code_of(path: Path) -> bytes:
-    """A source of the package without docstrings, comment lines and empty lines; other sources as they are.
+    """Content of a source of the package without docstrings, comment lines and empty lines.
 
-    A test holds the tokens of what is left against those of all sources; a source of a user may have quotes anywhere.
+    Sources of users are returned unchanged, because they may have triple quotes anywhere. A test checks for all sources
+    of the package that the code tokens remain.
     """
     content = path.read_bytes()
     first, *rest = content.split(_QUOTES)

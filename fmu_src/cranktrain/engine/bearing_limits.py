@@ -35,5 +35,5 @@ class BearingLimits:
     big_end_pv: SlidingLoad = 0.0
 
     def of(self, family: str, what: str) -> float:
-        """Limit of ``MAIN`` or ``BIG_END`` for one of ``JUDGED``; 0 if it is not given."""
+        """Limit (SI) of a family, ``MAIN`` or ``BIG_END``, for the quantity ``what`` of ``JUDGED``; 0 if not given."""
         return float(getattr(self, f"{family}_{what}"))

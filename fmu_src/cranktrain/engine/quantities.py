@@ -50,7 +50,7 @@ class Quantity(NamedTuple):
 
 
 class OneOf(NamedTuple):
-    """A name that is one of several; ``noun`` says what is named."""
+    """Annotation of a text field with the valid ``names``; ``noun`` is the word for such a name in messages."""
 
     noun: str
     names: tuple[str, ...]

@@ -27,8 +27,8 @@ SHOWN = 0.05
 def additions_report(engine: Engine, body: ReducedBody, block: ReducedBody | None = None) -> dict[str, Any]:
     """Modes of crank and additions in a ``block`` on its mounts, or on a block at rest; JSON-able.
 
-    ``body`` and ``block`` are the engine's bare ones. Mains and added bearings are their linear stand-in springs,
-    flanks of gears without backlash are closed; big end and half the oscillating mass stand on each pin. A mode's
+    ``body`` and ``block`` are the engine's bare ones. Mains and added bearings are their linear stand-in springs, gear
+    flanks without backlash are closed, and each pin carries the big end and half the oscillating mass. A mode's
     ``shares`` of energy are those of the crank by kind of motion, of the block, and of each added body. The drive line
     is left out.
     """
@@ -55,7 +55,7 @@ def additions_report(engine: Engine, body: ReducedBody, block: ReducedBody | Non
 
 
 def on_springs(connection: Connection) -> Connection:
-    """A bearing as it is taken at rest: films and rollers as their linear stand-ins, an axial bearing closed."""
+    """Connection in the model at rest: linear stand-in springs for films and rollers, a closed axial bearing."""
     data = connection.data
     if isinstance(data, Film):
         return replace(connection, data=replace(data, level="linear"))
@@ -68,7 +68,7 @@ def on_springs(connection: Connection) -> Connection:
 
 
 def additions_table(report: Mapping[str, Any]) -> Table:
-    """The modes as texts."""
+    """Table of the modes as texts."""
     rows = tuple(
         (
             f"{mode['hz']:.1f}", mode["shape"],

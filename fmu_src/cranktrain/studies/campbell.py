@@ -64,7 +64,7 @@ from cranktrain.studies.torsion.line_modes import LINE, named_with_line, with_li
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 HIGHEST_ORDER = 4.0
-"""Orders that the samples resolve from which the means over a cycle are taken."""
+"""Highest order that the samples for the cycle means resolve."""
 ADDED = "added"
 """Kind of modes that hold most of their kinetic energy in bodies that an engine's file adds."""
 _SPARE_HZ = 1.5
@@ -80,7 +80,7 @@ def campbell(
     damper: bool = False,
     say: Progress = lambda stage: None,
 ) -> ModesOverSpeed:
-    """Modes over the speed.
+    """Compute the natural frequencies of the turning crank over the speed.
 
     Raises ``InputError``: fewer than two speeds, or none that increase.
 
@@ -89,9 +89,9 @@ def campbell(
     engine, body : the engine and its running body, with all parts attached
     speeds : (s,) rad/s, increasing and near enough to one another that shapes change little
     level : crank level of the body: ``torsional`` keeps its journals on their axis
-    highest_hz : modes up to this frequency at the first speed; 1000 Hz, or the first torsional one, where it is None
-    damper : with the ring of the engine's damper, whose housing the body has
-    say : told each stage
+    highest_hz : modes up to this frequency at the first speed; None: 1000 Hz, or the first torsional mode if higher
+    damper : True to include the ring of the engine's damper; the body contains its housing
+    say : receives the name of each stage
     """
     speeds = np.asarray(speeds, dtype=float)
     if speeds.size < 2 or not np.all(np.diff(speeds) > 0.0):
@@ -195,7 +195,7 @@ def _modes(
     crank: PeriodicCrank, body: ReducedBody, line: TorsionalLine | None, ring: Damper | None, speed: float,
     links: Equations | None,
 ) -> DampedModes:  # fmt: skip
-    """Modes of the turning crank at its speed, undamped but for a damper's ring, their coordinates of unit mass.
+    """Modes of the turning crank at its speed, undamped except for a damper's ring, with coordinates of unit mass.
 
     ``line`` is a drive line of discs, whose rotors follow the crank's coordinates; then come a ring, and added bodies
     with their ``links``.

@@ -1,7 +1,6 @@
 """One run at constant speed, requested by names and in engineering units.
 
-A :class:`Request` is checked before any work:
-everything that can be refused is refused before the minute that a crankshaft may take.
+A :class:`Request` is checked completely before the crankshaft is made, which may take a minute.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import fields_of
 
 SETTLED_IN_SINGLES = 1.0e-5
-"""Settling error from which on elastic films are solved in doubles: rounding keeps those in singles from repeating."""
+"""Settling error below which elastic films are solved in double precision, because rounding prevents repetition."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,19 +42,19 @@ class Request:
 
     Attributes
     ----------
-    speed_rpm : rev/min; with ``load_torque_nm`` where the run starts
+    speed_rpm : rev/min; with ``load_torque_nm`` the initial speed
     cycles : of 720 degrees; the last one is evaluated. None: until the outputs repeat
     settle : largest settling error of any family of outputs, over its alternating part
     crank, bearings, big_ends, block, pistons : fidelity levels; ``auto`` follows the engine and the other levels
-    damper : with the engine's torsional damper on the pulley
+    damper : True for the engine's torsional damper on the pulley
     film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``; of films also ``adiabatic``
     load_torque_nm : frees the dynamometer and loads it with this torque, a number, or an array or a function of its
         angle and speed (:mod:`cranktrain.dynamics.load_torque`)
-    axial_force_n : steady axial force on the flywheel, positive away from the pulley; None as the engine's axial path
-        has it
-    integrator : None as the bearing level has it
+    axial_force_n : steady axial force on the flywheel, positive away from the pulley; None: from the engine's axial
+        path
+    integrator : name; None: the usual one of the bearing level
     step_deg : internal step in degrees of crank angle
-    tolerance : adaptive steps: fractions of ``step_deg`` as short as this error per step requires
+    tolerance : permissible error per step, for which ``step_deg`` is divided; None: constant steps
     load : fraction of the full-load burn
     pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, folder or index file of traces over speed
         (:mod:`cranktrain.loads.pressure_map`), or an array or a function (:mod:`cranktrain.loads.given_pressure`);
@@ -91,7 +90,7 @@ class Request:
     mesh_unit: str = "m"
 
     def __post_init__(self) -> None:
-        """Set the unit of the meshes, read a load torque of a script; ``InputError`` for what these cannot be."""
+        """Set the unit of the meshes, and read a load torque from a script; ``InputError`` for wrong values."""
         if self.load_torque_nm is not None and not isinstance(self.load_torque_nm, int | float | LoadTorque):
             object.__setattr__(self, "load_torque_nm", LoadTorque(self.load_torque_nm))
         for name in ("mesh", "block_mesh"):
@@ -106,8 +105,8 @@ class Request:
     def settings(self, engine: Engine, label: Callable[[str], str] = str) -> Settings:
         """Complete settings; ``label`` gives the user's name of a field.
 
-        Raises ``InputError``: anything that does not exist, lies out of bounds, does not go together, or that the
-        engine lacks.
+        Raises ``InputError`` for unknown words, values out of bounds, contradictory choices, and parts that the engine
+        lacks.
         """
         self.check(label)
         levels = Settings(
@@ -123,7 +122,7 @@ class Request:
         return settings
 
     def check(self, label: Callable[[str], str] = str) -> None:
-        """Refuse what no engine can run; ``InputError``."""
+        """Raise ``InputError`` for values that are invalid for every engine."""
         for one in fields_of(Request):
             one.refuse(getattr(self, one.name), label(one.name))
         if self.encoder != "pin" and self.pressure is None:
@@ -132,7 +131,7 @@ class Request:
             raise InputError(f"{label('block_mesh')} needs {label('block')} flexible; on ground there is no block")
 
     def check_heat(self, settings: Settings, label: Callable[[str], str] = str) -> None:
-        """Refuse a heat balance of parts without heat; ``InputError``."""
+        """Raise ``InputError`` for a heat balance of parts for which heat is not computed."""
         if self.damper_temperature != "engine" and settings.damper == "none":
             raise InputError(f"{label('damper_temperature')} needs {label('damper')}; without a damper there is none")
         if self.film_temperature == "engine":
@@ -145,7 +144,7 @@ class Request:
         check_level(settings.bearings)
 
     def of_a_run(self, levels: Settings) -> Settings:
-        """Settings of these levels with what is chosen for the run: load, integrator and steps."""
+        """Settings with these levels, and the load, integrator and steps of the request."""
         choices: dict[str, Any] = {"film_temperature": self.film_temperature}
         if self.load_torque_nm is not None:
             choices["boundary"] = "torque"
@@ -166,7 +165,7 @@ class Request:
     def gas(self, engine: Engine, label: Callable[[str], str] = str, speeds_rpm: Sequence[float] = ()) -> Gas | None:
         """Measured pressures, or None for the built-in trace; ``InputError``.
 
-        Warns of ``speeds_rpm``, the request's own where empty, and of a load that the pressures do not reach to.
+        Warns of speeds and a load outside the range of the pressures; empty ``speeds_rpm`` stands for the own speed.
         """
         if self.pressure is not None:
             gas = read_gas(self.pressure, engine, self.pressure_unit, self.pressure_tdc_deg)
@@ -179,7 +178,7 @@ class Request:
         return None
 
     def tell_doubts(self, engine: Engine, gas: Gas | None) -> GasTrace:
-        """Warn of a run that takes work, burns nothing or is driven by its load; the pressure trace of the run."""
+        """Warn if the gas takes work, nothing burns, or the load drives the engine. Return the pressure trace."""
         used = (gas or GasTrace.from_engine(engine)).at(self.speed, self.load)
         load = self.load_torque_nm
         if isinstance(load, LoadTorque):
@@ -198,7 +197,8 @@ class Request:
     ) -> Run:
         """Run the cycles; ``progress`` gets the completed fraction, ``say`` the cycles and the settling error.
 
-        With a ``sink`` the samples go there, and the run holds its last cycles. Raises ``InputError``, ``SolverError``.
+        With a ``sink`` the samples are written to it, and the run contains only its last cycles. Raises ``InputError``,
+        ``SolverError``.
         """
         used = self.tell_doubts(made.engine, gas)
         result = simulation.simulate(
@@ -210,7 +210,7 @@ class Request:
         return Run(**vars(result), engine=made.engine, gas=used, attributes=attributes)
 
     def _precise(self, made: Assembly) -> Settings:
-        """Settings of a run whose films repeat as closely as it is to settle."""
+        """Settings with films in double precision, if the settling error requires it."""
         settings = made.settings
         levels = [settings.bearings, settings.big_ends]
         levels += [table.film.level for table in made.engine.additions.connection if table.film is not None]
@@ -222,7 +222,7 @@ class Request:
         return replace(settings, newton_tolerance=min(settings.newton_tolerance or IN_DOUBLES, IN_DOUBLES))
 
     def attributes(self, made: Assembly) -> dict[str, str | int | float]:
-        """Choices of the run, as in a result file."""
+        """Choices of the run as attributes of a result file."""
         settings = made.settings
         choices = ("crank", "bearings", "big_ends", "block", "pistons", "boundary", "damper")
         return {

@@ -29,7 +29,7 @@ CRITERIA: dict[str, Callable[[FilletHistory, CrankStrength], Judgement]] = {
     "haigh": haigh_judgement,
     "findley": findley_judgement,
 }
-"""How the safety of a place is judged."""
+"""Names of the criteria for the safety of a place."""
 
 
 class AtSpeed(NamedTuple):
@@ -57,8 +57,8 @@ class FatigueReport:
     engine : the engine
     strength : of its crankshaft
     criterion : one of ``CRITERIA``
-    speeds : what was found at each
-    interrupted : whether speeds are missing
+    speeds : results at each speed
+    interrupted : True if an interrupt ended the runs, so that speeds are missing
     """
 
     engine: Engine
@@ -69,7 +69,7 @@ class FatigueReport:
 
     @property
     def places(self) -> list[tuple[Judgement, float]]:
-        """The least safe judgement of each place, by its sub-model where it has one, and its speed, rev/min."""
+        """Least safe judgement of each place, from its sub-model if it has one, and the speed, rev/min."""
         return [
             min(
                 ((at.fine.get(one.name, at.nominal[k]), at.speed_rpm) for at in self.speeds),
@@ -80,7 +80,7 @@ class FatigueReport:
 
     @property
     def rule(self) -> list[tuple[RuleRow, float]]:
-        """The least acceptability of each place, and its speed, rev/min."""
+        """Least acceptability of each place by the rule, and the speed, rev/min."""
         return [
             min(((at.rule[k], at.speed_rpm) for at in self.speeds), key=lambda pair: pair[0].acceptability)
             for k in range(len(self.speeds[0].rule))
@@ -88,7 +88,7 @@ class FatigueReport:
 
     @property
     def throws(self) -> list[ThrowShape]:
-        """The throw of each pin, as the rule takes it."""
+        """Dimensions of the throw at each pin, as used in the rule's formulas."""
         c = self.engine.crankshaft
         return [throw_shape(c, pin) for pin in range(1, len(c.throw_angles) + 1)]
 
@@ -99,13 +99,13 @@ class FatigueReport:
 
     @property
     def accepted(self) -> bool | None:
-        """Whether the rule accepts the crankshaft at these speeds; None where its factors do not hold."""
+        """True if the rule accepts the crankshaft at these speeds; None outside the range of its factors."""
         if self.outside:
             return None
         return all(row.acceptability >= ACCEPTABLE for row, _ in self.rule)
 
     def as_dict(self) -> dict[str, Any]:
-        """What ``cranktrain fatigue --json`` prints; keys carry their unit."""
+        """Dictionary that ``cranktrain fatigue --json`` prints; keys end with the unit."""
         throws, fine = self.throws, self.speeds[0].fine
         return {
             "fillets": [
@@ -155,7 +155,7 @@ class FatigueReport:
 
 
 def crank_strength(engine: Engine) -> CrankStrength:
-    """Strength of the engine's crankshaft; ``InputError`` where the engine file does not say it."""
+    """Strength of the engine's crankshaft; ``InputError`` if the engine file does not state it."""
     if engine.crank_strength is None:
         raise InputError(
             f"engine '{engine.name}' has no [crank_strength], which fatigue needs: add the keys tensile_strength, "
@@ -176,8 +176,8 @@ def fatigue(
 ) -> FatigueReport:
     """Run an engine at each speed until its outputs repeat, and judge every fillet and oil bore of its crankshaft.
 
-    An interrupt keeps the speeds that are done. Raises ``InputError`` before any work: missing strength, an unknown
-    criterion, what cannot be run; ``SolverError``: a step that fails.
+    After an interrupt the result contains the finished speeds. Raises ``InputError`` before any work for a missing
+    strength, an unknown criterion, or a run that is not possible, and ``SolverError`` for a step that fails.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def fatigue(
     criterion : ``haigh`` or ``findley``
     fillets : places that are judged by the stress of their sub-models, see
         :func:`cranktrain.structure.stress.kept_fillets.throw_fillets`; the others by the rule's factors
-    gas : measured pressures, where the request's have been read
+    gas : measured pressures of the request, if they have been read already
     """
     strength = crank_strength(engine)
     if criterion not in CRITERIA:
@@ -227,7 +227,7 @@ def fatigue(
 
 
 def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float, fillets: Sequence[FilletModes]) -> AtSpeed:
-    """Judge one speed's cycle."""
+    """Judge all places in the recorded cycle of one speed."""
     c, throws = report.engine.crankshaft, report.throws
     loads = crank_loads(cycle)
     webs, pins = single_throws(c, loads)

@@ -1,4 +1,4 @@
-"""JSON schemas of the files that people write, made of the tables by which the program reads them.
+"""JSON schemas of the users' files, made from the tables with which the program reads them.
 
 An editor with the schema of a TOML file completes keys, shows the quantity of a value and its range, and marks input
 that the program would refuse. Only the program makes checks that need the whole file (whether parts fit together).
@@ -14,7 +14,7 @@ from cranktrain.core.named import resolve
 
 
 class FileKind(NamedTuple):
-    """A kind of file: title of its schema, and where its table is, or what makes it."""
+    """Kind of a user's file: title of the schema, and the table of its keys or a function that makes it."""
 
     title: str
     table: str
@@ -33,7 +33,7 @@ FILE_KINDS = {
 
 
 def file_schema(kind: str) -> dict[str, Any]:
-    """JSON schema, draft 7, of a kind of file; ``InputError`` for one that does not exist."""
+    """JSON schema, draft 7, of a kind of file; ``InputError`` for an unknown kind."""
     from cranktrain.core.json_schema import json_schema
     from cranktrain.engine.entries import rules
 

@@ -52,22 +52,22 @@ def modal(
     Bodies and connections that an engine file adds are included in the solid crank's modes ``with_additions`` and
     ``in_motion``. All other lists leave them out; their names are in ``left_out``.
 
-    Raises ``InputError``: levels that do not exist or do not go together, what the engine lacks, a wrong mesh.
+    Raises ``InputError`` for unknown or contradictory levels, parts that the engine lacks, and a wrong mesh.
 
     Parameters
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
-    crank : at a level other than ``solid`` only its frequencies, compared with those of the solid crank where that is
-        in the cache, given by ``mesh``, or needed to make the level; none is meshed for the comparison. A crank from a
-        table is compared with none
+    crank : crank level. Other levels than ``solid`` give only the crank's frequencies. They are compared with those of
+        the solid crank if it is in the cache, given by ``mesh``, or needed to make the level. A crank from a table is
+        not compared
     block : ``flexible`` also gives the block's own modes
-    damper : also the cranktrain with the engine's torsional damper, as it damps
+    damper : True to add the cranktrain with the engine's torsional damper and its damping
     mesh, block_mesh : the user's own meshes; ``mesh`` at level ``torsional`` also a table of discs and shafts
     mesh_unit : of their coordinates: m, mm or in
-    bearings, speed : level of the mains and speed (rad/s) of the modes in motion; the usual level and the speed of the
-        largest heat per cycle where none is given
+    bearings, speed : level of the mains and speed (rad/s) of the modes in motion; None: the usual level, and the speed
+        of the largest heat per cycle
     gas : measured pressures of that run in place of the built-in trace
-    say : told each stage of long work
+    say : receives the name of each stage of long work
     """
     given = engine if isinstance(engine, Engine) else load_engine(engine)
     check_added(given, mesh is not None, block_mesh is not None)
@@ -118,7 +118,7 @@ def modal(
 
 
 def _check_extras(engine: Engine, crank: str, solid: bool, damper: bool, flexible: bool) -> None:
-    """``InputError`` where a damper or a flexible block is asked for of another crank, or is not in the file."""
+    """Raise ``InputError`` for a damper or flexible block with another crank, or if the file has none."""
     if not solid and (damper or flexible):
         told = " and ".join(["--damper"] * damper + ["--block flexible"] * flexible)
         raise InputError(
@@ -133,10 +133,10 @@ def _check_extras(engine: Engine, crank: str, solid: bool, damper: bool, flexibl
 def _solid_crank(
     engine: Engine, level: str, mesh: MeshFile | None, solid: bool, say: Callable[[str], None]
 ) -> tuple[bool, ReducedBody | None]:
-    """Whether a level is made from the solid crank, and that body; None where it is neither needed nor at hand.
+    """True if a level is made from the solid crank, and the solid crank; None if it is neither needed nor in the cache.
 
-    A level from dimensions is compared with a solid crank that is at hand. None is meshed for this. The reduction is
-    checked where the level itself is ``solid``.
+    A level from dimensions is compared with a solid crank from the cache, which is not made for this purpose. The
+    reduction is checked if the level itself is ``solid``.
     """
     needed = crank_level(level).needs_solid(engine)
     if needed or mesh is not None:

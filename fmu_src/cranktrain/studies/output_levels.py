@@ -24,13 +24,13 @@ RESULTS: dict[str, Levels] = {
     "bending_frequencies": Levels(crank="beam"),
     "stress": Levels(crank="solid", bearings="linear"),
 }
-"""Results that are no outputs of the running model."""
+"""Results that are not outputs of the running model."""
 
 _WORDS = {"crank": "crank level", "bearings": "bearing level", "block": "block level", "big_ends": "big-end level"}
 
 
 def variables() -> dict[str, Levels]:
-    """Outputs of the running model without their indices, and the lowest levels that answer each."""
+    """Outputs of the running model without indices, and the lowest levels that provide each."""
     rows = [(family.name, *row) for family in FAMILIES.values() for row in family.outputs.items()]
     return {f"{family}.{name}".lstrip("."): Levels(**need) for family, name, need in rows}
 
@@ -58,7 +58,7 @@ def plain_name(output: str) -> str:
 
 
 def need(output: str) -> Levels:
-    """Lowest levels that answer one output; ``InputError`` with the nearest name for one that does not exist."""
+    """Lowest levels that provide an output; ``InputError`` for an unknown output gives the nearest name."""
     name = plain_name(output)
     known = variables() | RESULTS
     if name not in known:
@@ -67,9 +67,9 @@ def need(output: str) -> Levels:
 
 
 def lowest_levels(outputs: Iterable[str], rollers: bool = False) -> Levels:
-    """Lowest levels that answer all ``outputs``; ``rollers``: the main bearings are roller bearings.
+    """Lowest levels that provide all ``outputs``; ``rollers``: the main bearings are roller bearings.
 
-    Raises ``InputError``: an output that does not exist, or one of an oil film where the mains are rollers.
+    Raises ``InputError``: an output that does not exist, or an output of an oil film if the mains are roller bearings.
     """
     needs = [(output, need(output)) for output in outputs]
     film = [output for output, one in needs if one.film]
@@ -84,16 +84,16 @@ def lowest_levels(outputs: Iterable[str], rollers: bool = False) -> Levels:
 
 
 def _place(ladder: tuple[str, ...], level: str) -> int:
-    """Place of a level; the top for one of the other kind of bearing, which asks for more than its lowest levels."""
+    """Rank of a level on its ladder; the highest rank for a level of the other kind of bearing."""
     return ladder.index(level) if level in ladder else len(ladder) - 1
 
 
 def refuse_beyond(
     levels: Levels, outputs: Iterable[str], frequency: float | None = None, engine: Engine | None = None
 ) -> None:
-    """Refuse outputs, and a frequency, that the levels do not answer.
+    """Refuse outputs, and a frequency, that the levels do not provide.
 
-    Raises ``InputError``: one line that names the output, the level and the one that can.
+    Raises ``InputError``: one line that names the output, the level and the lowest sufficient level.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def refuse_beyond(
 
 
 def _reason(kind: str, wanted: str) -> str:
-    """Why a level below the wanted one does not do."""
+    """Reason why a level below the wanted one is not sufficient."""
     if kind == "big_ends":
         return "rigid big ends have no film"
     if kind != "bearings":

@@ -32,15 +32,15 @@ def stressed_run(
     shaped: Callable[[], ShapedCrank] | None = None,
     gas: Gas | None = None,
 ) -> tuple[Assembly, CrankStress]:
-    """What ran, and its stresses.
+    """Run until the cycles repeat. Return the assembly of the run, and the crank's stresses over the last cycle.
 
-    Raises ``InputError`` for a crank that has no stresses, ``SolverError`` where a step fails.
+    Raises ``InputError`` for a crank that has no stresses, ``SolverError`` if a step fails.
 
     Parameters
     ----------
-    settings : of the request, as the engine has them
-    shaped : makes the crankshaft with its shapes where it is needed
-    gas : measured pressures, where the request's have been read
+    settings : complete settings of the request
+    shaped : function that makes the crankshaft with its shapes, if needed
+    gas : measured pressures of the request, if they have been read already
     """
     check_stressed(request, settings)
     gas = request.gas(engine) if gas is None else gas

@@ -1,1 +1,1 @@
-"""Verbs of the command line that belong to the laboratory, one module a verb, as in :mod:`cranktrain.cli`."""
+"""Verbs of the command line that belong to the laboratory, one module for each verb, as in :mod:`cranktrain.cli`."""

@@ -129,13 +129,13 @@ def couple(named: str | Path | Engine, ask: Couple) -> VerbResult:
 
 
 def answer(engine: str, ask: Couple) -> VerbResult:
-    """The same, in a file whose name tells the options where none is given."""
+    """Run :func:`couple` with a result file, which is named after the options if no name is given."""
     usual = ask.output or result_name(Path(engine).stem, ask, "coupled")
     return verb_of(couple).function(engine, replace(ask, output=usual))
 
 
 def fmus(named: str | Path | Engine, ask: Couple, folder: Path) -> tuple[Path, Path | MeasuredPressures, Path | None]:
-    """Cranktrain, combustion and valve train: FMUs that are named, and those that are not, built into a folder.
+    """FMUs of cranktrain, combustion and valve train: given paths, or FMUs that are built into a folder.
 
     Measured pressures take the place of the combustion.
     """
@@ -173,7 +173,7 @@ def fmus(named: str | Path | Engine, ask: Couple, folder: Path) -> tuple[Path, P
 
 
 def _measured(ask: Couple, engine: Engine) -> MeasuredPressures | None:
-    """Measured pressures at the speed of the run, told of; None for a combustion. ``InputError``."""
+    """Measured pressures at the speed of the run, which are printed; None if a combustion is simulated."""
     from cranktrain.studies.constant_speed import Request
     from cranktrain_lab.coupling.recording_unit import MeasuredPressures
 
@@ -192,7 +192,7 @@ def _measured(ask: Couple, engine: Engine) -> MeasuredPressures | None:
 
 
 def start_values(texts: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Start values by unit and name; ``InputError`` for what is none."""
+    """Start values by FMU and variable, from texts ``unit.name=value``; ``InputError`` for other texts."""
     found: dict[str, dict[str, Any]] = {}
     for text in texts:
         place, _, value = text.partition("=")
@@ -207,7 +207,7 @@ def start_values(texts: Sequence[str]) -> dict[str, dict[str, Any]]:
 
 
 def steps_of(ask: Couple, speed: float) -> Steps:
-    """Communication steps; ``InputError``."""
+    """Communication steps, checked; ``InputError``."""
     from cranktrain_lab.coupling.run import Steps
 
     size = math.radians(ask.step_deg) / speed
@@ -215,7 +215,7 @@ def steps_of(ask: Couple, speed: float) -> Steps:
 
 
 def _run_into(name: str, make: Callable[[], System], speed: float, ask: Couple) -> Coupled:
-    """Run in a process of its own; the result file keeps what there is however the run ends."""
+    """Run in a separate process; the result file keeps the samples so far, however the run ends."""
     from cranktrain_lab.coupling.run import keep_run
     from cranktrain_lab.coupling.supervised import run_supervised
     from cranktrain_lab.coupling.unit import EndingError
@@ -248,12 +248,12 @@ def _run_into(name: str, make: Callable[[], System], speed: float, ask: Couple) 
 
 
 def _reconstruction(ask: Couple) -> str:
-    """Who reconstructs: nobody with scheme ``stages``."""
+    """Name of the reconstruction of inputs between points; none with scheme ``stages``."""
     return "none" if ask.scheme == STAGES else str(ask.reconstruction)
 
 
 def _export(path: Path, engine: VirtualEngine, speed: float, ask: Couple) -> VerbResult:
-    """Write the system as an SSP in place of running it."""
+    """Write the system as an SSP file instead of running it."""
     from cranktrain_lab.coupling.recording_unit import TraceUnit
     from cranktrain_lab.coupling.ssp import write_ssp
 
@@ -264,14 +264,14 @@ def _export(path: Path, engine: VirtualEngine, speed: float, ask: Couple) -> Ver
 
 
 def _mean_residual(result: dict[str, Any]) -> str:
-    """Mean power that the gas gives and the pistons do not take, in W and as a percentage of the indicated power."""
+    """Mean power that is lost between gas and pistons, W, and as a percentage of the indicated power."""
     fraction = result["coupling_residual_fraction"]
     percent = "" if fraction is None else f" ({100.0 * fraction:.2g} % of the indicated power)"
     return f"{result['coupling_residual_mean_w']:.3g} W{percent}"
 
 
 def _loss(combustion: str, fraction: float | None) -> str:
-    """What coupling to a combustion that knows one crank angle costs, in a sentence."""
+    """Sentence on the loss of power by coupling to a combustion with a single crank angle."""
     cost = ""
     if fraction is not None:
         cost = f"; given and taken power differ by {abs(100.0 * fraction):.2g} % of the indicated power"
@@ -282,7 +282,7 @@ def _loss(combustion: str, fraction: float | None) -> str:
 
 
 def show(result: VerbResult) -> None:
-    """Print the summary for people."""
+    """Print the summary."""
     if "ssp" in result:
         print(f"SSP: {result['ssp']}")
         return

@@ -1,4 +1,4 @@
-"""The verb ``explore``: a local page where knobs turn an engine's torsional vibration."""
+"""The verb ``explore``: a local page with controls that change an engine and show its torsional vibration."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ network. Ctrl-C ends it (exit code 0). Needs the extra explore: pip install cran
 
 @dataclass(frozen=True, kw_only=True)
 class Explore(Question):
-    """What a page shows, in a notebook or a browser."""
+    """Contents of a page in a notebook or a browser."""
 
     from_rpm: Annotated[
         words.Rpm | None, Option("RPM", "first speed, rev/min (default: the engine's lowest)", "--from")
@@ -67,7 +67,7 @@ class ExplorePage(Explore):
 
 @verb(ExplorePage, DESCRIPTION)
 def explore_page(engine: str | Path | Engine, ask: ExplorePage) -> VerbResult:
-    """Serve the page until Ctrl-C ends it, which is how it is meant to end."""
+    """Serve the page until it is ended by Ctrl-C, its normal end."""
     explored = explored_of(engine, ask)
     from cranktrain_lab.explore.server import serve
 
@@ -95,11 +95,11 @@ def explore_page(engine: str | Path | Engine, ask: ExplorePage) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """The address was told when the page began."""
+    """Print nothing, because the address was printed when the page began."""
 
 
 def explored_of(source: str | Path | Engine, ask: Explore) -> Explored:
-    """All that a page shows, with input checked before work; ``InputError``."""
+    """Contents of the page; the input is checked before any work; ``InputError``."""
     engine = load_engine(source)
     if isinstance(source, Engine):
         source = engine
@@ -137,7 +137,7 @@ def _nothing() -> Any:
 
 
 def _other(given: str | Path | None, ends: tuple[float, float]) -> Any:
-    """Title, and engine or run-up, of what is compared."""
+    """Title of the other engine or run-up for comparison, and the engine or run-up itself."""
     if given is None:
         return None
     if ending(given) != ".h5":

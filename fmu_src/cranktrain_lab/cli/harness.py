@@ -1,4 +1,4 @@
-"""The verb ``harness``: scenarios of coupled FMUs, and what is asserted of them."""
+"""The verb ``harness``: scenarios of coupled FMUs, and the assertions on their results."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class RunHarness(Question):
 
 @verb(RunHarness, DESCRIPTION, FILE)
 def harness(file: str | Path, ask: RunHarness) -> VerbResult:
-    """Check, build, run and judge; an interrupt keeps what is complete."""
+    """Check the file, build the FMUs, run the scenarios and judge assertions; an interrupt keeps finished scenarios."""
     from cranktrain.results.figures import check_folder
     from cranktrain.store.hdf5 import RESULT
     from cranktrain_lab.harness.file import load_harness
@@ -78,7 +78,7 @@ def harness(file: str | Path, ask: RunHarness) -> VerbResult:
 
 
 def _descriptions(harness: Harness, folder: Path) -> dict[str, Path]:
-    """FMUs that are named, and descriptions of those that are to be built."""
+    """Paths of given FMUs, and model descriptions of FMUs that will be built."""
     from cranktrain.fmu.build import describe_fmu
 
     found = {}
@@ -93,7 +93,7 @@ def _descriptions(harness: Harness, folder: Path) -> dict[str, Path]:
 
 
 def _fmus(harness: Harness, folder: Path) -> dict[str, Path]:
-    """FMUs that are named, and those that are not, built once each."""
+    """Paths of all FMUs; those without a given path are built, each once."""
     from cranktrain.fmu.build import build_fmu
     from cranktrain.modules.register import module_path
 
@@ -125,7 +125,7 @@ def _runs(
 
 
 def _write(ask: RunHarness, harness: Harness, found: Sequence[Judged]) -> None:
-    """Write JUnit XML and report where they are wanted."""
+    """Write JUnit XML and the report, if requested."""
     from cranktrain_lab.harness.junit import JUNIT, junit
     from cranktrain_lab.harness.page import PAGE, page
 
@@ -138,7 +138,7 @@ def _write(ask: RunHarness, harness: Harness, found: Sequence[Judged]) -> None:
 
 
 def show(said: VerbResult) -> None:
-    """Print the results for people."""
+    """Print the results."""
     from cranktrain_lab.harness.junit import found_text
 
     found: Sequence[Judged] = said.beside["judged"]

@@ -97,7 +97,7 @@ class Identify(Question):
 
 @verb(Identify, DESCRIPTION)
 def identify(named: str | Path | Engine, ask: Identify) -> VerbResult:
-    """Identify, and write the engine file."""
+    """Identify the parameters, and write the engine file with them."""
     from cranktrain_lab.calibration.targets import targets_path
     from cranktrain_lab.identification import identify as study
     from cranktrain_lab.identification.confidence import with_confidence

@@ -1,4 +1,4 @@
-"""The verb ``measured``: what measurement files hold, rotation from pulses, orders over speed, cylinder pressures."""
+"""The verb ``measured``: channels of measurement files, rotation from pulses, orders over speed, cylinder pressures."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ torsion (two times in s, e.g. while coasting), or from all of a recording.
 """
 HIGHEST = 1000.0
 TEETH, GAP = between(1, 100_000, "teeth"), between(0, 50_000, "teeth")
-"""Bounds of the teeth of a wheel, and of those that its gap lacks."""
+"""Limits of the number of teeth of a wheel, and of the number missing at its gap."""
 
 
 def names(text: str) -> tuple[str, ...]:
-    """Names of a text, separated by commas."""
+    """Names from a text, separated by commas."""
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def stretch(text: str) -> tuple[float, float] | bool:
-    """Two times of a text, or True for ``all``; ``InputError``."""
+    """Two times (s) from a text, or True for the text ``all``; ``InputError``."""
     if text == "all":
         return True
     try:
@@ -65,7 +65,7 @@ def stretch(text: str) -> tuple[float, float] | bool:
 
 
 def order_range(text: str) -> tuple[float, ...]:
-    """Orders of a text, multiples of a half, single ones or ranges; ``InputError``."""
+    """Orders from a text with single orders or ranges, all multiples of ½; ``InputError``."""
     if not text:
         return ()
     orders: set[float] = set()
@@ -84,7 +84,7 @@ def order_range(text: str) -> tuple[float, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class RotationOptions(Question):
-    """Rotation from pulses."""
+    """Options for rotation from pulses."""
 
     heading = "rotation"
     rotation: Annotated[str, Option("CHANNEL", "channel of pulses, or of rising times of pulses")] = ""
@@ -121,7 +121,7 @@ class RotationOptions(Question):
 
 @dataclass(frozen=True, kw_only=True)
 class OrderOptions(Question):
-    """Orders over the speed."""
+    """Options for orders over the speed."""
 
     heading = "orders"
     orders: Annotated[
@@ -149,7 +149,7 @@ class OrderOptions(Question):
 
 @dataclass(frozen=True, kw_only=True)
 class PressureOptions(Question):
-    """Cylinder pressures."""
+    """Options for cylinder pressures."""
 
     heading = "pressure"
     pressure: Annotated[str | Sequence[str], Option("LIST", "channels of cylinder pressure", convert=names)] = ()
@@ -203,7 +203,7 @@ class AnalyseMeasured(RotationOptions, OrderOptions, PressureOptions):
 
 @verb_alone(AnalyseMeasured, DESCRIPTION)
 def analyse_measured(ask: AnalyseMeasured) -> VerbResult:
-    """Read the files and do what is asked for."""
+    """Read the files, and compute the requested results."""
     files = paths(ask.files)
     measurement = read_measured(*files, channels=ask.channels)
     for remark in measurement.remarks:
@@ -233,7 +233,7 @@ def analyse_measured(ask: AnalyseMeasured) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print channels, rotation, orders and pressures, whatever there is."""
+    """Print channels, rotation, orders and pressures, as far as available."""
     if "listed" in found.beside:
         _show_channels(found.beside["listed"], found["tachos"])
     if "rotations" in found.beside:
@@ -261,7 +261,7 @@ def _show_channels(measurement: Measurement, found: list[dict[str, Any]]) -> Non
 
 
 def _show_rotations(rotations: list[Rotation]) -> None:
-    """Print the rotation of each place."""
+    """Print the rotation at each measured position."""
     rows = []
     for rotation in rotations:
         told = rotation.summary()
@@ -275,7 +275,7 @@ def _show_rotations(rotations: list[Rotation]) -> None:
 
 
 def _show_orders(entry: dict[str, Any], orders: Any) -> None:
-    """Print where each order of a signal is largest."""
+    """Print the speed at which each order of a signal is largest."""
     unit, teeth = entry["unit"], entry["recurring"]
     scale = 180.0 / math.pi if orders.unit == "rad" else 1.0
     rpm, sizes = orders.speeds / RPM, scale * abs(orders.amplitudes)
@@ -311,7 +311,7 @@ def _show_orders(entry: dict[str, Any], orders: Any) -> None:
 
 
 def _show_pressures(result: list[dict[str, Any]]) -> None:
-    """Print the figures of each cylinder."""
+    """Print the characteristic values of each cylinder."""
     rows = [
         (
             str(one["channel"]),
@@ -343,7 +343,7 @@ def _show_pressures(result: list[dict[str, Any]]) -> None:
 
 
 def _rotations(measurement: Measurement, ask: AnalyseMeasured) -> list[Rotation]:
-    """Rotation of one or two places, with remarks told."""
+    """Rotation at one or two positions; prints remarks."""
     learnt: Any = ask.learn_teeth
     asked = RotationAsked(
         ask.rotation, ask.teeth, ask.missing, ask.level, ask.edge, learnt,
@@ -366,7 +366,7 @@ def _rotations(measurement: Measurement, ask: AnalyseMeasured) -> list[Rotation]
 def _orders(
     measurement: Measurement, rotations: list[Rotation], ask: AnalyseMeasured
 ) -> tuple[list[dict[str, Any]], Any]:
-    """Write and return the orders over speed."""
+    """Orders over speed, which are also written to files if requested."""
     from cranktrain_lab.measured.order_table import write_orders
 
     found = orders_of(
@@ -420,7 +420,7 @@ def _within(error: float | None) -> str:
 
 
 def _pressures(measurement: Measurement, rotations: list[Rotation], ask: AnalyseMeasured) -> list[dict[str, Any]]:
-    """Write and return the cycles of cylinder pressures."""
+    """Cycles of cylinder pressures, which are also written to a file if requested."""
     from cranktrain.engine.file import load_engine
     from cranktrain_lab.measured.order_table import write_trace
     from cranktrain_lab.measured.pressure import statistics

@@ -1,4 +1,4 @@
-"""What the verb ``new`` does with a STEP file: options, engine file, mesh and picture, and what it says."""
+"""The verb ``new`` with a STEP file: options, engine file, mesh and picture, and printed report."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MESH = marked("mesh", "$MeshFormat")
 STATING = ("main_diameter_mm", "pin_diameter_mm", "mains", "pulley_end", "thrust_main", "mesh_size_mm", "cad_unit")
-"""Options that state what a STEP file leaves open."""
+"""Options for data that a STEP file does not contain."""
 
 
 def check_no_step_options(ask: NewEngine) -> None:
@@ -30,7 +30,7 @@ def check_no_step_options(ask: NewEngine) -> None:
 
 
 def step_files(name: str) -> tuple[Path, Path]:
-    """Mesh and picture of an engine's crankshaft."""
+    """Paths of the mesh and the picture of an engine's crankshaft."""
     return Path(f"{name}_crank.msh"), Path(f"{name}_crank.png")
 
 
@@ -72,7 +72,7 @@ def _mm(value: float | None) -> float | None:
 
 
 def step_report(made: StepEngine, name: str) -> dict[str, Any]:
-    """What was found, for people and machines; lengths in mm, angles in deg, volume in cm³."""
+    """Dictionary of the recognised dimensions: lengths in mm, angles in deg, volume in cm³."""
     found, crank = made.found, made.dimensions.crankshaft
     mesh, picture = step_files(name)
     journals = {
@@ -93,7 +93,7 @@ def step_report(made: StepEngine, name: str) -> dict[str, Any]:
 
 
 def show_step(report: dict[str, Any]) -> None:
-    """Print what was found."""
+    """Print the recognised dimensions."""
     for what, kind in (("Main journals", "mains"), ("Pins", "pins")):
         rows = report[kind]
         sizes = ", ".join(sorted({f"{row['diameter_mm']:.2f} x {row['width_mm']:.2f}" for row in rows}))

@@ -1,4 +1,4 @@
-"""The verb ``optimize``: the variant of an engine with the least of one output, under limits of others."""
+"""The verb ``optimize``: variant of an engine that minimises one output within limits on others."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class OptimizeFile(StudyRun):
 
 @verb(OptimizeFile, DESCRIPTION, FILE)
 def optimize_file(path: str | Path, ask: OptimizeFile) -> VerbResult:
-    """Search, and write the engine file."""
+    """Search the optimum, and write its engine file."""
     from cranktrain_lab.variants.study import load_study
 
     study = load_study(path)
@@ -53,7 +53,7 @@ def optimize_file(path: str | Path, ask: OptimizeFile) -> VerbResult:
 
 
 def check_engine_file(study: Study, path: str | Path | None) -> Path | None:
-    """Place of the engine file; ``InputError`` where it exists, or where the study is of no engine."""
+    """Path of the engine file; ``InputError`` if it exists already, or if the study has no engine."""
     if path is None:
         return None
     if study.engine is None:
@@ -64,7 +64,7 @@ def check_engine_file(study: Study, path: str | Path | None) -> Path | None:
 
 
 def found_optimum(study: Study, folder: Path, means: Means, target: Path | None) -> dict[str, Any]:
-    """The optimum as a report, its engine written."""
+    """Report of the optimum; also writes the engine file."""
     from cranktrain_lab.variants.optimum import find_optimum
 
     try:
@@ -79,7 +79,7 @@ def found_optimum(study: Study, folder: Path, means: Means, target: Path | None)
 
 
 def report(study: Study, found: Optimum) -> dict[str, Any]:
-    """What was found; values in SI, outputs in engineers' units."""
+    """Report of the optimum: values in SI, outputs in engineering units."""
     from cranktrain_lab.variants.results.figures import shown_unit
     from cranktrain_lab.variants.study import output_unit
 
@@ -105,7 +105,7 @@ def report(study: Study, found: Optimum) -> dict[str, Any]:
 
 
 def _write_engine(study: Study, found: Optimum, target: Path) -> None:
-    """Engine file with the values found, which says where they come from."""
+    """Write an engine file with the optimum values, and a note on their origin."""
     from cranktrain.store.whole_file import whole_file
     from cranktrain_lab.variants.models import variant_engine
 
@@ -118,7 +118,7 @@ def _write_engine(study: Study, found: Optimum, target: Path) -> None:
 
 
 def show(said: VerbResult) -> None:
-    """Print the values found, and outputs before and after."""
+    """Print the optimum values, and outputs of the original and the optimum engine."""
     rows = [
         (one["key"], "-" if one["own"] is None else f"{one['own']:.5g}", f"{one['value']:.5g}", f"{one['low']:.5g}",
          f"{one['high']:.5g}", one["unit"], "at a bound" * one["at_bound"])

@@ -1,4 +1,4 @@
-"""The verb ``run-in``: the relief that an engine's shells wear, as a limit or over time."""
+"""The verb ``run-in``: relief of an engine's bearing shells by wear, as a limit or over time."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ OVER_TIME = (
     "history", "table", "plots", "wear_coefficient", "end_gap", "run_in_roughness", "run_in_depth", "increment",
     "alike", "start",
 )  # fmt: skip
-"""Options of wear over time alone."""
+"""Options that apply only to wear over time."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class OverTime(Question):
-    """Wear over time."""
+    """Options for wear over time."""
 
     heading = "wear over time"
     hours: Annotated[float | None, POSITIVE, Option("H", "hours of running")] = None
@@ -111,7 +111,7 @@ class RunIn(OverTime):
 
 @verb(RunIn, DESCRIPTION)
 def run_in(named: str | Path | Engine, ask: RunIn) -> VerbResult:
-    """Wear the shells, and write the engine file."""
+    """Compute the wear of the shells, and write the engine file with their relief."""
     if ask.hours is not None or ask.schedule is not None:
         return _over_time(named, ask)
     given = [name for name in OVER_TIME if getattr(ask, name) is not None]
@@ -126,7 +126,7 @@ def run_in(named: str | Path | Engine, ask: RunIn) -> VerbResult:
 
 
 def answer(engine: str, ask: RunIn) -> VerbResult:
-    """The same; a history is kept where no file is named."""
+    """Run :func:`run_in`; a history over time is written to a file even if none is named."""
     if (ask.hours is not None or ask.schedule is not None) and ask.history is None:
         ask = replace(ask, history=f"{load_engine(engine).name}_wear.h5")
     found: VerbResult = verb_of(run_in).function(engine, ask)
@@ -134,7 +134,7 @@ def answer(engine: str, ask: RunIn) -> VerbResult:
 
 
 def show(found: VerbResult) -> None:
-    """Print the relief found, or the figures of a history, and the files written."""
+    """Print the relief, or the main values of a history, and the written files."""
     if "hours" in found:
         _show(found)
     else:
@@ -195,7 +195,7 @@ def _over_time(named: str | Path | Engine, ask: RunIn) -> VerbResult:
 
 
 def _show(found: dict[str, Any]) -> None:
-    """Print the figures of a history."""
+    """Print the main values of a history."""
     columns = (
         "main",
         "depth / um",

@@ -1,4 +1,4 @@
-"""The verb ``stability``: maps of where methods fail, computed, drawn and explained."""
+"""The verb ``stability``: maps of the limits of stability of methods, with explanations."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Stability(Question):
 
 @verb_alone(Stability, DESCRIPTION)
 def stability(ask: Stability) -> VerbResult:
-    """Compute or read the maps, and draw them."""
+    """Compute the stability maps or read them from the cache, and draw them."""
     from cranktrain.results.figures import check_folder
 
     names = list(dict.fromkeys(ask.map or MAPS))
@@ -85,7 +85,7 @@ def stability(ask: Stability) -> VerbResult:
 
 
 def show(said: VerbResult) -> None:
-    """Print a table of all maps, and what each explains."""
+    """Print a table of all maps, with the explanation of each."""
     from cranktrain_lab.stability.draw import shown_deviation
 
     found = said.beside["shown"]
@@ -100,7 +100,7 @@ def show(said: VerbResult) -> None:
 
 
 def _write_page(path: Path, maps: list[Any], pictures: list[Path]) -> None:
-    """Write the page."""
+    """Write the page with all maps."""
     from cranktrain_lab.stability.draw import page
 
     places = [os.path.relpath(picture, path.parent) for picture in pictures]

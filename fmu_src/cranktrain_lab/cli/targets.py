@@ -1,4 +1,4 @@
-"""What ``identify`` does with a file of targets alone: engine values that meet published frequencies."""
+"""The verb ``identify`` with only a file of targets: calibration of engine values to published frequencies."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cranktrain.results.views.found import VerbResult
 def calibrated(
     named: str | Path | Engine, targets: str | Path, output: str | Path | None, seed: int, evaluations: int
 ) -> VerbResult:
-    """Search the values and write the engine file; the report of a calibration."""
+    """Search the values, and write the engine file. Return the report of the calibration."""
     from cranktrain_lab.calibration import calibrate as study
 
     with labelled_bar("identify") as (tell, follow):
@@ -30,7 +30,7 @@ def calibrated(
 
 
 def show(report: VerbResult) -> None:
-    """Print targets, values found and sensitivities."""
+    """Print targets, calibrated values and sensitivities."""
     keys = [p["key"] for p in report["parameters"]]
     rows = [
         (

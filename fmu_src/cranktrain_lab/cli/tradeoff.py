@@ -1,4 +1,4 @@
-"""The verb ``tradeoff``: what each choice of method, level and resolution costs, and how far it is off."""
+"""The verb ``tradeoff``: cost and error of each choice of method, level and resolution."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class TradeOff(Question):
 
 @verb_alone(TradeOff, DESCRIPTION)
 def tradeoff(ask: TradeOff) -> VerbResult:
-    """Measure, and write the files."""
+    """Measure errors and costs, and write the files."""
     from cranktrain.core.errors import InputError
     from cranktrain.results.figures import check_folder
     from cranktrain.structure.fem.factor import one_thread
@@ -87,7 +87,7 @@ def tradeoff(ask: TradeOff) -> VerbResult:
 
 
 def show(said: VerbResult) -> None:
-    """Print the Pareto fronts, which choice to take, and the files."""
+    """Print the Pareto fronts, the recommended choices, and the files."""
     for scene in said.beside.get("scenes", ()):
         points = [one for one in said.beside["points"] if one.pareto and one.parameters["scene"] == scene.name]
         header = ("choice", "error against", "s/s", "torsion", "axial", "film")
@@ -98,7 +98,7 @@ def show(said: VerbResult) -> None:
 
 @contextmanager
 def _counted() -> Iterator[tuple[Callable[[str], None], Callable[[float], None]]]:
-    """A bar with what is at work; an interrupt says how many runs are kept."""
+    """Show a progress bar with the current run; the message of an interrupt gives the number of finished runs."""
     measured = 0
     try:
         with labelled_bar("tradeoff") as (say, advance):

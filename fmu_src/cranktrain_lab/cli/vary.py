@@ -1,4 +1,4 @@
-"""The verb ``vary``: many variants of an engine by a design, kept one by one, with percentiles and sensitivities."""
+"""The verb ``vary``: many variants of an engine by a design of experiments, with percentiles and sensitivities."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FILE = Subject("study", "STUDY.toml", "path of a study .toml file")
 
 @dataclass(frozen=True, kw_only=True)
 class StudyRun(Question):
-    """How a study is run."""
+    """Options for the run of a study."""
 
     workers: words.Workers | None = None
     scheduler: Annotated[
@@ -49,7 +49,7 @@ class StudyRun(Question):
 
     @property
     def means(self) -> Means:
-        """How a study is run, for what runs it."""
+        """Options in the form that the run of the study takes."""
         from cranktrain_lab.variants.running import Means
 
         return Means(self.workers, self.scheduler, self.anew)
@@ -67,7 +67,7 @@ class VaryFile(StudyRun):
 
 @verb(VaryFile, DESCRIPTION, FILE)
 def vary_file(path: str | Path, ask: VaryFile) -> VerbResult:
-    """Run the variants that the folder does not hold, and say what all of them show."""
+    """Run the variants that the folder lacks, and report all of its variants."""
     from cranktrain_lab.variants.study import load_study
 
     study = load_study(path)
@@ -80,7 +80,7 @@ def vary_file(path: str | Path, ask: VaryFile) -> VerbResult:
 
 
 def found_variants(study: Study, folder: Path, means: Means) -> tuple[Variants, Outcome]:
-    """Variants of a study, run under a bar; whatever ends it early, say what the folder keeps."""
+    """Run the variants of a study with a progress bar; if it ends early, the message gives the finished variants."""
     from cranktrain_lab.variants.results.variants import Variants
     from cranktrain_lab.variants.running import Outcome, run_variants
 
@@ -105,7 +105,7 @@ def found_variants(study: Study, folder: Path, means: Means) -> tuple[Variants, 
 
 
 def under_bar(title: str, work: Callable[[Callable[[str], None], Callable[[str, float], None]], Any]) -> Any:
-    """Do work that tells of stages, and of text and share; lines no oftener than every 5 % where there is no bar."""
+    """Do work with a progress bar for its stages, texts and fractions; without a terminal a line for every 5 %."""
     with labelled_bar(title) as (tell_stage, advance):
         last = -1.0
 
@@ -120,7 +120,7 @@ def under_bar(title: str, work: Callable[[Callable[[str], None], Callable[[str, 
 
 
 def report(variants: Variants, outcome: Outcome) -> dict[str, Any]:
-    """What the variants say, in engineers' units."""
+    """Report of the variants in engineering units."""
     import numpy as np
 
     from cranktrain_lab.variants.results.figures import shown_unit
@@ -153,7 +153,7 @@ def _counted(reasons: Any) -> dict[str, int]:
 
 
 def show(said: VerbResult) -> None:
-    """Print percentiles, failures and the front."""
+    """Print percentiles, failures and the Pareto front."""
     variants: Variants = said.beside["variants"]
     header = ("output", "unit", "5 %", "50 %", "95 %", "depends on")
     show_rows(f"{said['engine']}: {said['variants']} variants, {variants.about['method']}", header, variants.rows)

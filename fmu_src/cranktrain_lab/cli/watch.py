@@ -68,7 +68,7 @@ class Watch(Question):
 
 @verb(Watch, DESCRIPTION)
 def watch(named: str | Path | Engine, ask: Watch) -> VerbResult:
-    """Watch."""
+    """Compare recordings with those of the healthy engine, and rank the defects that explain the change."""
     from cranktrain_lab.watch import watch as study
 
     chosen = study.Request(
@@ -81,7 +81,7 @@ def watch(named: str | Path | Engine, ask: Watch) -> VerbResult:
 
 
 def show(report: VerbResult) -> None:
-    """Print the causes, the likeliest first."""
+    """Print the possible causes, the most likely first."""
     rows = [
         (
             row["defect"], f"{row['statistic']:.3g}", f"{row['severity']:.2f}", f"{100.0 * row['probability']:.0f} %",

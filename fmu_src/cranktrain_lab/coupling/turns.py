@@ -168,7 +168,7 @@ class Turns:
             first = end
 
     def weigh(self, weights: Sequence[float]) -> None:
-        """Set weights of the means over the next step: of the new value, then of earlier communication points."""
+        """Set the weights with which the next step averages an input: for its new value, then for earlier points."""
         self._control[at.OLDER] = len(weights) - 1
         self._numbers[at.NEW_WEIGHT : at.NEW_WEIGHT + len(weights)] = weights
 

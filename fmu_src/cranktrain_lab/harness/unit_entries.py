@@ -1,4 +1,4 @@
-"""Parsing of units in harness files, with FMU files or what to build, and start values."""
+"""Parsing of the FMUs (units) of a harness file: each is a file or a product to build, and has start values."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ def _unmeasured(order: float, speeds: Array) -> Strand:
 
 
 def _bias(comparison: Comparison, name: str, strands: Sequence[Strand], own: Sequence[NDArray[np.complex128]]) -> Bias:
-    """Return covariance parameters for further orders, if possible the parameters of the first set of rotation."""
+    """Return noise and bias assumed for further orders: those of the first set of rotation, if measured."""
     sizes = [float(np.sqrt(np.mean(np.abs(a) ** 2))) for one, a in zip(strands, own, strict=True) if one.name == name]
     noise, rotation = NOISE * max(sizes), _rotation(comparison)
     span = float(np.ptp(np.concatenate([one.speeds for one in strands])))

@@ -1,4 +1,4 @@
-"""Cases of levels, their reference runs with an error estimate, and entries of every integrator at one level."""
+"""Study of integrators at a fidelity level: the cases to run, the reference runs with their error, and all results."""
 
 from __future__ import annotations
 

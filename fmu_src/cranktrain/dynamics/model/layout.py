@@ -75,7 +75,7 @@ def damper_row(model):
 
 @inlined_kernel
 def term_row(model):
-    """First row of connections whose components are sums of terms; those of all rows before it are ports."""
+    """First row of connections that act by sums of terms, not directly at ports as all connections before them do."""
     return int(model.layout[at.TERM_ROW])
 
 

@@ -94,10 +94,11 @@ def external_force(model, frame, displaced, out):
 def port_forces(model, work, frame, pressures, c_q, c_v):
     """Forces at all ports and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
-    These are the rows U, UD, UDD, FORCES of ``work.port``; U_Q, U_V and U_FREE hold Q, V and the displacement without
-    forces of the ports where pistons are guided. Moments of displaced forces and film friction act at the rotations of
-    journals and pins; the Newton matrix omits their tangents. ``pressures`` (c,) are set to those at the cylinders' own
-    angles. Returns 0, or a status if a law failed.
+    Calls the laws of bearings, the rods with the gas on their pistons, and the laws of added connections. Displacement,
+    velocity, acceleration and forces are the rows U, UD, UDD, FORCES of ``work.port``, tangents are in ``work.blocks``.
+    U_Q, U_V and U_FREE hold Q, V and the displacement without forces of the ports where pistons are guided. Moments of
+    displaced forces and film friction act at the rotations of journals and pins; the Newton matrix omits their
+    tangents. ``pressures`` (c,) are set to those at the cylinders' own angles. Returns 0, or a status if a law failed.
     """
     ratio = c_v / c_q
     u = work.port[at.U]
@@ -137,7 +138,10 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
 
 @kernel
 def law_force(model, work, frame, k, ratio):
-    """Forces and tangents of connection k at the relative motion of its ports. Return 0, or a failure status."""
+    """Evaluate the law of connection k, and write its forces to its ports, its tangents to ``work.blocks[k]``.
+
+    Returns 0, or a failure status.
+    """
     row = model.connections[k]
     laws = model.laws
     place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
@@ -150,7 +154,7 @@ def law_force(model, work, frame, k, ratio):
 
 @inlined_kernel
 def journal_force(model, work, frame, k, ratio):
-    """Forces and tangents of connection k with only one or two pairs of components; a faster path for journals.
+    """Do what :func:`law_force` does for a connection with only one or two pairs of components; faster for journals.
 
     By :func:`law_force` a cycle of the six-cylinder engine at ``impedance`` takes 2 % longer.
     """

@@ -423,7 +423,7 @@ def follow_step(model, work, stage):
 
 @kernel
 def recover(model, work, stage):
-    """Write the modal motion of the stage to ``work.stage[number]``, from the forces at its ports.
+    """Write the modal motion of all bodies in the stage to ``work.stage[number]``, from the forces at their ports.
 
     Returns True if the terms by the difference of the frame's speed from Ω₀ have converged.
     """

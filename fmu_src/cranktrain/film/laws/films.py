@@ -2,7 +2,9 @@
 
 A journal is described by the displacement (x, y) of its middle and the displacement (a, b) of its end at ζ = 1 against
 the middle, m, with velocities in space, in the axes of a frame. The forces on these four are (F_x, F_y, Q_x, Q_y), N,
-with Q = ∫ ζ dF. A law without tilt has zero moments.
+with Q = ∫ ζ dF. A law without tilt has zero moments. For any other connection the four are components of the motion of
+its first end relative to its second end (:class:`cranktrain.dynamics.topology.pieces.Piece`), and forces act on the
+first end.
 
 A law is a kernel ``law(record, action, i, place, velocity, numbers, memory, out) -> status``. Its data and memory are
 in a record of its own. These actions exist for every law:

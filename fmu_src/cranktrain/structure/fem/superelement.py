@@ -208,7 +208,7 @@ def _sliced(
 
 
 def _slice_moments(felt: Array) -> Array:
-    """Moments (4, 4) of the rigid slice closest to a node's part (6, 6) of M in rigid acceleration."""
+    """Mass moments (4, 4) of the rigid slice that best fits the inertia forces (6, 6) of a node in rigid motion."""
     moments = np.zeros((4, 4))
     moments[0, 0] = np.trace(felt[:3, :3]) / 3.0
     moments[0, 1:] = moments[1:, 0] = 0.5 * (_axial(felt[3:, :3]) - _axial(felt[:3, 3:]))

@@ -1,8 +1,9 @@
 """Block, mounts and piston guidance of a new engine, so that it runs with ``--block flexible``.
 
-Walls and thicknesses are those of the shipped in-line six over its bore (:data:`WALL` and so on), less where the
-cylinders stand closer; heights follow from crank and rod. Mounts are four rubber springs, as stiff as gives the mass on
-them the frequencies of :data:`MOUNT_HZ`; the mass is that of the block's plates and boxes, heads and moving parts.
+Walls have the same ratio to the bore as those of the shipped in-line six (:data:`WALL` and others), and are thinner if
+the cylinders stand closer. Heights follow from crank and rod. The mounts are four rubber springs. Their stiffness gives
+the engine the natural frequencies :data:`MOUNT_HZ`. Its mass is that of the block's plates, the heads and the moving
+parts.
 """
 
 from __future__ import annotations

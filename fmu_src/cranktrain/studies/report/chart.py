@@ -1,4 +1,4 @@
-"""Curves as inline SVG that prints; where scripts run, the page reads values out under the pointer."""
+"""Charts as inline SVG, which can be printed; with scripts the page shows the values at the pointer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WIDTH, HEIGHT = 680, 360
 LEFT, RIGHT, TOP, BOTTOM = 72, 660, 14, 308
 COLOURS = ("#1f5a94", "#d9822b", "#3b8f3b", "#b5373b", "#7b52ab", "#5f6b73", "#c2459a", "#1b9aa0")
 NAMED = 7
-"""Curves that a chart names; the others are thin and grey."""
+"""Largest number of curves with a name and colour in a chart; all others are thin and grey."""
 GREY = "#b9c0c8"
 MEASURED = "measured"
 MAP_COLOURS = ((255, 255, 255), (205, 225, 240), (107, 174, 214), (33, 113, 181), (8, 48, 107), (60, 0, 60))
@@ -30,21 +30,21 @@ _MORE = {
     "others": f"<i style='background:{GREY}'></i>",
     MEASURED: "<i style='width:.6em;height:.6em;border:.1em solid #444e5a;border-radius:50%'></i>",
 }
-"""What stands before the names of things that have no colour of their own."""
+"""Text before names that have no colour of their own."""
 
 
 class Axis(NamedTuple):
-    """Quantity along an axis, with its unit, and the ends of what is shown."""
+    """Axis of a chart: quantity, unit, and range."""
 
     label: str
     low: float
     high: float
     step: float = 0.0
-    """Distance of the numbers; 0 leaves it open."""
+    """Distance between numbers along the axis; 0: chosen automatically."""
     log: bool = False
 
     def ticks(self) -> list[float]:
-        """Round values along the axis, about six; decades of a logarithmic one."""
+        """About six round values along the axis; powers of ten on a logarithmic axis."""
         if self.log:
             first, last = (math.log10(end) for end in (self.low, self.high))
             return [10.0**k for k in range(math.ceil(first - 1e-9), math.floor(last + 1e-9) + 1)]
@@ -57,16 +57,16 @@ class Axis(NamedTuple):
 
 
 class Switches(NamedTuple):
-    """Chart of amplitudes that the reader can show peak to peak or on a logarithmic scale, and how it stands first."""
+    """Switches of a chart of amplitudes, logarithmic scale and peak to peak, with their first positions."""
 
     log: bool = False
     peak_to_peak: bool = False
 
 
 LARGEST, LEAST = 1e300, 1e-290
-"""Largest value that is drawn, and least range of an axis: within them no place on the paper overflows."""
+"""Largest value that is drawn, and least range of an axis, so that no coordinate overflows."""
 DECADES = 3.0
-"""Range of a logarithmic scale of amplitudes below the largest."""
+"""Range (decades) of a logarithmic scale of amplitudes below the largest one."""
 
 
 def line_chart(
@@ -80,16 +80,16 @@ def line_chart(
     switches: Switches | None = None,
     named: int = NAMED,
 ) -> str:
-    """A figure of curves (n,) over x (n,), increasing; the first ``named`` in colours, in the order given.
+    """Figure of curves (n,) over x (n,), increasing; the first ``named`` curves have colours.
 
     Parameters
     ----------
-    title : caption, and what the picture is for those who do not see it
+    title : caption, and alternative text of the picture
     labels : of both axes, with units
-    step : of the numbers along x; 0 leaves it open
-    colours : of the curves that are named
-    points : measured x (k,) and y (k,) of curves, by their names, and half widths (k,) of their bands where known
-    switches : of a chart of amplitudes, zero to peak, which the label along y says; None: has none
+    step : distance between numbers along x; 0: chosen automatically
+    colours : of the named curves
+    points : measured x (k,) and y (k,) by the names of curves, and half widths (k,) of their bands if known
+    switches : for a chart of amplitudes, zero to peak, as the label along y must say; None: without switches
     """
     curves = {name: drawable(y) for name, y in curves.items()}
     within = {name: _within(x, *map(drawable, measured)) for name, measured in points.items()}
@@ -118,7 +118,7 @@ def _curves(
     colours: Sequence[str],
     named: int,
 ) -> list[str]:
-    """Curves, the first ``named`` on top, and measured points."""
+    """SVG of curves, the first ``named`` ones on top, and of measured points."""
     parts = []
     for k, (name, y) in reversed(list(enumerate(curves.items()))):
         colour, thickness = (colours[k], 1.8) if k < named else (GREY, 0.8)
@@ -150,9 +150,9 @@ def bar_chart(
     labels: tuple[str, str],
     points: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
 ) -> str:
-    """A figure of groups of bars (n,) at even places x (n,), up to ``NAMED`` a group; ``labels`` as of lines.
+    """Figure of groups of bars (n,) at evenly spaced x (n,), at most ``NAMED`` in a group; ``labels`` as for lines.
 
-    ``points``: measured values (n,) and half widths (n,) of bands beside bars, by their names; NaN where there is none.
+    ``points``: measured values (n,) and half widths (n,) of bands next to bars by name; NaN without a value.
     """
     pitch = float(x[1] - x[0])
     across = Axis(labels[0], float(x[0]) - pitch, float(x[-1]) + pitch, 2.0 * pitch)
@@ -183,9 +183,9 @@ def bar_chart(
 
 
 def map_chart(title: str, x: Array, y: Array, values: Array, labels: tuple[str, str, str]) -> str:
-    """A figure of values (m, n) as colours over places x (n,) and y (m,), both even and increasing.
+    """Figure of values (m, n) as colours over x (n,) and y (m,), both increasing at even distances.
 
-    Colours are logarithmic over ``DECADES`` below the largest value; what is not a number is white. ``labels`` are
+    Colours are logarithmic over ``DECADES`` below the largest value; NaN is white. ``labels`` are
     those of the axes and of the values, with units.
     """
     half_x, half_y = (0.5 * float(places[1] - places[0]) for places in (x, y))
@@ -216,7 +216,7 @@ def map_chart(title: str, x: Array, y: Array, values: Array, labels: tuple[str, 
 
 
 def _png(pixels: NDArray[np.uint8]) -> bytes:
-    """A picture of pixels (h, w, 3), the first row on top, as a PNG file (ISO/IEC 15948)."""
+    """PNG file (ISO/IEC 15948) of pixels (h, w, 3), with the first row on top."""
     height, width, _ = pixels.shape
     rows = np.hstack([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)]).tobytes()
     chunks = (
@@ -239,9 +239,9 @@ def _figure(
     more: Sequence[str] = (),
     switches: Switches | None = None,
 ) -> str:
-    """A figure with the key of its colours and what the page's script reads out; ``more``: what is in it besides.
+    """HTML figure with a legend and the values that the page's script shows; ``more`` is additional HTML.
 
-    Of ``switches`` the second drawing is the logarithmic one, and curves can be chosen in the key.
+    With ``switches`` the second drawing is the logarithmic one, and curves can be chosen in the legend.
     """
     keys = "".join(
         _key(k, colour, name, switches is not None)
@@ -269,7 +269,7 @@ def _figure(
 
 
 def _key(number: int, colour: str, name: str, chosen: bool) -> str:
-    """Name of a curve with its colour; where curves are ``chosen``, with a box to show or hide it."""
+    """Legend entry of a curve with its colour; with ``chosen``, with a box to show or hide the curve."""
     text = f'<i style="background:{colour}"></i>{html.escape(name)}'
     if not chosen:
         return f"<span>{text}</span>"
@@ -277,7 +277,7 @@ def _key(number: int, colour: str, name: str, chosen: bool) -> str:
 
 
 def _switches(state: Switches) -> str:
-    """Boxes that turn the scale and the kind of amplitude."""
+    """Check boxes for the scale and the kind of amplitude."""
     boxes = (("to-pp", "peak to peak", state.peak_to_peak), ("to-log", "logarithmic", state.log))
     return (
         '<div class="switches">'
@@ -289,20 +289,20 @@ def _switches(state: Switches) -> str:
 
 
 def drawable(values: Array) -> Array:
-    """Values with NaN for infinite ones; what is larger than ``LARGEST`` is cut there."""
+    """Values that can be drawn: NaN for infinite ones, limited to ``LARGEST``."""
     values = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(values), np.clip(values, -LARGEST, LARGEST), math.nan)
 
 
 def _ends(curves: Sequence[Array]) -> tuple[float, float]:
-    """Ends of an axis that has zero and all finite values on it; 0 and 1 where there is nothing else."""
+    """Range of an axis with zero and all finite values; 0 to 1 if there are none."""
     values = np.concatenate([np.zeros(1), *curves])
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     return (low, high) if high - low > LEAST else (low, low + 1.0)
 
 
 def _within(x: Array, places: Array, *values: Array) -> tuple[Array, ...]:
-    """Points between the ends of an axis."""
+    """Places within the range of an axis, and the values there."""
     inside = (places >= x[0]) & (places <= x[-1])
     return places[inside], *(each[inside] for each in values)
 
@@ -310,7 +310,7 @@ def _within(x: Array, places: Array, *values: Array) -> tuple[Array, ...]:
 def _band(
     words: str, colour: str, across: Axis, up: Axis, place: float, value: float, half: float = math.nan
 ) -> list[str]:
-    """Line through a measured point from end to end of its band, where that is known."""
+    """Line through a measured point along its band; empty if the band is unknown."""
     if not half > 0.0:
         return []
     at, low, high = _x(across, place), _y(up, max(value - half, up.low)), _y(up, min(value + half, up.high))
@@ -318,7 +318,7 @@ def _band(
 
 
 def _frame(across: Axis, up: Axis, both: bool = False) -> list[str]:
-    """Grid, numbers and labels; ``both``: those along y zero to peak, and twice as large peak to peak."""
+    """Grid, numbers and labels; ``both``: numbers along y for zero to peak, and doubled for peak to peak."""
     kinds = (("zp", 1.0), ("pp", 2.0)) if both else (("", 1.0),)
     parts = []
     for tick in across.ticks():

@@ -11,17 +11,17 @@ from cranktrain.results.tables import Table
 
 
 def paragraph(text: str) -> str:
-    """A paragraph of plain text."""
+    """HTML paragraph of plain text."""
     return f"<p>{html.escape(text)}</p>"
 
 
 def link(text: str, place: str) -> str:
-    """A link to a place."""
+    """HTML link with a text to an address."""
     return f'<a href="{html.escape(place)}">{html.escape(text)}</a>'
 
 
 def table(content: Table) -> str:
-    """A table of texts without empty columns; columns of words stand to the left, of numbers to the right."""
+    """HTML of a table of texts without empty columns; words are aligned left, numbers right."""
     told = told_columns(content.header, content.rows)
     header, *rows = ([row[k] for k in told] for row in (content.header, *content.rows))
     words = ["" if all(map(_numeric, column)) else ' class="words"' for column in zip(*rows, strict=True)]
@@ -38,7 +38,7 @@ def table(content: Table) -> str:
 
 
 def _numeric(text: str) -> bool:
-    """Whether a cell is a number, with or without a per cent sign, or a dash for none."""
+    """True if a cell is a number, with or without a per cent sign, or a dash."""
     try:
         float(text.removesuffix("%").strip() or "0")
     except ValueError:
@@ -47,7 +47,7 @@ def _numeric(text: str) -> bool:
 
 
 def picture(png: bytes, words: str) -> str:
-    """A picture, inside the page."""
+    """HTML of a picture that is embedded in the page, with its caption."""
     source = base64.b64encode(png).decode("ascii")
     said = html.escape(words)
     return f'<figure><img alt="{said}" src="data:image/png;base64,{source}"><figcaption>{said}</figcaption></figure>'

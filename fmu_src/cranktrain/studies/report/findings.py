@@ -1,4 +1,4 @@
-"""Input of a report: frequencies and torsion are computed here, others are read from files of other verbs."""
+"""Contents of a report: frequencies and torsion are computed here, all other results read from files of other verbs."""
 
 from __future__ import annotations
 
@@ -33,32 +33,32 @@ from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHES
 
 ORDERS = tuple(np.arange(0.5, HIGHEST_ORDER + 0.25, 0.5).tolist())
 BEYOND = 7.0 / 6.0
-"""Last speed of the torsional run-up over the engine's highest."""
+"""Ratio of the last speed of the torsional run-up to the engine's highest speed."""
 STEPS, QUICK_STEPS = 200, 100
-"""Number of steps of the torsional run-up, about, and of a quick one."""
+"""Approximate number of speed steps of the torsional run-up, and of a quick one."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What a report is asked for, in the user's own words.
+    """Request of a report, as the user stated it.
 
     Attributes
     ----------
     name : of a shipped engine, or path of an engine file
-    run_up : file of ``cranktrain runup`` of the same engine; None: ``ENGINE_runup.h5`` of a folder. That with the
-        damper is ``ENGINE_runup_damped.h5`` of a folder
-    folders : in which pictures and results of other verbs are looked for; the first that has one gives it
-    quick : fewer speeds, linear, without the damping that the torsional crank has from the level above, and frequencies
-        on ground alone
+    run_up : file of ``cranktrain runup`` of the same engine; None: ``ENGINE_runup.h5`` in a folder. The run-up with the
+        damper is ``ENGINE_runup_damped.h5`` in a folder
+    folders : searched in this order for pictures and results of other verbs
+    quick : True for fewer speeds, a linear torsional crank without the damping inherited from the level above, and
+        frequencies on ground only
     measured : file of measured orders (:mod:`cranktrain.results.orders.measured`)
-    speeds_rpm : first and last speed, rev/min; None: those of the engine and a sixth beyond
+    speeds_rpm : first and last speed, rev/min; None: the engine's range, extended by a sixth
     load : fraction of the full-load burn
     running : options of the verbs that run the engine: its drive line, its pressures, its load
     again : further options of the report
-    orders : that charts show; empty: the strongest
-    log, peak_to_peak : how charts of amplitudes stand first, on a logarithmic scale (None: where resonances are small
-        beside the largest amplitude) and peak to peak
-    makes : whether the commands of missing sections are run
+    orders : orders in the charts; empty: the strongest ones
+    log, peak_to_peak : first state of charts of amplitudes: logarithmic scale (None: if resonances are small compared
+        with the largest amplitude), peak to peak
+    makes : True if the commands of missing sections are run
     """
 
     name: str
@@ -77,7 +77,7 @@ class Asked:
 
     @property
     def command(self) -> str:
-        """The command of this report, to be pasted into a shell."""
+        """Shell command that makes this report."""
         return shlex.join(["cranktrain", "report", self.name, *self.running, *self.again])
 
 
@@ -91,27 +91,27 @@ class Torsion:
 
 @dataclass(frozen=True)
 class Findings:
-    """Contents of a report; what is not made yet is None.
+    """Contents of a report; None for contents that do not exist yet.
 
     Attributes
     ----------
     asked : what the user asked for
     engine : the engine
     origins : every value of its file: key, value, unit, origin, note
-    modes : what ``cranktrain modal --json`` prints
+    modes : output of ``cranktrain modal --json``
     torsion : run-up of the torsional crank in the frequency domain, without damper
-    damped : the same with the engine's damper, None where it has none
-    run_up : a run-up of any level that the user gave or a folder holds, None where there is none
+    damped : the same with the engine's damper; None without a damper
+    run_up : run-up of any level, from the user or a folder; None if there is none
     damped_run_up : likewise, with the engine's damper
-    fatigue : what ``cranktrain fatigue --output`` wrote into a folder, None where there is none
-    measured : measured orders that the user gave; empty where there are none
+    fatigue : result of ``cranktrain fatigue --output`` in a folder; None if there is none
+    measured : measured orders from the user; may be empty
     pictures : files by name, from the folders that the user gave
     links : titles and places of pages about the methods, as seen from the report
     seconds : wall time by stage
     gas : measured pressures in place of the built-in trace
     date : when the report was begun
     digest : SHA-256 of the engine file, as it was read
-    running : whether sections are still being made
+    running : True while sections are still being made
     """
 
     asked: Asked
@@ -134,7 +134,7 @@ class Findings:
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """Lowest and highest speed that limits are judged at, rad/s: those asked for, or the engine's."""
+        """Lowest and highest speed for the limits, rad/s: as requested, or the engine's."""
         if self.asked.speeds_rpm is None:
             return self.engine.speeds
         return self.asked.speeds_rpm[0] * RPM, self.asked.speeds_rpm[1] * RPM
@@ -161,16 +161,16 @@ def steps(
     gas: Gas | None = None,
     say: Callable[[str], None] = lambda stage: None,
 ) -> Iterator[Findings]:
-    """Contents of a report as they grow: what is read, then with frequencies, with torsion, and with the damper.
+    """Successive contents of a report: from files, then with frequencies, with torsion, and with the damper.
 
     Raises ``InputError`` for an engine, file or folder that cannot be used, ``StoreError`` for a damaged run-up.
 
     Parameters
     ----------
-    asked : what the report is asked for
-    engine : the engine of that name with another drive line; None: as its file has it
+    asked : request of the report
+    engine : the engine of that name with another drive line; None: from its file
     gas : measured pressures in place of the built-in trace
-    say : told each stage
+    say : receives the name of each stage
     """
     engine = engine or load_engine(asked.name)
     if gas is not None:
@@ -202,7 +202,7 @@ def steps(
 
 
 def files_of_verbs(engine: Engine, asked: Asked) -> dict[str, Any]:
-    """The fields of :class:`Findings` that other verbs' files give: run-ups, fatigue, pictures."""
+    """Fields of :class:`Findings` from files of other verbs: run-ups, fatigue, pictures."""
     found = _files(asked.folders, "*.h5")
     paths = {
         "run_up": asked.run_up or found.get(f"{engine.name}_runup.h5"),
@@ -220,9 +220,9 @@ def files_of_verbs(engine: Engine, asked: Asked) -> dict[str, Any]:
 def speed_range(
     engine: Engine, steps: int, speeds_rpm: tuple[float, float] | None = None
 ) -> tuple[float, float, float]:
-    """First and last speed and round step, rev/min, of a run-up in about ``steps``.
+    """First speed, last speed and round step, rev/min, of a run-up in about ``steps`` steps.
 
-    It runs through ``speeds_rpm``, or through the engine's speeds and a sixth beyond.
+    The range is ``speeds_rpm``, or the engine's range extended by a sixth.
     """
     low, high = speeds_rpm or (engine.speeds[0] / RPM, BEYOND * engine.speeds[1] / RPM)
     wanted = (high - low) / steps
@@ -233,7 +233,7 @@ def speed_range(
 
 
 def speed_bounds(engine: Engine, low: float | None, high: float | None) -> tuple[float, float] | None:
-    """Speeds of ``--from`` and ``--to``, rev/min, one by default; None without both; ``InputError`` for no range."""
+    """Range from ``--from`` and ``--to``, rev/min; None without both; ``InputError`` for an empty range."""
     if low is None and high is None:
         return None
     low = engine.speeds[0] / RPM if low is None else low
@@ -247,7 +247,7 @@ def speed_bounds(engine: Engine, low: float | None, high: float | None) -> tuple
 
 
 def at_load(engine: Engine, gas: Gas | None, speed: float, load: float) -> GasTrace:
-    """Trace of a speed (rad/s) whose burn is already scaled by the load, with its mean effective pressure."""
+    """Gas trace at a speed (rad/s) with the burn scaled by the load, and its mean effective pressure."""
     given: Gas = GasTrace.from_engine(engine) if gas is None else gas
     full = given.at(speed, load)
     return full if load == 1.0 else _scaled(engine, full, load)
@@ -262,7 +262,7 @@ def _scaled(engine: Engine, full: GasTrace, load: float) -> GasTrace:
 
 
 def _torsion(engine: Engine, damper: bool, asked: Asked, say: Callable[[str], None], gas: Gas | None) -> Torsion:
-    """Run-up of the torsional crank, its journals locked on their axis."""
+    """Run-up of the torsional crank with its journals locked on their axis."""
     first, last, step = speed_range(engine, QUICK_STEPS if asked.quick else STEPS, asked.speeds_rpm)
     request = Request(speed_rpm=first, crank="torsional", bearings="held", damper=damper, load=asked.load)
     made = assemble(engine, request.settings(engine), say=say, inherit=not asked.quick)
@@ -279,7 +279,7 @@ def _torsion(engine: Engine, damper: bool, asked: Asked, say: Callable[[str], No
 
 
 def _own(engine: Engine, path: str | Path) -> RunUp:
-    """Run-up from a file; refuses one of another engine."""
+    """Run-up from a file; ``InputError`` if it is of another engine."""
     found = RunUp.load(path)
     of = found.attributes.get("engine", engine.name)
     if of != engine.name:
@@ -290,7 +290,7 @@ def _own(engine: Engine, path: str | Path) -> RunUp:
 
 
 def _fatigue(path: Path) -> dict[str, Any]:
-    """Result of ``cranktrain fatigue --output``; ``InputError`` where the file is none."""
+    """Result of ``cranktrain fatigue --output`` from a file; ``InputError`` for any other file."""
     try:
         found = json_of(path.read_text(encoding="utf-8"))
         [(one["safety_factor"], one["name"], one["speed_rpm"]) for one in found["fillets"]]
@@ -305,7 +305,7 @@ def _fatigue(path: Path) -> dict[str, Any]:
 
 
 def _files(folders: Sequence[Path], pattern: str) -> dict[str, Path]:
-    """Files by name; ``InputError`` for a folder that does not exist."""
+    """Paths of files in folders by name; ``InputError`` for a folder that does not exist."""
     found: dict[str, Path] = {}
     for folder in folders:
         if not folder.is_dir():

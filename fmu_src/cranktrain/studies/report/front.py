@@ -1,4 +1,4 @@
-"""First page of a report: the engine, the verdict against its limits, and what the report was made with."""
+"""First page of a report: the engine, the verdict against its limits, and the settings and versions of the report."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cranktrain.studies.torsion.added_orders import not_linear
 
 
 def front(found: Findings) -> list[str]:
-    """Engine, verdict, origin."""
+    """First page: engine, verdict, and origin of the report."""
     all_of = verdicts(found)
     free = free_forces(found.engine, found.speeds[1])
     left = f" Without {', '.join(free['left_out'])}, which are elastic or move with a rod." if free["left_out"] else ""
@@ -80,7 +80,7 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
 
 
 def _articulated(engine: Engine) -> list[tuple[str, str]]:
-    """Strokes and dead centres of pistons on articulated rods, by their true paths, and of which rods they hang."""
+    """Rows on articulated rods: their master rods, and strokes and dead centres by the true paths of the pistons."""
     found = []
     for c, joint in enumerate(engine.articulations):
         if joint is not None:

@@ -1,4 +1,4 @@
-"""The report as one HTML file: no network, no library; it prints, and is read on a telephone."""
+"""The report as one HTML file: without network and libraries, for print, screen and telephone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ REPORT = marked("report of cranktrain", MARK)
 
 
 def page(found: Findings) -> str:
-    """The page's text; while sections are being made it says which are missing."""
+    """Text of the page; while sections are being made, it lists the missing ones."""
     titles = [section.title for section in SECTIONS]
     contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
     body = "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
@@ -31,12 +31,12 @@ def whole_page(kind: str, title: str, contents: str, body: str) -> str:
 
 
 def missing(found: Findings) -> dict[str, str]:
-    """Sections that lack their data, and what makes them."""
+    """Sections without data, and instructions to produce the data."""
     return {section.title: section.remedy(found) for section in SECTIONS if not section.make(found)}
 
 
 def pending(found: Findings) -> list[str]:
-    """Sections that the running command is still to make; none once it has ended by itself."""
+    """Sections that the running command has not made yet; none after its end."""
     if not found.running:
         return []
     makes = found.asked.makes

@@ -40,11 +40,11 @@ class Section(NamedTuple):
     commands: tuple[str, ...] = ()
     six: str = ""
     eight: str = ""
-    """Tables and figures of the reference that it stands beside, of the in-line six and of the V8."""
+    """Tables and figures of the reference thesis for comparison, for the in-line six and for the V8."""
     needs: tuple[str, ...] = ()
 
     def making(self, found: Findings, folder: str) -> list[str]:
-        """Commands that make what the section needs, to be pasted into a shell; none where none does."""
+        """Shell commands that produce the section's data; empty if no command does."""
         engine, asked = found.engine, found.asked
         if self.lacks(engine):
             return []
@@ -74,11 +74,11 @@ class Section(NamedTuple):
         return " && ".join([*self.making(found, folder), f"{asked.command}{shown}"])
 
     def lacks(self, engine: Engine) -> bool:
-        """Whether the engine file has none of the tables that the section needs."""
+        """True if the engine file has none of the tables that the section needs."""
         return bool(self.needs) and all(getattr(engine, name) is None for name in self.needs)
 
     def reference(self, engine: str) -> str:
-        """What of the reference it stands beside; empty for engines that the reference does not have."""
+        """Tables and figures of the reference for comparison; empty for other engines."""
         return {"diesel_i6": self.six, "diesel_v8": self.eight}.get(engine, "")
 
 
@@ -124,7 +124,7 @@ def critical_speeds(found: Findings) -> list[str]:
 
 
 def provenance(found: Findings) -> list[str]:
-    """Every value of the engine file with its origin; what was calibrated stands first."""
+    """Every value of the engine file with its origin; calibrated values come first."""
     rows = [(key, _value(value), unit, origin, note) for key, value, unit, origin, note in found.origins]
     fitted = tuple(row for row in rows if row[3] == "calibrated")
     header = ("value", "", "unit", "origin", "note")
@@ -149,7 +149,7 @@ def run_time(found: Findings) -> list[str]:
 
 
 def peak_memory() -> float | None:
-    """Largest resident memory of this process so far, bytes; None where the system does not tell it (Windows)."""
+    """Largest resident memory of this process so far, bytes; None if the system does not provide it (Windows)."""
     try:
         import resource
     except ImportError:
@@ -159,7 +159,7 @@ def peak_memory() -> float | None:
 
 
 def methods(found: Findings) -> str:
-    """Where to read how accurate the methods are: a property of the package, not of the engine."""
+    """Links to pages on the accuracy of the methods, which belong to the package, not to the engine."""
     ways = [link(title, place) for title, place in found.links.items()]
     made = [f"<code>{command}</code>" for command in ("cranktrain tradeoff", "cranktrain stability")]
     pages = f"Computed here: {', '.join(ways)}. " if ways else ""
@@ -170,7 +170,7 @@ def methods(found: Findings) -> str:
 
 
 def pictures(*shown: tuple[str, str]) -> Callable[[Findings], list[str]]:
-    """Maker of a section of pictures by their file names, each with what it shows."""
+    """Make a function for a section of pictures, from file names and captions."""
 
     def make(found: Findings) -> list[str]:
         there = [
@@ -182,7 +182,7 @@ def pictures(*shown: tuple[str, str]) -> Callable[[Findings], list[str]]:
 
 
 def films_over_speed(found: Findings) -> list[str]:
-    """Bearings over the speed, and how far the grid of elastic films may be off there."""
+    """Bearings over the speed, and the error by the grid of elastic films there."""
     parts = _BEARING_PICTURES(found)
     levels = {} if found.run_up is None else found.run_up.attributes
     law, block = LAWS.get(str(levels.get("bearings"))), str(levels.get("block"))
@@ -210,7 +210,7 @@ DAMPED = (
     "--output {stem}_runup_damped.h5"
 )
 PLOTS = "cranktrain plot {stem}_runup.h5 --engine {engine}{both} --plots {folder}"
-"""Commands that make what sections show. They have the words of :meth:`Section.making`: the engine as it was named,
+"""Commands that produce the data of sections, with the fields of :meth:`Section.making`: the engine as it was named,
 folder, folder with the engine's name, range of speeds, highest speed, options of gas and load, level of the big ends,
 and the run-up with the damper."""
 FILMS = ("main_bearing", "big_end_bearing")

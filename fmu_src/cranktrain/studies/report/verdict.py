@@ -1,4 +1,4 @@
-"""Verdict of a report: what was found beside the limits that the engine file states."""
+"""Verdict of a report: results compared with the limits in the engine file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from cranktrain.results.tables import Table
 from cranktrain.studies.report.findings import Findings
 
 SAFE = 1.0
-"""Safety factor at which a place just lasts, by definition."""
+"""Least permissible safety factor, 1 by definition."""
 ROUNDING = 1e-6
 """Relative tolerance at the ends of the speeds."""
 DAMPER_HEAT = "damper.heat"
@@ -32,10 +32,10 @@ _FATIGUE = "Fatigue of the crankshaft"
 
 
 class Verdict(NamedTuple):
-    """A quantity with its limit, both in ``unit``; None where it was not computed or has no limit.
+    """Quantity with its limit, both in ``unit``; None if it was not computed or has no limit.
 
-    ``where`` tells speed or place of the value, or which section of the report would give it. ``key`` is that of the
-    engine file. ``least`` says that the value must not be below its limit, else not above.
+    ``where`` is the speed or place of the value, or the section of the report that would give it. ``key`` is the key of
+    the limit in the engine file. ``least`` is True for a lower limit, False for an upper limit.
     """
 
     what: str
@@ -57,12 +57,12 @@ class Verdict(NamedTuple):
 
 
 def verdicts(found: Findings) -> list[Verdict]:
-    """All quantities that an engine file can state a limit for, as far as its parts are there."""
+    """All quantities for which an engine file can state a limit, if the engine has the part."""
     return [one for of in (_vibration, _running, _damper, _fatigue, _bearings) for one in of(found)]
 
 
 def verdict_table(all_of: list[Verdict]) -> Table:
-    """The verdicts as texts."""
+    """Table of the verdicts as texts."""
     header = ("quantity", "found", "limit", "unit", "verdict", "where", "stated by")
     rows = tuple(
         (one.what, _text(one.value), _text(one.limit), one.unit, one.said, _where(one), one.key) for one in all_of
@@ -71,7 +71,7 @@ def verdict_table(all_of: list[Verdict]) -> Table:
 
 
 def verdict_text(all_of: list[Verdict]) -> str:
-    """Number of limits that are kept, broken, missing or not judged, in a sentence."""
+    """Sentence with the numbers of limits that are kept, exceeded, missing or not judged."""
     counts = {said: sum(one.said == said for one in all_of) for said in (KEPT, BROKEN, NO_LIMIT, NOT_COMPUTED)}
     broken = [one.what for one in all_of if one.said == BROKEN]
     stated = sum(one.limit is not None for one in all_of)
@@ -86,7 +86,7 @@ def verdict_text(all_of: list[Verdict]) -> str:
 
 
 def _vibration(found: Findings) -> Iterator[Verdict]:
-    """Torsion of the pulley and twist, with the damper where the engine has one, within the engine's speeds."""
+    """Torsion of the pulley and twist within the engine's speeds, with the damper if the engine has one."""
     limits, made = found.engine.limits or Limits(), found.torsion if found.engine.damper is None else found.damped
     for what, key, against in (
         ("torsion of the pulley, half of peak to peak", "pulley_torsion", ()),
@@ -103,7 +103,7 @@ def _vibration(found: Findings) -> Iterator[Verdict]:
 
 
 def _judged(found: Findings, speeds: Array) -> NDArray[np.intp]:
-    """Rows of the speeds (s,) rad/s that limits are judged at; all where none is."""
+    """Rows of the speeds (s,), rad/s, within the range for limits; all rows if none is within it."""
     low, high = found.speeds
     own = np.flatnonzero((speeds >= (1.0 - ROUNDING) * low) & (speeds <= (1.0 + ROUNDING) * high))
     return own if own.size else np.arange(speeds.size)
@@ -139,7 +139,7 @@ def _damper(found: Findings) -> Iterator[Verdict]:
 
 
 def _fatigue(found: Findings) -> Iterator[Verdict]:
-    """Least safety factor of the fillets, and acceptability by the rule where it judges the crank."""
+    """Least safety factor of the fillets, and acceptability by the rule if it applies to the crank."""
     if found.engine.crank_strength is None:
         return
     factor, rule, key = "least safety factor of the crankshaft", "acceptability by IACS UR M53", "crank_strength"
@@ -190,12 +190,12 @@ def _bearings(found: Findings) -> Iterator[Verdict]:
 
 
 def _stated(limit: float) -> float | None:
-    """A limit, or None for the 0 of one that is not given."""
+    """Limit, or None for 0, which stands for a limit that is not given."""
     return limit or None
 
 
 def _where(one: Verdict) -> str:
-    """Place of a value, or the section that would give it."""
+    """Speed or place of a value, or the section that would give the value."""
     return one.where if one.value is not None else f"see “{one.where}”"
 
 

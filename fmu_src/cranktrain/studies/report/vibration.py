@@ -36,18 +36,18 @@ from cranktrain.studies.report.findings import Asked, Findings, Torsion
 from cranktrain.studies.run_up.report import closing_text
 
 NEXT = 0.12
-"""Relative difference of speed below which cycles of another speed are not shown."""
+"""Relative difference below which two speeds count as neighbours; only one of their cycles is shown."""
 SHOWN_CYCLES = 4
-"""Speeds whose cycle is drawn."""
+"""Largest number of speeds whose cycles are drawn."""
 SAMPLES, MARKS = 720, 48
-"""Points of a curve over a cycle, and of a measured one."""
+"""Number of points of a computed curve over a cycle, and of a measured one."""
 LEAST_UM = 1e-6
-"""Axial motion below this is none: an engine on ground does not move."""
+"""Axial motion below this counts as zero, as for an engine on ground."""
 MAP_COLUMNS, MAP_ROWS = 240, 200
-"""Pixels of a colour map."""
+"""Number of pixels of a colour map."""
 ALL_ORDERS = "all orders, half of peak to peak"
 HIGHEST_BAR = 12.0
-"""Order up to which bars are drawn."""
+"""Highest order in bar charts."""
 
 
 def torsion(found: Findings) -> list[str]:
@@ -74,7 +74,7 @@ def torsion(found: Findings) -> list[str]:
 
 
 def _own_mode(found: Findings, made: Torsion) -> str:
-    """Why the first torsional mode of this crank is not the one of the solid crank at rest; empty where one lacks."""
+    """Sentence on the difference of this crank's first torsional mode from the solid crank's; empty if unknown."""
     own = next((peak.mode_hz for peak in made.peaks if peak.kind == "torsional"), None)
     rest = None if found.modes is None else found.modes["cranktrain"]["first_torsional_hz"]
     if own is None or rest is None:
@@ -90,11 +90,11 @@ def _own_mode(found: Findings, made: Torsion) -> str:
 _SOURCES = dict.fromkeys(
     ("solid", "solid-on-bearings"), "because this crank twists without bending and its journals cannot move"
 ) | {"solid-in-motion": "because this crank is fitted to the solid one with its journals locked, as films lock them"}
-"""Why the torsional crank's frequency is not that of the solid crank at rest, by the source of its stiffnesses."""
+"""Reasons why the torsional crank's frequency differs from the solid crank's, by the source of stiffnesses."""
 
 
 def damper(found: Findings) -> list[str]:
-    """The same with the damper, and its reduction of the amplitudes."""
+    """Torsional orders over the speed with the damper, and its reduction of the amplitudes."""
     if found.damped is None or found.torsion is None:
         return []
     before, after = found.torsion.run_up, found.damped.run_up
@@ -123,7 +123,7 @@ def torsion_cycles(found: Findings) -> list[str]:
 
 
 def whole_torsion(found: Findings) -> list[str]:
-    """Torsional orders of the run-up that was given."""
+    """Torsional orders of the run-up from the user or a folder."""
     run, damped = found.run_up, found.damped_run_up
     parts = []
     if run is not None:
@@ -136,7 +136,7 @@ def whole_torsion(found: Findings) -> list[str]:
 
 
 def axial(found: Findings) -> list[str]:
-    """Axial orders over the speed, extremes, and cycles where they are largest."""
+    """Axial orders over the speed, extremes, and cycles at the speeds of the largest ones."""
     run = found.run_up
     if run is None or AXIAL not in run.amplitudes:
         return []
@@ -176,7 +176,7 @@ def _beside(found: Findings, run: RunUp, output: str, words: str) -> list[str]:
 def _with_bands(
     found: Findings, output: str, measured: Mapping[float, tuple[Array, Array]]
 ) -> dict[float, tuple[Array, Array, Array]]:
-    """Measured orders of an output with half widths of their bands, zero where none is known."""
+    """Measured orders of an output with half widths of their bands, zero if unknown."""
     bands = {order: band_of(found.measured, output, order) for order in measured}
     return {
         order: (*points, np.zeros(points[0].size) if (band := bands[order]) is None else np.nan_to_num(band))
@@ -185,7 +185,7 @@ def _with_bands(
 
 
 def _measured(run: RunUp, output: str, measured: Mapping[float, tuple[Array, Array]]) -> Table:
-    """Largest measured amplitude of each order beside the computed one at its speed."""
+    """Table of the largest measured amplitude of each order, and the computed one at the same speed."""
     scale, unit, what = _UNITS[output]
     rows = []
     for order, (speeds, amplitudes) in measured.items():
@@ -210,9 +210,9 @@ def _orders(
     measured: Mapping[float, tuple[Array, Array, Array]] | None = None,
     whole: bool = False,
 ) -> str:
-    """Chart of an output's orders over the speed: those asked for, or the strongest and the ``measured`` ones named.
+    """Chart of an output's orders over the speed, with names for the requested, or the strongest and measured, orders.
 
-    An order has its colour on all charts. ``whole``: with half of the peak-to-peak value of all orders together.
+    An order has the same colour on all charts. ``whole``: with half of the peak-to-peak value of all orders together.
     """
     scale, unit, name = _UNITS[output]
     measured = measured or {}
@@ -239,7 +239,7 @@ def _orders(
 
 
 def _twist(found: Findings, run: RunUp, words: str) -> list[str]:
-    """Chart of the twist from pulley to flywheel, where the run-up has both."""
+    """Chart of the twist from pulley to flywheel, if the run-up has both."""
     if FLYWHEEL not in run.amplitudes:
         return []
     measured = {order: points for order, points in found.measured.get(TWIST, {}).items() if order in run.orders}
@@ -298,7 +298,7 @@ def _taken_off(before: RunUp, after: RunUp, words: str) -> Table:
 
 
 def _apart(speeds: list[float]) -> list[float]:
-    """Speeds (rad/s) that are no neighbours, the first ones kept."""
+    """Speeds (rad/s) without later ones that are neighbours of an earlier one."""
     kept: list[float] = []
     for speed in speeds:
         if all(abs(speed / other - 1.0) > NEXT for other in kept):
@@ -325,12 +325,12 @@ def _bars(found: Findings, run: RunUp, output: str, speeds: Iterable[float]) -> 
 
 
 def _rows(run: RunUp, speeds: Iterable[float]) -> list[int]:
-    """Rows of the speeds of a run-up next to the first of those given."""
+    """Rows of a run-up at the speeds nearest to the first given speeds."""
     return list(dict.fromkeys(int(np.abs(run.speeds - speed).argmin()) for speed in speeds))[:SHOWN_CYCLES]
 
 
 def _cycles(found: Findings, run: RunUp, output: str, speeds: Iterable[float]) -> str:
-    """Chart of an output over a cycle at the speeds of the run-up next to the first of those given."""
+    """Chart of an output over a cycle, at the speeds of the run-up nearest to the first given speeds."""
     scale, unit, what = _UNITS[output]
     rows = _rows(run, speeds)
     angle = np.linspace(0.0, 4.0 * math.pi, SAMPLES + 1).astype(np.float64)
@@ -361,7 +361,7 @@ def _strongest(run: RunUp, output: str) -> list[float]:
 
 
 def _peaks(found: Torsion) -> Table:
-    """Peaks beside the critical speeds of the modes at rest, on journals locked on their axis."""
+    """Table of peaks and of the critical speeds of modes at rest, with journals locked on their axis."""
     header = ("order", "peak at / rev/min", "amplitude / deg", "Hz", "at rest / Hz", "critical / rev/min", "off")
     return Table("Resonances and the critical speeds of the modes at rest", header, tuple(map(_peak, found.peaks[:10])))
 
@@ -388,11 +388,11 @@ _COLOURS = (
     "#444e5a", "#d9822b", "#a8a018", "#3b8f3b", "#1b9aa0", "#8a6d3b", "#7b52ab", "#c2459a", "#2d6a4f", "#14304f",
     "#e0607e", "#8c3b1f", "#b5373b", "#5f6b73", "#4a90d9", "#1f5a94", "#5b8c1f",
 )  # fmt: skip
-"""Colours of orders 0, 0.5, … on all charts, over and over."""
+"""Colours of orders 0, 0.5, … on all charts, used in turn."""
 _PART_NAMES = {
     "crank": "the crank's own vibration",
     "bearing": "the collar in its clearance",
     "engine": "the engine on its mounts",
 }
 _UNITS = {TORSION: (180.0 / math.pi, "deg", "Torsion"), AXIAL: (1e6, "µm", "Axial motion")}
-"""Scale, unit and name of the outputs that are drawn."""
+"""Scale, unit and name of each drawn output."""

@@ -1,1 +1,1 @@
-"""Questions to the library: what can be asked, in which words, and how a question becomes a function."""
+"""Requests to the library: dataclasses with the options of each verb, and the functions made from them."""

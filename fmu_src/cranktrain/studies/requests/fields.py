@@ -26,29 +26,29 @@ from cranktrain.core.user_file import is_number, user_path
 T = TypeVar("T")
 _FIELDS: dict[type[Any], tuple[Field, ...]] = {}
 POSITIVE = Meta(gt=0)
-"""Bound of a number above zero."""
+"""Bounds of a number that must be positive."""
 ANY = Meta(extra={"what": "any"})
-"""Remark of a number that may be infinite."""
+"""Annotation of a number that may be infinite."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """What the command line and the help of a field need beside its type.
+    """Option of the command line for a field: the data that its type does not contain.
 
     Attributes
     ----------
     metavar : placeholder of the value
-    help : of the option, or a function that makes it from a register; ``{default}`` stands for the default
-    name : of the option; by default that of the field, ``--no-`` before it where the default is True
-    words : valid words at run time, where a register may have more than the type tells; or a function of these
-    bare : value of an option that is given without one
+    help : help text, or a function that makes it from a register; ``{default}`` is replaced by the default
+    name : of the option; by default the field's name, with ``--no-`` before it if the default is True
+    words : valid words, or a function that returns them, for registers with more words than the type states
+    bare : value of an option that is given without a value
     also : names and helps of second options for the same field
     count : exact number of values
     repeated : True if the option may be given several times, one value each
-    place : True for an argument without option name
+    place : True for a positional argument
     short : second name of one letter
     was : option name before the first release, which is refused with the present one
-    convert : reads a text where the type alone does not say how; a script may give the text's parts as a sequence
+    convert : function that reads a text, if the type is not sufficient; a script may give the parts as a sequence
     """
 
     metavar: str | tuple[str, ...] = ""
@@ -67,14 +67,14 @@ class Option:
 
 @dataclass(frozen=True)
 class Given:
-    """Mark of a type that only scripts can give, arrays and functions: it is checked where it is read."""
+    """Mark of a type that only scripts can give (array or function); it is checked by the function that reads it."""
 
     help: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """Base of all questions: values are checked when a question is made; ``InputError`` names the keyword.
+    """Base class of all questions. Values are checked when a question is made; ``InputError`` names the keyword.
 
     ``apart`` lists fields of which at most one may be given, ``one_needed`` those of which exactly one must be;
     ``heading`` is the title over a group's options in the help.
@@ -86,7 +86,7 @@ class Question:
     answerer: ClassVar[Callable[..., Any]]
 
     def answer(self, *subject: Any) -> Any:
-        """What the function of these questions returns, for an engine, a scene or what else it takes first."""
+        """Result of the verb's function for this question, and its first argument such as an engine or a scene."""
         return type(self).answerer(self, *subject)
 
     def __post_init__(self) -> None:
@@ -109,12 +109,12 @@ class Field:
 
     Attributes
     ----------
-    kinds : types of the value, without None and without its remarks
-    optional, many : True if it may be None; if it is a sequence of such values
+    kinds : types of the value, without None and without annotations
+    optional, many : True if the value may be None; if it is a sequence of values
     default : ``MISSING`` if a value is required
     bounds : range of a number
-    given : help on arrays and functions that a script may give; empty where it may not
-    owner : group of the question that declares it
+    given : help on arrays and functions that a script may give; empty if it may not
+    owner : group that declares the field
     """
 
     name: str
@@ -129,12 +129,12 @@ class Field:
 
     @property
     def required(self) -> bool:
-        """Whether a value must be given."""
+        """True if a value must be given."""
         return self.default is MISSING
 
     @property
     def is_switch(self) -> bool:
-        """Whether it is true or false."""
+        """True if the value is true or false, so that the option has no value."""
         return bool in self.kinds and self.option.bare is None and self.option.convert is None
 
     @property
@@ -147,33 +147,33 @@ class Field:
 
     @property
     def renamed(self) -> str:
-        """What is said of the option's name before the first release."""
+        """Message on a name of the option from before the first release."""
         if self.option.was.startswith("--no-"):
             return f"{self.option.was} is the default now; leave it out, or give {self.names[0]} for the opposite"
         return f"{self.option.was} is called {self.names[0]} now; write {self.names[0]}"
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Valid words; empty where the value is none."""
+        """Valid words of the value; empty if it is not a word."""
         if self.option.words is not None:
             return tuple(self.option.words() if callable(self.option.words) else self.option.words)
         return tuple(word for kind in self.kinds if get_origin(kind) is Literal for word in get_args(kind))
 
     @property
     def number(self) -> type | None:
-        """Type of a number, None where the value is none."""
+        """Type of a number; None if the value is not a number."""
         return next((kind for kind in (float, int) if kind in self.kinds), None)
 
     @property
     def help(self) -> str:
-        """Help in the words of the command line."""
+        """Help text for the command line."""
         default = f"{self.default:g}" if isinstance(self.default, float) else str(self.default)
         text = self.option.help
         return (text if isinstance(text, str) else text()).replace("{default}", default)
 
     @property
     def kind(self) -> str:
-        """Type of the value for people."""
+        """Description of the value's type, for messages."""
         said = [_kind_text(kind) for kind in self.kinds if get_origin(kind) is not Literal]
         if self.words and (len(said) < len(self.kinds) or not said):
             said = [one for one in said if one != "str"] + [f"Literal[{', '.join(map(repr, self.words))}]"]
@@ -186,7 +186,7 @@ class Field:
 
     @property
     def wanted(self) -> str:
-        """What a message asks for in place of a wrong value."""
+        """Text of the valid values, for the message on a wrong value."""
         if bool in self.kinds and len(self.kinds) == 1:
             return "True or False"
         said = ["a whole number" if self.number is int else "a number"] if self.number else []
@@ -199,7 +199,7 @@ class Field:
         return " or ".join(said) if len(said) < 3 else ", ".join(said)
 
     def checked(self, value: Any) -> Any:
-        """A value of a script as the question holds it; ``InputError`` names the keyword."""
+        """Checked value from a script, in the form of the question; ``InputError`` names the keyword."""
         usual = None if self.required else self.default
         if value is usual or (type(value) is type(usual) and value == usual):
             if value is None and self.required:
@@ -220,7 +220,7 @@ class Field:
         return tuple(map(self._one, values))
 
     def read(self, text: str, label: str = "") -> Any:
-        """A text of the command line as a value; ``InputError`` begins with the label."""
+        """Value from a text of the command line; ``InputError`` begins with the label."""
         start = f"{label} " if label else ""
         if self.option.convert is not None:
             return self._converted(text, start)
@@ -235,7 +235,7 @@ class Field:
         return self._bounded(value, start)
 
     def refuse(self, value: Any, label: str) -> None:
-        """Refuse a word that does not exist and a number outside its bounds with ``InputError``."""
+        """Raise ``InputError`` for an unknown word, or a number outside its bounds."""
         if isinstance(value, str) and self.option.convert is not None:
             self._converted(value, f"{label}: ")
         elif isinstance(value, str) and self.words:
@@ -251,7 +251,7 @@ class Field:
             raise InputError(f"{start}{error}") from None
 
     def _one(self, value: Any) -> Any:
-        """One value of a script."""
+        """Checked single value from a script."""
         classes = tuple(kind for kind in self.kinds if isinstance(kind, type) and kind not in (bool, int, float))
         if isinstance(value, bool) and bool in self.kinds:
             return (self.option.bare if value else self.default) if self.option.bare is not None else value
@@ -269,7 +269,7 @@ class Field:
         raise InputError(f"{self.name} is {shown(value)}{said}; give {self.wanted} ({self.help})")
 
     def _worded(self, text: str, label: str) -> str:
-        """A text, one of the valid words where there are any; ``~`` of a path is the home folder."""
+        """Checked text: one of the valid words, if there are any, or a path with ``~`` replaced by the home folder."""
         if self.words and text not in self.words and not (str in self.kinds and self.option.words is None):
             if self.number is not None:
                 raise InputError(f"{label} is {shown(text)}, of type str; give {self.wanted} ({self.help})")
@@ -289,7 +289,7 @@ class Field:
 
 
 def fields_of(question: type[Any]) -> tuple[Field, ...]:
-    """Fields of a question: its own first, then those of its groups in their order."""
+    """Fields of a question: first its own fields, then the fields of its groups."""
     if question not in _FIELDS:
         _FIELDS[question] = _read_fields(question)
     return _FIELDS[question]
@@ -305,19 +305,19 @@ def _read_fields(question: type[Any]) -> tuple[Field, ...]:
 
 
 def in_keywords(question: type, text: str) -> str:
-    """A text of the command line with keywords in place of options."""
+    """Text with the options of the command line replaced by keywords."""
     named = {option: one.name for one in fields_of(question) for option in one.names}
     return re.sub(r"--[a-z][a-z0-9-]*[a-z0-9]", lambda found: named.get(found[0], found[0]), text)
 
 
 def several(value: T | Sequence[T] | None) -> tuple[T, ...]:
-    """Values of a field that takes one or several; a question keeps them as a tuple."""
+    """List of values of a field that accepts one or several, which a question stores as a tuple."""
     found: tuple[T, ...] = () if value is None else tuple(_listed(value))
     return found
 
 
 def paths(value: str | Path | Sequence[str | Path] | None) -> list[str]:
-    """Paths of a field that takes one or several."""
+    """List of paths of a field that accepts one or several."""
     return [] if value is None else list(map(str, _listed(value)))
 
 
@@ -326,7 +326,7 @@ def _own(group: type) -> list[str]:
 
 
 def _with_groups(group: type) -> list[str]:
-    """Names that a group declares, those of its own groups first."""
+    """Names of the fields that a group declares, after those of its base groups."""
     return [*(name for base in group.__bases__ for name in _with_groups(base)), *_own(group)]
 
 
@@ -357,7 +357,7 @@ def _field(name: str, hint: Any, default: Any, owner: type) -> Field:
 
 
 def _listed(value: Any) -> list[Any]:
-    """A single value, or several of a sequence or an array, as a list."""
+    """List of a single value, or of the values of a sequence or array."""
     if isinstance(value, Sequence) and not isinstance(value, str):
         return list(value)
     found = value.tolist() if hasattr(value, "tolist") else value

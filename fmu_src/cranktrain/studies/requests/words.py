@@ -1,4 +1,4 @@
-"""Words of questions, one alias an option, and the groups of options that several verbs share."""
+"""Options of requests, one type alias for each, and groups of options that several verbs share."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ else:
     LoadValues = PressureValues = object  # what scripts give is checked where it is read
 
 BALANCED = "balanced"
-"""Load for which the burn balances the engine file's ``[load]``."""
+"""Word for a load at which the burn balances the engine file's ``[load]``."""
 HIGHEST_ORDER = 1000.0
-"""Highest order that a run-up may have."""
+"""Highest order of a run-up."""
 OWN_MESH = (
     "own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of discs and "
     "shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn"
@@ -41,17 +41,17 @@ def _laws(*kinds: str) -> str:
 
 
 def orders_of(orders: OrdersOf) -> tuple[float, ...]:
-    """Orders that a question holds, which :func:`order_list` has read."""
+    """Orders of a question, as :func:`order_list` has read them."""
     return order_list(orders) if isinstance(orders, str) else tuple(orders)
 
 
 def mains() -> tuple[str, ...]:
-    """Bearing levels of mains, those that a script has registered among them."""
+    """Levels of main bearings, including those that a script has registered."""
     return ("auto", *bearing_levels(*MAINS))
 
 
 def big_ends() -> tuple[str, ...]:
-    """Bearing levels of big ends, likewise."""
+    """Levels of big-end bearings, including those that a script has registered."""
     return tuple(bearing_levels(BIG_END))
 
 
@@ -70,7 +70,7 @@ def _steps() -> str:
 
 
 def _method(name: str) -> str:
-    """An integrator by name, which may have a parameter, ``hht:-0.2``; ``InputError``."""
+    """Checked name of an integrator, with an optional parameter as in ``hht:-0.2``; ``InputError``."""
     try:
         integrator_table(name)
     except InputError as error:  # the field's name stands before it
@@ -79,7 +79,7 @@ def _method(name: str) -> str:
 
 
 def order_list(text: str) -> tuple[float, ...]:
-    """Orders of a text, multiples of a half separated by commas; sorted, each once. ``InputError``."""
+    """Orders from a text, multiples of ½ separated by commas; sorted, without repetition. ``InputError``."""
     if not text.strip():
         return ()
     try:
@@ -303,7 +303,7 @@ class Meshes(MeshUnits):
 
 @dataclass(frozen=True, kw_only=True)
 class Settled(Question):
-    """How closely cycles repeat."""
+    """Limit of the settling error."""
 
     settle: Settle = TOLERANCE
 
@@ -317,7 +317,7 @@ class CrankLevel(Question):
 
 @dataclass(frozen=True, kw_only=True)
 class Levels(Question):
-    """Fidelity levels of what the crank runs in, and the damper."""
+    """Fidelity levels of bearings, big ends and block, and the damper."""
 
     bearings: Mains = "auto"
     big_ends: BigEnds = "rigid"
@@ -349,7 +349,7 @@ class DriveLine(Question):
 
 @dataclass(frozen=True, kw_only=True)
 class Pressures(DriveLine):
-    """What drives and loads the crank in place of the engine file's gas and drive line."""
+    """Measured pressures and a drive line that replace those of the engine file."""
 
     pressure: Pressure | None = None
     pressure_unit: PressureUnit | None = None
@@ -365,7 +365,7 @@ class Encoder(Question):
 
 @dataclass(frozen=True, kw_only=True)
 class Running(CrankLevel, Levels, PistonLevel, Pressures, Encoder, Meshes):
-    """Choices of a run but for its speeds, its length and what is written."""
+    """Options of a run, except its speeds, length and written files."""
 
     load: BalancedShare | None = None
     inherit: Annotated[
@@ -384,7 +384,7 @@ class Running(CrankLevel, Levels, PistonLevel, Pressures, Encoder, Meshes):
 
 @dataclass(frozen=True, kw_only=True)
 class Charts(Question):
-    """How orders over the speed are drawn."""
+    """Options for charts of orders over the speed."""
 
     orders: Orders = ()
     log: Annotated[
@@ -398,7 +398,7 @@ class Charts(Question):
 
     @property
     def logarithmic(self) -> bool | None:
-        """True for a logarithmic scale, None for that which the data need; ``InputError`` where both are asked for."""
+        """True for a logarithmic scale, None for a scale that suits the data; ``InputError`` for both options."""
         if self.log and self.linear:
             raise InputError("--log and --linear ask for two scales; leave one of them out")
         return True if self.log else False if self.linear else None

@@ -25,7 +25,7 @@ class Family:
     ----------
     name, title : for files and tables, and for pictures
     outputs : names without the number of a member; several are the axes of one vector
-    alternating : whether their means are left out, where they are a matter of the run's past
+    alternating : True if means are left out, because they depend on earlier cycles
     """
 
     name: str

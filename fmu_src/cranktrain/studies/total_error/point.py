@@ -38,13 +38,13 @@ class TotalPoint:
 
     Attributes
     ----------
-    cost : processor seconds per simulated second of a settled cycle; None where the run failed
-    errors : by family; None where the model, or the best one, lacks its outputs
-    default : whether it is what a run takes where nothing is chosen
+    cost : processor seconds per simulated second of a settled cycle; None if the run failed
+    errors : by family; None if the model, or the best one, lacks its outputs
+    default : True for the default choice of a run
     status : ok, or "failed: why"
-    front : families in which no other point of its speed is both cheaper and closer
+    front : families in which no other point at this speed is both cheaper and more accurate
     seconds, cycles : processor seconds and cycles until the outputs repeated
-    repeats : cycles after which they repeat; 0 where they do not
+    repeats : period in cycles; 0 if the outputs do not repeat
     """
 
     scene: str

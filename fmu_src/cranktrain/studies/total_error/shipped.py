@@ -1,4 +1,4 @@
-"""Measured total errors that ship with the package: figures of ``cranktrain tradeoff --total``, for plans to read.
+"""Measured total errors and costs by ``cranktrain tradeoff --total``, shipped with the package for use by plans.
 
 ``python docs/figures.py total_error`` measures and ships them. A file holds the points of one engine with the digest of
 the engine that they were measured on, and of the sources of the model. Figures of another engine are not used; figures
@@ -60,7 +60,7 @@ class Shipped:
 
     @property
     def speeds_rpm(self) -> tuple[float, ...]:
-        """Speeds, rev/min, at which errors were measured, rising."""
+        """Speeds, rev/min, at which errors were measured, in increasing order."""
         return tuple(sorted({point.speed_rpm for point in self.points}))
 
 
@@ -72,7 +72,7 @@ def model_sources() -> str:
 def engine_digest(engine: Engine) -> str:
     """Digest of all values of an engine file.
 
-    Tables and keys of :data:`LATER` count only where the file has them, defaults of :data:`CHANGED` as they were.
+    Tables and keys of :data:`LATER` count only if the file has them, defaults of :data:`CHANGED` with former values.
     """
     said = asdict(engine)
     for table, key, silent in LATER:
