@@ -240,6 +240,14 @@ class Engine:
         """The engine without the bodies and connections that its file adds."""
         return replace(self, frame=(), body=(), connection=(), rod_shape=None)
 
+    def refuse_two_strokes(self, what: str) -> None:
+        """Refuse a two-stroke, because the method ``what`` covers four-strokes only; ``InputError``."""
+        if self.cylinders.cycle < 3.0 * math.pi:
+            raise InputError(
+                f"engine '{self.name}' is a two-stroke (cylinders.cycle = 360 deg), which {what} cannot include; give "
+                "its cylinder pressure by a trace or as inputs"
+            )
+
     @property
     def rod_offsets(self) -> tuple[float, ...]:
         """Position (m) along z of each rod's middle relative to the middle of its crank pin, by cylinder."""

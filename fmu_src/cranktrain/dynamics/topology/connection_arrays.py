@@ -101,12 +101,12 @@ def connection_arrays(
         shown += [(before + len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
         oil.append(piece.viscosity)
         kept.append(piece)
-        first = connection.ends[0]
+        held = connection.ends[0]
         parts.append(
             films_of._replace(
                 at_main=at_main(connection.ends),
-                at_pin=first.body == CRANK and first.interface.startswith("pin["),
-                first=_position(first, reduced_of),
+                at_pin=held.body == CRANK and held.interface.startswith("pin["),
+                first=_position(held, reduced_of),
                 connection=connection.name,
             )
         )
