@@ -24,12 +24,14 @@ from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.topology.own_law import own_failure
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, NUMBERS, SIZE
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, FORCE, INERTANCE, MASS, NUMBERS, SIN, SIZE
 
 NO_MASS = 1.0e30
 """Value of c_q, s², so large that its inverse is negligible."""
 PER_VELOCITY, PER_ACCELERATION = 1.0e3, 1.0e6
 """Ratios c_v/c_q (1/s) and 1/c_q (1/s²) of the evaluations, of the size of vibration at a few hundred Hz."""
+TURN = 24
+"""Number of crank angles over which masses of laws are averaged."""
 
 
 class Tangents(NamedTuple):
@@ -58,20 +60,36 @@ def law_at(law, record, index, place, velocity, numbers, out):
 def tangents_at_rest(model: ModelArrays) -> Tangents:
     """Tangents and forces of all connections by terms without motion, at crank angle 0; those of ports are zero.
 
-    ``InputError`` for a law that has no force at rest.
+    Masses of a law's own are means over a turn. ``InputError`` for a law that has no force at rest.
     """
     count, numbers = len(model.connections), np.zeros(NUMBERS)
     numbers[COS] = 1.0
     found = np.zeros((count, SIZE))
+    mass = np.zeros((count, 16))
     for k in range(int(model.layout[at.TERM_ROW]), count):
         law, record, index = model.laws.entry[k].tolist()
         if law_at(law, record, index, np.zeros(4), np.zeros(4), numbers, found[k]) != 0:
             raise InputError(
                 own_failure(model.laws.entry[k : k + 1, 1]) or "a law of a connection has no force at rest"
             )
+        if model.laws.traits[k, MASS] > 0.0:
+            mass[k] = _mean_mass(law, record, index)
     place, velocity = (found[:, first : first + 16].reshape(-1, 4, 4) for first in (BY_PLACE, BY_VELOCITY))
     none = np.zeros(int(model.layout[at.PORTS]))
-    return Tangents(place, velocity, np.zeros_like(place), none, none)
+    return Tangents(place, velocity, mass.reshape(-1, 4, 4), none, none)
+
+
+def _mean_mass(law: int, record: int, index: int) -> Array:
+    """Mean over a turn of the derivatives (16,) of a law's forces by acceleration, kg."""
+    found, out, still = np.zeros(16), np.zeros(SIZE), np.zeros(4)
+    for angle in np.arange(TURN) * 2.0 * np.pi / TURN:
+        numbers = np.zeros(NUMBERS)
+        numbers[[COS, SIN]] = np.cos(angle), np.sin(angle)
+        for inertance in (0.0, 1.0):
+            numbers[INERTANCE] = inertance
+            law_at(law, record, index, still, still, numbers, out)
+            found += (2.0 * inertance - 1.0) * out[BY_PLACE : BY_PLACE + 16]
+    return found / TURN
 
 
 @kernel
