@@ -21,7 +21,7 @@ from cranktrain.dynamics.topology.arrays import lay_topology
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.dynamics.topology.own_law import own_failure
 from cranktrain.dynamics.topology.records import Base
-from cranktrain.dynamics.topology.relations import groups
+from cranktrain.dynamics.topology.relations import groups, joined_crank
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
 from cranktrain.film.laws.films import BY_PLACE, COS, FORCE, NUMBERS, SIZE
 
@@ -32,7 +32,8 @@ class TopologyModes(NamedTuple):
     Attributes
     ----------
     frequencies_hz : (n,) 0 for free motion
-    shapes : (n, n) modal coordinates of all bodies, one after the other, by mode; columns of unit modal mass
+    shapes : (m, n) modal coordinates of all bodies by mode, one after the other, those of the crank in its own modes;
+        columns of unit modal mass
     rotations : by body (n,) its rotation about its frame's axis in each mode
     shares : by body (n,) its fraction of the kinetic energy of each mode; of ``crank`` too, if there is one
     """
@@ -65,8 +66,11 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
     for connection in topology.connections:
         if any(end.body == BLOCK or (end.body == CRANK and crank is None) for end in connection.ends):
             raise InputError(f"connection '{connection.name}' holds the engine's own bodies, which are not there")
-    first = 0 if crank is None else crank.body.n_modes
-    made = lay_topology(topology, Base(None if crank is None else crank.body, None, first, 0, 0))
+    given, of_crank, parts = crank, np.zeros((0, 0)), dict[str, Array]()
+    if given is not None:
+        crank, of_crank, parts = _with_gears(topology, given)
+    first = of_crank.shape[1]
+    made = lay_topology(topology, Base(None if crank is None else crank.body, None, first, 0, 0, joined=parts))
     bodies, links = made.bodies, made.connections
     n, on_crank = first + made.omega.size, len(made.crank)
     shapes = np.zeros((on_crank + bodies.shapes.shape[0], n))
@@ -94,12 +98,32 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
     squares, found = np.linalg.eigh(root @ (0.5 * (stiffness + stiffness.T)) @ root.T)
     found = root.T @ found
     turns, shares = {}, {}
-    if crank is not None:
-        shares[CRANK] = np.einsum("ik,ij,jk->k", found[:first], crank.mass, found[:first])
-    order = [(body.name, group, k) for group in groups(topology) for k, body in enumerate(group.bodies)]
-    for (name, group, k), row in zip(order, bodies.rows, strict=True):
+    turned = of_crank @ found[:first]
+    if given is not None:
+        shares[CRANK] = np.einsum("ik,ij,jk->k", turned, given.mass, turned)
+    in_modes: list[tuple[str, Array | None]] = [*parts.items()]
+    for group in groups(topology):
+        in_modes += [
+            (body.name, None if group.parts is None else group.parts[k]) for k, body in enumerate(group.bodies)
+        ]
+    for (name, part), row in zip(in_modes, bodies.rows, strict=True):
         own, modes = (slice(int(row[slot]), int(row[slot] + row[at.MODES])) for slot in (at.OWN_MODE, at.MODE))
         turns[name] = bodies.turn[own] @ found[modes]
-        moved = found[modes] if group.parts is None else group.parts[k] @ found[modes]
+        moved = found[modes] if part is None else part @ found[modes]
         shares[name] = (moved**2).sum(axis=0)
-    return TopologyModes(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi), found, turns, shares)
+    shapes = np.concatenate((turned, found[first:]))
+    return TopologyModes(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi), shapes, turns, shares)
+
+
+def _with_gears(topology: Topology, crank: CrankAtRest) -> tuple[CrankAtRest, Array, dict[str, Array]]:
+    """Crank in the modes that it has in common with bodies on rigid gears, and modal coordinates of both in these."""
+    n, body = crank.body.n_modes, crank.body
+    geared = joined_crank(topology, body, np.zeros(n))
+    if geared is None:
+        return crank, np.eye(n), {}
+    # The common modes contain stiffness and mass of the bodies themselves, without those of bearings and rods.
+    bearings, rods = (
+        geared.own.T @ part @ geared.own for part in (crank.stiffness - np.diag(body.omega**2), crank.mass - np.eye(n))
+    )
+    common = geared.body.omega
+    return CrankAtRest(geared.body, bearings + np.diag(common**2), rods + np.eye(common.size)), geared.own, geared.parts
