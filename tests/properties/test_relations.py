@@ -7,12 +7,17 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from some import some
+from standing import rigid_block
 from tests.bodies import free_six, joined, rigid_crank, series, started
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.simulation import Parts
+from cranktrain.core.reduced_body import in_modes, rigid_body
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation, simulate
+from cranktrain.engine.file import load_engine
+from cranktrain.results.strength.recorded_cycle import recorded_cycle
+from cranktrain.results.summary import run_summary
+from cranktrain.structure.assembly import running_crank
 
 SUN, RING = 30, 70
 PLANET = (RING - SUN) / 2
@@ -156,9 +161,118 @@ def test_what_cannot_mesh_is_told(names, data, said):
         ct.topology_modes(replace(top, connections=(gear,)))
 
 
-def test_the_crank_itself_is_joined_by_what_gives():
-    top, _ = gear_set("ring")
-    held = (ct.End("crank", "flywheel"), *ends("ground", "carrier"))
-    gear = ct.Connection("gear", "planetary", held, {"teeth_sun": SUN, "teeth_ring": RING})
-    with pytest.raises(InputError, match="coupling or a gear_mesh"):
-        run_beside(replace(top, connections=(gear,)))
+def wheel_on_crank(body, at="pulley", ratio=-2.0, inertia=0.02):
+    """A wheel of an axis beside the crank's, joined to the crank by rigid gears, with guides that let it turn."""
+    z = math.copysign(1.0, ratio) * float(body.positions[body.index(at), 2])
+    gear = ct.Connection("gear", "rigid_gear", (ct.End("crank", at), *ends("wheel")))
+    guide = ct.Connection("guide", "spring", ends("wheel", "ground"), HOLD)
+    return ct.Topology((ct.Frame("f", ratio, axis=(0.2, 0.0)),), (rotor("wheel", "f", inertia, z),), (gear, guide))
+
+
+def turns_of(engine, body, top, **levels):
+    """Outputs of the first two cycles of a crank on its axis, by name, and the simulation."""
+    settings = Settings(bearings="held", block="ground", **levels)
+    run = Simulation(engine, body, settings, parts=Parts(topology=top))
+    run.inputs[0] = SPEED
+    run.initialize()
+    return series(run, 576, 288), run
+
+
+def with_inertia(body, at, inertia):
+    """A crank on its axis with more polar inertia at an interface: Rayleigh's quotient in its own modes."""
+    n, turn = body.n_modes, body.shapes[body.index(at), 5].copy()
+    turn[:5] = 0.0
+    mass, basis = np.eye(n) + inertia * np.outer(turn, turn), np.eye(n)
+    basis[5, 5] = 1.0 / math.sqrt(mass[5, 5])
+    others = np.eye(n)[:, 6:] - np.outer(basis[:, 5], basis[:, 5] @ mass[:, 6:])
+    squares, modes = eigh(others.T @ (body.omega[:, None] ** 2 * others), others.T @ mass @ others)
+    basis[:, 6:] = others @ modes
+    heavier = replace(body, euler_load=body.euler_load + inertia * turn)
+    return in_modes(heavier, basis, np.concatenate((np.zeros(6), np.sqrt(squares))))
+
+
+@pytest.mark.parametrize("name", ["single_petrol", "diesel_i6"])
+@pytest.mark.parametrize("kind", ["gear", "planetary"])
+def test_rigid_gears_on_the_crank_add_the_inertia_that_they_reflect(name, kind):
+    engine = replace(load_engine(name), axial_path=None)
+    body = rigid_crank(engine)
+    top, reflected = wheel_on_crank(body), 0.02 * 4.0
+    if kind == "planetary":
+        z = float(body.positions[body.index("flywheel"), 2])
+        whole, speeds = gear_set("ring", z)
+        gear = ct.Connection("gear", "planetary", (ct.End("crank", "flywheel"), *ends("ground", "carrier", "planets")),
+                             {"teeth_sun": SUN, "teeth_ring": RING})  # fmt: skip
+        guides = tuple(ct.Connection(f"guide_{one.name}", "spring", ends(one.name, "ground"), HOLD)
+                       for one in whole.bodies[1:])  # fmt: skip
+        top = ct.Topology(whole.frames, whole.bodies[1:], (gear, *guides))
+        reflected = sum(INERTIAS[name] * speeds[name] ** 2 for name in ("carrier", "planets"))
+    found, _ = turns_of(engine, body, top, crank="rigid")
+    other, _ = turns_of(engine, rigid_crank(engine, inertia=(6.0, 6.0, 1.4 + reflected)), None, crank="rigid")
+    for output in ("pulley.torsion", "shaft.torque", "torque.brake"):
+        assert np.abs(found[output] - other[output]).max() < 1e-6 * np.abs(other[output]).max(), output
+    wheel, ratio = ("wheel", -2.0) if kind == "gear" else ("planets", planetary_speeds("ring")["planets"])
+    np.testing.assert_allclose(found[f"{wheel}.speed"], ratio * found["pulley.speed"], rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["single_petrol", "diesel_i6"])
+def test_rigid_gears_on_an_elastic_crank_change_its_modes(name):
+    """Frequencies of the running model, and its motion, are those of the crank with more inertia at the gear."""
+    engine = replace(load_engine(name), axial_path=None)
+    body = running_crank(engine, "torsional")
+    body = replace(body, damping=np.zeros(body.n_modes))
+    inertia = 0.01 * float(body.euler_load @ body.euler_load)
+    found, run = turns_of(engine, body, wheel_on_crank(body, inertia=inertia), crank="torsional")
+    heavier = with_inertia(body, "pulley", 4.0 * inertia)
+    elastic = np.sqrt(run.model.omega2[11 : 5 + body.n_modes])  # behind the wheel's five free motions
+    np.testing.assert_allclose(elastic, heavier.omega[6:], rtol=1e-9)
+    other, _ = turns_of(engine, heavier, None, crank="torsional")
+    for output in ("pulley.torsion", "flywheel.torsion", "shaft.torque"):
+        assert np.abs(found[output] - other[output]).max() < 3e-5 * np.abs(other[output]).max(), output
+
+
+def test_a_rigid_gear_is_the_limit_of_stiff_teeth():
+    engine = replace(load_engine("single_petrol"), axial_path=None)
+    body = rigid_crank(engine)
+    top = wheel_on_crank(body)
+    guide = replace(top.connections[1], data=HOLD | {"stiffness": (1e13, 1e13, 1e8)})
+    rigid, _ = turns_of(engine, body, replace(top, connections=(top.connections[0], guide)), crank="rigid")
+    apart = []
+    for stiffness in (1e7, 1e8, 1e9):
+        teeth = replace(top.connections[0], law="gear_mesh", data={"stiffness": stiffness, "damping": 1e-5 * stiffness})
+        mesh, _ = turns_of(engine, body, replace(top, connections=(teeth, guide)), crank="rigid")
+        apart.append(np.abs(mesh["pulley.torsion"] - rigid["pulley.torsion"]).max())
+    assert apart[2] < 0.3 * apart[1] < 0.09 * apart[0] and apart[2] < 1e-4 * np.abs(rigid["pulley.torsion"]).max()
+
+
+def test_work_and_losses_of_an_engine_with_an_unbalanced_shaft_on_rigid_gears_balance():
+    engine = free_six()
+    body = rigid_crank(engine)
+    top = wheel_on_crank(body, "main[3]")
+    off = rigid_body("wheel", 2.0, np.diag([0.012, 0.012, 0.02]), (0.004, 0.002, -0.25), {"hub": (0.0, 0.0, -0.256)})
+    top = replace(top, bodies=(ct.Body("wheel", off, "f"),))
+    settings = Settings(crank="rigid", bearings="impedance", block="ground", step=math.radians(1.25))
+    run = simulate(engine, body, settings, SPEED, parts=Parts(topology=top), settle=1e-5)
+    assert abs(run_summary(run, "")["energy"]["residual_of_gas_work"]) < 1e-6
+
+
+def test_what_rigid_gears_on_the_crank_cannot_do_is_told():
+    engine = free_six()
+    body = rigid_crank(engine)
+    top = wheel_on_crank(body)
+    levels = {"crank": "rigid", "bearings": "linear", "block": "ground"}
+    wrong = replace(top.connections[0], ends=(ct.End("crank", "pulley"), ct.End("ground")))
+    with pytest.raises(InputError, match="connection 'gear': gears need two frames that turn"):
+        turns_of(engine, body, replace(top, connections=(wrong, top.connections[1])), crank="rigid")
+    on_block = replace(top.connections[0], law="planetary", data={"teeth_sun": SUN, "teeth_ring": RING},
+                       ends=(ct.End("crank", "pulley"), ct.End("block", "bore[1]"), *ends("wheel")))  # fmt: skip
+    carrier = ct.Frame("f", SUN / (SUN + RING))
+    geared = ct.Topology((carrier,), top.bodies, (on_block, top.connections[1]))
+    parts = Parts(topology=geared, block=rigid_block(engine, body))
+    with pytest.raises(InputError, match="connection 'gear': law 'planetary' holds no block that moves"):
+        Simulation(engine, body, Settings(**levels | {"block": "flexible"}), parts=parts).initialize()
+    parts = Parts(topology=top, data={"flywheel.polar_inertia": 0.9 * engine.flywheel.polar_inertia})
+    with pytest.raises(InputError, match="modes include bodies on rigid gears"):
+        Simulation(engine, body, Settings(**levels), parts=parts).initialize()
+    run = Simulation(engine, body, Settings(**levels), parts=Parts(topology=top))
+    with pytest.raises(InputError, match="connection 'gear': law 'rigid_gear' has no force"):
+        recorded_cycle(run, engine)

@@ -359,13 +359,13 @@ def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, in
         residual[dropped] = independent @ turn
         basis = np.hstack((basis, residual))
     omega = np.sqrt(np.einsum("ij,i,ij->j", basis, body.omega**2, basis))
-    shorter = _in_modes(body, basis, omega)
+    shorter = in_modes(body, basis, omega)
     return replace(shorter, digest=_derived(body, cutoff_hz, [list(pair) for pair in loaded]))
 
 
 def rigid(body: ReducedBody) -> ReducedBody:
     """Body reduced to its six rigid modes."""
-    return replace(_in_modes(body, np.eye(body.n_modes)[:, :6], np.zeros(6)), digest=_derived(body, "rigid"))
+    return replace(in_modes(body, np.eye(body.n_modes)[:, :6], np.zeros(6)), digest=_derived(body, "rigid"))
 
 
 def signed(shapes: Array) -> Array:
@@ -414,7 +414,7 @@ def damping_in_modes(damping: Array, omega: Array, basis: Array, found: Array) -
     return np.asarray(viscous + np.where(found > 0.0, lost / np.where(found > 0.0, found, 1.0), 0.0))
 
 
-def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
+def in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
     """Body in new modes, given as columns (n, r) in the body's present modes."""
     return replace(
         body,
@@ -446,7 +446,7 @@ def _renormalised(body: ReducedBody, mass: Array) -> ReducedBody:
     elastic *= signed(body.shapes @ elastic)
     basis, omega = np.hstack((rigid_basis, elastic)), np.concatenate((np.zeros(6), np.sqrt(squares)))
     damping = damping_in_modes(body.damping, body.omega, basis, omega) if body.damping.size else body.damping
-    return replace(_in_modes(body, basis, omega), damping=damping)
+    return replace(in_modes(body, basis, omega), damping=damping)
 
 
 def _derived(body: ReducedBody, *change: object) -> str:

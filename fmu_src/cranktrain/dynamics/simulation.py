@@ -21,7 +21,7 @@ from cranktrain.dynamics import run_record
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import Parts, build_model, supply_temperature
+from cranktrain.dynamics.model.arrays import Parts, build_model, common_crank, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.numbers import LEAST_STEP
@@ -111,7 +111,8 @@ class Simulation(SteppedModel):
     Parameters
     ----------
     engine : the engine
-    body : its crankshaft with flywheel, pulley and all other fixed parts
+    body : its crankshaft with flywheel, pulley and all other fixed parts; once initialized, in the modes of the model,
+       which it may have in common with bodies on rigid gears
     settings : levels, integrator, step and sources
     gas : pressure trace in place of the engine's built-in one
     parts : film tables, elastic bores and block that the levels of the settings need
@@ -149,7 +150,7 @@ class Simulation(SteppedModel):
         check_far_end(engine)
         self.engine = engine
         self.settings = resolved(settings or Settings(), engine)
-        self.body = self._fitting(body)
+        self.body = self._given_body = self._fitting(body)
         self.parts = parts or Parts()
         self._temperatures = temperatures
         self._gas: Gas = gas or GasTrace.from_engine(engine)
@@ -195,6 +196,7 @@ class Simulation(SteppedModel):
             self._temperatures = self._balanced_temperatures()
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
         model = self._model()
+        self.body = common_crank(self.engine, self._given_body, self.settings, self.parts)
         size = dimensions(model)
         state = np.zeros(state_size(size.modes, size.ports, size.films, size.passes))
         work, counts = make_work(model, state.size, input_rates=self.input_rates), self.counts
@@ -251,7 +253,7 @@ class Simulation(SteppedModel):
 
     def _model(self) -> ModelArrays:
         return build_model(
-            self.engine, self.body, replace(self.settings, oil_temperature=self._oil_temperature),
+            self.engine, self._given_body, replace(self.settings, oil_temperature=self._oil_temperature),
             float(self.inputs[0]), self.gas, self.parts, self._temperatures,
         )  # fmt: skip
 
@@ -326,7 +328,7 @@ class Simulation(SteppedModel):
             )
         settings = replace(self.settings, boundary="speed", gas_source="builtin")
         return simulate(
-            self.engine, self.body, settings, float(self.inputs[0]), gas=self._gas, parts=self.parts
+            self.engine, self._given_body, settings, float(self.inputs[0]), gas=self._gas, parts=self.parts
         ).film_temperatures
 
     def steady_torque(self) -> float:

@@ -42,7 +42,9 @@ from cranktrain.dynamics.model.settings import (
     resolved,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
+from cranktrain.dynamics.topology.arrays import on_ground
 from cranktrain.dynamics.topology.pieces import FilmParts
+from cranktrain.dynamics.topology.relations import JoinedCrank, joined_crank
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.articulated_rod import dead_centre_heights
@@ -183,9 +185,15 @@ def read_engine(
     big_ends, floating = made[key]
     line = torsional_line(engine)
     turning = _turning_body(engine, body, settings, line)
+    topology = whole_topology(engine, turning, block, parts.bodies, parts.topology)
+    geared = _geared_crank(engine, body, settings, topology if block is not None else on_ground(topology))
+    joined = {}
+    if geared is not None:
+        body, turning = geared.body, _turning_body(engine, geared.body, settings, line)
+        apart = turning.n_modes - body.n_modes
+        joined = {name: np.pad(part, ((0, 0), (0, apart))) for name, part in geared.parts.items()}
     path = engine.axial_path if "shaft" in turning.interfaces else None
     drive_line, windup = _line_arrays(engine, turning, line, path)
-    topology = whole_topology(engine, turning, block, parts.bodies, parts.topology)
     # A piston that is an added body is not one of the engine's own pistons.
     own = [k for k in range(engine.n_cylinders) if k + 1 not in topology.cylinders]
     guided = own if settings.pistons == "guided" else []
@@ -205,10 +213,11 @@ def read_engine(
     standing = block_arrays(engine, stationary, block, body.mass, body.centre)
     known = {
         of.PATH_ROW: -1.0 if path is None else len(line.laws), of.END_SPEED: line.end_speed,
-        of.LINE_INERTIA: scalars[at.LINE_INERTIA], of.PISTONS: len(guided),
+        of.LINE_INERTIA: scalars[at.LINE_INERTIA], of.PISTONS: len(guided), of.GEARED: geared is not None,
     }  # fmt: skip
     return topology, Cranktrain(
         turning=turning,
+        joined=joined,
         block=block,
         stationary=stationary,
         damping=np.concatenate((damping, _stationary_damping(engine, stationary))),
@@ -254,6 +263,21 @@ def _without_block_shares(engine: Engine) -> Engine:
     """Engine with linear bearings and thrust bearing without the block's compliance, for use with a flexible block."""
     mains = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
     return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
+
+
+def _geared_crank(engine: Engine, body: ReducedBody, settings: Settings, topology: Topology) -> JoinedCrank | None:
+    """Crankshaft in the modes that it has in common with bodies on rigid gears; None without such bodies."""
+    if not bearing_law(settings.bearings).carries:
+        body = locked_on_axis(body)
+    return joined_crank(topology, body, structural_damping(engine, body))
+
+
+def common_crank(engine: Engine, body: ReducedBody, settings: Settings, parts: Parts) -> ReducedBody:
+    """Crankshaft in the modes of the running model: those in common with bodies on rigid gears, or its own."""
+    block = parts.block if settings.block == "flexible" else None
+    topology = whole_topology(engine, body, block, parts.bodies, parts.topology)
+    geared = _geared_crank(engine, body, settings, topology if block is not None else on_ground(topology))
+    return body if geared is None else geared.body
 
 
 def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: TorsionalLine) -> ReducedBody:

@@ -7,6 +7,7 @@ frames that turn at the given speed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -30,7 +31,7 @@ from cranktrain.dynamics.topology.arrays import Laid, lay_topology
 from cranktrain.dynamics.topology.body_arrays import whole_body, with_engine
 from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import Base
-from cranktrain.dynamics.topology.slots import OF_BLOCK, OF_CRANK, WHIRLS
+from cranktrain.dynamics.topology.slots import ENDS_GROUP, OF_BLOCK, OF_CRANK, WHIRLS
 from cranktrain.dynamics.topology.values import Topology
 from cranktrain.film.laws.films import Films, join_films, no_films
 from cranktrain.film.laws.parameters import COLUMNS
@@ -69,6 +70,7 @@ class Cranktrain:
     Attributes
     ----------
     turning : all bodies that rotate with the crank's frame, as one; None without a crank
+    joined : by name, modal coordinates (n, n_t) of bodies of the topology that have their modes in common with these
     block : the flexible block; None if the ground takes its place
     stationary : block and guided pistons as one
     damping : (n,) modal damping of the turning and the stationary modes, 1/s
@@ -84,6 +86,7 @@ class Cranktrain:
     """
 
     turning: ReducedBody | None = None
+    joined: Mapping[str, Array] = field(default_factory=dict)
     block: ReducedBody | None = None
     stationary: ReducedBody = field(default_factory=no_body)
     damping: Array = field(default_factory=partial(np.zeros, 0))
@@ -120,13 +123,13 @@ def pack(topology: Topology, own: Cranktrain | None = None) -> ModelArrays:
     turning, standing, contiguous = own.turning or no_body(), own.stationary, np.ascontiguousarray
     modes, first = turning.n_modes + standing.n_modes, own.ports
     sizes = len(first.turning), len(first.block), len(first.connections)
-    more = lay_topology(topology, Base(own.turning, own.block, modes, *sizes, own.film_parts))
+    more = lay_topology(topology, Base(own.turning, own.block, modes, *sizes, own.film_parts, own.joined))
     ports = with_topology_ports(first, more)
     for slot, given in ((at.VALVE_HERE, at.VALVE_GIVEN), (at.AXIAL_HERE, at.AXIAL_GIVEN)):
         ports.layout[slot] = given not in more.rows[:, at.TAKES]
     ports.layout[at.WHIRLS] = any(map(whirls, (turning, *(body.reduced for body in topology.bodies))))
     crank = whole_body(ports.turning, 0, 0, OF_CRANK, 1.0)
-    crank.rows[0, WHIRLS] = whirls(turning)
+    crank.rows[0, [WHIRLS, ENDS_GROUP]] = whirls(turning), not own.joined
     crank.gyroscopic[:] = turning.gyroscopic.T
     if own.turning is not None:
         crank.spin[:] = turning_stiffness(turning).T

@@ -15,7 +15,7 @@ from cranktrain.dynamics.model.numbers import NUMBERS
 from cranktrain.dynamics.time.integrators import method_arrays
 from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
 from cranktrain.dynamics.topology.records import Bodies, Links
-from cranktrain.dynamics.topology.slots import MODES, OF_BLOCK, OF_CRANK, OWN_MODE, OWN_PORT, PORTS
+from cranktrain.dynamics.topology.slots import MODE, MODES, OF_BLOCK, OF_CRANK, OTHERS, OWN_MODE, OWN_PORT, PORTS, RATE
 from cranktrain.film.laws.films import PAIR, Films, IntArray
 from cranktrain.loads.built_in_trace import SAMPLES, TRACE_CONSTANTS, TRACE_ROWS
 from cranktrain.loads.damper import DAMPER_CONSTANTS
@@ -245,8 +245,12 @@ class ModelArrays(NamedTuple):
 
     @property
     def euler_load(self) -> Array:
-        """Modal load (n_t,) of the rotating body at unit angular acceleration."""
-        return self.of_body(OF_CRANK, "euler_load")
+        """Modal load (n_t,) at unit angular acceleration of the rotating body and all that have their modes in it."""
+        found = self.of_body(OF_CRANK, "euler_load")
+        for row in range(OTHERS, len(self.bodies.rows)):
+            if self.bodies.rows[row, MODE] < found.size:
+                found = found + self.bodies.constants[row, RATE] * self.of_body(row, "euler_load")
+        return found
 
     @property
     def films(self) -> Films:

@@ -30,7 +30,7 @@ from cranktrain.dynamics.model.turned_modes import (
     weigh_axis,
 )
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
-from cranktrain.dynamics.time.status import CLEARANCE_FIXED, NO_RIGID_PART, OK
+from cranktrain.dynamics.time.status import CLEARANCE_FIXED, GEARS_FIXED, NO_RIGID_PART, OK
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.loads.damper import FLUID, KIND, LOSS_FACTOR, NEWTONIAN, RUBBER, SPRING
 
@@ -50,6 +50,8 @@ def trim_refusal(model, numbers):
         polar = numbers[slot + to.PART_POLAR]
         if polar > 2.0 * numbers[slot + to.PART_DIAMETRAL] * (1.0 + ROUNDING):
             return NO_RIGID_PART
+    if traits[of.GEARED] > 0.0 and moment_changes(lumps, numbers, lumps.scratch) != 0:
+        return GEARS_FIXED
     if traits[of.MAINS_FREE] == 0.0 and other(lumps, numbers, to.SET_MAIN_CLEARANCE):
         return CLEARANCE_FIXED
     if traits[of.ENDS_FREE] == 0.0 and other(lumps, numbers, to.SET_PIN_CLEARANCE):

@@ -42,6 +42,8 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
     part = work.linear
     ratio = c_v / c_q
     status = 0
+    # S of a group is collected where its inverse will be, because the block comes between the crank and bodies
+    # that are joined to it.
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         n = row[top.MODES]
@@ -50,6 +52,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
         g = row[top.GROUP]
         speed = bodies.constants[b, top.RATE] * omega
         held = SOFT_HOLD / bodies.constants[b, top.INERTIA] if holding > 0.0 and b >= top.OTHERS else 0.0
+        collected = part.inverse[level][g : g + n]
         for i in range(n):
             for j in range(n):
                 # Arrays are stored transposed: element (j, i) of the matrix is at [i, j].
@@ -72,12 +75,16 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                     if b == top.OF_BLOCK and i < 6:
                         stiffness += block_holding
                 if o == g:
-                    part.scratch[i, j] = stiffness + ratio * damping
+                    collected[i, j] = stiffness + ratio * damping
                 else:
-                    part.scratch[i, j] += stiffness + ratio * damping
-        # Inverting the transpose gives the transpose of the inverse.
-        if row[top.ENDS_GROUP] > 0 and invert(part.scratch, n, part.inverse[level][g : g + n]) != 0:
-            status = 1
+                    collected[i, j] += stiffness + ratio * damping
+        if row[top.ENDS_GROUP] > 0:
+            for i in range(n):
+                for j in range(n):
+                    part.scratch[i, j] = collected[i, j]
+            # Inverting the transpose gives the transpose of the inverse.
+            if invert(part.scratch, n, collected) != 0:
+                status = 1
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         n = row[top.MODES]
@@ -202,8 +209,8 @@ def to_ports(model, q, u):
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
-        if row[top.GROUP_PORTS] > 0 and row[top.ENDS_GROUP] > 0:
-            o = row[top.OWN_MODE]
+        o = row[top.OWN_MODE]
+        if row[top.GROUP_PORTS] > 0 and o == row[top.GROUP]:
             n = row[top.MODES]
             ports = row[top.GROUP_PORTS]
             product(bodies.transposed[o : o + n], q[row[top.MODE] :], n, ports, u[row[top.GROUP_PORT] :])

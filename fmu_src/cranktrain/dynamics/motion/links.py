@@ -426,7 +426,7 @@ def engine_column(model, work, cos, sin, slot, i, out):
     for t in range(links.starts[i], links.starts[i + 1]):
         port = links.taken[t, 0]
         c = work.links.coefficients[t, 0]
-        if links.taken[t, 1] == top.OF_CRANK:
+        if port < turning:
             for k in range(n):
                 out[first + k, i] += c * compliance[k, port]
         elif links.taken[t, 1] == top.OF_BLOCK:

@@ -6,7 +6,7 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import term_row
+from cranktrain.dynamics.model.layout import term_row, turning_modes
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.film_memory import memory_offset
 from cranktrain.dynamics.motion.film_ports import frame_numbers
@@ -172,8 +172,12 @@ def wandering(model, work, frame, j):
 
 @kernel
 def observe_bodies(model, work, state):
-    """Energy of added bodies, relative to uniformly rotating frames, and the power of their own damping."""
+    """Energy of added bodies, relative to uniformly rotating frames, and the power of their own damping.
+
+    Modes that bodies have in common with the crank are damped as the crank's.
+    """
     n = model.omega2.shape[0]
+    t = turning_modes(model)
     work.powers[at.BODIES_LOSS] = 0.0
     for b in range(top.OTHERS, model.bodies.rows.shape[0]):
         row = model.bodies.rows[b]
@@ -203,7 +207,7 @@ def observe_bodies(model, work, state):
                 turned = v[j] * model.bodies.gyroscopic[o + i, j] - 0.5 * omega * q[j] * model.bodies.spin[o + i, j]
                 carried += turned * q[i]
             work.powers[at.STORED] += omega * carried
-            if row[top.ENDS_GROUP] > 0:
+            if row[top.ENDS_GROUP] > 0 and first >= t:
                 work.powers[at.BODIES_LOSS] += model.damping[first + i] * v[i] * v[i]
 
 

@@ -56,10 +56,14 @@ class SlowPart(Protocol):
 
 
 def body_shares(model: ModelArrays, row: Array) -> Array:
-    """Modal motion (3, n) of an added body tied to the crank: rotation about z, displacement along x and along y."""
+    """Modal motion (3, n) of an added body tied to the crank: rotation about z, displacement along x and along y.
+
+    It is zero for a body with modes in common with the crank, whose motion includes it.
+    """
+    tied = row[top.TIED] * (row[top.MODE] >= model.ports.shape[1])
     own = slice(row[top.OWN_MODE], row[top.OWN_MODE] + row[top.MODES])
     turned = row[top.SENSE] * model.bodies.euler_load[own]
-    return np.asarray(row[top.TIED] * np.vstack((turned, model.bodies.translation[:2, own])))
+    return np.asarray(tied * np.vstack((turned, model.bodies.translation[:2, own])))
 
 
 def frame_change(frame: Array) -> Array:

@@ -194,6 +194,7 @@ def set_in_motion(model, work, state, windup, rotation, rate):
 def others_in_motion(model, work, state, rotation, rate):
     """Set displacements and velocities of added bodies, which move with the crank as their frames do."""
     n = model.omega2.shape[0]
+    t = turning_modes(model)
     turned = work.modal[at.DIFFERENCE]
     omega = work.frames[0, at.OMEGA]
     bodies = model.bodies
@@ -207,7 +208,7 @@ def others_in_motion(model, work, state, rotation, rate):
         for i in range(modes):
             turned[i] = 0.0
         turn = q[at.ROTATION]
-        if row[top.ENDS_GROUP] > 0 and o == row[top.GROUP]:
+        if row[top.MODE] < t or (row[top.ENDS_GROUP] > 0 and o == row[top.GROUP]):
             q[at.ROTATION] = 0.0
         add_product(bodies.gyroscopic[o : o + modes], q, modes, modes, turned)
         q[at.ROTATION] = turn

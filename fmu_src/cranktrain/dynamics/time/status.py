@@ -7,7 +7,7 @@ from collections.abc import Sequence
 OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED, WORK_SPENT, TOO_LONG = range(7)
 NOT_EMBEDDED, TOLERANCE_RANGE, STEP_RANGE, DELAY_RANGE, UNKNOWN_METHOD, OIL_RANGE, THIN_OIL = range(16, 23)
 DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE, NO_RIGID_PART, CLEARANCE_FIXED, PEAKS_LOST = range(23, 30)
-NO_EQUILIBRIUM = 32
+NO_EQUILIBRIUM, GEARS_FIXED = 32, 33
 NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
 """First status of each kind of invalid input; the status is this number plus the index of the input."""
@@ -61,6 +61,8 @@ REFUSALS = {
     CLEARANCE_FIXED: "the films of this level were made for their clearance; leave main_bearing.clearance and "
     "big_end_bearing.clearance, choose bearing.level impedance or linear, or build the FMU of an engine file with the "
     "new clearance",
+    GEARS_FIXED: "the crank's modes include bodies on rigid gears and belong to the masses of flywheel, pulley, clutch "
+    "and damper housing; leave these, or change them in the engine file",
     BORE_FIXED: "the flexible block was made for another bore; leave it there",
 }
 """Reason and remedy of each refusal to prepare a model."""

@@ -32,7 +32,7 @@ class Laid(NamedTuple):
     connections: Links
     rows: IntArray  # (K, CONNECTION) rows of the connections, see dynamics.model.slots
     laws: Films  # their force laws
-    crank: Array  # (·, n_t) shapes of further ports of the crank
+    crank: Array  # (·, n_t) shapes of further ports of the crank and of bodies joined to it
     block: Array  # (·, n_b) shapes of further ports of the block
     omega: Array  # (N,) natural frequencies of added bodies, rad/s
     damping: Array  # (N,) modal damping of added bodies, 1/s
@@ -51,16 +51,18 @@ def lay_topology(topology: Topology, base: Base) -> Laid:
     topology = _touching(topology, base)
     _warn_of_distances(topology, base)
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
-    first = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * len(block_ports)
     joined = groups(topology)
+    on_crank = [topology.body(name) for name in base.joined]
     frames = FrameNumbers.of_engine()
-    bodies, port_of = body_arrays(topology, joined, held, base, first, frames)
+    bodies, more, port_of = body_arrays(
+        topology, on_crank, joined, held, base, len(crank_ports), len(block_ports), frames
+    )
     for k, name in enumerate(crank_ports):
         port_of[CRANK, name] = base.turning_ports + PORTS * k
     for k, name in enumerate(block_ports):
-        port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
-    names = [body.name for group in joined for body in group.bodies]
-    grouped = {body.name: k for k, group in enumerate(joined) for body in group.bodies}
+        port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + len(more) + base.block_ports + PORTS * k
+    names = [*base.joined, *(body.name for group in joined for body in group.bodies)]
+    grouped = dict.fromkeys(base.joined, -1) | {body.name: k for k, group in enumerate(joined) for body in group.bodies}
     connections, rows, laws = connection_arrays(
         topology, names, port_of, frames, grouped, base.films, _bodies(topology, base), base.rows
     )
@@ -69,7 +71,7 @@ def lay_topology(topology: Topology, base: Base) -> Laid:
         connections,
         rows,
         laws,
-        _shapes(base.crank, list(crank_ports)),
+        np.concatenate((_shapes(base.crank, list(crank_ports)), more)),
         _shapes(base.block, list(block_ports)),
         np.concatenate([np.zeros(0), *(group.omega for group in joined)]),
         np.concatenate([np.zeros(0), *(group.damping for group in joined)]),

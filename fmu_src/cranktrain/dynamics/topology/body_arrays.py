@@ -19,6 +19,10 @@ from cranktrain.dynamics.topology.values import CRANK, GROUND, Body, Frame, Topo
 
 AROUND = np.linspace(0.0, 4.0 * np.pi, 97)[:-1]
 """Crank angles (rad) of a cycle at which the motion of frames is sampled."""
+RIGID = 6
+"""Number of rigid modes of a body."""
+CRANKS_GROUP = -1
+"""Mark of the crank's group, until the tables of all bodies are joined."""
 
 
 class _Body(NamedTuple):
@@ -69,35 +73,46 @@ def _in_modes(
 
 def body_arrays(
     topology: Topology,
-    joined: list[Group],
+    on_crank: Sequence[Body],
+    joined: Sequence[Group],
     held: Mapping[str, Mapping[str, None]],
     base: Base,
-    first: int,
+    crank_ports: int,
+    block_ports: int,
     frames: FrameNumbers,
-) -> tuple[Bodies, dict[tuple[str, str], int]]:
-    """Arrays of the added bodies, group by group, and the first port of each held interface."""
-    sizes = [group.omega.size for group in joined]
-    counts = [[_ports(body, held) for body in group.bodies] for group in joined]
-    n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max(sizes, default=1)
-    m, v = sum(map(sum, counts)), max([1, *map(sum, counts)])
-    z = zeros
+) -> tuple[Bodies, Array, dict[tuple[str, str], int]]:
+    """Arrays of the added bodies, shapes of further ports of the crank, and the first port of each held interface.
+
+    Parameters
+    ----------
+    on_crank, joined : bodies that have their modes in common with the crank, and groups of all others, in this order
+    crank_ports, block_ports : numbers of interfaces of crank and block that connections hold
+    """
+    turning = 0 if base.crank is None else base.crank.n_modes
+    common = np.zeros(turning if on_crank else 0)
+    lead = Group(list(on_crank), common, common, list(base.joined.values()))
+    sizes = [group.omega.size for group in (lead, *joined)]
+    counts = [[_ports(body, held) for body in group.bodies] for group in (lead, *joined)]
+    n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max([1, *sizes])
+    v, tied, z = max([1, *map(sum, counts)]), _tied(topology), zeros
     count = sum(map(len, counts))
     arrays = Bodies(
         np.zeros((count, at.BODY), dtype=np.int64), z((count, at.CONSTANTS)), z((n, w)), z((n, w)), z(n), z(n),
         z((3, n)), z((3, n)), z(n),
-        z((m, w)), z((n, v)), z((n, PORTS)), _fastest(topology),
+        z((sum(map(sum, counts)), w)), z((n, v)), z((n, PORTS)), _fastest(topology),
     )  # fmt: skip
-    port_of: dict[tuple[str, str], int] = {}
-    mode, row_at, port, tied, number = 0, 0, 0, _tied(topology), 0
-    for group, size, own_counts in zip(joined, sizes, counts, strict=True):
+    port_of, more = dict[tuple[str, str], int](), np.zeros((0, turning))
+    mode, row_at, port, number = 0, 0, 0, 0
+    # Ports of bodies in the crank's group come after the crank's, those of all others after the block's.
+    first = base.turning_ports + PORTS * crank_ports
+    for group, size, own_counts in zip((lead, *joined), sizes, counts, strict=True):
         start, group_port = row_at, port
         columns = np.zeros((0, size))
         for k, (body, ports) in enumerate(zip(group.bodies, own_counts, strict=True)):
             reduced, frame, row = body.reduced, topology.frame(body.frame), arrays.rows[number]
             names = held.get(body.name, {})
-            own = _in_modes(
-                body, frame, list(names), base.block, None if group.parts is None else group.parts[k], body.name in tied
-            )
+            part = None if group.parts is None else group.parts[k]
+            own = _in_modes(body, frame, list(names), base.block, part, body.name in tied)
             span = slice(row_at, row_at + size)
             row[[at.MODE, at.MODES, at.PORT, at.PORTS]] = base.modes + mode, size, first + port, ports
             row[[at.OWN_MODE, at.OWN_PORT, at.FRAME_OF, at.SENSE]] = row_at, port, frames[frame], frame.sense
@@ -106,6 +121,10 @@ def body_arrays(
             )  # fmt: skip
             row[[at.GROUP, at.ENDS_GROUP]] = start, k == len(group.bodies) - 1
             row[[at.GROUP_PORT, at.GROUP_PORTS]] = first + group_port, sum(own_counts)
+            if group is lead:
+                row[[at.MODE, at.GROUP, at.PORTS, at.GROUP_PORT]] = 0, CRANKS_GROUP, 0, 0
+                row[at.GROUP_PORTS] = first + sum(own_counts)
+                row[at.TIED] &= not base.joined[body.name][:, :RIGID].any()
             arrays.constants[number] = (
                 frame.rate, reduced.mass, *(reduced.mass * reduced.centre[:2]),
                 float(reduced.euler_load @ reduced.euler_load), row[at.TIED] * _reflected(reduced, frame),
@@ -121,8 +140,13 @@ def body_arrays(
             row_at, port, number = row_at + size, port + ports, number + 1
         for k in range(len(group.bodies)):
             arrays.transposed[start + size * k : start + size * (k + 1), : len(columns)] = columns.T
-        mode += size
-    return arrays, port_of
+        if group is not lead:
+            mode += size
+            continue
+        # Ports after these are numbered from the end of the block's.
+        more, arrays = arrays.shapes[:port, :size].reshape(port, turning), arrays._replace(shapes=arrays.shapes[port:])
+        first, port = first + port + base.block_ports + PORTS * block_ports, 0
+    return arrays, more, port_of
 
 
 def _tied(topology: Topology) -> set[str]:
@@ -196,8 +220,10 @@ def with_engine(crank: Bodies, block: Bodies, others: Bodies) -> Bodies:
     mode, port, number = 0, 0, 0
     for part in parts:
         modes, ports = slice(mode, mode + part.gyroscopic.shape[0]), slice(port, port + part.shapes.shape[0])
-        joined.rows[number : number + len(part.rows), [at.OWN_MODE, at.GROUP]] += mode
-        joined.rows[number : number + len(part.rows), at.OWN_PORT] += port
+        own_rows = joined.rows[number : number + len(part.rows)]
+        own_rows[:, at.OWN_MODE] += mode
+        own_rows[:, at.GROUP] = np.where(own_rows[:, at.GROUP] == CRANKS_GROUP, 0, own_rows[:, at.GROUP] + mode)
+        own_rows[:, at.OWN_PORT] += port
         for name in ("gyroscopic", "spin", "transposed"):
             own = getattr(part, name)
             getattr(joined, name)[modes, : own.shape[1]] = own

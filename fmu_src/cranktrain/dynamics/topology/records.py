@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -86,7 +88,8 @@ class LinkWork(NamedTuple):
 class Base(NamedTuple):
     """Model that a topology is added to: bodies ``crank`` and ``block``, numbers of modes, ports, connections.
 
-    ``films`` are parts for films of added bearings.
+    ``films`` are parts for films of added bearings, ``joined`` the modal coordinates (n, n_t) of bodies that have their
+    modes in common with the crank, by name.
     """
 
     crank: ReducedBody | None
@@ -96,6 +99,7 @@ class Base(NamedTuple):
     block_ports: int
     rows: int = 0
     films: FilmParts = FilmParts()
+    joined: Mapping[str, Array] = MappingProxyType({})
 
 
 def linear_work(bodies: Bodies, slots: int) -> Linear:

@@ -8,9 +8,11 @@ OF_CRANK, OF_BLOCK, OTHERS = range(3)
 # MODE, MODES, PORT, PORTS: first mode and first port of the body in the model, and numbers of its modes and ports.
 # OWN_MODE, OWN_PORT: first row of the body in the tables of modes and in those of ports.
 # FRAME_OF, SENSE: number of the body's frame; 1, or −1 if the frame turns backwards.
-# CARRIED, TIED: 1 if the body moves with the block; 1 if gears, couplings or its frame move it with the crank.
+# CARRIED, TIED: 1 if the body moves with the block; 1 if gears, couplings or its frame move it with the crank, but 0 if
+# its motion is part of the crank's modes.
 # GROUP, ENDS_GROUP: first row of the body's group in the tables of modes, and 1 in the row of the group's last body.
-# Bodies of one group are coupled by gears without give and have their modes in common.
+# Bodies of one group are coupled by gears without give and have their modes in common. Ports of bodies in the crank's
+# group are ports of the crank.
 # GROUP_PORT, GROUP_PORTS: first port of the group and number of its ports.
 # SWINGS: 1 if the body's frame does not turn uniformly with the crank.
 # WHIRLS: 1 if rotation couples modes of the body, by gyroscopic or centrifugal terms.

@@ -10,7 +10,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_body
-from cranktrain.dynamics.topology.laws import data_of, pieces_of
+from cranktrain.dynamics.topology.laws import connection_law, data_of, pieces_of
 from cranktrain.dynamics.topology.values import (
     AT_REST,
     BLOCK,
@@ -118,10 +118,21 @@ def _tensor(moments: tuple[float, ...]) -> Array:
 
 
 def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:
-    """Interfaces of the crank that connections of engine file and script hold, in the order of their ports."""
-    ends = [split_end(text) for table in engine.connections for text in table.ends]
-    ends += [(end.body, end.interface) for connection in (more or Topology()).connections for end in connection.ends]
-    return list(dict.fromkeys(interface for body, interface in ends if body == CRANK))
+    """Interfaces of the crank that connections of engine file and script hold, in the order of their ports.
+
+    ``InputError`` for a rigid gear, because its force on the crank is not known.
+    """
+    found = [(table.name, table.law, [split_end(text) for text in table.ends]) for table in engine.connections]
+    for one in (more or Topology()).connections:
+        found.append((one.name, one.law, [(end.body, end.interface) for end in one.ends]))
+    held = [(interface, name, law) for name, law, ends in found for body, interface in ends if body == CRANK]
+    for _, name, law in held:
+        if connection_law(law, name).relations is not None:
+            raise InputError(
+                f"connection '{name}': law '{law}' has no force, so that the loads on the crank are not known; take a "
+                "gear_mesh or a coupling for cut loads, stress and fatigue"
+            )
+    return list(dict.fromkeys(interface for interface, _, _ in held))
 
 
 def topology_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:

@@ -109,6 +109,7 @@ def recorded_cycle(
     settle : largest settling error of any output family
     look : called after each recorded sample, with the simulation at its state
     """
+    held = held_on_crank(engine, simulation.parts.topology)
     simulation.settings = step_each_row(simulation.settings)
     simulation.initialize()
     found = whole(run_cycles(simulation, None, settle, progress, say))
@@ -119,7 +120,6 @@ def recorded_cycle(
     motion = np.empty((3, count, modes))
     links = simulation.model.links.interfaces
     first_ports = links[links[:, top.OWNER] == top.OF_CRANK, top.PORT_X].astype(int)
-    held = held_on_crank(engine, simulation.parts.topology)
     loads = np.empty((len(held), count, 6))
     begin = simulation.time
     for k in range(count):

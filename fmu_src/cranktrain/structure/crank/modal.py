@@ -116,8 +116,10 @@ def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Ar
     ``crankshaft`` is the complete crankshaft, with flywheel and pulley.
     """
     squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
-    # No spring acts on the crank's rotation, so the first mode is the crank's rigid rotation; it is left out.
-    squares, modes = squares[1:], modes[:, 1:]
+    # No spring acts on the crank's rotation, so the first mode is the crank's rigid rotation. It is left out, as are
+    # free motions of bodies on rigid gears, which are modes of such a crankshaft after its rigid ones.
+    first = 1 + np.count_nonzero(crankshaft.omega[6:] == 0.0)
+    squares, modes = squares[first:], modes[:, first:]
     shares = energy_shares(engine, crankshaft, modes, rods=True)
     return np.sqrt(squares) / (2.0 * np.pi), shares, pulley_answers(engine, crankshaft, modes, squares)
 

@@ -157,12 +157,12 @@ def settings_above(crank: str) -> Settings:
 
 def measured_decay(simulation: Simulation) -> Decay:
     """Free decay of the first torsional modes, measured in a simulation that is not yet initialised."""
-    engine, body = simulation.engine, simulation.body
-    _, mass = cranktrain_matrices(engine, body)
-    highest = engine.reduction.running_cutoff_hz
-    speed = resonance_speed(engine, torsional_frequencies(*cranktrain_modes(engine, body), highest)[0])
+    engine, highest = simulation.engine, simulation.engine.reduction.running_cutoff_hz
+    speed = resonance_speed(engine, torsional_frequencies(*cranktrain_modes(engine, simulation.body), highest)[0])
     simulation.inputs[0] = speed
     simulation.initialize()
+    body = simulation.body
+    _, mass = cranktrain_matrices(engine, body)
     h = communication_step(speed, STEP)
     cycle = round(4.0 * math.pi / speed / h)
     rows = np.zeros((SETTLING * cycle, simulation.outputs.size))

@@ -111,7 +111,8 @@ class SmallMotions:
     def added(self) -> int:
         """Number of modes of bodies other than crank and block, which come last in the model."""
         rows = self._model.bodies.rows[top.OTHERS :]
-        return int(rows[rows[:, top.ENDS_GROUP] > 0, top.MODES].sum())
+        apart = rows[:, top.MODE] >= self._model.ports.shape[1]  # without bodies on rigid gears of the crank
+        return int(rows[(rows[:, top.ENDS_GROUP] > 0) & apart, top.MODES].sum())
 
     @property
     def bands(self) -> list[float]:
@@ -240,20 +241,19 @@ class SmallMotions:
             if top.OF_CRANK in (own := set(terms.body[terms.component == j].tolist()))
             for b in own
         }
-        bands: dict[int, set[float]] = {}
+        bands: dict[tuple[int, int], set[float]] = {}
+        turning = model.ports.shape[1]  # modes of the crank and of bodies on rigid gears with it
         for b, row in enumerate(model.bodies.rows):
+            first, count = int(row[top.MODE]), int(row[top.MODES])
             ratio = round(float(model.links.frames[row[top.FRAME_OF], top.RATIO]), 9) if b >= top.OTHERS else 1.0 - b
-            own = bands.setdefault(int(row[top.MODE]), {0.0})
-            if b != top.OF_CRANK and not self._still:
+            own = bands.setdefault((first, count), {0.0})
+            if first >= turning and not self._still:
                 own |= {abs(ratio), -abs(ratio)}
                 if b in on_crank or ratio == 0.0:
                     own |= {ratio - 1.0, 1.0 - ratio}
-            if row[top.ENDS_GROUP] > 0 and row[top.MODES] > 0:
-                yield (
-                    int(row[top.MODE]),
-                    int(row[top.MODES]),
-                    sorted(bands[int(row[top.MODE])], key=lambda s: (abs(s), -s)),
-                )
+        for (first, count), found in bands.items():
+            if count > 0:
+                yield first, count, sorted(found, key=lambda s: (abs(s), -s))
 
     def _measured(self) -> _Terms:
         """What each component measures: ports with their coefficients by harmonics of the crank angle."""

@@ -17,7 +17,7 @@ from cranktrain.dynamics.model.pack import Cranktrain, no_body, pack
 from cranktrain.dynamics.model.records import no_ports
 from cranktrain.dynamics.tangents import tangents_at_rest
 from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.relations import groups
+from cranktrain.dynamics.topology.relations import groups, joined_crank
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
 from cranktrain.structure.in_motion.linear import SmallMotions
 
@@ -28,7 +28,8 @@ class TopologyModes(NamedTuple):
     Attributes
     ----------
     frequencies_hz : (n,) 0 for free motion
-    shapes : (n, n) modal coordinates of all bodies, one after the other, by mode; columns of unit modal mass
+    shapes : (m, n) modal coordinates of all bodies by mode, one after the other, those of the crank in its own modes;
+        columns of unit modal mass
     rotations : by body (n,) its rotation about its frame's axis in each mode
     shares : by body (n,) its fraction of the kinetic energy of each mode; also of ``crank`` and ``block``
     """
@@ -61,10 +62,16 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
     for connection in topology.connections:
         if any({CRANK: body, BLOCK: block}.get(end.body, True) is None for end in connection.ends):
             raise InputError(f"connection '{connection.name}' holds the engine's own bodies, which are not there")
+    given, of_crank, parts = crank, np.zeros((0, 0)), dict[str, Array]()
+    if crank is not None:
+        crank, of_crank, parts = _with_gears(topology, crank)
+        body = crank.body
     on_crank, in_block = (0 if one is None else one.n_modes for one in (body, block))
     first = on_crank + in_block
     ports = no_ports()._replace(turning=np.zeros((0, on_crank)), block=np.zeros((0, in_block)))
-    own = Cranktrain(turning=body, block=block, stationary=block or no_body(), damping=np.zeros(first), ports=ports)
+    own = Cranktrain(
+        turning=body, joined=parts, block=block, stationary=block or no_body(), damping=np.zeros(first), ports=ports
+    )
     model = pack(topology, own)
     mass, _, stiffness = SmallMotions(model, still=True).equations(0.0, tangents_at_rest(model))
     if crank is not None:
@@ -74,15 +81,43 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
     squares, found = np.linalg.eigh(root @ (0.5 * (stiffness + stiffness.T)) @ root.T)
     found = root.T @ found
     turns, shares = {}, {}
-    if crank is not None:
-        moving = found[:on_crank]
-        shares[CRANK] = np.einsum("ik,ij,jk->k", moving, crank.mass[:on_crank, :on_crank], moving)
+    turned = of_crank @ found[:on_crank]
+    if given is not None:
+        count = len(turned)
+        shares[CRANK] = np.einsum("ik,ij,jk->k", turned, given.mass[:count, :count], turned)
     if block is not None:
         shares[BLOCK] = (found[on_crank:first] ** 2).sum(axis=0)
-    order = [(body.name, group, k) for group in groups(topology) for k, body in enumerate(group.bodies)]
-    for (name, group, k), row in zip(order, model.bodies.rows[at.OTHERS :], strict=True):
+    in_modes: list[tuple[str, Array | None]] = [*parts.items()]
+    for group in groups(topology):
+        in_modes += [(one.name, None if group.parts is None else group.parts[k]) for k, one in enumerate(group.bodies)]
+    for (name, part), row in zip(in_modes, model.bodies.rows[at.OTHERS :], strict=True):
         own_rows, modes = (slice(int(row[slot]), int(row[slot] + row[at.MODES])) for slot in (at.OWN_MODE, at.MODE))
         turns[name] = model.bodies.turn[own_rows] @ found[modes]
-        moved = found[modes] if group.parts is None else group.parts[k] @ found[modes]
+        moved = found[modes] if part is None else part @ found[modes]
         shares[name] = (moved**2).sum(axis=0)
-    return TopologyModes(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi), found, turns, shares)
+    shapes = np.concatenate((turned, found[on_crank:]))
+    return TopologyModes(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi), shapes, turns, shares)
+
+
+def _with_gears(topology: Topology, crank: CrankAtRest) -> tuple[CrankAtRest, Array, dict[str, Array]]:
+    """Crank in the modes that it has in common with bodies on rigid gears, and modal coordinates of both in these."""
+    n, body = crank.body.n_modes, crank.body
+    geared = joined_crank(topology, body, np.zeros(n))
+    if geared is None:
+        return crank, np.eye(n), {}
+    # The common modes hold stiffness and mass of the bodies themselves; the block's modes stay as they are.
+    turn, common = geared.own, geared.body.omega
+    beside = len(crank.mass) - n
+    both = np.zeros((n + beside, common.size + beside))
+    both[:n, : common.size], both[n:, common.size :] = turn, np.eye(beside)
+    found = []
+    for part, own, more in (
+        (crank.stiffness, body.omega**2, common**2),
+        (crank.mass, np.ones(n), np.ones(common.size)),
+    ):
+        rest = part.copy()
+        rest[:n, :n] -= np.diag(own)
+        joined = both.T @ rest @ both
+        joined[: common.size, : common.size] += np.diag(more)
+        found.append(joined)
+    return crank._replace(body=geared.body, stiffness=found[0], mass=found[1]), turn, geared.parts
