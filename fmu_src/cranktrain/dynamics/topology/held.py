@@ -1,7 +1,7 @@
 """Whether connections hold all added bodies, and whether rigid gears drive each of them once.
 
-A rigid motion of the bodies that moves no component of any connection is held by nothing. Gas and loads push and do not
-hold, and a liner holds across its cylinder. A body that turns may be free to turn about its own axis.
+A rigid motion of the bodies that moves no component of any connection is held by nothing. Gas, loads and rods push and
+do not hold, and a liner holds across its cylinder. A body that turns may be free to turn about its own axis.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def _motions(topology: Topology, bodies: list[Body], first: dict[str, int]) -> l
     for connection in topology.connections:
         frames = [topology.end_frame(end) for end in connection.ends]
         for piece in pieces_of(connection, *frames):
-            holding = {gas_law: 0, load_law: 0, liner_law: 2}.get(piece.kernel, len(piece.components))
+            holding = 0 if piece.has_mass else {gas_law: 0, load_law: 0, liner_law: 2}.get(piece.kernel, 4)
             for pair in piece.components[:holding]:
                 row = np.zeros(6 * len(bodies))
                 for end, frame, direction in zip(connection.ends, frames, pair, strict=True):
