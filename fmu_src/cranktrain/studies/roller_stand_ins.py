@@ -198,7 +198,7 @@ def _mean(values: Array) -> float | None:
 
 
 def with_stand_ins(engine: str | Path | Engine, out: str | Path, report: dict[str, Any]) -> Path:
-    """Write a copy of an engine file with the stand-in springs of a report of :func:`running_rollers`; returns its path.
+    """Write a copy of an engine file with the stand-in springs of a :func:`running_rollers` report; returns its path.
 
     Raises ``InputError``: an ``out`` that exists, or an engine file with several entries on a line.
     """
