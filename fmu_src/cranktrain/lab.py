@@ -1,6 +1,6 @@
-"""What the laboratory, :mod:`cranktrain_lab`, adds to the command line and to the library: the one file that names it.
+"""Names of the functions that the laboratory, :mod:`cranktrain_lab`, adds to the command line and to the library.
 
-All of it is loaded when it is asked for; no module of this package imports the laboratory.
+Their modules are loaded at first use. No module of this package imports the laboratory, and only this one names it.
 """
 
 CLI = "cranktrain_lab.cli"

@@ -268,7 +268,7 @@ BAD = [
     ("load = {}", "hold_out", {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
     ("load = {}", "nothing", {}, r"has no data; add \[\[orders\]\]"),
     ("load = {}", "frequencies", {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
-    ("load = {}", "both", {}, "derived: serves files of .targets. alone"),
+    ("load = {}", "both", {}, "derived: applies only to files with .targets. alone"),
     ("", "orders", {}, "parameters: none is given"),
     ('"crank.stifness" = {}', "orders", {}, r"is not a key of an engine file; did you mean 'crank\.stiffness'\?"),
     ('"combustion.heat" = {}\nload = {}\n"mounts.stiffness" = {}', "orders", {}, "mounts"),

@@ -235,7 +235,7 @@ DESCRIPTIONS = [
 TEXTS = [
     (lambda text: text[: len(text) // 3], "values, its 30 components need 465"),
     (lambda text: text[: text.index("*MATRIX,TYPE=MASS")], "no mass matrix"),
-    (lambda text: text.replace("E+", "Q+", 1), "is no number"),
+    (lambda text: text.replace("E+", "Q+", 1), "is not a number"),
     (lambda text: "", "no .USER ELEMENT"),
 ]
 SPOILT = [("matrices", *row) for row in NOT_FREE]

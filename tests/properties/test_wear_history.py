@@ -158,7 +158,10 @@ def test_the_command_writes_history_table_and_engine(tmp_path, capsys, monkeypat
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--wear-coefficient", "1e-8"], "--wear-coefficient is of wear over time; give --hours or --schedule"),
+        (
+            ["--wear-coefficient", "1e-8"],
+            "--wear-coefficient applies only to wear over time; give --hours or --schedule",
+        ),
         (["--hours", "1", "--passes", "3"], "--passes does not go with --hours"),
         (["--schedule", "missing.csv"], "missing.csv"),
         (["--hours", "1", "--increment", "3"], "increment 3 is not within 0 to 1"),

@@ -68,7 +68,7 @@ def _change_value(document: dict[str, Any], table: str, key: str, value: Any) ->
     """Set one value of a TOML table of the document; None restores the default of the value."""
     own = document.setdefault(table, {})
     if not isinstance(own, dict):
-        raise InputError(f"with_: {table} is {shown(own)}, no table in which {key} could stand")
+        raise InputError(f"with_: {table} is {shown(own)}, not a table, so it has no {key}")
     if value is None:
         own.pop(key, None)
     else:

@@ -15,7 +15,7 @@ from cranktrain.core.cache import cache_folder
 from cranktrain.store.side_by_side import BEFORE_PROCESSES
 
 LINES: ContextVar[bool] = ContextVar("LINES", default=True)
-"""True if each stage is a line on stderr where that is no terminal; in calls of the library only long stages are."""
+"""True to print a line for each stage if stderr is no terminal; calls of the library print only long stages."""
 LATE, AGAIN = 1.0, 10.0
 """Seconds after which the name of a step of work is printed, and seconds between its further progress lines."""
 

@@ -87,7 +87,7 @@ def roller_cycle(simulation: Simulation) -> RollerCycle:
 
 
 def stand_ins(engine: Engine, body: ReducedBody, cycle: RollerCycle) -> StandIns:
-    """Springs that yield on average as the rollers do, in series with the crankshaft ``body`` of a run."""
+    """Stand-in springs with the mean compliance of the rollers in series with the crankshaft ``body`` of a run."""
     lever = 0.5 * np.array(required_rollers(engine).roller_length)
     radial = 0.5 * np.trace(cycle.tangents[:, :, :2, :2], axis1=2, axis2=3)
     tilting = 0.5 * np.trace(cycle.tangents[:, :, 2:, 2:], axis1=2, axis2=3) * lever**2
@@ -110,7 +110,7 @@ def elastic_stiffness(body: ReducedBody, mains: Sequence[int], first: int) -> Ar
 
 
 def required_rollers(engine: Engine) -> RollerBearings:
-    """Roller bearings of an engine; ``InputError`` where its mains are none."""
+    """Roller bearings of an engine; ``InputError`` if its mains are not roller bearings."""
     if engine.main_roller is None:
         raise InputError(f"engine '{engine.name}' has no [main_roller]; its main bearings are not roller bearings")
     return engine.main_roller
@@ -119,9 +119,9 @@ def required_rollers(engine: Engine) -> RollerBearings:
 def running_rollers(
     engine: Engine, rpm: float, settings: Settings | None = None, say: Progress = lambda stage: None
 ) -> dict[str, Any]:
-    """Tangents of an engine's rollers over a settled cycle, and the stand-ins that follow; JSON-able.
+    """Tangents of an engine's rollers over a settled cycle, and the stand-in springs from them; JSON-able.
 
-    Contacts are those of the engine file, Palmgren's where its law is linear. Raises ``InputError``.
+    The contact law is that of the engine file, or Palmgren's if that is linear. Raises ``InputError``.
 
     Parameters
     ----------
@@ -193,14 +193,14 @@ def _entry(engine: Engine, cycle: RollerCycle, found: StandIns, i: int) -> dict[
 
 
 def _mean(values: Array) -> float | None:
-    """Mean of a bearing's loaded samples; nothing where it is never loaded."""
+    """Mean over a bearing's loaded samples; None if it is never loaded."""
     return float(values.mean()) if values.size else None
 
 
 def with_stand_ins(engine: str | Path | Engine, out: str | Path, report: dict[str, Any]) -> Path:
-    """Write an engine file anew with the stand-ins of a report of :func:`running_rollers`; the path.
+    """Write a copy of an engine file with the stand-in springs of a :func:`running_rollers` report; returns its path.
 
-    Raises ``InputError``: an ``out`` that exists, or an engine file whose entries do not stand on lines of their own.
+    Raises ``InputError``: an ``out`` that exists, or an engine file with several entries on a line.
     """
     base = load_engine(engine)
     load = "full load" if report["load"] == 1.0 else f"{report['load']:g} of full load"

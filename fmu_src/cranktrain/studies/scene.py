@@ -51,12 +51,12 @@ from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.studies.output_levels import bearing_ladder, lowest_levels, refuse_beyond
 
 FINEST_ACCURACY = 1.0e-6
-"""Unreachable accuracy: a run at the finest step differs from a run with half this step by about as much."""
+"""Best accuracy that can be requested: about the difference of runs with the finest step and half of it."""
 COARSEST_ACCURACY = 0.5
 STRESS = "stress"
-"""Result quantity that is no time series of the running model: asks for the solid crank with all modes."""
+"""Result that is not a time series of the running model; it requires the solid crank with all modes."""
 STRESSING = ("pulley.torsion", "bearing.force.x", "bearing.force.y")
-"""Outputs that stresses follow: wanted where a scene names ``stress`` alone."""
+"""Outputs by which the accuracy of stresses is judged, if a scene names only ``stress``."""
 
 _Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min", "speed")]
 _Hz = Annotated[float, measure("Hz", "frequency")]
@@ -179,10 +179,9 @@ class Scene:
 
 
 def load_scene(path: str | Path | Scene) -> Scene:
-    """Read and check a scene; one that is read already stays as it is.
+    """Read and check a scene; a :class:`Scene` is returned unchanged.
 
-    Raises ``InputError``: one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be
-    had.
+    Raises ``InputError``, one line with file and key, for anything unknown, missing, of a wrong type, or not available.
     """
     if isinstance(path, Scene):
         return path
@@ -266,7 +265,7 @@ def _speeds(read: SceneTable) -> tuple[float, ...]:
 
 
 def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], bool]:
-    """Single outputs that a scene's list stands for, and whether stresses are among them; ``InputError``."""
+    """Names of all single outputs of a scene's list, and True if the list contains stresses; ``InputError``."""
     from cranktrain.dynamics.outputs.register import output_counts, output_names
 
     known = tuple(name for name in output_names(output_counts(engine)) if not name.startswith("solver."))
@@ -302,7 +301,7 @@ def _unknown_output(engine: Engine, name: str, known: tuple[str, ...], families:
 
 
 def _check_numbers(scene: Scene) -> None:
-    """Refuse numbers outside their bounds."""
+    """Raise ``InputError`` for numbers outside their bounds."""
     if scene.accuracy < FINEST_ACCURACY:
         raise InputError(
             f"accuracy: {scene.accuracy:g} cannot be reached: runs at the finest steps differ by about "
@@ -322,7 +321,7 @@ def _check_numbers(scene: Scene) -> None:
 
 
 def _check_frequency(scene: Scene) -> None:
-    """Refuse a frequency that the crank's modes do not reach."""
+    """Raise ``InputError`` for a frequency above the cut-off of the crank's modes."""
     kept = scene.engine.reduction.running_cutoff_hz
     if scene.cutoff is not None and not 0.0 < scene.cutoff <= kept:
         raise InputError(
@@ -344,7 +343,7 @@ def _check_frequency(scene: Scene) -> None:
 
 
 def _check_levels(scene: Scene) -> None:
-    """Refuse levels that do not exist, do not fit the engine, or cannot answer what is wanted."""
+    """Raise ``InputError`` for levels that do not exist, do not fit the engine, or do not provide the outputs."""
     from cranktrain.dynamics.model.settings import Settings, check_levels, resolved
     from cranktrain.dynamics.time.integrators import integrator_table
     from cranktrain.dynamics.warm_films import check_level

@@ -57,7 +57,7 @@ def check_engine_file(study: Study, path: str | Path | None) -> Path | None:
     if path is None:
         return None
     if study.engine is None:
-        raise InputError("--engine-file: the study is of no engine; leave it out")
+        raise InputError("--engine-file: the study has no engine; leave the option out")
     if Path(path).exists():
         raise InputError(f"{path}: exists and is not overwritten; name another --engine-file")
     return Path(path)

@@ -116,7 +116,9 @@ def run_in(named: str | Path | Engine, ask: RunIn) -> VerbResult:
         return _over_time(named, ask)
     given = [name for name in OVER_TIME if getattr(ask, name) is not None]
     if given:
-        raise InputError(f"--{given[0].replace('_', '-')} is of wear over time; give --hours or --schedule as well")
+        raise InputError(
+            f"--{given[0].replace('_', '-')} applies only to wear over time; give --hours or --schedule as well"
+        )
     with labelled_bar("run-in") as (tell, follow):
         found = study.run_in(
             named, ask.output, speed_rpm=ask.speed_rpm, crank=ask.crank,

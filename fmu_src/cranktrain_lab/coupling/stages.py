@@ -39,7 +39,9 @@ class AtStages(Updates):
         super().__init__(order, "stages")
         self._first = sum(one.name in whole for one in order)
         if {one.name for one in order[: self._first]} != set(whole):
-            raise InputError(f"scheme 'stages': {', '.join(whole)} must come first to take steps whole; reorder units")
+            raise InputError(
+                f"scheme 'stages': {', '.join(whole)} must be the first units, as they take whole steps; reorder units"
+            )
         self._none = self._begin = self._size = 0.0
         self._asked_for = 0
         self._trial = False

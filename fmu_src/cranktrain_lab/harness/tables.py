@@ -193,7 +193,7 @@ class PowerTable(Table, kw_only=True):
 
 
 class WayTable(Table, kw_only=True):
-    """Settings of runs, in the file for all scenarios or in a scenario for itself."""
+    """Settings of runs; at the top of the file they apply to all scenarios, in a scenario to this one only."""
 
     cycles: float | None = None
     stop_s: _Seconds | None = None

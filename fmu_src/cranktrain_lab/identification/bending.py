@@ -34,7 +34,7 @@ RIGID_MODES = 6
 def targets_of(read: MeasuredTable) -> tuple[Target, ...]:
     """Return [targets] of a measured file with other data; ``InputError`` for targets that need a calibration."""
     if read.derived:
-        raise InputError("derived: serves files of [targets] alone; leave it out beside sets")
+        raise InputError("derived: applies only to files with [targets] alone; leave it out, or the measured sets")
     found = tuple(target_of(name, entry) for name, entry in read.targets.items())
     for one in found:
         if one.of == MOTION:

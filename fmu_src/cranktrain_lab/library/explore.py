@@ -19,11 +19,11 @@ Knobs that turn an engine's torsional vibration, in a notebook; needs the extra 
 
 
 class Explorer:
-    """A page for a notebook, which shows it where it stands last in a cell.
+    """Page for a notebook, which is shown if it is the last expression of a cell.
 
     Attributes
     ----------
-    view : Panel object of the page, for pages of one's own
+    view : Panel object of the page, for use in a user's own page
     """
 
     def __init__(self, page: Any, close: Any) -> None:

@@ -146,7 +146,7 @@ def _means(workers: int | None, scheduler: str | None, anew: bool) -> Means:
 
 
 def _study(of: Any, vary: Any, derived: Any, given: dict[str, Any], name: str) -> Study:
-    """The study of a file, or of what a script gives."""
+    """Study from a file, or from the arguments of a script."""
     from cranktrain.core.typed_file import record
     from cranktrain.engine.file import load_engine
     from cranktrain_lab.variants.study import load_study, study_of

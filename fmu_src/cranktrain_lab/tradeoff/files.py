@@ -42,7 +42,7 @@ SHOWN = (
     "speed_rpm", "crank", "bearings", "block", "modes", "integrator", "step_deg", "tolerance", "cycles", "repeats",
     "settling", *UNSETTLED,
 )  # fmt: skip
-"""Parameters that the page tells of a point."""
+"""Parameters of a point that the page shows."""
 
 
 def write_files(study: Study | TotalStudy, folder: Path) -> list[Path]:

@@ -95,8 +95,8 @@ def reference_case(case: Case, quick: bool = False) -> Case:
 def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict[str, float | None]:
     """Estimate a reference run's error, by output, from runs with two and four times its step (Richardson).
 
-    With the differences e₂ of the steps 4h and 2h, and e₁ of 2h and h, the ratio r = e₂/e₁ is what a halving gains;
-    what is left at h is e₁/(r − 1), with r bounded below by 2. Where halving gains nothing it is the larger of both.
+    With the differences e₂ of the steps 4h and 2h, and e₁ of 2h and h, the ratio r = e₂/e₁ is the gain by halving the
+    step. The error at h is e₁/(r − 1), with r at least 2. If halving gains nothing, the error is the larger of both.
     """
     films = bearing_law(case.levels.bearings).film
     bearings = len(case.engine.crankshaft.main_widths)

@@ -140,7 +140,7 @@ def measured(
 ) -> list[Point]:
     """Measure entries and return their points. Stored runs are not repeated, and each run is stored at once.
 
-    ``say`` is told each run before it starts, ``advance`` is called after each that was run or was not needed.
+    ``say`` receives the name of each run before it starts; ``advance`` is called after each run, also a stored one.
     """
     told = say or (lambda stage: None)
     for turn in range(repeats):

@@ -27,17 +27,17 @@ class Point:
 
     Attributes
     ----------
-    family, label : what was varied, and which choice this is
-    parameters : the choice in numbers and names; ``error_kind`` says what the error is against, ``settling`` the change
-        over the last cycle of the output of ``OUTPUTS`` that changed most (None after one cycle), ``solver`` whose it
-        is where another than the stage solver ran it, ``start_unsettled`` and ``reference_start_unsettled`` the
-        settling error of the motion in which the run or its reference began, where that motion does not repeat
-    seconds_per_simulated_second : processor seconds; None where the run failed
+    family, label : varied quantity, and name of this choice
+    parameters : the choice in numbers and names. ``error_kind`` names the reference of the error; ``settling`` is the
+        largest change of an output of ``OUTPUTS`` over the last cycle (None after one cycle); ``solver`` names a solver
+        other than the stage solver; ``start_unsettled`` and ``reference_start_unsettled`` are the settling errors of
+        the initial motion of the run and of its reference, if that motion does not repeat
+    seconds_per_simulated_second : processor seconds; None if the run failed
     error : relative error of each of ``OUTPUTS``: RMS of the difference over the last cycle over the RMS of the
-        reference's alternating part, of films the worst main's; None where the level has no such output
-    other_errors : the same of ``OTHERS``, of bearing forces the worst main's
+        reference's alternating part, for films the largest of all mains; None if the level lacks the output
+    other_errors : the same for ``OTHERS``; for bearing forces the largest of all mains
     status : ok, unstable, or "failed: why"
-    pareto : whether no other point of its scene and kind of error is both cheaper and closer
+    pareto : True if no other point of its scene and kind of error is both cheaper and more accurate
     """
 
     family: str

@@ -64,8 +64,8 @@ class Recorded(NamedTuple):
     """Outputs of a run over all cycles, at the ends of intervals of ``interval`` degrees, and the run's cost.
 
     ``values`` (2 + b, or 3 + 2b, samples): torsion, axial motion and least films of a solver that knows no more, else
-    also shaft torque and vertical bearing forces. ``unsettled`` is what the motion at the start lacks of one that
-    repeats; None where it repeats, or where the run starts from rest.
+    also shaft torque and vertical bearing forces. ``unsettled`` is the settling error of the initial
+    motion; None if that motion repeats, or if the run starts from rest.
     """
 
     values: Array

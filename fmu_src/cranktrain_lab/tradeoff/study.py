@@ -97,9 +97,9 @@ class TotalStudy:
 
 
 def default_scenes(quick: bool, total: bool = False) -> list[StudyScene]:
-    """Return the scenes where none is given: the shipped six at 2000 rev/min, and in a full study more.
+    """Return the default scenes. A ``quick`` study has one: the shipped six at 2000 rev/min.
 
-    These are its resonance and the V8, or of total errors ``SPEEDS_RPM``; quick: one scene.
+    A full study also has the six in resonance and the V8. A study of ``total`` errors has the six at ``SPEEDS_RPM``.
     """
     of_total = [("diesel_i6", rpm) for rpm in SPEEDS_RPM]
     wanted = [("diesel_i6", 2000.0), ("diesel_i6", 2200.0), ("diesel_v8", 1800.0)]
@@ -146,9 +146,10 @@ def study(
 
     Parameters
     ----------
-    say : told each run before it starts
-    progress : called with the share of runs done
-    others : of a scene, and whether the study is quick: entries of other solvers beside the family ``integrators``
+    say : receives the name of each run before it starts
+    progress : called with the fraction of finished runs
+    others : function of a scene, and of True for a quick study, that returns entries of other solvers, which are added
+        to the family ``integrators``
     """
     repeats = 1 if quick else REPEATS
     plan = [(scene, FAMILIES[family](scene, quick)) for family in families for scene in scenes]

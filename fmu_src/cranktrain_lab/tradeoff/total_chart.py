@@ -1,7 +1,8 @@
 """Pictures of total error against cost: all choices, their Pareto front, and the parts of the errors on this front.
 
-Left: total error over cost; colour tells the bearings, the mark's form the crank, a filled mark a flexible block; a
-line joins the steps of one model. Right: the choices of the front, and the default, one a row, with their parts.
+Left: total error over cost. Colours show the bearing level, forms of marks the crank level, filled marks a flexible
+block. A line joins the steps of one model. Right: the choices of the front and the default, one in each row, with the
+parts of their errors.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""All arrays of a run, from a topology and from what a cranktrain brings beside it.
+"""All arrays of a run, from a topology and the additional data of a cranktrain.
 
 :func:`pack` knows bodies, frames, connections and ports, no engine. :mod:`cranktrain.dynamics.model.arrays` reads an
 engine into the plain values of a :class:`Cranktrain`; a topology alone makes a system of bodies and connections in
@@ -63,7 +63,7 @@ def _plain_scalars() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Cranktrain:
-    """What a cranktrain brings beside its topology; sizes as in ModelArrays, each part empty by default.
+    """Data of a cranktrain in addition to its topology; sizes as in ModelArrays, each part empty by default.
 
     Its arrays become those of the model, so each is packed only once.
 

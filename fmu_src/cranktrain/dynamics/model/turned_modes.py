@@ -188,7 +188,7 @@ def turn_matrices(model, changed):
 
 @kernel
 def turning_stiffness(lumps, n):
-    """Remove rigid-body residuals from STRESS, see :func:`cranktrain.core.reduced_body.turning_stiffness`."""
+    """Remove rigid-body residuals from the stress stiffness K_σ in ``room[STRESS]``; see core.reduced_body."""
     room = lumps.room
     stress, tells, fields, lines = room[of.STRESS], room[of.PRODUCT], room[of.VECTORS], room[of.SQUARES]
     for k in range(6):

@@ -66,7 +66,7 @@ def film_weights(film, place, shift, nodes):
 
 @inlined_kernel
 def _add_spacing(film, first, line, low, high, nodes):
-    """Add the weights of the spacing after a line, with the flow's slope q′ from the spacings ``low`` and ``high``."""
+    """Add the weights of the interval after a ``line``; intervals ``low`` and ``high`` give the flow's slope q′."""
     h = nodes[FILM]
     weights = nodes[WEIGHT]
     conductance = nodes[CHANGE]

@@ -301,8 +301,8 @@ def _value(shapes, q, cos, sin, zeta, m):
 def border_equations(film, work, right_sides, moving):
     """Assemble the equations of the shapes, with all nodes eliminated; right-hand sides start at column 7.
 
-    One right-hand side is the Newton step with the loads ``sums``. Eight are the last sources, of which the first
-    ``moving`` are by x, y, a, b.
+    With one right-hand side it belongs to the Newton step with the loads ``sums``. With eight they belong to the last
+    sources, of which the first ``moving`` are changes of x, y, a, b.
     """
     n_shapes = int(film.constants[one.N_SHAPES])
     none = all_eight(0.0)

@@ -202,7 +202,7 @@ def _numbers(path: Path, lines: list[str]) -> Array:
     except ValueError:
         wrong = next(k for k, line in enumerate(lines, 1) if not _is_numeric(line))
         raise InputError(
-            f"{path}: line {wrong} of its values holds what is no number; export the file again, or name another"
+            f"{path}: line {wrong} of its values is not a number; export the file again, or name another"
         ) from None
     if not np.isfinite(found).all():
         raise InputError(f"{path}: holds numbers that are not finite; export the file again")

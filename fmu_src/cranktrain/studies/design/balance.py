@@ -54,9 +54,9 @@ class Places(NamedTuple):
 
     Attributes
     ----------
-    along : (c,) from the middle of the pins, over ``distance``
-    distance : the distance a that moments are told in, m; 1 where there is none
-    words : what this distance is
+    along : (c,) positions from the middle of the pins, over ``distance``
+    distance : distance a by which moments are divided, m; 1 if there is none
+    words : description of this distance
     """
 
     along: Array

@@ -34,8 +34,8 @@ class Layout(NamedTuple):
     form : ``in line``, ``V`` or ``boxer``
     firing_deg : crank angle at which each cylinder fires, in the order of their numbers, at the usual bank angle
     bank_deg : usual angle between the banks, deg; 0 in line
-    note : what is said of the choice
-    split : whether each cylinder of a V has a pin of its own, turned so that all fire evenly
+    note : remark on the layout
+    split : True if each cylinder of a V has its own pin, rotated so that all cylinders fire at even intervals
     """
 
     name: str

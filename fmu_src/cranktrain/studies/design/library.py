@@ -2,8 +2,8 @@
 
     python -m cranktrain.studies.design.library [ENGINE ...]
 
-writes their files into the package. All other sizes are those of ``cranktrain new``; what a row adds (balancer shafts,
-a dual-mass flywheel, a generator behind an elastic coupling) is stated in ``MORE``. Bore, stroke and power are
+writes their files into the package. All other sizes are those of ``cranktrain new``. ``MORE`` has additional tables
+(balancer shafts, a dual-mass flywheel, a generator behind an elastic coupling). Bore, stroke and power are
 makers' published figures of engines of the kind that the row names; nothing else of these engines is in the files.
 The low-speed two-stroke ``two_stroke_six`` and the reference's engines are files of their own.
 """

@@ -1,6 +1,6 @@
 """Engine file from the sizes of an engine. Every value follows from a rule, which its note states.
 
-What no rule of practice gives follows from physics. The heat per cycle gives the mean effective pressure; the intake
+Values without a rule of practice follow from physics. The heat per cycle gives the mean effective pressure; the intake
 pressure brings the air for it; counterweights balance their throw as far as the pistons leave room; the flywheel limits
 how unevenly the engine turns at its lowest speed; the stand-in springs of the mains carry a usual load at a usual
 eccentricity. See :mod:`cranktrain.studies.design.sizes` for the proportions.
@@ -61,7 +61,7 @@ ROUNDS = 4
 def document(name: str, sizes: Sizes, equipment: Equipment = BARE) -> Document:
     """Complete engine file with this name, these sizes and the requested equipment.
 
-    Raises ``InputError`` where the engine has no room, or no use, for it.
+    Raises ``InputError`` if the engine has no room, or no use, for the equipment.
     """
     sizes = sizes._replace(wide_mains=equipment.mounts)
     made = first_design(name, sizes)

@@ -81,10 +81,10 @@ DEFINITION = (
 
 
 def listed(found: ModesInMotion, speeds: tuple[float, float]) -> list[dict[str, Any]]:
-    """Modes of the crank up to 1000 Hz, or up to the first torsional one: Hz, damping ratio, shape and shares.
+    """Modes of the crank up to 1000 Hz, or up to the first torsional mode: Hz, damping ratio, shape, energy fractions.
 
-    ``order`` is the one that gives the largest torsion of the pulley, ``pulley_deg``, where it meets the mode within
-    the ``speeds`` (lowest and highest, rad/s); None where no order does.
+    ``order`` is the order that gives the largest torsion of the pulley (``pulley_deg``) in resonance with the mode
+    within the ``speeds`` (lowest and highest, rad/s); None if no order is in resonance.
     """
     highest = listed_to([found.torsional_hz if found.torsional >= 0 else None])
     sizes = found.at_resonance(*speeds)

@@ -35,8 +35,8 @@ def level_error(
     """Total error of the torsion at the levels of a run or run-up, and options that halve it; keys carry units.
 
     ``settings`` are complete; a run-up goes from ``first_rpm`` to ``last_rpm``. ``unlike`` says in one line how the
-    run differs from those that were measured. ``total`` is None where the figures do not cover the run; ``halved_by``,
-    ``halved_total`` and ``halved_time`` (its time over the run's) are None where nothing measured halves the error.
+    run differs from those that were measured. ``total`` is None if the figures do not cover the run; ``halved_by``,
+    ``halved_total`` and ``halved_time`` (its time over the run's) are None if no measured choice halves the error.
     ``text`` says all of it in one line.
     """
     none: dict[str, Any] = {"output": f"pulley.{TORSION}", "total": None, "best": None, "measured_rpm": [],

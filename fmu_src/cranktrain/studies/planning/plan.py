@@ -45,10 +45,10 @@ class Plan:
     errors : predicted errors of each output
     real_time_factor : predicted wall seconds per simulated second
     next : the case that a check runs: next levels, all modes, half the step; None of the levels at the top
-    next_real_time_factor : of the next levels at the plan's step; None where they were not run
+    next_real_time_factor : of the next levels at the plan's step; None if they were not run
     reasons : one line for each part
-    within_accuracy, within_budget : whether the scene's demands are met
-    total_error, against : error against the best model where measured total errors chose the levels, and which model
+    within_accuracy, within_budget : True if the scene's limits are met
+    total_error, against : error against the best model, and its name, if measured total errors chose the levels
     """
 
     scene: Scene

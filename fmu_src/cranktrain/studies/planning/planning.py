@@ -78,8 +78,8 @@ are measured."""
 def plan(scene: Scene | str | Path, model: SceneModel | None = None, compare: bool = False) -> Plan:
     """Plan of a scene, or of the scene in a file.
 
-    Its input is measured on the scene's model, or read if it was measured before. ``compare``: the next levels up are
-    run also where measured total errors chose the levels, although it may take minutes to prepare them. Raises
+    Its input is measured on the scene's model, or read if it was measured before. With ``compare`` the
+    next higher levels are run even if measured total errors chose the levels, although it may take minutes. Raises
     ``InputError``: an accuracy that no step reaches, levels that the engine lacks.
     """
     found = scene if isinstance(scene, Scene) else load_scene(scene)
@@ -98,7 +98,7 @@ def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
 class _Judged:
     """A pair of levels, its difference from the next finer pair (None for the finest), and true if it is small enough.
 
-    ``charted``: differences by output, where they are those from the best model, by measured total errors.
+    ``charted``: differences from the best model, by output, if measured total errors are used.
     """
 
     pair: Pair

@@ -51,7 +51,7 @@ class SceneModel:
     Parameters
     ----------
     scene : the scene
-    progress : told each stage of long work
+    progress : receives the name of each stage of long work
     """
 
     def __init__(self, scene: Scene, progress: Progress | None = None) -> None:

@@ -45,7 +45,7 @@ MOST, NOISE = 24, 1.0e-5
 def torsional_mode(simulation: Simulation) -> FreeMode | None:
     """Torsional mode about the cycle that begins at a simulation's state; the state is not changed.
 
-    None where nothing twists. Raises ``SolverError`` for a step that fails.
+    Returns None if nothing twists. Raises ``SolverError`` for a step that fails.
     """
     speed, state = float(simulation.inputs[0]), simulation.state
     step = row_step(simulation)
@@ -78,7 +78,7 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
 def largest_decay(signal: Array, step: float, lowest_hz: float = SLOWEST_HZ, highest_hz: float = LISTED_HZ) -> complex:
     """Exponent (1/s) of the largest oscillation between two frequencies in a free decay (N,) sampled at ``step`` (s).
 
-    Not a number where there is none.
+    Returns NaN if there is no oscillation.
     """
     if not np.any(signal):
         return NONE

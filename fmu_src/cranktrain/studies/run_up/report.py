@@ -104,9 +104,9 @@ def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
 def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
     """Peaks of the pulley's torsion with the nearest torsional mode of the crank, or mode of the drive line.
 
-    Modes are those at rest on the stand-in springs, of the run's own crank and block. With the damper they are those
-    with its ring, damping as at the peak: what the ring's fluid drags along makes them lie below those of the housing
-    alone. With damper and flexible block there are none.
+    Modes are those of the run's crank and block at rest on the stand-in springs. With the damper they include its ring
+    and its damping at the peak. Their frequencies are lower than with the housing alone, because the fluid drags the
+    ring along. With damper and flexible block no modes are computed.
     """
     found, fitted = peaks(run_up), fitted_engine(made.engine, made.settings)
     if not crank_level(made.settings.crank).elastic:

@@ -88,9 +88,9 @@ def run_up(
 ) -> Outcome:
     """Compute steady cycles at many speeds (rad/s), stored in a file after each speed.
 
-    ``tell`` is told the state of the work and the share done; ``outcome`` is filled as far as the work came, however it
-    ends. Raises ``InputError``: a file that is of another run, or a place that it must not take; ``SolverError``:
-    workers that are lost, or no speed that has a result.
+    ``tell`` receives the state of the work and the fraction done. ``outcome`` contains the finished speeds, however the
+    work ends. Raises ``InputError`` for a file of another run, or a path that must not be replaced, and
+    ``SolverError`` if workers are lost, or no speed has a result.
     """
     outcome = Outcome() if outcome is None else outcome
     began = time.perf_counter()

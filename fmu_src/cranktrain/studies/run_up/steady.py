@@ -172,8 +172,8 @@ class SteadyRuns:
     def _extremes(self, result: Result) -> dict[str, Array]:
         """Least, mean and largest value of every output.
 
-        Nothing holds the ring of a viscous damper, so its mean twist is what the way to this speed left of it: the
-        extremes of the twist are those about the mean.
+        Nothing restores the ring of a viscous damper, so the mean of its twist depends only on earlier motion. The
+        extremes of the twist are therefore taken about its mean.
         """
         values = np.array(list(result.outputs.values()))
         found = np.stack((values.min(axis=1), values[:, 1:].mean(axis=1), values.max(axis=1)), axis=1)
