@@ -130,10 +130,11 @@ class DriveLineChain:
         return found | own
 
 
-def line_connections(line: DriveLineChain) -> tuple[ConnectionTable, ...]:
+def line_connections(line: DriveLineChain, start: str) -> tuple[ConnectionTable, ...]:
     """Couplings for the nonlinear part of shafts in the time domain: torque beyond the linear stiffness, and friction.
 
-    ``InputError`` if such a shaft is not between the flywheel and discs at crank speed.
+    ``start`` is the end on which the line begins. ``InputError`` if such a shaft is not between the flywheel and discs
+    at crank speed.
     """
     chain, found = line.chain, []
     speeds, names = gear_speeds(chain), chain.names
@@ -153,7 +154,7 @@ def line_connections(line: DriveLineChain) -> tuple[ConnectionTable, ...]:
             at, curve = torque_curve(shaft)
             twists, torques = tuple(at.tolist()), tuple((curve - shaft.stiffness * at).tolist())
         own = Coupling(twists=twists, torques=torques, friction=shaft.friction, slip_speed=shaft.slip_speed)
-        ends = tuple(f"crank.{end if end == FLYWHEEL else f'line[{end}]'}" for end in shaft.between)
+        ends = tuple(start if end == FLYWHEEL else f"crank.line[{end}]" for end in shaft.between)
         found.append(ConnectionTable(f"line[{number}]", "coupling", ends, coupling=own))
     return tuple(found)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
-from cranktrain.engine.additions import Additions, BodyTable, ConnectionTable, FrameTable
+from cranktrain.engine.additions import Additions, BodyTable, ConnectionTable, FrameTable, split_end
 from cranktrain.engine.articulated_rod import Articulation, articulations, dead_centre_heights, rods_of
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
@@ -186,7 +186,7 @@ class Engine:
     def connections(self) -> tuple[ConnectionTable, ...]:
         """Added connections, and connections that represent nonlinear shafts of the drive line."""
         line, own = self.drive_line_chain, self.additions.connection
-        return own if line is None else (*own, *line_connections(line))
+        return own if line is None else (*own, *line_connections(line, self.drive_line.start))
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Engine:
         """Engine with some values changed, checked in the same way as an engine file.
@@ -237,8 +237,22 @@ class Engine:
 
     @property
     def without_additions(self) -> Engine:
-        """The engine without the bodies and connections that its file adds."""
-        return replace(self, frame=(), body=(), connection=(), rod_shape=None)
+        """The engine without the bodies and connections that its file adds, its drive line on the crank itself."""
+        line = self.drive_line
+        if not self.line_on_crank:
+            line = replace(line, start=parts.AT_CRANK)
+        return replace(self, frame=(), body=(), connection=(), rod_shape=None, drive_line=line)
+
+    @property
+    def line_on_crank(self) -> bool:
+        """True if the drive line begins on the crank itself, false if on an added body."""
+        return split_end(self.drive_line.start)[0] == "crank"
+
+    @property
+    def line_ratio(self) -> float:
+        """Turns of the body on which the drive line begins per turn of the crank."""
+        frame = {table.name: table.frame for table in self.body}.get(split_end(self.drive_line.start)[0], "crank")
+        return {"rest": 0.0, "crank": 1.0, **{table.name: table.ratio for table in self.frame}}[frame]
 
     def refuse_two_strokes(self, what: str) -> None:
         """Refuse a two-stroke, because the method ``what`` covers four-strokes only; ``InputError``."""

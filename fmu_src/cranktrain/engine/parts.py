@@ -419,17 +419,26 @@ class PistonGuidance(Skirt):
     tilt_inertia: q.Inertia
 
 
+AT_CRANK = "crank.flywheel"
+"""Where a drive line begins if its table does not say otherwise."""
+
+
 @dataclass(frozen=True)
 class DriveLine:
     """Connecting shaft from the flywheel to the dynamometer, which either has a given speed or applies a given torque.
 
-    ``dynamometer_inertia`` is used if the torque is given; with a given speed it has no effect.
+    Attributes
+    ----------
+    dynamometer_inertia : used if the torque is given; with a given speed it has no effect
+    start : ``body.interface`` where the drive line begins: the crank's flywheel, or an added body that connections
+        turn with the crank, for example the secondary mass of a dual-mass flywheel or a shaft behind gears
     """
 
     stiffness: q.TorsionalStiffness
     damping: q.TorsionalDamping
     speed_filter_time: q.Time
     dynamometer_inertia: q.Inertia = 2.0
+    start: str = AT_CRANK
 
 
 @dataclass(frozen=True, kw_only=True)

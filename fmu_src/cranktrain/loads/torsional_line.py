@@ -12,6 +12,9 @@ modes of crank and line (:mod:`cranktrain.dynamics.model.hysteresis`).
 
 A line without a shaft to the dynamometer ends freely; ``end_speed`` is then 1 and the line has no stiffness as a whole.
 
+A line that begins on an added body, which turns at g times the crank's speed, takes this body's place for the flywheel;
+all speeds of the line are then g times as large.
+
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
 """
 
@@ -42,8 +45,8 @@ class TorsionalLine(NamedTuple):
     shafts : shafts with stiffness, which are the first rows of ``twists``
     free : whether no shaft leads to the dynamometer
     last : index of the rotor with the table's last disc, on which the load acts if the line ends freely
-    follow : (r,) rotations of the rotors for a slow unit rotation of the flywheel with the dynamometer at rest
-    stiffness, damping : those of the whole line at the flywheel in the motion ``follow``, without loss factors
+    follow : (r,) rotations of the rotors for a slow unit rotation of the crank with the dynamometer at rest
+    stiffness, damping : those of the whole line at the crank in the motion ``follow``, without loss factors
     """
 
     names: tuple[str, ...]
@@ -74,10 +77,19 @@ class TorsionalLine(NamedTuple):
 def torsional_line(engine: Engine) -> TorsionalLine:
     """Make an engine's drive line."""
     if engine.drive_line_chain is not None:
-        return _line(engine.drive_line_chain.chain)
-    line = engine.drive_line
-    shaft = Shaft((FLYWHEEL, DYNAMOMETER), line.stiffness, line.damping)
-    return _line(Chain((), (shaft,)))
+        found = _line(engine.drive_line_chain.chain)
+    else:
+        line = engine.drive_line
+        found = _line(Chain((), (Shaft((FLYWHEEL, DYNAMOMETER), line.stiffness, line.damping),)))
+    ratio = engine.line_ratio
+    if ratio == 1.0:
+        return found
+    laws = found.laws.copy()
+    laws[:, LEADING] *= ratio
+    return found._replace(
+        speeds=ratio * found.speeds, end_speed=ratio * found.end_speed, follow=ratio * found.follow, laws=laws,
+        stiffness=ratio**2 * found.stiffness, damping=ratio**2 * found.damping,
+    )  # fmt: skip
 
 
 def windup_stiffness(line: TorsionalLine) -> float:

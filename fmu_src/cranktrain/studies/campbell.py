@@ -99,7 +99,7 @@ def campbell(
     gas = GasTrace.from_engine(engine)
     mains = "held" if level == "torsional" else "linear"
     ring = engine.damper if damper else None
-    line = torsional_line(engine)
+    line = torsional_line(engine.without_additions)
     attached = line if engine.drive_line_chain is not None else None
     say(f"rods at {speeds.size} speeds")
     cranks = [PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains) for speed in speeds.tolist()]

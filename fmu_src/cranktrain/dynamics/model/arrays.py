@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
@@ -24,6 +24,7 @@ from cranktrain.dynamics.model.bodies import (
     stationary_body,
     with_axial_mass,
     with_big_ends,
+    with_modes_of,
     with_rotor,
 )
 from cranktrain.dynamics.model.choices import run_numbers
@@ -41,12 +42,14 @@ from cranktrain.dynamics.model.settings import (
     check_levels,
     resolved,
 )
+from cranktrain.dynamics.settled.wound_line import wind_train
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import on_ground
 from cranktrain.dynamics.topology.pieces import FilmParts
-from cranktrain.dynamics.topology.relations import JoinedCrank, joined_crank
+from cranktrain.dynamics.topology.relations import Group, JoinedCrank, drive_train, joined_crank
 from cranktrain.dynamics.topology.tables import whole_topology
-from cranktrain.dynamics.topology.values import Topology
+from cranktrain.dynamics.topology.values import CRANK, Topology
+from cranktrain.engine.additions import split_end
 from cranktrain.engine.articulated_rod import dead_centre_heights
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
@@ -158,7 +161,10 @@ def structure(
     and the memory of their films, so they may be inspected, but not run.
     ``InputError`` for a level that does not exist, or whose part is missing.
     """
-    return pack(*read_engine(engine, body, settings, gas, parts, {} if films_made is None else films_made))
+    model = pack(*read_engine(engine, body, settings, gas, parts, {} if films_made is None else films_made))
+    if not engine.line_on_crank:
+        wind_train(model)
+    return model
 
 
 def read_engine(
@@ -186,14 +192,15 @@ def read_engine(
     line = torsional_line(engine)
     turning = _turning_body(engine, body, settings, line)
     topology = whole_topology(engine, turning, block, parts.bodies, parts.topology)
-    geared = _geared_crank(engine, body, settings, topology if block is not None else on_ground(topology))
-    joined = {}
+    there = topology if block is not None else on_ground(topology)
+    geared, joined = _geared_crank(engine, body, settings, there), dict[str, Array]()
     if geared is not None:
         body, turning = geared.body, _turning_body(engine, geared.body, settings, line)
-        apart = turning.n_modes - body.n_modes
-        joined = {name: np.pad(part, ((0, 0), (0, apart))) for name, part in geared.parts.items()}
+        joined = geared.parts
+    train = drive_train(there, joined, split_end(engine.drive_line.start)[0])
+    turning, joined, train_damping = _with_train(turning, joined, train)
     path = engine.axial_path if "shaft" in turning.interfaces else None
-    drive_line, windup = _line_arrays(engine, turning, line, path)
+    drive_line, windup = _line_arrays(engine, turning, line, path, _line_start(engine, turning, topology, joined))
     # A piston that is an added body is not one of the engine's own pistons.
     own = [k for k in range(engine.n_cylinders) if k + 1 not in topology.cylinders]
     guided = own if settings.pistons == "guided" else []
@@ -205,6 +212,7 @@ def read_engine(
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
     damper, damping = np.zeros(PARAMETERS), structural_damping(engine, turning)
+    damping[turning.n_modes - train_damping.size :] = train_damping
     trace = gas_tables(gas)
     least_smooth = np.zeros(KINKS)
     # If cylinders differ, the kinks of their mean trace count.
@@ -297,20 +305,55 @@ def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: T
     return body
 
 
+def _with_train(
+    turning: ReducedBody, joined: Mapping[str, Array], train: Sequence[Group]
+) -> tuple[ReducedBody, dict[str, Array], Array]:
+    """Rotating bodies with the modes of the bodies of the drive ``train`` after their own.
+
+    Also the modal coordinates (n, n_t) of all bodies with modes in common with the crank, by name, and the damping of
+    the train's modes, 1/s.
+    """
+    first = turning.n_modes
+    for group in train:
+        turning = with_modes_of(turning, group.omega)
+    widths = {name: (0, part) for name, part in joined.items()}
+    for group in train:
+        for body, part in zip(group.bodies, group.parts or [np.eye(group.omega.size)], strict=True):
+            widths[body.name] = first, part
+        first += group.omega.size
+    found = {
+        name: np.pad(part, ((0, 0), (at_mode, turning.n_modes - at_mode - part.shape[1])))
+        for name, (at_mode, part) in widths.items()
+    }
+    return turning, found, np.concatenate([np.zeros(0), *(group.damping for group in train)])
+
+
+def _line_start(engine: Engine, turning: ReducedBody, topology: Topology, joined: Mapping[str, Array]) -> Array:
+    """Rotation (n_t,) about the crank's axis of the interface where the drive line begins, relative to its frame."""
+    name, interface = split_end(engine.drive_line.start)
+    body = turning if name == CRANK else topology.body(name).reduced
+    if interface not in body.interfaces:
+        raise InputError(
+            f"drive_line.start: body '{name}' has no interface '{interface}'; {nearest(interface, body.interfaces)}"
+        )
+    shape = body.shapes[body.index(interface), 5]
+    return np.asarray(shape if name == CRANK else shape @ joined[name])
+
+
 def _line_arrays(
-    engine: Engine, turning: ReducedBody, line: TorsionalLine, path: AxialPath | None
+    engine: Engine, turning: ReducedBody, line: TorsionalLine, path: AxialPath | None, start: Array
 ) -> tuple[dict[str, Array], Array]:
     """Arrays ``shafts``, ``shaft_laws``, ``lag``, ``rotor`` of the drive line in the rotating modes, and its wind-up.
 
     ``shafts`` has one more row for the axial support of the connecting shaft. The rows after it are dampers: viscous
     shafts of the crank, and those that replace loss factors. The wind-up (n,) at the flywheel, rad, is that of one
-    shaft with the stiffness of all shafts that the flywheel drives.
+    shaft with the stiffness of all shafts that the flywheel drives. ``start`` (n,) is the rotation where it begins.
     """
 
     def turned(name: str) -> Array:
         return turning.shapes[turning.index(name), 5] if name in turning.interfaces else np.zeros(turning.n_modes)
 
-    rows = np.stack([turned(name) for name in ("flywheel", *line.interfaces, "rotor")])
+    rows = np.stack([start, *(turned(name) for name in (*line.interfaces, "rotor"))])
     # A rotor has a mode to itself, so its modal amplitude is its rotation over its shape.
     still = dict(zip((*line.interfaces, "rotor"), (*(line.speeds - line.follow), line.end_speed), strict=True))
     lag = np.zeros(turning.n_modes)

@@ -106,6 +106,13 @@ def with_axial_mass(body: ReducedBody, name: str, at: str, mass: float) -> Reduc
     return _appended(body, (name,), body.positions[body.index(at)][None], shapes, translation=translation)
 
 
+def with_modes_of(body: ReducedBody, omega: Array) -> ReducedBody:
+    """Append the modes of other bodies, with natural frequencies ``omega`` (rad/s), in which ``body`` does not move."""
+    n = omega.size
+    longer = _appended(body, (), np.zeros((0, 3)), np.zeros((0, 6, n)))
+    return replace(longer, omega=np.concatenate((body.omega, omega)))
+
+
 def stationary_body(engine: Engine, block: ReducedBody | None, guided: Sequence[int]) -> ReducedBody:
     """Stationary bodies gathered into one: the block, if there is one, and the pistons of the ``guided`` cylinders.
 

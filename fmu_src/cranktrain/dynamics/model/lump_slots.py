@@ -22,7 +22,8 @@ ONE_SHAFT, PATH_ROW, END_SPEED, MAINS_FREE, ENDS_FREE, FLEXIBLE, BLOCK_MASS, BLO
 # LINE_INERTIA: inertia of the drive line reduced to the crank.
 # STATED_DAMPER: 1 if stiffness and damping of the damper are stated.
 # GEARED: 1 if rigid gears join bodies to the crank.
-LINE_INERTIA, STATED_DAMPER, GEARED, TRAITS = 27, 28, 29, 30
+# AHEAD: compliance of the springs between crank and drive line, reduced to the crank, rad/(N m).
+LINE_INERTIA, STATED_DAMPER, GEARED, AHEAD, TRAITS = 27, 28, 29, 30, 31
 OWN_DAMPING, MODAL, RAYLEIGH = range(3)
 NOT_LUMPED = -1.0
 MASS, TURN, SQUARES, VECTORS, PRODUCT, GYROSCOPIC, CENTRIFUGAL, STRESS, ROOMS = range(9)

@@ -131,10 +131,13 @@ def trim_line(model, numbers):
     if traits[of.ONE_SHAFT] > 0.0:
         model.shaft_laws[0, 0] = numbers[to.SET_LINE_STIFFNESS]
         model.shaft_laws[0, 1] = numbers[to.SET_LINE_DAMPING]
-        model.scalars[at.SHAFT_K] = numbers[to.SET_LINE_STIFFNESS]
-        model.scalars[at.SHAFT_C] = numbers[to.SET_LINE_DAMPING]
+        square = traits[of.END_SPEED] ** 2
+        # Part of the wind-up that is the shaft's own; the rest is that of springs between crank and drive line.
+        part = 1.0 / (1.0 + traits[of.AHEAD] * square * numbers[to.SET_LINE_STIFFNESS])
+        model.scalars[at.SHAFT_K] = part * square * numbers[to.SET_LINE_STIFFNESS]
+        model.scalars[at.SHAFT_C] = part * part * square * numbers[to.SET_LINE_DAMPING]
         model.scalars[at.WINDUP_K] = numbers[to.SET_LINE_STIFFNESS]
-        model.scalars[at.LINE_INERTIA] = numbers[to.SET_DYNAMOMETER]
+        model.scalars[at.LINE_INERTIA] = square * numbers[to.SET_DYNAMOMETER]
     elif other(model.lumps, numbers, to.SET_DYNAMOMETER):
         more = numbers[to.SET_DYNAMOMETER] - model.lumps.values[to.SET_DYNAMOMETER]
         model.scalars[at.LINE_INERTIA] = traits[of.LINE_INERTIA] + more * traits[of.END_SPEED] ** 2

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.tangents import law_at
@@ -32,16 +33,41 @@ class Wound(NamedTuple):
         lost = float(laws[damps, DAMPING] @ (model.shafts[damps] @ turn) ** 2)
         own = cls(turn, float(model.scalars[at.SHAFT_K]), float(model.scalars[at.SHAFT_C]) + lost)
         stiffness, damping = line_tangents(model)
+        train = train_rotations(model)
         rotors = np.arange(model.lag.size) >= dimensions(model).crank_modes
         rotors &= np.abs(model.shafts[~damps]).max(axis=0, initial=0.0) > 0.0
-        if not rotors.any() or not stiffness[rotors].any():
+        rotors &= ~train.any(axis=0) & (model.rotor == 0.0)
+        free = np.vstack((np.eye(model.lag.size)[rotors], train))
+        if not (free @ stiffness).any():
             return own
         for matrix, column in ((stiffness, STIFFNESS), (damping, DAMPING)):
             matrix += model.shafts.T @ (model.shaft_laws[:, column, None] * model.shafts)
         # For a unit rotation of the crank, each rotor of the drive line is in equilibrium with its springs.
-        turn = np.where(rotors, 0.0, model.euler_load)
-        turn[rotors] = -np.linalg.solve(stiffness[np.ix_(rotors, rotors)], stiffness[rotors] @ turn)
+        turn = model.euler_load - train.sum(axis=0)
+        turn[rotors | (model.rotor != 0.0)] = 0.0
+        turn -= free.T @ np.linalg.lstsq(free @ stiffness @ free.T, free @ (stiffness @ turn), rcond=None)[0]
         return cls(turn, float(turn @ stiffness @ turn), float(turn @ damping @ turn))
+
+
+def wind_train(model: ModelArrays) -> None:
+    """Write to a model how the springs between crank and drive line share in the wind-up at the start of a run."""
+    found, line, first = Wound.of(model), float(model.scalars[at.SHAFT_K]), dimensions(model).crank_modes
+    if line > 0.0 and found.stiffness > 0.0:
+        model.lag[first:] = (model.euler_load - found.turn)[first:]
+        model.lumps.lag[:] = model.lag
+        model.lumps.traits[of.AHEAD] = 1.0 / found.stiffness - 1.0 / line
+        model.scalars[at.SHAFT_K] = found.stiffness
+
+
+def train_rotations(model: ModelArrays) -> Array:
+    """Modal motion (k, n_t) of the bodies between crank and drive line that turn with their frames, a row for each."""
+    rows, n = model.bodies.rows[top.OTHERS :], model.ports.shape[1]
+    found = [
+        model.bodies.constants[b, top.RATE] * model.of_body(b, "euler_load")
+        for b, row in enumerate(rows, top.OTHERS)
+        if row[top.MODE] < n and row[top.TIED] > 0
+    ]
+    return np.array(found).reshape(-1, n)
 
 
 def line_tangents(model: ModelArrays) -> tuple[Array, Array]:

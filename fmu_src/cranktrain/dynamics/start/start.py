@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import turning_modes
 from cranktrain.dynamics.model.state import (
@@ -73,7 +74,7 @@ def find_start(model, work, state, inputs, time):
         return SINGULAR if status == SINGULAR else NO_EQUILIBRIUM
     if model.scalars[at.DRIVEN] == 0.0 and mean[at.START_INERTIA] > 0.0:
         # The frame starts with the mean acceleration of the crank.
-        load = inputs[model.cylinders.shape[0] + at.LOAD_INPUT]
+        load = model.lumps.traits[of.END_SPEED] * inputs[model.cylinders.shape[0] + at.LOAD_INPUT]
         turning = mean[at.START_INERTIA] + model.scalars[at.LINE_INERTIA]
         state[SHAFT_ACCELERATION] = (mean[at.START_TORQUE] - load) / turning
     for j in range(2):

@@ -51,7 +51,7 @@ def lay_topology(topology: Topology, base: Base) -> Laid:
     topology = _touching(topology, base)
     _warn_of_distances(topology, base)
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
-    joined = groups(topology)
+    joined = [group for group in groups(topology) if group.bodies[0].name not in base.joined]
     on_crank = [topology.body(name) for name in base.joined]
     frames = FrameNumbers.of_engine()
     bodies, more, port_of = body_arrays(

@@ -14,7 +14,7 @@ group turn in the ratios of their frames; other free motions follow, then elasti
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, damping_in_modes, in_modes, turning_stiffness
-from cranktrain.dynamics.topology.laws import relations_of
+from cranktrain.dynamics.topology.laws import connection_law, relations_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, Topology
 
 INDEPENDENT = 1.0e-12
@@ -83,6 +83,29 @@ def joined_crank(topology: Topology, crank: ReducedBody, damping: Array) -> Join
     whole = replace(crank, stress_stiffness=turning_stiffness(crank) + crank.centrifugal)
     body = replace(in_modes(whole, own, group.omega), damping=group.damping)
     return JoinedCrank(body, own, dict(zip(names[1:], others, strict=True)))
+
+
+def drive_train(topology: Topology, joined: Collection[str], start: str) -> list[Group]:
+    """Groups of bodies through which the crank turns the body ``start``, itself included.
+
+    Empty if the crank or a body ``joined`` to it by relations is the start. ``InputError`` if nothing turns this body.
+    """
+    if start in (CRANK, *joined):
+        return []
+    ends = [
+        {end.body for end in connection.ends}
+        for connection in topology.connections
+        if connection_law(connection.law, connection.name).turns
+    ]
+    found, ahead, own = {start}, {CRANK, *joined}, {BLOCK, GROUND}
+    for _ in ends:
+        found |= {name for pair in ends if pair & (found - ahead) for name in pair - own}
+    if not found & ahead:
+        raise InputError(
+            f"drive_line.start: no connection turns body '{start}' with the crank; join them by gears, a coupling or "
+            "an axial_joint"
+        )
+    return [group for group in groups(topology) if any(body.name in found - ahead for body in group.bodies)]
 
 
 _Row = tuple[Connection, Array]

@@ -10,7 +10,8 @@ import warnings
 from dataclasses import fields, is_dataclass
 from functools import partial
 
-from cranktrain.engine.additions import check_additions
+from cranktrain.core.errors import nearest
+from cranktrain.engine.additions import check_additions, split_end
 from cranktrain.engine.checks.bearings import check_bearings
 from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft, check_cylinders, check_damper
@@ -68,6 +69,7 @@ def check_engine(engine: Engine) -> None:
     if engine.rod_shape is not None:
         check_rod_shape(engine, engine.rod_shape)
     check_additions(engine.additions, engine.n_cylinders)
+    _check_line_start(engine)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
     for text in uneven(engine):  # raises an error if the throws cannot fire in this order
@@ -81,6 +83,27 @@ def check_engine(engine: Engine) -> None:
     if engine.block is not None:  # checked after the mounts, whose pads are part of the block
         check_block(engine, engine.block)
     warn_of_doubts(engine)  # warnings only for an engine whose parts fit
+
+
+def _check_line_start(engine: Engine) -> None:
+    """Raise ``InputError`` if the drive line begins where nothing can drive it."""
+    start = engine.drive_line.start
+    (name, interface), bodies = split_end(start), {table.name: table for table in engine.body}
+    known = ["crank", *bodies]
+    need("drive_line", "start", name in known, f"no body '{name}'; {nearest(name, known)}")
+    need("drive_line", "start", bool(interface), f"'{start}' names no interface; write body.interface")
+    if engine.line_on_crank:
+        return
+    own = bodies[name].interfaces
+    need("drive_line", "start", not own or interface in own, f"body '{name}' has no interface '{interface}'; "
+         f"{nearest(interface, own)}")  # fmt: skip
+    text = f"body '{name}' turns {engine.line_ratio:g} times as fast as the crank; begin at one that turns forwards"
+    need("drive_line", "start", engine.line_ratio > 0.0, text)
+    text = f"joins the shaft at the crank's flywheel, but the drive line begins at '{start}'; add an axial_joint"
+    need("axial_path", "joint", engine.axial_path is None, text)
+    lossy = engine.drive_line_chain is not None and any(engine.drive_line_chain.loss_factors)
+    text = f"act in the modes of crank and line alone, but the line begins at '{start}'; give dampings"
+    need("drive_line_chain", "loss_factors", not lossy, text)
 
 
 def check_drive_line(line: DriveLineChain) -> None:

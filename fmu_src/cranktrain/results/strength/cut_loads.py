@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, rigid_coordinates, turning_stiffness
 from cranktrain.core.rigid_slices import second_moments, skew
+from cranktrain.engine.additions import split_end
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
@@ -182,7 +183,9 @@ def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:
     found.append(_at(cycle, "thrust", out["thrust.force"][:, None] * AXIS, zero, moves=False))
     axial = out["axial_path.force"] + cycle.axial_force
     found.append(_at(cycle, "flywheel", axial[:, None] * AXIS, zero, moves=False))
-    found.append(_at(cycle, "flywheel", zero, -out["shaft.torque"][:, None] * AXIS))
+    if engine.line_on_crank:
+        end = split_end(engine.drive_line.start)[1]
+        found.append(_at(cycle, end, zero, -out["shaft.torque"][:, None] * AXIS))
     found.append(_at(cycle, "pulley", zero, out["damper.torque"][:, None] * AXIS))
     for name, load in cycle.added.items():
         across = load[:, :3] * (1.0 - AXIS)

@@ -1,0 +1,165 @@
+"""Drive lines that begin on an added body: torque through a dual-mass flywheel, and through gears."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from tests.bodies import rigid_crank, series
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.connections import Coupling, RigidGear, Spring
+from cranktrain.engine.drive_line_chain import DriveLineChain
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
+from cranktrain.results.summary import run_summary
+
+RPM = math.pi / 30.0
+SPEED = 2000.0 * RPM
+SPRINGS = {"single_petrol": (0.1, 800.0, 8.0), "diesel_i6": (0.4, 8000.0, 20.0)}
+"""Inertia of the secondary mass, stiffness and damping of the bow springs of each engine."""
+HOLD = Spring((1e8, 1e8, 1e8), (1e4, 1e4, 1e4), (1e6, 1e6, 0.0), (1e3, 1e3, 0.0))
+
+
+def bare(name):
+    return replace(load_engine(name), axial_path=None)
+
+
+def body_behind(engine, name, inertia, frame="crank"):
+    z = float(rigid_crank(engine).positions[-2, 2])
+    moments = (0.6 * inertia, 0.6 * inertia, inertia)
+    return BodyTable(
+        name, frame, mass=8.0, inertia=moments, centre=(0.0, 0.0, z), interfaces=("hub",), x=(0.0,), y=(0.0,), z=(z,)
+    )
+
+
+def guide(name):
+    return ConnectionTable(f"guide_{name}", "spring", (f"{name}.hub", "ground"), spring=HOLD)
+
+
+def through_springs(engine):
+    """The engine with a dual-mass flywheel: its drive line begins on the secondary mass."""
+    inertia, stiffness, damping = SPRINGS[engine.name]
+    bow = ConnectionTable("bow", "coupling", ("crank.flywheel", "second.hub"),
+                          coupling=Coupling(stiffness=stiffness, damping=damping))  # fmt: skip
+    line = replace(engine.drive_line, start="second.hub")
+    return replace(
+        engine, body=(body_behind(engine, "second", inertia),), connection=(bow, guide("second")), drive_line=line
+    )
+
+
+def as_chain(engine):
+    """The same torsional system as discs and shafts on the flywheel."""
+    line, (inertia, *law) = engine.drive_line, SPRINGS[engine.name]
+    shafts = Shaft(("flywheel", "second"), *law), Shaft(("second", "dynamometer"), line.stiffness, line.damping)
+    return replace(engine, drive_line_chain=DriveLineChain.of(Chain((Disc("second", inertia),), shafts)))
+
+
+def started(engine, boundary="speed", crank=None, load=30.0, speed=SPEED):
+    settings = Settings(crank="rigid", bearings="held", block="ground", boundary=boundary, step=math.radians(2.5))
+    run = Simulation(engine, crank or rigid_crank(engine), settings)
+    run.inputs[0] = speed
+    if boundary == "torque":
+        run.load_torque = load
+    run.initialize()
+    return run
+
+
+@pytest.mark.parametrize(("name", "order"), [("single_petrol", 0.5), ("diesel_i6", 3.0)])
+def test_torque_through_a_dual_mass_flywheel_is_that_of_two_masses(name, order):
+    """Settled cycles against the same system as a chain of discs, and against the closed forms of two masses.
+
+    The single's main order lies below the resonance of the secondary mass, that of the six above it.
+    """
+    engine, line = bare(name), bare(name).drive_line
+    inertia, stiffness, damping = SPRINGS[name]
+    settings = Settings(crank="rigid", bearings="held", block="ground", step=math.radians(1.25))
+    found, other = (
+        simulate(one, rigid_crank(engine), settings, SPEED, settle=1e-6)
+        for one in (through_springs(engine), as_chain(engine))
+    )
+    ours, theirs = found.outputs, other.outputs
+    for output, same in (
+        ("connection[bow].torque", -theirs["shaft.torque"]),
+        ("flywheel.speed", theirs["flywheel.speed"]),
+    ):
+        assert np.abs(ours[output] - same).max() < 1e-4 * np.ptp(same), output
+    # The mean torque goes through both springs, and twists the first one by torque over stiffness.
+    torque = float(ours["shaft.torque"][1:].mean())
+    assert ours["connection[bow].twist"][1:].mean() == pytest.approx(torque / stiffness, rel=1e-5)
+    omega = order * SPEED
+    flywheel, second = (
+        np.exp(-1j * omega * found.time[1:]) @ (ours[f"{one}.speed"][1:] - SPEED) for one in ("flywheel", "second")
+    )
+    bow, shaft = stiffness + 1j * omega * damping, line.stiffness + 1j * omega * line.damping
+    assert second / flywheel == pytest.approx(bow / (bow + shaft - inertia * omega**2), rel=1e-3)
+    assert abs(run_summary(found, "")["energy"]["residual_of_gas_work"]) < 1e-5
+
+
+@pytest.mark.parametrize("boundary", ["speed", "torque"])
+@pytest.mark.parametrize("name", ["single_petrol", "diesel_i6"])
+def test_a_drive_line_behind_rigid_gears_is_one_on_the_crank_by_the_square_of_the_ratio(name, boundary):
+    """Wheel at half the crank's speed: stiffness, damping and inertias by its square, torque by the ratio itself."""
+    engine, ratio, inertia = bare(name), 0.5, 0.3
+    gears = ConnectionTable("gears", "rigid_gear", ("crank.flywheel", "out.hub"), rigid_gear=RigidGear())
+    geared = replace(
+        engine, frame=(FrameTable("half", ratio),), body=(body_behind(engine, "out", inertia, "half"),),
+        connection=(gears, guide("out")), drive_line=replace(engine.drive_line, start="out.hub"),
+    )  # fmt: skip
+    line = engine.drive_line
+    alike = replace(line, stiffness=line.stiffness * ratio**2, damping=line.damping * ratio**2,
+                    dynamometer_inertia=line.dynamometer_inertia * ratio**2)  # fmt: skip
+    heavier = rigid_crank(engine, inertia=(6.0, 6.0, 1.4 + inertia * ratio**2))
+    found = series(started(geared, boundary, load=60.0), 576, 288)
+    other = series(started(replace(engine, drive_line=alike), boundary, heavier, load=30.0), 576, 288)
+    for output in ("pulley.speed", "crank.angle"):
+        assert np.abs(found[output] - other[output]).max() < 1e-6 * np.ptp(other[output]), output
+    apart = np.abs(ratio * found["shaft.torque"] - other["shaft.torque"]).max()
+    assert apart < 1e-5 * np.ptp(other["shaft.torque"])
+
+
+@pytest.mark.parametrize("boundary", ["speed", "torque"])
+@pytest.mark.parametrize("name", ["single_petrol", "diesel_i6"])
+def test_torque_of_springs_less_that_of_the_line_turns_the_secondary_mass(name, boundary):
+    """Change of its angular momentum against the impulse of both torques, from the start on."""
+    run = started(through_springs(bare(name)), boundary, load=20.0)
+    found = series(run, 864, 288)
+    time = 4.0 * math.pi / SPEED / 288 * np.arange(864)
+    torque = -found["connection[bow].torque"] - found["shaft.torque"]
+    impulse = CubicSpline(time, torque).antiderivative()(time)
+    gained = SPRINGS[name][0] * (found["second.speed"] - found["second.speed"][0])
+    assert np.abs(gained - impulse).max() < 1e-4 * np.ptp(gained)
+
+
+WRONG = [
+    ({"start": "secnd.hub"}, "drive_line.start: no body 'secnd'"),
+    ({"start": "second.hup"}, "drive_line.start: body 'second' has no interface 'hup'"),
+    ({"start": "second"}, "names no interface"),
+    ({"ratio": -1.0}, "begin at one that turns forwards"),
+    ({"path": True}, "axial_path.joint: joins the shaft at the crank's flywheel"),
+    ({"lossy": True}, "drive_line_chain.loss_factors: act in the modes of crank and line alone"),
+    ({"loose": True}, "no connection turns body 'second' with the crank"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), WRONG, ids=[said[:30] for _, said in WRONG])
+def test_where_no_drive_line_can_begin_is_told(change, said):
+    engine = through_springs(load_engine("diesel_i6"))
+    if not change.get("path"):
+        engine = replace(engine, axial_path=None)
+    if "start" in change:
+        engine = replace(engine, drive_line=replace(engine.drive_line, start=change["start"]))
+    if "ratio" in change:
+        engine = replace(engine, frame=(FrameTable("f", -1.0),), body=(replace(engine.body[0], frame="f"),))
+    if change.get("lossy"):
+        shafts = (Shaft(("flywheel", "disc"), 1e4, 0.0, 0.1), Shaft(("disc", "dynamometer"), 1e4, 1.0))
+        engine = replace(engine, drive_line_chain=DriveLineChain.of(Chain((Disc("disc", 0.1),), shafts)))
+    if change.get("loose"):
+        engine = replace(engine, connection=engine.connection[1:])
+    with pytest.raises(InputError, match=said):
+        check_engine(engine)
+        started(engine)
