@@ -25,6 +25,7 @@ from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.tangents import tangents_at_rest
 from cranktrain.dynamics.topology.tables import whole_topology
+from cranktrain.engine.additions import split_end
 from cranktrain.engine.connections import Coupling, GearMesh, Load, SlidingJoint
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -112,6 +113,8 @@ def links(
 
 def not_linear(engine: Engine) -> str:
     """Reason why bodies that an engine's file adds have no linear form about uniform rotation; empty if they have."""
+    if not engine.line_on_crank:
+        return f"the drive line begins at '{engine.drive_line.start}', not on the crank whose modes these are"
     for frame in engine.additions.frame:
         if frame.motion != "turning":
             return f"frame '{frame.name}' moves as a {frame.motion}, so orders of its bodies' motion are coupled"
@@ -127,6 +130,8 @@ def not_linear(engine: Engine) -> str:
             reason = "its spline sticks and slips"
         elif table.law in ("damper", "gas", "liner", "slider_crank", "own"):
             reason = f"law '{table.law}' is not linear in the motion, or depends on the frequency"
+        elif table.law in ("rigid_gear", "planetary") and "crank" in {split_end(end)[0] for end in table.ends}:
+            reason = "rigid teeth on the crank give it common modes with bodies"
         if reason:
             return f"connection '{table.name}': {reason}"
     return ""
