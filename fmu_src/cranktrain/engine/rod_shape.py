@@ -19,7 +19,7 @@ import cmath
 import math
 from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,9 +30,8 @@ from cranktrain.engine.connections import Film, Gas, Liner, Spring
 from cranktrain.engine.parts import Given, Needed, PlainBearing, Skirt
 from cranktrain.engine.quantities import mm, need
 
-if TYPE_CHECKING:
-    from cranktrain.engine.model import Engine
-
+Engine = Any
+"""An engine of :mod:`cranktrain.engine.model`, which imports this module."""
 SMALL_END = ("small_end_diameter", "small_end_width", "small_end_clearance")
 """Keys that a film of the small end needs."""
 GAS_LOAD = 1.0e7

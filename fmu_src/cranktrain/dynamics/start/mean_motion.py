@@ -26,7 +26,7 @@ from cranktrain.dynamics.model.layout import (
 )
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.workspace import start_room
-from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
+from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_on_pin, hang
@@ -316,7 +316,8 @@ def rigid_torque(model, speed, out, torque):
             sin = math.sin(theta - bank)
             x = cos * model.pins[c, 0] - sin * model.pins[c, 1]
             y = sin * model.pins[c, 0] + cos * model.pins[c, 1]
-            gas = gas_force(rod, model.scalars, trace_pressure(model, c, theta, speed))
+            # Gas winds up the drive line also where an added piston carries it.
+            gas = (trace_pressure(model, c, theta, speed) - model.scalars[slots.CRANKCASE]) * rod[slots.AREA]
             g = model.scalars[slots.GRAVITY]
             motion = out[START_ROD:]
             motion[X], motion[Y] = x, y
