@@ -101,10 +101,10 @@ def campbell(
     ring = engine.damper if damper else None
     line = torsional_line(engine.without_additions)
     attached = line if engine.drive_line_chain is not None else None
+    links, bands = _links(engine, body, level, mains, gas)
     say(f"rods at {speeds.size} speeds")
     cranks = [PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains) for speed in speeds.tolist()]
     say(f"modes at {speeds.size} speeds")
-    links, bands = _links(engine, body, level, mains, gas)
     found = [
         _modes(crank, body, attached, ring, speed, None if links is None else links(speed))
         for crank, speed in zip(cranks, speeds.tolist(), strict=True)
@@ -166,7 +166,7 @@ def _links(
     engine: Engine, body: ReducedBody, level: str, mains: str, gas: GasTrace
 ) -> tuple[Callable[[float], Equations] | None, Array]:
     """Equations of added bodies and their connections over the speed, and bands of their coordinates; else None."""
-    if not (engine.body or engine.connection):
+    if not any(engine.additions):
         return None, np.zeros(0)
     if reason := not_linear(engine):
         raise InputError(f"{reason}, which a Campbell diagram does not include; leave it out")

@@ -106,7 +106,7 @@ class ShaftOrders:
         # Any speed will do here, because only the damper's temperature in this model depends on speed.
         plain = linear_engine(engine.without_additions)
         model = build_model(plain, body, settings, gas.best_speed, gas)
-        self._added = AddedOrders(engine, body, settings, gas) if engine.body or engine.connection else None
+        self._added = AddedOrders(engine, body, settings, gas) if any(engine.additions) else None
         line = torsional_line(engine)
         self.link, self._engine, self._gas, self.balanced = LineLink(line), engine, gas, balanced
         count = round(2.0 * highest)
