@@ -100,6 +100,20 @@ def test_torque_through_a_dual_mass_flywheel_is_that_of_two_masses(name, order):
     assert abs(run_summary(found, "")["energy"]["residual_of_gas_work"]) < 1e-5
 
 
+@pytest.mark.parametrize(("name", "friction"), [("single_petrol", 5.0), ("diesel_i6", 15.0)])
+def test_friction_of_bow_springs_does_not_delay_a_settled_cycle(name, friction):
+    """At most by three cycles: slow motion winds the springs up while they slide, where friction damps little."""
+    engine = through_springs(bare(name))
+    bow, *others = engine.connection
+    rubbing = replace(bow, coupling=replace(bow.coupling, friction=friction))
+    settings = Settings(crank="rigid", bearings="held", block="ground", step=math.radians(2.5))
+    plain, rubbed = (
+        run_summary(simulate(one, rigid_crank(engine), settings, SPEED), "")["settling"]["cycles"]
+        for one in (engine, replace(engine, connection=(rubbing, *others)))
+    )
+    assert rubbed <= plain + 3
+
+
 @pytest.mark.parametrize("boundary", ["speed", "torque"])
 @pytest.mark.parametrize("name", ["single_petrol", "diesel_i6"])
 def test_a_drive_line_behind_rigid_gears_is_one_on_the_crank_by_the_square_of_the_ratio(name, boundary):

@@ -16,6 +16,9 @@ from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, NUMBERS, SIZE
 from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 
+SLIDING = 1.0e3
+"""Rate of a component, in scales (0.001 rad of a twist) a second, at which connections have their tangents; chosen."""
+
 
 class Wound(NamedTuple):
     """The drive line in slow wind-up: modal motion (n_t,) per rotation of the crank, stiffness and damping."""
@@ -71,7 +74,10 @@ def train_rotations(model: ModelArrays) -> Array:
 
 
 def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
-    """Stiffness and damping (n_t, n_t), at rest, of added connections between the engine's rotating bodies."""
+    """Stiffness and damping (n_t, n_t) of added connections between the engine's rotating bodies, as they slide.
+
+    At rest friction that slides would damp like a stiff damper.
+    """
     links, turning = model.links, model.ports.shape[0]
     n = model.ports.shape[1]
     found = np.zeros((2, n, n))
@@ -90,7 +96,9 @@ def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
         own = slice(row[at.GAP], row[at.GAP] + count)
         if elsewhere[own].any():
             continue
-        law_at(*entry, np.zeros(4), np.zeros(4), numbers, out)
+        velocity = np.zeros(4)
+        velocity[:count] = SLIDING * links.scales[own]
+        law_at(*entry, np.zeros(4), velocity, numbers, out)
         for matrix, first in zip(found, (BY_PLACE, BY_VELOCITY), strict=True):
             tangent = out[first : first + 16].reshape(4, 4)[:count, :count]
             matrix -= rows[own].T @ tangent @ rows[own]
