@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -72,6 +73,12 @@ def modal(
     given = engine if isinstance(engine, Engine) else load_engine(engine)
     check_added(given, mesh is not None, block_mesh is not None)
     found = given.without_additions
+    if not given.line_on_crank:
+        warnings.warn(
+            f"the drive line begins at '{given.drive_line.start}'; lists of modes at rest have it on the crank's "
+            "flywheel, without the bodies between",
+            stacklevel=2,
+        )
     solid = crank_level(crank).name == list(CRANKS)[-1]
     if block not in BLOCKS:
         raise InputError(f"block level '{block}' does not exist; {nearest(block, BLOCKS)}")
