@@ -163,7 +163,8 @@ def refuse_other_models(simulation: Simulation) -> None:
     chosen = simulation.settings
     if simulation.engine.drive_line_chain is not None:
         raise InputError("first-order equations know one shaft to the dynamometer only, no discs; leave them out")
-    simulation.engine.refuse_additions("the equations for other solvers")
+    if any(simulation.engine.additions):
+        raise InputError("first-order equations know no added bodies or connections; leave them out")
     for value, known in (
         (chosen.block, "ground"), (chosen.big_ends, "rigid"), (chosen.pistons, "rigid"), (chosen.damper, "none"),
         (chosen.boundary, "speed"),

@@ -20,6 +20,8 @@ from cranktrain.engine.parts import Rod
 
 # Indices of the result of rod_force: force (2), derivatives by x, v_x and acceleration, motion of the piston pin.
 BY_X, BY_VX, BY_ACCELERATION, PISTON, PISTON_VELOCITY, PISTON_ACCELERATION = 2, 4, 6, 10, 11, 12
+ROW = 4
+"""Values in a row of a connection's tangents."""
 
 
 def remainder_inertia(rod: Rod) -> float:
@@ -92,5 +94,5 @@ def turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block):
     """Rotate a tangent T from a cylinder's axes into those that turn, Rᵀ T R, rows of four in ``block``."""
     block[0] = cos * cos * t_xx + cos * sin * (t_xy + t_yx) + sin * sin * t_yy
     block[1] = cos * cos * t_xy + cos * sin * (t_yy - t_xx) - sin * sin * t_yx
-    block[4] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
-    block[5] = cos * cos * t_yy - cos * sin * (t_xy + t_yx) + sin * sin * t_xx
+    block[ROW] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
+    block[ROW + 1] = cos * cos * t_yy - cos * sin * (t_xy + t_yx) + sin * sin * t_xx

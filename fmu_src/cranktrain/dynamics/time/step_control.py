@@ -240,6 +240,7 @@ def sub_step(model, work, state, begin, h, level):
     slot = min(level, at.FACTOR_SLOTS - 1)
     if work.key[slot, at.KEY_STEP] != h or work.key[slot, at.KEY_SPEED] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
+        work.key[slot, at.KEY_STEP] = -1.0  # a matrix that turns out to be singular leaves no factors in the slot
         if factor_stage(model, work, slot, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
             return SINGULAR
         work.key[slot, at.KEY_STEP] = h

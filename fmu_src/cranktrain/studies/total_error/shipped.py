@@ -32,7 +32,7 @@ LATER = (
     ("crankshaft", "pin_throws", ()), ("load", "", None), ("damper", "damping", 0.0), ("damper", "frequencies", ()),
     ("damper", "stiffnesses", ()), ("damper", "dampings", ()), ("rod", "eye_wall", 0.0), ("rod", "cap_wall", 0.0),
     ("rod", "eye_width", 0.0), ("rod", "shank_width", 0.0), ("damping", "torsional_ratios", ()),
-    ("oil", "grade", "none"),
+    ("oil", "grade", "none"), ("rod_shape", "", None), ("drive_line", "start", "crank.flywheel"),
 )  # fmt: skip
 """Tables and keys of engine files that are newer than the first shipped errors, with their default values."""
 CHANGED = (("big_end_bearing", "supply_angle", -0.5 * math.pi, 0.5 * math.pi),)
