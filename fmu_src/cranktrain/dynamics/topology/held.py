@@ -33,7 +33,10 @@ def check_held(topology: Topology, others: Collection[str] = ()) -> None:
 
     The bodies named in ``others`` count as held.
     """
+    _check_relations(topology)
     bodies = [body for body in topology.bodies if body.name not in others]
+    if not bodies:
+        return
     first = {body.name: 6 * k for k, body in enumerate(bodies)}
     reach = max((float(np.ptp(body.reduced.positions, axis=0).max()) for body in bodies), default=0.0)
     rows = np.array(_motions(topology, bodies, first)).reshape(-1, 6 * len(bodies))
@@ -51,7 +54,6 @@ def check_held(topology: Topology, others: Collection[str] = ()) -> None:
             raise InputError(
                 f"body '{body.name}': no connection holds it {ways}; add one, such as a film, a spring, or a thrust"
             )
-    _check_relations(topology)
 
 
 def _motions(topology: Topology, bodies: list[Body], first: dict[str, int]) -> list[Array]:
