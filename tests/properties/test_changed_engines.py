@@ -64,7 +64,7 @@ WRONG = [
     ({3: 4}, r"3 is no name of a value"),
     ({"body[99].mass": 1.0}, r"so there is no body\[99\]"),
     ({"body.mass": 1.0}, r"name the table and its value, as in 'body\[1\]"),
-    ({"flywheel": 3, "flywheel.mass": 4.0}, r"flywheel is 3, no table"),
+    ({"flywheel": 3, "flywheel.mass": 4.0}, r"flywheel is 3, not a table"),
     ({"flywheel": None, "flywheel.mass": 4.0}, r"keys 'polar_inertia', 'diametral_inertia', 'offset' are missing"),
     ({"cylinders.firing_order": [1, 2]}, r"never fires"),
     ({"pulley.polar_inertia": "9 kg m^2"}, r"more than twice diametral_inertia"),
