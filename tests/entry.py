@@ -47,7 +47,7 @@ from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.terms import Direction, terms_of
 from cranktrain.film.laws import films as of_law
-from cranktrain.film.laws.films import film_call
+from cranktrain.film.laws.films import MASS, film_call
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.damper import DAMPING, STIFFNESS
 from cranktrain.structure.in_motion.topology_modes import CrankAtRest as CrankAtRest
@@ -374,7 +374,7 @@ def openings(run, place, velocity, angle=0.0, speed=0.0):
     cos, sin, u, v = math.cos(angle), math.sin(angle), _at_ports(model, place), _at_ports(model, velocity)
     relative_motion(model, cos, sin, speed, u, v, d, ddot)
     for name, k in rows(model).items():
-        if model.connections[k, at.SHAPE] != at.OF_ROD:
+        if model.connections[k, at.SHAPE] != at.OF_EYE and model.laws.traits[k, MASS] == 0.0:
             place_law(model, k, d, ddot, speed)
             size = model.connections[k, at.COUPLED]
             found[name] = np.array([model.laws.place[k, :size], model.laws.velocity[k, :size]])

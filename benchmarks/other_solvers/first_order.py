@@ -39,22 +39,31 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
+from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, pin_motion
 from cranktrain.dynamics.motion.equations import external_force
 from cranktrain.dynamics.motion.film_memory import memory_offset
 from cranktrain.dynamics.motion.film_ports import frame_numbers, hand_forces, place_law, tell_law
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import add_product, dot, factor_lu, product, solve_lu
-from cranktrain.dynamics.motion.rod_motion import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, SLIP, WINDUP_TORQUE, axial_joint
-from cranktrain.film.laws.films import FORCE, film_call
+from cranktrain.film.laws.films import (
+    FORCE,
+    MASS,
+    TWIST,
+    TWIST_CHANGE,
+    TWIST_RATE,
+    WHIRL,
+    WHIRL_CHANGE,
+    film_call,
+)
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.slider_crank import BY_ACCELERATION, rod_force
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
-PLACE, PACE, REST, FORCES = range(4)
+PLACE, PACE, FORCES = range(3)
 TURNING = 5
 """The rigid mode that turns the crank."""
 
@@ -63,7 +72,7 @@ class Scratch(NamedTuple):
     """Memory of one evaluation; ``coupling`` is Φ Φᵀ over the pins' ports, (3p, 3p)."""
 
     frame: Array
-    port: Array  # (4, m) rows PLACE to FORCES: u, u̇, ü = 0, f
+    port: Array  # (3, m) rows PLACE to FORCES: u, u̇, f
     modal: Array  # (2, n)
     out: Array
     coupling: Array
@@ -108,7 +117,7 @@ class FirstOrder:
         path = simulation.engine.axial_path if d.joint >= 0 else None
         size = 2 * n + (2 if path is None else 4)
         scratch = Scratch(
-            z(at.FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
+            z(at.FRAME_SIZE), z((3, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
             z((p, 4)), z((p, 2)), z((2 * p, 2 * p)), z(2 * p), z(2 * p), z(3 * p), z(size), z(size),
             z(0) if path is None else axial_joint(path).constants,
         )  # fmt: skip
@@ -256,7 +265,7 @@ def _bearing_forces(model, s):
     for k in range(f.shape[0]):
         f[k] = 0.0
     for k in range(model.connections.shape[0]):
-        if model.connections[k, at.SHAPE] == at.OF_PORTS and k != joint_row(model):
+        if laws.traits[k, MASS] == 0.0 and k != joint_row(model):
             place_law(model, k, u, ud, s.frame[at.WHIRL])
             tell_law(model, s.frame, k, u, ud)
             film_call(laws, FORCE, k, laws.out, laws.out)
@@ -287,17 +296,28 @@ def _rod_forces(model, s):
     theta = s.frame[at.THETA]
     f = s.port[FORCES]
     r = s.out
+    numbers = model.laws.numbers
+    numbers[WHIRL], numbers[WHIRL_CHANGE], numbers[TWIST_CHANGE] = s.frame[at.OMEGA], s.frame[at.OMEGA_DOT], 0.0
     for k in range(model.cylinders.shape[0]):
         rod = model.cylinders[k]
-        # With ü = 0, which s.port[REST] always holds: the force without the pin's relative acceleration.
-        pin_motion(model, s.frame, k, s.port[PLACE], s.port[PACE], s.port[REST], r)
+        # With ü = 0: the force without the pin's relative acceleration.
+        first = int(rod[at.PIN_PORT])
+        phi = s.port[PLACE, int(rod[at.PIN_TURN])]
+        numbers[TWIST] = phi
+        numbers[TWIST_RATE] = s.port[PACE, int(rod[at.PIN_TURN])]
+        place, velocity = model.laws.place[int(rod[at.PIN_ROW])], model.laws.velocity[int(rod[at.PIN_ROW])]
+        vx, vy = s.port[PACE, first], s.port[PACE, first + 1]
+        in_space(s.port[PLACE, first], s.port[PLACE, first + 1], vx, vy, numbers, place, velocity)
+        accelerate(vx, vy, 0.0, 0.0, place, numbers)
+        pin_motion(model.pins[k], place, velocity, numbers, r)
         x, y, vx, vy = four(r, 0)
-        ax, ay, lever_x, lever_y = four(r, 4)
+        ax, ay, more_x, more_y = four(r, 4)
         # A force acts at the lever of the whole displacement; turning alone carries the pin along.
+        lever_x, lever_y = x - model.pins[k, 0], y - model.pins[k, 1]
         s.levers[k, 0] = lever_x
         s.levers[k, 1] = lever_y
-        s.arms[k, 0] = r[ARM]
-        s.arms[k, 1] = r[ARM + 1]
+        s.arms[k, 0] = more_x - phi * model.pins[k, 1]
+        s.arms[k, 1] = more_y + phi * model.pins[k, 0]
         cos = math.cos(theta - rod[at.BANK])
         sin = math.sin(theta - rod[at.BANK])
         turn = math.atan2(model.pins[k, 0] * y - model.pins[k, 1] * x, model.pins[k, 0] * x + model.pins[k, 1] * y)
@@ -311,7 +331,6 @@ def _rod_forces(model, s):
         )  # fmt: skip
         force_x = cos * r[0] + sin * r[1]
         force_y = cos * r[1] - sin * r[0]
-        first = int(rod[at.PIN_PORT])
         f[first] = force_x
         f[first + 1] = force_y
         f[int(rod[at.PIN_TURN])] = lever_x * force_y - lever_y * force_x

@@ -47,6 +47,7 @@ from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import on_ground
 from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.relations import Group, JoinedCrank, drive_train, joined_crank
+from cranktrain.dynamics.topology.slider_crank import own_rods
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.values import CRANK, Topology
 from cranktrain.engine.additions import split_end
@@ -209,7 +210,6 @@ def read_engine(
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
-    pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
     damper, damping = np.zeros(PARAMETERS), structural_damping(engine, turning)
     damping[turning.n_modes - train_damping.size :] = train_damping
@@ -219,6 +219,10 @@ def read_engine(
     fill_kinks(trace if len(trace) == 2 else trace.reshape(-1, 2, *trace.shape[1:]).mean(axis=0), least_smooth)
     scalars = _scalars(engine, settings, gas, line, float(pulley[5, 5]))
     standing = block_arrays(engine, stationary, block, body.mass, body.centre)
+    pins = np.ascontiguousarray(turning.positions[[turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins], :2])
+    parameters = cylinder_parameters(engine, big_end_law.carries, topology.cylinders)
+    cylinders = np.hstack((parameters, ports.cylinders))
+    rods = own_rods(cylinders, pins, standing.liners, standing.guidance)
     known = {
         of.PATH_ROW: -1.0 if path is None else len(line.laws), of.END_SPEED: line.end_speed,
         of.LINE_INERTIA: scalars[at.LINE_INERTIA], of.PISTONS: len(guided), of.GEARED: geared is not None,
@@ -230,15 +234,15 @@ def read_engine(
         stationary=stationary,
         damping=np.concatenate((damping, _stationary_damping(engine, stationary))),
         ports=ports,
-        laws=laws_of(ports, main_films, floating, thrust, path, damper),
+        laws=laws_of(ports, main_films, floating, rods, thrust, path, damper),
         film_parts=_film_parts(engine, parts),
         bearings=mains,
         big_ends=big_ends,
-        pins=contiguous(turning.positions[pins, :2]),
+        pins=pins,
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
         axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
-        cylinders=cylinder_parameters(engine, big_end_law.carries, topology.cylinders),
+        cylinders=cylinders,
         gas=trace,
         kinks=least_smooth,
         damper=damper,

@@ -11,20 +11,28 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY
 from cranktrain.dynamics.model.records import Ports
 from cranktrain.dynamics.topology.damper import damper_law, told_damper
+from cranktrain.dynamics.topology.slider_crank import SliderCrankRecord, slider_crank_law
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, enter, law_films
-from cranktrain.film.laws.films import Films, join_films, no_films
+from cranktrain.film.laws.films import MASS, Films, join_films, no_films
 from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.register import BIG_END, Law
 from cranktrain.film.table.database import FilmTable
 
 
-def laws_of(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: AxialPath | None, damper: Array) -> Films:
+def laws_of(
+    ports: Ports, mains: Films, big_ends: Films, rods: SliderCrankRecord, thrust: Films, path: AxialPath | None,
+    damper: Array,
+) -> Films:  # fmt: skip
     """Force laws of all connections; ``damper`` (PARAMETERS,) are the parameters of the damper's law."""
-    of_pins = ports.cylinders[:, at.PIN_ROW - at.PIN_PORT].astype(int).tolist()
-    parts: list[tuple[Films, Sequence[int]]] = [(mains, range(len(mains.entry))), (big_ends, of_pins)]
+    of_pins, of_rods = (rods.rods[:, slot].astype(int).tolist() for slot in (at.PIN_ROW, at.END_ROW))
+    rod_laws = enter(no_films(len(of_rods)), slider_crank_law, rods)
+    rod_laws.traits[:, MASS] = 1.0
+    parts: list[tuple[Films, Sequence[int]]] = [
+        (mains, range(len(mains.entry))), (big_ends, of_pins), (rod_laws, of_rods),
+    ]  # fmt: skip
     once = {
         at.THRUST_ROW: thrust,
         at.JOINT_ROW: None if path is None else axial_joint_film(path),

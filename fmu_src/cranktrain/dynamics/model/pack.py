@@ -79,7 +79,7 @@ class Cranktrain:
     bearings, big_ends : parameters of main bearings and big ends
     pins, tilts, ends, axis_weights : places and motion of pins, journals, flywheel and pulley
     shafts, shaft_laws, lag, rotor : drive line in the turning modes
-    cylinders : (c, PARAMETERS) rods, pistons and phases
+    cylinders : (c, CYLINDER) rods, pistons, phases and their ports, see dynamics.model.slots
     gas, kinks : pressure trace
     damper : parameters of the damper's law
     scalars, basis, lumps, block_arrays : constants, and arrays of the block
@@ -103,7 +103,7 @@ class Cranktrain:
     shaft_laws: Array = field(default_factory=partial(np.zeros, (0, LAW)))
     lag: Array = field(default_factory=partial(np.zeros, 0))
     rotor: Array = field(default_factory=partial(np.zeros, 0))
-    cylinders: Array = field(default_factory=partial(np.zeros, (0, at.PARAMETERS)))
+    cylinders: Array = field(default_factory=partial(np.zeros, (0, at.CYLINDER)))
     gas: Array = field(default_factory=partial(np.zeros, (2, 1, 4)))
     kinks: Array = field(default_factory=partial(np.full, KINKS, NO_KINK))
     damper: Array = field(default_factory=partial(np.zeros, PARAMETERS))
@@ -124,7 +124,7 @@ def pack(topology: Topology, own: Cranktrain | None = None) -> ModelArrays:
     modes, first = turning.n_modes + standing.n_modes, own.ports
     sizes = len(first.turning), len(first.block), len(first.connections)
     more = lay_topology(topology, Base(own.turning, own.block, modes, *sizes, own.film_parts, own.joined))
-    ports = with_topology_ports(first, more)
+    ports = with_topology_ports(first, more, own.cylinders)
     for slot, given in ((at.VALVE_HERE, at.VALVE_GIVEN), (at.AXIAL_HERE, at.AXIAL_GIVEN)):
         ports.layout[slot] = given not in more.rows[:, at.TAKES]
     ports.layout[at.WHIRLS] = any(map(whirls, (turning, *(body.reduced for body in topology.bodies))))
@@ -163,7 +163,7 @@ def pack(topology: Topology, own: Cranktrain | None = None) -> ModelArrays:
         judged=ports.judged,
         layout=ports.layout,
         damper=own.damper,
-        cylinders=np.hstack((own.cylinders, ports.cylinders)),
+        cylinders=own.cylinders,
         gas=own.gas,
         scalars=own.scalars,
         kinks=own.kinks,
@@ -182,21 +182,20 @@ def whirls(body: ReducedBody) -> bool:
     return bool(max(np.abs(part).max(initial=0.0) for part in (body.gyroscopic, stretched)) > LEAST_COUPLING)
 
 
-def with_topology_ports(ports: Ports, more: Laid) -> Ports:
+def with_topology_ports(ports: Ports, more: Laid, cylinders: Array) -> Ports:
     """Ports extended by those of added connections on crank and block, and by those of added bodies.
 
-    The new ports come after the crank's, after the block's, and between the block's and the pistons', respectively.
+    The new ports come after the crank's, after the block's, and between the block's and the pistons', respectively. The
+    rows of ``cylinders`` (c, CYLINDER) get the new numbers of their ports.
     """
     on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
-    pairs, axial, cylinders, layout = (
-        part.copy() for part in (ports.pairs, ports.axial, ports.cylinders, ports.layout)
-    )
+    pairs, axial, layout = (part.copy() for part in (ports.pairs, ports.axial, ports.layout))
     connections = ports.connections.copy()
-    of_block, of_pistons = at.LINER_PORT - at.PIN_PORT, at.PISTON_PORT - at.PIN_PORT
     moved = on_crank + on_block + on_bodies
     for column, by in (
         (pairs[:, 1], on_crank), (axial[:, 1], on_crank), (connections[:, at.REACTS], on_crank),
-        (cylinders[:, of_block], on_crank), (cylinders[:, of_pistons], moved),
+        (connections[:, at.FOLLOWED], on_crank), (connections[:, at.INNER], moved),
+        (cylinders[:, at.LINER_PORT], on_crank), (cylinders[:, at.PISTON_PORT], moved),
     ):  # fmt: skip
         column[column >= 0.0] += by
     layout[at.PORTS] += moved
@@ -204,6 +203,6 @@ def with_topology_ports(ports: Ports, more: Laid) -> Ports:
     return ports._replace(
         turning=np.concatenate((ports.turning, more.crank)) if on_crank else ports.turning,
         block=np.concatenate((ports.block, more.block)) if on_block else ports.block,
-        connections=np.concatenate((connections, more.rows)), cylinders=cylinders, pairs=pairs, axial=axial,
+        connections=np.concatenate((connections, more.rows)), pairs=pairs, axial=axial,
         layout=layout,
     )  # fmt: skip

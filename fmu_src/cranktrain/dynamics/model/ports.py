@@ -132,6 +132,8 @@ def lay_ports(
         rows[joint][at.TOLD] = laid.lay(windup[None])
     if mains:
         cylinders[:, at.PIN_TURN - at.PIN_PORT] = [laid.lay(pin[2:]) for pin in pins]
+        for cylinder in cylinders[:, [at.PIN_ROW - at.PIN_PORT, at.PIN_TURN - at.PIN_PORT]].astype(int).tolist():
+            rows[cylinder[0]][[at.SPIN, at.TURNED]] = cylinder[1]
         for row, k in zip(rows, mains, strict=False):
             row[[at.SPIN, at.TURNED]] = laid.lay(shapes[k, 5:6])
     if journals.collar:
@@ -144,6 +146,9 @@ def lay_ports(
     layout[at.SLIDING] = joint >= 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
     cylinders[pistons, at.PISTON_PORT - at.PIN_PORT] = layout[at.PORTS] + 2.0 * np.arange(len(pistons))
     layout[at.PORTS] += 2 * len(pistons)
+    for cylinder in cylinders.astype(int):
+        ends = [at.PISTON_PORT - at.PIN_PORT, at.LINER_PORT - at.PIN_PORT]
+        rows[cylinder[at.END_ROW - at.PIN_PORT]][[at.INNER, at.FOLLOWED]] = cylinder[ends]
     journal_ports = [row[at.FIRST] + k for row in rows[: len(mains)] for k in range(2)]
     return Ports(
         laid.shapes, still, np.array(rows, dtype=np.int64), cylinders, np.array(laid.scales),
@@ -171,20 +176,24 @@ def _lay_rods(
     on_pins = [(port,) if turns else (port, port + 1) for port in held]
     on_ends = [(port, port + 1) for port in ends]
     for c, ports in enumerate(on_pins):
-        rows.append(_row((*ports, *on_ends[c]) if ends else ports, shape=at.OF_ROD))
+        if ends:
+            rows.append(_row((*ports, *on_ends[c]), pairs=0, shape=at.OF_EYE, cylinder=c))
+        else:
+            rows.append(_row(ports, pairs=-1 if turns else 0, cylinder=c))
+            rows[-1][at.SPIN] = held[c] if turns else at.NO_PORT
     thrust = len(rows)
     rows.append(_row((along,)))
     if ends:
         cylinders[:, at.END_PORT - at.PIN_PORT] = ends
         cylinders[:, at.END_ROW - at.PIN_PORT] = len(rows) + np.arange(len(pins))
-    rows += [_row(ports, shape=at.OF_ROD) for ports in on_ends]
+    rows += [_row(ports, pairs=0, cylinder=c) for c, ports in enumerate(on_ends)]
     return thrust, [pair for end, pin in zip(on_ends, on_pins, strict=False) for pair in zip(end, pin, strict=True)]
 
 
-def _row(ports: Iterable[int], pairs: int = -1, shape: int = at.OF_PORTS) -> Array:
+def _row(ports: Iterable[int], pairs: int = -1, shape: int = at.OF_PORTS, cylinder: int = -1) -> Array:
     """Row of ``ModelArrays.connections`` for a connection between the given Newton ports."""
     row = np.full(at.CONNECTION, at.NO_PORT)
-    row[[at.COUPLED, at.PAIRS, at.SHAPE]] = 0.0, pairs, shape
+    row[[at.COUPLED, at.PAIRS, at.SHAPE, at.OF_CYLINDER]] = 0.0, pairs, shape, cylinder
     for port in ports:
         row[at.FIRST + int(row[at.COUPLED])] = port
         row[at.COUPLED] += 1

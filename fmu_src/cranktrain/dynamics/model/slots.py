@@ -75,21 +75,30 @@ MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5
 # TURNED: port of the rotation on which moments of displaced forces act.
 # REACTS: port of the other body's rotation, on which the opposite moments act.
 # TOLD: port of the drive line's wind-up, whose torque is input of the force law.
-# SHAPE: OF_PORTS if the components are ports, or their motion relative to a bore's; OF_ROD if the rods' equations call
-# the force law; OF_TERMS if each component is a sum of terms over ports, see :mod:`cranktrain.dynamics.topology.terms`.
+# SHAPE: OF_PORTS if the components are ports, or their motion relative to a bore's; OF_EYE if the law acts on the
+# difference between a pin and the rod's eye around it; OF_TERMS if each component is a sum of terms over ports, see
+# :mod:`cranktrain.dynamics.topology.terms`.
 COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, SHAPE = 0, 1, 5, 6, 7, 8, 9, 10
-OF_PORTS, OF_ROD, OF_TERMS = range(3)
+OF_PORTS, OF_EYE, OF_TERMS = range(3)
 # Further columns for components of terms:
 # GAP: the first component, counted among components of terms alone.
 # AXES, AXES_SENSE: frame in whose axes the force law is evaluated; 1, or −1 if that frame turns backwards.
 # SENSE_A, SENSE_B, FRAME_A, FRAME_B: sense of both ends relative to the law's axes, and frames of both ends.
 # RUBS: 1 if friction of the force law acts on both ends.
-# GAS_OF, IS_GAS: cylinder whose gas pressure is input of the force law (−1: none); 1 if the law is gas.
+# OF_CYLINDER: cylinder of the rod, or whose gas pressure is input of the force law (−1: none).
+# IS_GAS: 1 if the law is gas.
 # IS_LOAD: 1 if the force law is a load.
 # TAKES: column of ``Work.frames`` with an input of the run that the force law takes (−1: none).
-GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, GAS_OF, IS_GAS, IS_LOAD, TAKES = range(11, 23)
-CONNECTION = 23
+# INNER: first of two ports that only this connection moves, so that the stage solves for them within its evaluation.
+# FOLLOWED: first of three ports that the law follows and loads, without tangents.
+GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, OF_CYLINDER, IS_GAS, IS_LOAD, TAKES = range(11, 23)
+INNER, FOLLOWED, CONNECTION = 23, 24, 25
 NO_PORT = -1.0
+# Columns of ``Work.gas``, one row for each cylinder, at the last evaluation of a stage or of the state:
+# SLOPE: derivative of the pressure by the angle of the cylinder's own pin, Pa/rad.
+# VOLUME, OWN_ANGLE: volume above the piston, m³, where it is needed, and the crank angle of the own pin, rad.
+# COUPLE: friction torque on the rod by the film of a floating big end, N m.
+SLOPE, VOLUME, OWN_ANGLE, COUPLE, GAS = range(5)
 # Columns of ``Work.frames``, one row for each stage, part 1:
 # THETA, OMEGA, OMEGA_DOT: angle, speed and acceleration of the crank's frame, rad, rad/s, rad/s².
 # LEAD, LEAD_RATE: lead of the frame relative to the shaft of given speed, rad, and its rate.

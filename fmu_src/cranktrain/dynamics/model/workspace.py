@@ -55,7 +55,7 @@ class Work(NamedTuple):
     scratch: Array  # (64,)
     counters: Array  # (COUNTERS,) counts of steps, stages, iterations and others, see dynamics.model.slots
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
-    guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, last found in a stage
+    gas: Array  # (c, GAS) see dynamics.model.slots
     pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given pressures as functions of time
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as applied in the present stage
     rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
@@ -101,7 +101,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         scratch=z(64),
         counters=z(at.COUNTERS),
         frames=z((MAX_STAGES, at.FRAME_SIZE)),
-        guides=z((d.cylinders, 3)),
+        gas=z((d.cylinders, at.GAS)),
         pressures=z((MAX_STAGES, 2 * d.cylinders)),
         heads=z(d.cylinders),
         rises=z((d.cylinders, 2)),

@@ -30,11 +30,12 @@ from cranktrain.dynamics.motion.film_ports import (
     place_pair,
     tell_law,
 )
+from cranktrain.dynamics.motion.gas import find_pressures
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.links import link_forces
+from cranktrain.dynamics.motion.masses import eye_force, mass_force
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
-from cranktrain.dynamics.motion.rods import rod_forces
-from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
+from cranktrain.film.laws.films import FORCE, FRICTION, INERTANCE, MASS, RATIO, RUBBING, SPEED, film_call
 from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 
@@ -94,8 +95,8 @@ def external_force(model, frame, displaced, out):
 def port_forces(model, work, frame, pressures, c_q, c_v):
     """Forces at all ports and the tangent blocks ∂f/∂u of a stage at displacement u, velocity u̇, acceleration ü.
 
-    Calls the laws of bearings, the rods with the gas on their pistons, and the laws of added connections. Displacement,
-    velocity, acceleration and forces are the rows U, UD, UDD, FORCES of ``work.port``, tangents are in ``work.blocks``.
+    Calls the laws of all connections: bearings, rods with the gas on their pistons, others. Displacement, velocity,
+    acceleration and forces are the rows U, UD, UDD, FORCES of ``work.port``, tangents are in ``work.blocks``.
     U_Q, U_V and U_FREE hold Q, V and the displacement without forces of the ports where pistons are guided. Moments of
     displaced forces and film friction act at the rotations of journals and pins; the Newton matrix omits their
     tangents. ``pressures`` (c,) are set to those at the cylinders' own angles. Returns 0, or a status if a law failed.
@@ -112,15 +113,20 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     for k in range(f.shape[0]):
         f[k] = 0.0
     status = 0
+    model.laws.numbers[RATIO] = ratio
+    model.laws.numbers[INERTANCE] = 1.0 / c_q
+    frame[at.GIVEN_POWER] = 0.0
+    find_pressures(model, work, frame, u, pressures, False)
     line_up_laws(model, work, frame)
     for k in range(term_row(model)):
-        if model.connections[k, at.SHAPE] == at.OF_ROD:
-            continue
-        if model.connections[k, at.PAIRS] == 0.0:
+        if model.laws.traits[k, MASS] > 0.0:
+            status |= mass_force(model, work, frame, pressures, k, c_q, c_v)
+        elif model.connections[k, at.SHAPE] == at.OF_EYE:
+            status |= eye_force(model, work, frame, k, ratio)
+        elif model.connections[k, at.PAIRS] == 0.0:
             status |= journal_force(model, work, frame, k, ratio)
         else:
             status |= law_force(model, work, frame, k, ratio)
-    status |= rod_forces(model, work, frame, pressures, c_q, c_v)
     if block_port_count(model) > 0:
         reactions(model, frame[at.COS], frame[at.SIN], f)
         # The opposite moment acts on the block, about the block's own axis.
@@ -132,7 +138,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
                 first = row[at.FIRST]
                 f[row[at.REACTS]] = -f[row[at.TURNED]] - x * f[first + 1] + y * f[first]
     if term_row(model) < model.connections.shape[0]:
-        status |= link_forces(model, work, frame, pressures, c_q, c_v)
+        status |= link_forces(model, work, frame, pressures, ratio)
     return status
 
 

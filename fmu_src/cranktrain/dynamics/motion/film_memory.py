@@ -12,13 +12,14 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count, term_row
 from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, SHAFT_SPEED, film_offset
-from cranktrain.dynamics.motion.big_end_films import (
-    big_end_row,
-    close_big_ends,
-    line_up_big_ends,
-    open_big_end,
+from cranktrain.dynamics.motion.film_ports import (
+    call_at_ports,
+    frame_again,
+    frame_numbers,
+    line_up_laws,
+    place_eye,
+    place_law,
 )
-from cranktrain.dynamics.motion.film_ports import frame_numbers, line_up_laws, place_law, tell_law
 from cranktrain.dynamics.motion.links import measure_links, place_link, turn_terms
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
@@ -37,7 +38,6 @@ from cranktrain.film.laws.films import (
     STAGE,
     STEP,
     TELLS_RATE,
-    TURN,
     film_call,
 )
 from cranktrain.film.laws.films import COS as FRAME_COS
@@ -72,8 +72,11 @@ def recalling_call(model, state, action, k, out):
 @inlined_kernel
 def place_at_state(model, work, state, whirl, k):
     """Set displacement and velocity of connection k to those at the state; ``whirl`` (rad/s) is the frame's speed."""
-    if model.connections[k, at.SHAPE] == at.OF_TERMS:
+    shape = model.connections[k, at.SHAPE]
+    if shape == at.OF_TERMS:
         place_link(model, work, whirl, state[SHAFT_SPEED], work.port[at.STATE_UD], k)
+    elif shape == at.OF_EYE:
+        place_eye(model, k, work.port[at.STATE_U], work.port[at.STATE_UD], whirl, whirl)
     else:
         place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
 
@@ -102,22 +105,15 @@ def open_step(model, work, state):
     numbers = model.laws.numbers
     whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
     frame_at_state(model, state)
-    measure_at_state(model, work, state, whirl)
-    for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0 and model.connections[k, at.SHAPE] != at.OF_ROD:
-            place_at_state(model, work, state, whirl, k)
-            recalling_call(model, state, OPEN_STEP, k, work.scratch)
-    frame_at_state(model, state)
     cos = numbers[FRAME_COS]
     sin = numbers[FRAME_SIN]
-    for c in range(model.cylinders.shape[0]):
-        film = big_end_row(model, c, MEMORY)
-        if film >= 0:
-            open_big_end(model, work, cos, sin, whirl, film, c)
-            recalling_call(model, state, OPEN_STEP, film, work.scratch)
-    numbers[FRAME_COS] = cos
-    numbers[FRAME_SIN] = sin
-    numbers[TURN] = 0.0
+    measure_at_state(model, work, state, whirl)
+    for k in range(model.connections.shape[0]):
+        if model.laws.traits[k, MEMORY] > 0.0:
+            place_at_state(model, work, state, whirl, k)
+            recalling_call(model, state, OPEN_STEP, k, work.scratch)
+            if model.connections[k, at.SHAPE] == at.OF_EYE:
+                frame_again(numbers, cos, sin)
 
 
 @inlined_kernel
@@ -150,19 +146,15 @@ def close_stage(model, work, frame):
     measure_links(model, work, u, ud)
     line_up_laws(model, work, frame)
     for k in range(model.connections.shape[0]):
-        shape = model.connections[k, at.SHAPE]
-        if model.laws.traits[k, MEMORY] > 0.0 and shape != at.OF_ROD:
-            if shape == at.OF_TERMS:
+        if model.laws.traits[k, MEMORY] > 0.0:
+            if model.connections[k, at.SHAPE] == at.OF_TERMS:
                 place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], ud, k)
+                status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)
             else:
-                place_law(model, k, d, dd, frame[at.WHIRL])
-                tell_law(model, frame, k, u, ud)
-            status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)
+                status = call_at_ports(model, work, frame, CLOSE_STAGE, k, work.scratch)
             if status != 0:
                 return status
-    frame_numbers(frame, model.laws.numbers)
-    line_up_big_ends(model, work, frame)
-    return close_big_ends(model, work, frame)
+    return 0
 
 
 @kernel
@@ -185,7 +177,7 @@ def fastest_closing(model, work, state, whirl):
     measure_at_state(model, work, state, whirl)
     worst = 0.0
     for k in range(model.connections.shape[0]):
-        if laws.traits[k, CLOSES] == 0.0 or model.connections[k, at.SHAPE] == at.OF_ROD:
+        if laws.traits[k, CLOSES] == 0.0 or model.connections[k, at.SHAPE] == at.OF_EYE:
             continue
         place_at_state(model, work, state, whirl, k)
         if laws.traits[k, TELLS_RATE] > 0.0:

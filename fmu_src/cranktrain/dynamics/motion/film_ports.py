@@ -4,12 +4,20 @@ A law acts at the Newton ports of its connection. Components that form pairs rot
 x and y of its middle, and with tilt those of its end as well; for a collar its rotations. In a stage u̇ changes by
 (c_v/c_q) times the change of u, and velocities in space along the frame's axes are u̇ + Ω e_z×u. So a law's tangents by
 displacement and by velocity make one block.
+
+The film of a floating big end acts between pin and rod, which both rotate. Laws with a memory solve their film in axes
+of the rod (x across it, y from the big end to the small end, and the angle of a supply counts from x), in which the
+bore is at rest. Other laws use axes of the frame. The rod leans by ψ with sin ψ = s/L, where s is the distance of the
+big end from the axis of its cylinder, and rotates at ψ̇ = ṡ/(L cos ψ).
 """
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.motion.crank_pin import VX, VY, X, Y, cylinder_axes, in_space, pin_motion
 from cranktrain.film.laws.films import (
     ANGLE,
     BY_PLACE,
@@ -21,6 +29,12 @@ from cranktrain.film.laws.films import (
     SIN,
     SPEED,
     TOGETHER,
+    TURN,
+    TWIST,
+    TWIST_CHANGE,
+    TWIST_RATE,
+    WHIRL,
+    WHIRL_CHANGE,
     film_call,
 )
 
@@ -79,29 +93,93 @@ def tell_law(model, frame, k, u, ud):
 
 
 @kernel
-def line_up_laws(model, work, frame):
-    """Pass the motion of all journals, RELATIVE and RELATIVE_RATE, to laws that solve several films together.
+def place_eye(model, k, u, ud, omega, pin_speed):
+    """Write displacement and velocity in space of a pin in the eye of its rod, connection k, to ``model.laws``.
 
-    For journals in rods :mod:`cranktrain.dynamics.motion.big_end_films` does this.
+    Sets speeds and axes of the rod in the ``numbers``, which must hold the frame's axes; :func:`frame_again` restores
+    these. u and ud (m,) are the ports' motion, ``omega`` is the speed of the frame and ``pin_speed`` of the pin, rad/s.
+    Returns the height (m) of the small end above the big end, and the speed of the rod (rad/s).
     """
-    laws = model.laws
+    row = model.connections[k]
+    rod = model.cylinders[row[at.OF_CYLINDER]]
+    centre = model.pins[row[at.OF_CYLINDER]]
+    numbers = model.laws.numbers
+    pin = model.laws.out
+    place = model.laws.place[k]
+    velocity = model.laws.velocity[k]
+    numbers[WHIRL] = omega
+    numbers[WHIRL_CHANGE] = 0.0
+    numbers[TWIST] = u[row[at.SPIN]]
+    numbers[TWIST_RATE] = ud[row[at.SPIN]]
+    numbers[TWIST_CHANGE] = 0.0
+    i = row[at.FIRST]
+    in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
+    pin_motion(centre, place, velocity, numbers, pin)
+    i = row[at.FIRST + 2]
+    in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
+    x = centre[0] + place[0]
+    y = centre[1] + place[1]
+    vx = velocity[0] - omega * centre[1]
+    vy = velocity[1] + omega * centre[0]
+    place[0] = pin[X] - x
+    place[1] = pin[Y] - y
+    velocity[0] = pin[VX] - vx
+    velocity[1] = pin[VY] - vy
+    cos, sin = cylinder_axes(rod, numbers[COS], numbers[SIN])
+    side = cos * x - sin * y - rod[at.OFFSET]
+    height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
+    rod_speed = (cos * vx - sin * vy) / height
+    lean_sin = side / rod[at.ROD]
+    lean_cos = height / rod[at.ROD]
+    numbers[SPEED] = pin_speed + rod_speed
+    numbers[RUBBING] = pin_speed - rod_speed
+    numbers[COS] = cos * lean_cos + sin * lean_sin
+    numbers[SIN] = sin * lean_cos - cos * lean_sin
+    numbers[TURN] = rod_speed
+    return height, rod_speed
+
+
+@inlined_kernel
+def frame_again(numbers, cos, sin):
+    """Restore the axes of the crank's frame in the ``numbers`` of the force laws."""
+    numbers[COS] = cos
+    numbers[SIN] = sin
+    numbers[TURN] = 0.0
+
+
+@inlined_kernel
+def call_at_ports(model, work, frame, action, k, out):
+    """Call the law of connection k, at ports or in an eye, at the motion of a stage. Return 0, or a failure status."""
+    u = work.port[at.U]
+    ud = work.port[at.UD]
+    if model.connections[k, at.SHAPE] == at.OF_EYE:
+        place_eye(model, k, u, ud, frame[at.OMEGA], frame[at.OMEGA] + ud[model.connections[k, at.SPIN]])
+        status = film_call(model.laws, action, k, out, out)
+        frame_again(model.laws.numbers, frame[at.COS], frame[at.SIN])
+        return status
+    place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
+    tell_law(model, frame, k, u, ud)
+    return film_call(model.laws, action, k, out, out)
+
+
+@kernel
+def line_up_laws(model, work, frame):
+    """Pass the motion of all journals and pins to laws that solve several films together."""
     for k in range(model.connections.shape[0]):
-        if laws.traits[k, TOGETHER] > 0.0 and model.connections[k, at.SHAPE] == at.OF_PORTS:
-            place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
-            tell_law(model, frame, k, work.port[at.U], work.port[at.UD])
-            film_call(laws, LINE_UP, k, laws.out, laws.out)
+        if model.laws.traits[k, TOGETHER] > 0.0 and model.connections[k, at.SHAPE] != at.OF_TERMS:
+            call_at_ports(model, work, frame, LINE_UP, k, model.laws.out)
 
 
 @inlined_kernel
 def hand_forces(row, frame, out, u, f):
-    """Write forces ``out`` of a law to the ports f (m,) of its connection, and add the moments of these forces.
+    """Add forces ``out`` of a law to those at the ports f (m,) of its connection, and the moments of these forces.
 
     u (m,) are the displacements of the ports. Moments are about the crank's axis.
     """
     size = row[at.COUPLED]
     pairs = row[at.PAIRS]
     for r in range(size if pairs < 0 else pairs):
-        f[row[at.FIRST + r]] = out[r]
+        f[row[at.FIRST + r]] += out[r]
     if pairs < 0:
         return
     torque = 0.0
@@ -113,14 +191,15 @@ def hand_forces(row, frame, out, u, f):
         y = 0.0
     if row[at.SPIN] >= 0:
         torque += out[FRICTION]
-    f[row[at.TURNED]] += torque
+    if row[at.TURNED] >= 0:
+        f[row[at.TURNED]] += torque
 
 
 @inlined_kernel
 def hand_pair(port, x, y, out, u, f, torque):
-    """Write a pair of forces to the ports from ``port`` on. Return ``torque`` plus the pair's moment about (x, y)."""
-    f[port] = out[0]
-    f[port + 1] = out[1]
+    """Add a pair of forces to those at ``port`` and the next one. Return ``torque`` plus its moment about (x, y)."""
+    f[port] += out[0]
+    f[port + 1] += out[1]
     return torque + (u[port] - x) * out[1] - (u[port + 1] - y) * out[0]
 
 

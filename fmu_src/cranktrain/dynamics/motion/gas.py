@@ -22,7 +22,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
-from cranktrain.dynamics.motion.rod_motion import cylinder_axes
+from cranktrain.dynamics.motion.crank_pin import cylinder_axes, pin_place, turn
 from cranktrain.loads.articulated_rod import hung_pin
 from cranktrain.loads.gas_pressure import gas_pressures, gas_slopes
 
@@ -42,6 +42,65 @@ def gas_force(rod, scalars, pressure):
     return (pressure - scalars[at.CRANKCASE]) * rod[at.AREA] * rod[at.OWN_ROD]
 
 
+@kernel
+def find_pressures(model, work, frame, u, pressures, measured):
+    """Set the first half of ``pressures`` (2c,) to those at the cylinders' own angles, with the ports at u (m,).
+
+    The second half has pressures given over time. Fills ``work.gas`` as well, volumes only if they count or if they are
+    to be ``measured``.
+    """
+    cylinders = model.cylinders.shape[0]
+    for c in range(cylinders):
+        rod = model.cylinders[c]
+        end = int(rod[at.END_PORT])
+        pin = int(rod[at.PIN_PORT])
+        if end >= 0:
+            x, y = model.pins[c, 0] + u[end], model.pins[c, 1] + u[end + 1]
+        elif pin >= 0:
+            x, y = pin_place(model.pins[c], u[pin], u[pin + 1], u[int(rod[at.PIN_TURN])])
+        else:
+            cos, sin = turn(u[int(rod[at.PIN_TURN])])
+            x = cos * model.pins[c, 0] - sin * model.pins[c, 1]
+            y = sin * model.pins[c, 0] + cos * model.pins[c, 1]
+        found = work.gas[c]
+        if measured or frame[at.BURN] < 0.0:
+            found[at.VOLUME] = volume_over(rod, piston_height(model, frame, u, x, y, c) - work.rises[c, 0])
+        found[at.OWN_ANGLE] = own_angle(model, frame, u, x, y, c)
+        pressures[c], slope = cylinder_pressure(
+            model, work, frame, c, found[at.OWN_ANGLE], found[at.VOLUME], pressures[cylinders + c]
+        )
+        # With a block on mounts the gas has no tangent: head and liner have none, and the pin's force must match.
+        found[at.SLOPE] = slope if rod[at.LINER_PORT] < 0.0 else 0.0
+
+
+@inlined_kernel
+def piston_height(model, frame, u, x, y, cylinder):
+    """Height (m) of a piston's pin above the crank's axis, along its leaning liner, without the liner's own rise.
+
+    x and y (m, axes of the frame) are the point about which the rod turns, or that of the master's rod.
+    """
+    rod = model.cylinders[cylinder]
+    hung = rod[at.MASTER] >= 0.0
+    cos, sin = cylinder_axes(model.cylinders[int(rod[at.MASTER])] if hung else rod, frame[at.COS], frame[at.SIN])
+    across = cos * x - sin * y
+    along = sin * x + cos * y
+    if hung:
+        across, along, _, _ = hung_pin(rod[at.JOINT :], across, along, 0.0, 0.0)
+    side = across - rod[at.OFFSET]
+    piston = int(rod[at.PISTON_PORT])
+    if piston >= 0:
+        side -= u[piston]
+    height = along + math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
+    liner = int(rod[at.LINER_PORT])
+    if liner < 0:
+        return height
+    upper = model.block.liners[cylinder, 0]
+    lower = model.block.liners[cylinder, 1]
+    slope = (u[liner] - u[liner + 1]) / (upper - lower)
+    off = u[piston] - u[liner + 1] + slope * lower
+    return height + slope * (off - 0.5 * slope * height)
+
+
 @inlined_kernel
 def own_angle(model, frame, u, x, y, cylinder):
     """Crank angle (rad) of the point at x and y (m, axes of the frame) about which the rod of a cylinder turns.
@@ -57,7 +116,7 @@ def own_angle(model, frame, u, x, y, cylinder):
         lower = model.block.liners[cylinder, 1]
         lean = (u[liner] - u[liner + 1]) / (upper - lower)
         across = u[liner + 1] - lean * lower
-        cos, sin = cylinder_axes(rod, frame)
+        cos, sin = cylinder_axes(rod, frame[at.COS], frame[at.SIN])
         x -= cos * across + sin * u[liner + 2]
         y -= cos * u[liner + 2] - sin * across
     pin = model.pins[cylinder]

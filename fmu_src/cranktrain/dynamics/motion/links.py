@@ -16,26 +16,26 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import term_row, turning_ports
+from cranktrain.dynamics.motion.crank_pin import accelerate, in_space
 from cranktrain.dynamics.motion.film_ports import frame_numbers
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
 from cranktrain.film.laws.films import (
-    ACCELERATION,
     ANGLE,
     BY_PLACE,
     BY_VELOCITY,
     CLOSES,
     COS,
+    COUPLE,
     FORCE,
     FRICTION,
     GRAVITY,
-    INERTANCE,
     INPUT,
     MASS,
     PRESSURE,
-    RATIO,
     RUBBING,
     SIN,
+    SLOPE,
     SPEED,
     TWIST,
     TWIST_CHANGE,
@@ -92,7 +92,7 @@ def measure_links(model, work, u, ud):
 
 
 @kernel
-def link_forces(model, work, frame, pressures, c_q, c_v):
+def link_forces(model, work, frame, pressures, ratio):
     """Forces and tangents of connections by terms at the ports' motion. Return 0, or the status of a failed law."""
     links = model.links
     u = work.port[at.U]
@@ -105,9 +105,6 @@ def link_forces(model, work, frame, pressures, c_q, c_v):
         f[int(links.ports[k])] = 0.0
     status = 0
     out = model.laws.out
-    ratio = c_v / c_q
-    model.laws.numbers[RATIO] = ratio
-    model.laws.numbers[INERTANCE] = 1.0 / c_q
     for k in range(term_row(model), model.connections.shape[0]):
         status |= link_law(model, work, frame, pressures, k, FORCE, work.scratch)
         row = model.connections[k]
@@ -263,8 +260,8 @@ def link_law(model, work, frame, pressures, k, action, memory):
     """Evaluate the law of connection k at its motion, into ``model.laws.out``. Return 0, or a failure status."""
     laws = model.laws
     place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
-    if model.connections[k, at.GAS_OF] >= 0.0:
-        laws.numbers[PRESSURE] = pressures[model.connections[k, at.GAS_OF]] - model.scalars[at.CRANKCASE]
+    if model.connections[k, at.OF_CYLINDER] >= 0.0:
+        laws.numbers[PRESSURE] = pressures[model.connections[k, at.OF_CYLINDER]] - model.scalars[at.CRANKCASE]
     if model.connections[k, at.TAKES] >= 0:
         laws.numbers[INPUT] = frame[model.connections[k, at.TAKES]]
     if laws.traits[k, MASS] > 0.0:
@@ -279,21 +276,17 @@ def tell_motion(model, work, frame, k):
     row = model.connections[k]
     numbers = model.laws.numbers
     turn = frame_turn(work, row)
-    whirl = turn * frame[at.OMEGA]
-    change = turn * frame[at.OMEGA_DOT]
-    numbers[WHIRL] = whirl
-    numbers[WHIRL_CHANGE] = change
+    numbers[WHIRL] = turn * frame[at.OMEGA]
+    numbers[WHIRL_CHANGE] = turn * frame[at.OMEGA_DOT]
     numbers[GRAVITY] = model.scalars[at.GRAVITY]
+    numbers[SLOPE] = 0.0
+    numbers[COUPLE] = 0.0
     first = row[at.GAP]
     udd = work.port[at.UDD]
-    x, y = work.links.gaps[top.D, first], work.links.gaps[top.D, first + 1]
+    place = model.laws.place[k]
     vx, vy = work.links.gaps[top.DD, first], work.links.gaps[top.DD, first + 1]
-    ax = component(model, work, first, udd)
-    ay = component(model, work, first + 1, udd)
-    model.laws.velocity[k, 0] = vx - whirl * y
-    model.laws.velocity[k, 1] = vy + whirl * x
-    numbers[ACCELERATION] = ax - 2.0 * whirl * vy - change * y - whirl * whirl * x
-    numbers[ACCELERATION + 1] = ay + 2.0 * whirl * vx + change * x - whirl * whirl * y
+    in_space(place[0], place[1], vx, vy, numbers, place, model.laws.velocity[k])
+    accelerate(vx, vy, component(model, work, first, udd), component(model, work, first + 1, udd), place, numbers)
     spin = row[at.SPIN]
     numbers[TWIST] = row[at.SENSE_A] * work.port[at.U, spin]
     numbers[TWIST_RATE] = row[at.SENSE_A] * work.port[at.UD, spin]

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.rod_motion import turn
+from cranktrain.dynamics.motion.crank_pin import turn
 
 LEAST_TURN = 2.0e-3
 """Least rotation of the crank relative to its frame (rad) for which the Newton matrix is corrected."""

@@ -10,21 +10,13 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.big_end_films import frame_again, place_pin, tell_big_end
+from cranktrain.dynamics.motion.crank_pin import X, Y
 from cranktrain.dynamics.motion.film_memory import recalling_call
-from cranktrain.dynamics.motion.rod_motion import (
-    MASTERS_PIN,
-    PIN,
-    X,
-    Y,
-    big_end_motion,
-    cylinder_axes,
-    pin_motion,
-)
-from cranktrain.dynamics.motion.rods import observe_rod
+from cranktrain.dynamics.motion.film_ports import frame_again, frame_numbers, place_eye
+from cranktrain.dynamics.motion.masses import observe_mass
+from cranktrain.dynamics.topology.slider_crank import KNUCKLE, ON_PIN
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE
-from cranktrain.loads.articulated_rod import force_on_pin
 
 FORCE_X, FORCE_Y, POSITION_X, POSITION_Y, ECCENTRIC, FILM_MIN, PRESSURE_MAX, FRICTION_TORQUE, OIL_FLOW = range(9)
 BIG_END_OUTPUTS = 9
@@ -43,14 +35,13 @@ def observe_big_ends(model, work, state, members, out):
         if model.cylinders[c, at.END_PORT] >= 0.0:
             observe_floating(model, work, state, c, row)
         else:
-            observe_rod(model, work, c)
             rod = model.cylinders[c]
-            to_space(work.scratch, rod[at.COS_BANK], rod[at.SIN_BANK], row[FORCE_X:])
+            observe_mass(model, work, int(rod[at.END_ROW]))
+            to_space(model.laws.out[KNUCKLE:], rod[at.COS_BANK], rod[at.SIN_BANK], row[FORCE_X:])
             master = int(rod[at.MASTER])
             if master >= 0:  # a master rod has a lower number than its articulated rods
-                share, bank = work.scratch[PIN:], model.cylinders[master]
-                share[X], share[Y], _ = force_on_pin(rod[at.JOINT :], work.scratch[MASTERS_PIN:], work.scratch)
-                to_space(share, bank[at.COS_BANK], bank[at.SIN_BANK], share)
+                share = model.laws.out[ON_PIN:]
+                to_space(share, work.frames[0, at.COS], work.frames[0, at.SIN], share)
                 out[BIG_END_OUTPUTS * master + FORCE_X] += share[X]
                 out[BIG_END_OUTPUTS * master + FORCE_Y] += share[Y]
     return 0
@@ -62,19 +53,12 @@ def observe_floating(model, work, state, c, row):
     frame = work.frames[0]
     u = work.port[at.STATE_U]
     ud = work.port[at.STATE_UD]
-    udd = work.port[at.STATE_UDD]
-    rod = work.scratch
-    pin = work.scratch[PIN:]
-    pin_motion(model, frame, c, u, ud, udd, pin)
-    big_end_motion(model, frame, c, u, ud, udd, rod)
     film = int(model.cylinders[c, at.PIN_ROW])
-    place_pin(model, film, pin, rod)
-    cos, sin = cylinder_axes(model.cylinders[c], frame)
     pin_speed = frame[at.OMEGA] + ud[int(model.cylinders[c, at.PIN_TURN])]
-    frame_again(model, frame)
-    _, rod_speed = tell_big_end(model, model.cylinders[c], rod, cos, sin, pin_speed)
+    frame_numbers(frame, model.laws.numbers)
+    _, rod_speed = place_eye(model, film, u, ud, frame[at.OMEGA], pin_speed)
     recalling_call(model, state, OBSERVE, film, model.laws.out)
-    frame_again(model, frame)
+    frame_again(model.laws.numbers, frame[at.COS], frame[at.SIN])
     found, place, velocity = model.laws.out, model.laws.place[film], model.laws.velocity[film]
     to_space(found, frame[at.COS], frame[at.SIN], row[FORCE_X:])
     to_space(place, frame[at.COS], frame[at.SIN], row[POSITION_X:])

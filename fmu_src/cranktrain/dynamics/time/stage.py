@@ -112,8 +112,7 @@ def solve_stage(model, work, state, stage):
 def predict(model, work, stage):
     """Prepare a stage: its load apart from forces at ports, and the initial guess, used by all iterations and sweeps.
 
-    Fills ``work.modal[BASE]``, ``work.relative`` where the block is flexible, the guess of a and of u, and sets the
-    guided pistons' side forces to 0.
+    Fills ``work.modal[BASE]``, ``work.relative`` where the block is flexible, and the guess of a and of u.
     """
     n = model.omega2.shape[0]
     t = turning_modes(model)
@@ -156,9 +155,6 @@ def predict(model, work, stage):
         add_product(model.block.damping, back[t:], s, s, base[t:])
     for k in range(port_count(model)):
         work.port[at.U, k] = work.port[at.GUESS, k]
-    for c in range(work.guides.shape[0]):
-        for j in range(work.guides.shape[1]):
-            work.guides[c, j] = 0.0
 
 
 @kernel

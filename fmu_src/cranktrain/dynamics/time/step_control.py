@@ -43,16 +43,12 @@ from cranktrain.dynamics.motion.gas import (
     built_in,
     burn_share,
     crank_rotation,
-    cylinder_pressure,
     encoder_end,
+    find_pressures,
     given_pressure,
-    own_angle,
-    volume_over,
 )
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.relative import move_axis, relative_motion
-from cranktrain.dynamics.motion.rod_motion import CROSS, X, Y, rod_end_across
-from cranktrain.dynamics.motion.rods import piston_rise
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
 from cranktrain.dynamics.time.reconstruction import take_stage
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
@@ -183,10 +179,10 @@ def ports_at_state(model, work, state):
 def pressures_at_state(model, work, state):
     """Write cylinder pressures at the state to ``work.pressures[0]``, from frame ``work.frames[0]`` and ports.
 
-    Also fills ``work.rises`` with a flexible block.
+    Also fills ``work.gas``, and ``work.rises`` with a flexible block.
     """
     frame = work.frames[0]
-    u, ud, udd = work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.STATE_UDD]
+    u = work.port[at.STATE_U]
     move_axis(model, frame, u)
     if block_port_count(model) > 0:
         n = model.omega2.shape[0]
@@ -194,15 +190,7 @@ def pressures_at_state(model, work, state):
         for c in range(model.cylinders.shape[0]):
             for k in range(2):
                 work.rises[c, k] = dot(model.block.heads[c], state[first + k * n :], model.block.preload.shape[0])
-    cylinders = model.cylinders.shape[0]
-    for c in range(cylinders):
-        rod_end_across(model, frame, c, u, ud, udd, work.scratch)
-        _, _, height, _ = piston_rise(model, c, u, ud, work.scratch[CROSS:])
-        angle = own_angle(model, frame, u, work.scratch[X], work.scratch[Y], c)
-        volume = volume_over(model.cylinders[c], height - work.rises[c, 0])
-        work.pressures[0, c], _ = cylinder_pressure(
-            model, work, frame, c, angle, volume, work.pressures[0, cylinders + c]
-        )
+    find_pressures(model, work, frame, u, work.pressures[0], True)
 
 
 @inlined_kernel

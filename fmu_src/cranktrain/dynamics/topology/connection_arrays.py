@@ -78,6 +78,7 @@ def connection_arrays(
             size, *[0] * 4, piece.pairs, ports[0], model.NO_PORT, ports[1], model.NO_PORT, model.OF_TERMS, 0,
             numbers_of[piece.axes], piece.axes.sense, *senses, *(numbers_of[frame] for frame in frames), piece.rubs,
             piece.cylinder - 1, piece.kernel is gas_law, piece.kernel is load_law or piece.carried, piece.input,
+            model.NO_PORT, model.NO_PORT,
         ])  # fmt: skip
         leans += _leans(connection, frames, port_of, numbers_of, before + len(rows) - 1)
         found.append([])

@@ -1,9 +1,14 @@
 """Force law of a rigid rod and its piston on a pin, with their masses and the gas on the piston.
 
-The first end is the pin, the second one holds the cylinder, which is at rest. Two components are the displacement of
-the pin across the axis of its crank. The pin's place is exact at any rotation of the crank relative to its frame: with
-the pin's undeformed position X, its displacement u, which holds φ e_z×X, and its rotation φ, it is at R(φ) X + u −
-φ e_z×X. The force of the rod is that of :mod:`cranktrain.loads.slider_crank`.
+The first end is the pin, the second one holds the cylinder. The first two components are the displacement of the pin
+across the axis of its crank; a pin locked on a circle has its rotation instead. The pin's place is exact at any
+rotation of the crank relative to its frame (:mod:`cranktrain.dynamics.motion.crank_pin`). The force of the rod is that
+of :mod:`cranktrain.loads.slider_crank`, and goes through the master rod's knuckle if the rod is articulated.
+
+A guided piston has two inner components, its displacement across the cylinder and its tilt, between the springs of its
+skirt (:mod:`cranktrain.loads.piston_guidance`). Its liner may move and lean with a block: gas and friction act along
+the liner and its springs normal to it. An engine on soft mounts leans by a degree, and 100 kN of gas then have a
+component of 2 kN across.
 """
 
 from __future__ import annotations
@@ -13,37 +18,82 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import law_kernel, record_reader
+from cranktrain.core.kernel import inlined_kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.rod_motion import turn
+from cranktrain.dynamics.motion.crank_pin import (
+    AX,
+    AY,
+    MORE,
+    VX,
+    VY,
+    X,
+    Y,
+    accelerate,
+    across_cylinder,
+    cylinder_axes,
+    in_space,
+    pin_motion,
+)
 from cranktrain.engine.connections import SliderCrank
 from cranktrain.film.laws.films import (
     ACCELERATION,
     BY_PLACE,
-    BY_VELOCITY,
     COS,
+    COUPLE,
     ECCENTRICITY,
+    FOLLOWED,
     FRICTION,
     GAS_POWER,
     GRAVITY,
     INERTANCE,
     KINETIC,
+    OBSERVE,
     P_MAX,
     PRESSURE,
     RATIO,
     SIN,
+    SLOPE,
     TWIST,
     TWIST_CHANGE,
     TWIST_RATE,
+    WALL,
     WHIRL,
     WHIRL_CHANGE,
 )
-from cranktrain.loads.slider_crank import PISTON, PISTON_VELOCITY, pin_tangent, remainder_inertia, rod_force
+from cranktrain.loads.articulated_rod import force_change, force_on_pin, hang
+from cranktrain.loads.piston_guidance import HEIGHT as LAYER_HEIGHT
+from cranktrain.loads.piston_guidance import UNBALANCE, layer_force, liner_friction
+from cranktrain.loads.slider_crank import (
+    BY_ACCELERATION,
+    BY_VX,
+    BY_X,
+    PISTON_ACCELERATION,
+    pin_tangent,
+    remainder_inertia,
+    rod_force,
+    turn_back,
+)
 
 # Figures of the law, in slots of a bearing's figures: distance of the piston pin from the crank's axis (m), its rate
 # (m/s), and the force of the piston on its cylinder across it (N).
 HEIGHT, SPEED, SIDE = P_MAX, P_MAX + 1, P_MAX + 2
+# With OBSERVE, in place of the tangents:
+# RISING: rate of the piston pin along its leaning liner, m/s; the liner's own rise is not subtracted.
+# LATERAL, TILT: displacement across the liner at the height of the pin, m, and tilt relative to the liner, rad.
+# FRICTION_ALONG, SKIRT_LOSS: friction of the piston on its liner, N, and power lost in its springs, W.
+# KNUCKLE: force (2) of the rod on its own pin, along the axes of its cylinder, N.
+# HELD: side force of an articulated rod on the master's piston, N.
+# ON_PIN: force (2) on the crank pin along the axes of its frame, N.
+RISING, LATERAL, TILT, FRICTION_ALONG, SKIRT_LOSS, KNUCKLE = range(BY_PLACE, BY_PLACE + 6)
+HELD, ON_PIN = KNUCKLE + 2, KNUCKLE + 3
+# Positions in a record's room: motion of the pin in its frame, motion of the rod's end in axes of its cylinder,
+# motion of the pin in axes of the master's cylinder, result of rod_force, and of a spring layer.
+OF_END, OF_MASTER, OF_ROD, OF_LAYER, ROOM = 8, 14, 26, 39, 42
+ROW = 4
+"""Values in a row of the law's tangents."""
+RISE, RATES, AXIS = 2, 3, 6
+"""Positions in what the law is told of its liner: its rise, rates, and place of the block's axis."""
 
 
 class SliderCrankRecord(NamedTuple):
@@ -52,6 +102,9 @@ class SliderCrankRecord(NamedTuple):
     rods: Array  # (r, CYLINDER) see dynamics.model.slots
     pins: Array  # (r, 2) position of each pin in the frame of its crank, m
     up: Array  # (r, 2) upwards across and along each cylinder
+    liners: Array  # (r, 2) height of each liner's upper and lower ring along its cylinder from the crank's axis, m
+    guidance: Array  # (10,) see loads.piston_guidance
+    room: Array  # (ROOM,) scratch
 
 
 def slider_crank_record(given: SliderCrank, sense: float, pin: Array) -> SliderCrankRecord:
@@ -61,78 +114,259 @@ def slider_crank_record(given: SliderCrank, sense: float, pin: Array) -> SliderC
     π − β there, and across the cylinder is the other way round.
     """
     bank = given.bank if sense > 0.0 else math.pi - given.bank
-    row = np.full(at.CYLINDER, at.NO_PORT)
-    row[[at.ROD, at.M_BIG, at.M_OSC]] = given.length, given.big_end_mass, given.small_end_mass + given.piston_mass
-    row[at.DELTA_J] = remainder_inertia(given.rod)
-    row[at.OFFSET] = sense * given.offset
-    row[[at.COS_BANK, at.SIN_BANK]] = math.cos(bank), math.sin(bank)
-    row[at.AREA] = 0.25 * math.pi * given.bore**2 if given.cylinder else 0.0
+    row = np.full((1, at.CYLINDER), at.NO_PORT)
+    row[0, [at.ROD, at.M_BIG, at.M_OSC]] = given.length, given.big_end_mass, given.small_end_mass + given.piston_mass
+    row[0, at.DELTA_J] = remainder_inertia(given.rod)
+    row[0, at.OFFSET] = sense * given.offset
+    row[0, [at.COS_BANK, at.SIN_BANK]] = math.cos(bank), math.sin(bank)
+    row[0, at.AREA] = 0.25 * math.pi * given.bore**2 if given.cylinder else 0.0
+    row[0, [at.OWN_ROD, at.PIN_PORT]] = 1.0, 0.0
     up = sense * np.array([[math.sin(bank), math.cos(bank)]])
-    return SliderCrankRecord(row[None], np.asarray(pin, dtype=float)[None], up)
+    return own_rods(row, np.array(pin, dtype=float)[None], np.ones((1, 2)), np.zeros(10), up)
 
 
-_read = record_reader(SliderCrankRecord(*np.zeros((3, 1, 1))))
+def own_rods(rods: Array, pins: Array, liners: Array, guidance: Array, up: Array | None = None) -> SliderCrankRecord:
+    """Record of rods, which shares these arrays. ``up`` is along the engine's y by default."""
+    own = np.ascontiguousarray(rods[:, [at.SIN_BANK, at.COS_BANK]]) if up is None else up
+    return SliderCrankRecord(rods, pins, own, liners, guidance, np.zeros(ROOM))
+
+
+_read = record_reader(SliderCrankRecord(*np.zeros((4, 1, 1)), *np.zeros((2, 1))))
 
 
 @law_kernel
 def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
     """Write force, tangent of a stage and figures of a rod, see :mod:`cranktrain.film.laws.films`. Return 0.
 
-    The torque of the force about the pin's displacement that a turn by φ adds is in ``out[FRICTION]``.
+    The torque of the force about the part of the pin's displacement that only a turn adds is in ``out[FRICTION]``.
     """
     own = _read(record)
     rod = own.rods[i]
-    pin_x = own.pins[i, 0]
-    pin_y = own.pins[i, 1]
-    whirl = numbers[WHIRL]
-    change = numbers[WHIRL_CHANGE]
-    twist = numbers[TWIST]
-    rate = numbers[TWIST_RATE]
-    c, s = turn(twist)
-    turned_x = c * pin_x - s * pin_y
-    turned_y = s * pin_x + c * pin_y
-    # What the turn adds to the pin's displacement, its first and its second derivative in the frame's axes.
-    more_x = turned_x - pin_x + twist * pin_y
-    more_y = turned_y - pin_y - twist * pin_x
-    more_vx = -rate * (turned_y - pin_y)
-    more_vy = rate * (turned_x - pin_x)
-    more_ax = -numbers[TWIST_CHANGE] * (turned_y - pin_y) - rate * rate * turned_x
-    more_ay = numbers[TWIST_CHANGE] * (turned_x - pin_x) - rate * rate * turned_y
-    x0 = pin_x + more_x
-    y0 = pin_y + more_y
-    x = x0 + place[0]
-    y = y0 + place[1]
-    vx = velocity[0] + more_vx - whirl * y0
-    vy = velocity[1] + more_vy + whirl * x0
-    ax = numbers[ACCELERATION] + more_ax - 2.0 * whirl * more_vy - change * y0 - whirl * whirl * x0
-    ay = numbers[ACCELERATION + 1] + more_ay + 2.0 * whirl * more_vx + change * x0 - whirl * whirl * y0
-    cos = numbers[COS] * rod[at.COS_BANK] + numbers[SIN] * rod[at.SIN_BANK]
-    sin = numbers[SIN] * rod[at.COS_BANK] - numbers[COS] * rod[at.SIN_BANK]
-    gas = numbers[PRESSURE] * rod[at.AREA]
-    g_x = numbers[GRAVITY] * own.up[i, 0]
-    g_y = numbers[GRAVITY] * own.up[i, 1]
+    pin = own.room
+    end = own.room[OF_END:]
+    found = own.room[OF_ROD:]
+    held = rod[at.PIN_PORT] < 0.0
+    if held:
+        # The one component is the rotation, which the numbers hold as well.
+        x = own.pins[i, 0]
+        y = own.pins[i, 1]
+        turned = numbers[TWIST], numbers[TWIST_RATE], numbers[TWIST_CHANGE]
+        in_space(-turned[0] * y, turned[0] * x, -turned[1] * y, turned[1] * x, numbers, place, velocity)
+        accelerate(-turned[1] * y, turned[1] * x, -turned[2] * y, turned[2] * x, place, numbers)
+    pin_motion(own.pins[i], place, velocity, numbers, pin)
+    hung = rod[at.MASTER] >= 0.0
+    bank = own.rods[int(rod[at.MASTER])] if hung else rod
+    cos, sin = cylinder_axes(bank, numbers[COS], numbers[SIN])
+    across_cylinder(pin, cos, sin, end)
+    if hung:
+        hang(rod[at.JOINT :], end, own.room[OF_MASTER:])
     for k in range(ECCENTRICITY):
         out[k] = 0.0
-    found = out[BY_VELOCITY:]
-    side = cos * x - sin * y
-    swept = cos * vx - sin * vy
-    across = cos * ax - sin * ay
-    rod_force(
-        side, sin * x + cos * y, swept, sin * vx + cos * vy, across, sin * ax + cos * ay, gas, rod[at.ROD],
-        rod[at.M_BIG], rod[at.M_OSC], rod[at.DELTA_J], rod[at.OFFSET], g_x, g_y, found,
-    )  # fmt: skip
-    out[0] = cos * found[0] + sin * found[1]
-    out[1] = cos * found[1] - sin * found[0]
-    pin_tangent(found, numbers[RATIO], numbers[INERTANCE], whirl, change, cos, sin, out[BY_PLACE:])
-    out[FRICTION] = more_x * out[1] - more_y * out[0]
-    out[HEIGHT] = found[PISTON]
-    out[SPEED] = found[PISTON_VELOCITY]
-    out[SIDE] = -found[0] - rod[at.M_BIG] * (across + g_x) - rod[at.M_OSC] * g_x
-    out[GAS_POWER] = -gas * found[PISTON_VELOCITY]
-    side -= rod[at.OFFSET]
-    swing = swept * swept / (rod[at.ROD] * rod[at.ROD] - side * side)
-    moving = rod[at.M_OSC] * out[SPEED] * out[SPEED] + rod[at.M_BIG] * (vx * vx + vy * vy)
-    out[KINETIC] = 0.5 * (moving + rod[at.DELTA_J] * swing)
-    for k in range(PISTON + 3):
-        found[k] = 0.0
+    lean = piston_forces(own, i, place, velocity, numbers, action, out)
+    g_x = numbers[GRAVITY] * own.up[i, 0]
+    g_y = numbers[GRAVITY] * own.up[i, 1]
+    m_b = rod[at.M_BIG]
+    found[0] -= m_b * (end[AX] + g_x)
+    found[1] -= m_b * (end[AY] + g_y)
+    found[BY_ACCELERATION] -= m_b
+    found[BY_ACCELERATION + 3] -= m_b
+    out[KINETIC] += 0.5 * m_b * (end[VX] * end[VX] + end[VY] * end[VY])
+    tangent = out[BY_PLACE:]
+    if action == OBSERVE:
+        out[KNUCKLE] = found[0]
+        out[KNUCKLE + 1] = found[1]
+    elif hung:
+        knuckle_tangent(rod[at.JOINT :], own.room[OF_MASTER:], numbers, found, cos, sin, tangent)
+    else:
+        pin_tangent(found, numbers[RATIO], numbers[INERTANCE], numbers[WHIRL], numbers[WHIRL_CHANGE], cos, sin, tangent)
+    if hung:
+        found[0], found[1], share = force_on_pin(rod[at.JOINT :], own.room[OF_MASTER:], found)
+        if action == OBSERVE:
+            out[HELD] = share
+    if numbers[SLOPE] != 0.0 and action != OBSERVE:
+        gas_tangent(own, rod, numbers[SLOPE], lean, cos, sin, tangent)
+    force_x = cos * found[0] + sin * found[1]
+    force_y = cos * found[1] - sin * found[0]
+    if action == OBSERVE:
+        out[ON_PIN] = force_x
+        out[ON_PIN + 1] = force_y
+    if held:
+        out[0] = pin[X] * force_y - pin[Y] * force_x
+        if action != OBSERVE:
+            # The pin moves along its circle, while the force keeps its direction.
+            by_x = pin[X] * tangent[ROW] - pin[Y] * tangent[0]
+            by_y = pin[X] * tangent[ROW + 1] - pin[Y] * tangent[1]
+            tangent[0] = pin[X] * by_y - pin[Y] * by_x - pin[X] * force_x - pin[Y] * force_y
+        out[FRICTION] = 0.0
+        return 0
+    out[0] = force_x
+    out[1] = force_y
+    out[FRICTION] = pin[MORE] * force_y - pin[MORE + 1] * force_x
     return 0
+
+
+@inlined_kernel
+def piston_forces(own, i, place, velocity, numbers, action, out):
+    """Force of rod i without its big end, into its room, and the forces and figures of its piston, into ``out``.
+
+    Returns the tangent of the rod's angle to its cylinder.
+    """
+    rod = own.rods[i]
+    law = own.guidance
+    end = own.room[OF_END:]
+    found = own.room[OF_ROD:]
+    layer = own.room[OF_LAYER:]
+    guided = rod[at.PISTON_PORT] >= 0.0
+    followed = rod[at.LINER_PORT] >= 0.0
+    wall = numbers[WALL:]
+    lower = own.liners[i, 1]
+    length = own.liners[i, 0] - lower
+    side = end[X] - rod[at.OFFSET]
+    side_rate = end[VX]
+    side_change = end[AX]
+    if guided:
+        side -= place[2]
+        side_rate -= velocity[2]
+        side_change -= numbers[ACCELERATION + 2]
+    reach = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
+    height = end[Y] + reach
+    rate = end[VY] - side * side_rate / reach
+    gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
+    g_y = numbers[GRAVITY] * own.up[i, 1]
+    slope = 0.0
+    turning = 0.0
+    if followed:
+        slope = (wall[0] - wall[1]) / length
+        turning = (wall[RATES] - wall[RATES + 1]) / length
+    pressing = 0.0
+    first = 0.0
+    tilting = 0.0
+    across_by = 0.0
+    tilt_by = 0.0
+    both_by = 0.0
+    lost = 0.0
+    for k in range(2 if guided else 0):
+        at_height = law[LAYER_HEIGHT + k]
+        gap = place[2] - place[3] * at_height
+        gap_rate = velocity[2] - velocity[3] * at_height
+        if followed:
+            # Position of the piston along the liner, which has moved itself.
+            share = (height + at_height - wall[RISE] - lower) / length
+            gap -= share * wall[0] + (1.0 - share) * wall[1]
+            gap_rate -= share * wall[RATES] + (1.0 - share) * wall[RATES + 1]
+            gap_rate -= slope * (rate - wall[RATES + RISE])
+        layer_force(law, k, gap, gap_rate, layer)
+        if k == 0:
+            first = layer[0]
+        pressing += layer[0]
+        tilting += at_height * layer[0]
+        lost -= layer[0] * gap_rate
+        by = layer[1] + numbers[RATIO] * layer[2]
+        across_by += by
+        both_by -= at_height * by
+        tilt_by += at_height * at_height * by
+    rubbing = liner_friction(law, first, pressing - first, rate) if guided else 0.0
+    push = gas - rubbing
+    down = push + slope * pressing
+    rod_force(
+        side + rod[at.OFFSET], end[Y], side_rate, end[VY], side_change, end[AY], down, rod[at.ROD], 0.0, rod[at.M_OSC],
+        rod[at.DELTA_J], rod[at.OFFSET], 0.0, g_y, found,
+    )  # fmt: skip
+    swing = side_rate / reach
+    out[KINETIC] = 0.5 * (rod[at.M_OSC] * rate * rate + rod[at.DELTA_J] * swing * swing)
+    rising = rate
+    lateral = 0.0
+    tilt = 0.0
+    if guided:
+        lateral = place[2]
+        tilt = place[3]
+        if followed:
+            foot = ((wall[0] - wall[1]) * -lower) / length + wall[1]
+            foot_rate = ((wall[RATES] - wall[RATES + 1]) * -lower) / length + wall[RATES + 1]
+            rising += slope * (velocity[2] - foot_rate - turning * height) + turning * (place[2] - foot)
+            lateral -= foot + slope * height
+            tilt += slope
+    # The friction torque of the big end's film on the rod is balanced by forces at the piston's guide and the big end.
+    balance = numbers[COUPLE] / reach
+    out[HEIGHT] = height
+    out[SPEED] = rate
+    out[GAS_POWER] = -gas * rising
+    out[SIDE] = -pressing
+    if guided:
+        weight = found[PISTON_ACCELERATION] + g_y
+        across = -found[0] - balance - slope * push + pressing
+        out[2] = across
+        out[3] = weight * (law[UNBALANCE] * place[3] - rod[at.OFFSET] * rod[at.M_SMALL])
+        out[3] -= rod[at.OFFSET] * found[1] + tilting
+        if action != OBSERVE:
+            of_rod = found[BY_X] + numbers[RATIO] * found[BY_VX] + numbers[INERTANCE] * found[BY_ACCELERATION]
+            out[BY_PLACE + 10] = of_rod + across_by
+            out[BY_PLACE + 11] = both_by
+            out[BY_PLACE + 14] = both_by
+            out[BY_PLACE + 15] = tilt_by
+    else:
+        out[SIDE] = -found[0] - rod[at.M_OSC] * numbers[GRAVITY] * own.up[i, 0]
+    if followed:
+        # Reaction on the block of the forces of liner and gas on the piston, with its moment about the block's axis.
+        across = pressing - slope * push
+        moment = height * slope * push - place[2] * down - height * pressing - tilting
+        block_x = wall[AXIS] * rod[at.COS_BANK] + wall[AXIS + 1] * rod[at.SIN_BANK]
+        block_y = wall[AXIS + 1] * rod[at.COS_BANK] - wall[AXIS] * rod[at.SIN_BANK]
+        moment += block_x * down + block_y * across
+        upper = (moment + lower * across) / length
+        out[FOLLOWED] = upper
+        out[FOLLOWED + 1] = -across - upper
+        out[FOLLOWED + 2] = down - gas
+    found[0] += balance
+    if action == OBSERVE:
+        out[RISING] = rising
+        out[LATERAL] = lateral
+        out[TILT] = tilt
+        out[FRICTION_ALONG] = -rubbing
+        out[SKIRT_LOSS] = lost
+    return side / reach
+
+
+@inlined_kernel
+def knuckle_tangent(joint, pin, numbers, found, cos, sin, tangent):
+    """Tangent of an articulated rod's force by the displacement of the crank pin in a stage, in axes of the frame.
+
+    ``found`` is the rod's force on its knuckle pin with its derivatives, ``pin`` the motion of the crank pin in axes of
+    the master's cylinder, ``cos`` and ``sin`` those of the frame's angle to it.
+    """
+    ratio = numbers[RATIO]
+    omega = numbers[WHIRL]
+    alpha = numbers[INERTANCE] - omega * omega
+    beta = 2.0 * omega * ratio + numbers[WHIRL_CHANGE]
+    for j in range(2):
+        x = 1.0 - j
+        y = 1.0 * j
+        tangent[j], tangent[ROW + j] = force_change(
+            joint, pin, found, x, y, ratio * x - omega * y, ratio * y + omega * x, alpha * x - beta * y,
+            alpha * y + beta * x,
+        )  # fmt: skip
+    turn_back(tangent[0], tangent[1], tangent[ROW], tangent[ROW + 1], cos, sin, tangent)
+
+
+@inlined_kernel
+def gas_tangent(own, rod, slope, lean, cos, sin, tangent):
+    """Add to a rod's tangent the change of gas force; ``slope`` (Pa/rad) is over the angle of its pin.
+
+    ``lean`` is the tangent of the rod's angle to its cylinder.
+    """
+    pin = own.room
+    push = own.room[OF_LAYER:]
+    # Force on the rod's end by unit force on its piston.
+    push[0] = lean
+    push[1] = -1.0
+    push_x = lean
+    push_y = -1.0
+    if rod[at.MASTER] >= 0.0:
+        push_x, push_y, _ = force_on_pin(rod[at.JOINT :], own.room[OF_MASTER:], push)
+    gain = slope * rod[at.AREA] * rod[at.OWN_ROD] / (pin[X] * pin[X] + pin[Y] * pin[Y])
+    force_x = gain * (cos * push_x + sin * push_y)
+    force_y = gain * (cos * push_y - sin * push_x)
+    tangent[0] -= force_x * pin[Y]
+    tangent[1] += force_x * pin[X]
+    tangent[ROW] -= force_y * pin[Y]
+    tangent[ROW + 1] += force_y * pin[X]

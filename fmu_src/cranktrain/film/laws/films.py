@@ -48,8 +48,10 @@ X, Y, END_X, END_Y = range(4)
 # P_MAX, FLOW: largest pressure (Pa) and side flow (m³/s).
 # GAP, GAP_ANGLE: least gap (m), negative for a bore that is a rigid circle, and angle of the least gap (rad).
 # GAS_POWER, KINETIC: power of the gas on the law's own parts, W, and their kinetic energy, J; with the trait MASS.
+# FOLLOWED: first of three forces on ports that the law follows, N; with the trait MASS.
 BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES = 4, 20, 36, 37, 38
-P_MAX, FLOW, GAP, GAP_ANGLE, GAS_POWER, KINETIC, SIZE = range(39, 46)
+P_MAX, FLOW, GAP, GAP_ANGLE, GAS_POWER, KINETIC, FOLLOWED = range(39, 46)
+SIZE = FOLLOWED + 3
 
 # Indices of the result of a law without tilt, see :func:`widen`: forces (2), tangents by place and velocity (2 × 2).
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
@@ -72,13 +74,17 @@ SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, 
     range(15)
 )
 # Further columns, for laws with the trait MASS:
-# ACCELERATION: first of two accelerations in space of the first two components, m/s².
+# ACCELERATION: first of three accelerations in space, of the first two components and of the first inner one, m/s².
 # TWIST, TWIST_RATE, TWIST_CHANGE: rotation of the first end in its frame (rad), and its derivatives by time.
 # WHIRL, WHIRL_CHANGE: speed (rad/s) and acceleration (rad/s²) of the law's axes in space.
 # RATIO, INERTANCE: ∂u̇/∂u = c_v/c_q (1/s) and ∂ü/∂u = 1/c_q (1/s²) of the stage's rule; 0 outside a stage.
 # GRAVITY: acceleration due to gravity, m/s².
-ACCELERATION, TWIST, TWIST_RATE, TWIST_CHANGE, WHIRL, WHIRL_CHANGE, RATIO, INERTANCE, GRAVITY = 15, *range(17, 25)
-NUMBERS = 25
+# SLOPE: derivative of the gas pressure by the angle of the first end about the crank's axis, Pa/rad.
+# COUPLE: friction torque on the law's own rod by the film on its first end, N m.
+# WALL: first of three displacements (m) of the ports that the law follows, of their three rates (m/s), and of the
+# displacement x and y (m) of the axis of their body.
+ACCELERATION, TWIST, TWIST_RATE, TWIST_CHANGE, WHIRL, WHIRL_CHANGE, RATIO, INERTANCE, GRAVITY = 15, *range(18, 26)
+SLOPE, COUPLE, WALL, NUMBERS = 26, 27, 28, 36
 
 # Traits of a law:
 # MEMORY: number of values that one film keeps in the state.

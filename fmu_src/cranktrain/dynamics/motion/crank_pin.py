@@ -1,0 +1,110 @@
+"""Exact motion of a crank pin, and axes of the cylinder whose rod it carries.
+
+With φ the rotation of the pin relative to its frame and X its undeformed position, a pin is at R(φ) X + u − φ e_z×X;
+its displacement u holds φ e_z×X, the rotation in the first order.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import inlined_kernel
+from cranktrain.dynamics.model import slots as at
+from cranktrain.film.laws.films import ACCELERATION, TWIST, TWIST_CHANGE, TWIST_RATE, WHIRL, WHIRL_CHANGE
+
+# Motion of a point in a plane: position X, Y, velocity VX, VY, acceleration AX, AY. MORE: what rotation adds to the
+# displacement of a pin beyond the first order.
+X, Y, VX, VY, AX, AY, MORE = range(7)
+SMALL = 0.1
+"""Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
+
+
+@inlined_kernel
+def turn(phi):
+    """Cosine and sine of a pin's own rotation ``phi``, by a few terms of their series if the angle is small."""
+    if abs(phi) > SMALL:
+        return math.cos(phi), math.sin(phi)
+    x = phi * phi
+    cos = 1.0 - x * (1.0 / 2.0 - x * (1.0 / 24.0 - x * (1.0 / 720.0 - x * (1.0 / 40320.0 - x * (1.0 / 3628800.0)))))
+    sin = phi - phi * x * (1.0 / 6.0 - x * (1.0 / 120.0 - x * (1.0 / 5040.0 - x * (1.0 / 362880.0))))
+    return cos, sin
+
+
+@inlined_kernel
+def pin_place(pin, x, y, phi):
+    """Position in the frame of a ``pin`` (2,) that is displaced by x and y (m) and has rotated by ``phi`` (rad)."""
+    cos, sin = turn(phi)
+    return cos * pin[0] - sin * pin[1] + x + phi * pin[1], sin * pin[0] + cos * pin[1] + y - phi * pin[0]
+
+
+@inlined_kernel
+def in_space(x, y, vx, vy, numbers, place, velocity):
+    """Write a displacement in axes that turn and its rate in space to ``place`` and ``velocity``."""
+    place[0] = x
+    place[1] = y
+    velocity[0] = vx - numbers[WHIRL] * y
+    velocity[1] = vy + numbers[WHIRL] * x
+
+
+@inlined_kernel
+def accelerate(vx, vy, ax, ay, place, numbers):
+    """Write the acceleration in space of a displacement ``place`` in axes that turn to ``numbers``."""
+    whirl = numbers[WHIRL]
+    change = numbers[WHIRL_CHANGE]
+    numbers[ACCELERATION] = ax - 2.0 * whirl * vy - change * place[1] - whirl * whirl * place[0]
+    numbers[ACCELERATION + 1] = ay + 2.0 * whirl * vx + change * place[0] - whirl * whirl * place[1]
+
+
+@inlined_kernel
+def pin_motion(pin, place, velocity, numbers, out):
+    """Absolute motion (6,) of a ``pin`` (2,) along the axes of its frame, and MORE (2,), into ``out``.
+
+    ``place`` is its displacement, ``velocity`` the displacement's rate in space; rotation and accelerations are in the
+    ``numbers`` of a law with masses.
+    """
+    whirl = numbers[WHIRL]
+    change = numbers[WHIRL_CHANGE]
+    rate = numbers[TWIST_RATE]
+    x0 = pin[0]
+    y0 = pin[1]
+    # First and second derivative of MORE in the frame's axes; both are 0 for a pin without rotation.
+    more_x = 0.0
+    more_y = 0.0
+    more_vx = 0.0
+    more_vy = 0.0
+    more_ax = 0.0
+    more_ay = 0.0
+    if numbers[TWIST] != 0.0 or rate != 0.0:
+        cos, sin = turn(numbers[TWIST])
+        turned_x = cos * x0 - sin * y0
+        turned_y = sin * x0 + cos * y0
+        more_x = turned_x - x0 + numbers[TWIST] * y0
+        more_y = turned_y - y0 - numbers[TWIST] * x0
+        more_vx = -rate * (turned_y - y0)
+        more_vy = rate * (turned_x - x0)
+        more_ax = -numbers[TWIST_CHANGE] * (turned_y - y0) - rate * rate * turned_x
+        more_ay = numbers[TWIST_CHANGE] * (turned_x - x0) - rate * rate * turned_y
+    x0 += more_x
+    y0 += more_y
+    out[X] = x0 + place[0]
+    out[Y] = y0 + place[1]
+    out[VX] = velocity[0] + more_vx - whirl * y0
+    out[VY] = velocity[1] + more_vy + whirl * x0
+    out[AX] = numbers[ACCELERATION] + more_ax - 2.0 * whirl * more_vy - change * y0 - whirl * whirl * x0
+    out[AY] = numbers[ACCELERATION + 1] + more_ay + 2.0 * whirl * more_vx + change * x0 - whirl * whirl * y0
+    out[MORE] = more_x
+    out[MORE + 1] = more_y
+
+
+@inlined_kernel
+def cylinder_axes(rod, cos, sin):
+    """Cosine and sine of the frame's angle relative to a rod's cylinder, from those of the frame's angle."""
+    return cos * rod[at.COS_BANK] + sin * rod[at.SIN_BANK], sin * rod[at.COS_BANK] - cos * rod[at.SIN_BANK]
+
+
+@inlined_kernel
+def across_cylinder(motion, cos, sin, cross):
+    """Rotate a motion (six values) into axes of a cylinder, by cosine and sine of the frame's angle relative to it."""
+    for j in range(X, MORE, 2):
+        cross[j] = cos * motion[j] - sin * motion[j + 1]
+        cross[j + 1] = sin * motion[j] + cos * motion[j + 1]
