@@ -102,6 +102,23 @@ CASES = {
         "connection 'set': its ends' frames have the ratios 1, 0, 0.5, which its teeth do not allow; give the frame of "
         "end 3 the ratio 0.3",
     ),
+    "pulleys in each other": (
+        frame("half", 0.5, [0, 300])
+        + disc("w", "half", 0, 300)
+        + joined("c", "belt", "crank.pulley", "w.hub", **BELT | {"radius": (110, "mm")}),
+        "connection 'c': pulleys of 110 and 220 mm radius have no room on axes 300 mm apart; give a smaller radius",
+    ),
+    "carrier beside the sun": (
+        ALONG.replace("ratio = { value = 0.5", "ratio = { value = 0.3", 1).replace(
+            "value = [0, 0]", "value = [9, 0]", 1
+        )
+        + joined("set", "planetary", "w.hub", "ground", "v.hub", teeth_sun=(30, "1"), teeth_ring=(70, "1")),
+        "connection 'set': frame 'arm' has another axis than frame 'sun', but a planetary gear has one",
+    ),
+    "a body without its file": (
+        table("body", name="'w'", frame="'rest'", file="'none.h5'") + joined("c", "spring", "w.hub", "ground", **HOLD),
+        "none.h5 is not a reduced body; write one by 'cranktrain reduce'",
+    ),
     "two rigid gears of two shafts": (
         PAIR + HELD + joined("one", "rigid_gear", "w.hub", "v.hub") + joined("two", "rigid_gear", "v.hub", "w.hub"),
         "connection 'two': rigid gears turn its bodies with this ratio already; leave it out, or take a gear_mesh",

@@ -131,9 +131,9 @@ def pressures_text(gas: GasTrace) -> str:
     )
 
 
-def note_axial_path(engine: Engine, repeats: bool) -> None:
+def note_axial_path(engine: Engine, settings: Settings, repeats: bool) -> None:
     """Print a note on a missing axial path if cycles do not repeat; ``repeats``: True if all cycles repeat."""
-    if engine.axial_path is not None or repeats:
+    if engine.axial_path is not None or repeats or settings.crank == "torsional":
         return
     say(
         f"note: nothing holds the crank of '{engine.name}' along its axis, so the thrust collar may bounce between its "

@@ -211,7 +211,7 @@ def _computed(named: str | Path | Engine, ask: Runup) -> tuple[RunUp, VerbResult
         said["deviations"] = told_deviations(found, measured)
     if folder is not None:
         said["plots"] = draw(folder, found, engine, measured, motion=peaks)
-    note_axial_path(engine, bool((found.repeats == 1).all()))
+    note_axial_path(engine, made.settings, bool((found.repeats == 1).all()))
     return found, VerbResult.of(said, "runup", run_up=found, engine=engine)
 
 

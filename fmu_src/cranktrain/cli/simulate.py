@@ -129,7 +129,7 @@ def _found(named: str | Path | Engine, ask: Simulate) -> tuple[Run, list[str] | 
         found = replace(found, steady_orders=orders)
     plots = None if ask.plots is None else _draw(Path(ask.plots), found, made.settings, request.speed_rpm)
     settled = found.settling
-    note_axial_path(engine, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
+    note_axial_path(engine, made.settings, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
     return found, plots
 
 

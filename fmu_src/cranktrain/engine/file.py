@@ -46,7 +46,7 @@ TEXT_KINDS = {
 }
 LIKE = "engine/data/diesel_i6.toml"
 """Example file with an engine's tables, named in messages."""
-ADDED_LIKE = "examples/four_with_balancers.toml"
+ADDED_LIKE = "docs/how-to/added_bodies.md"
 """Example file with bodies, frames and connections, named in messages."""
 
 

@@ -58,7 +58,9 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     line = torsional_line(engine)
     turning = tuple(name for name, speed in zip(line.interfaces, line.speeds.tolist(), strict=True) if speed == 1.0)
     crank = (*crank_interfaces(engine.crankshaft), *turning)
+    files = {body.name: _from_file(body) for body in engine.additions.body if body.file}
     known = {"crank": () if own_crank else crank, "block": () if own_block else block}
+    known |= {name: tuple(body.interfaces) for name, body in files.items()}
     for table in added:
         for body, interface in map(split_end, table.ends):
             names = known.get(body, ())
@@ -69,21 +71,21 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
                     f"connection '{table.name}': body '{body}' has no interface '{interface}'; "
                     f"{nearest(interface, list(names))}"
                 )
-    _check_held(engine)
+    _check_held(engine, files)
 
 
-def _check_held(engine: Engine) -> None:
-    """Refuse bodies that nothing holds, as their tables show; bodies from files count as held; ``InputError``."""
+def _check_held(engine: Engine, files: dict[str, ReducedBody]) -> None:
+    """Refuse bodies that nothing holds, with stand-ins for crank and shafts and with bodies from ``files``."""
     bare, bodies = Topology(file_frames(engine)), engine.additions.body
     stand_ins = {"crank": {"": (0.0, 0.0, 0.0)}}
     for body in bodies:
-        if body.made_of_files_or_elements:
+        if body.stations:
             sense = bare.frame(body.frame).sense
             along = {name: (0.0, 0.0, sense * z) for name, z in zip(body.interfaces, body.held_at, strict=False)}
             rod = {name: (0.0, y, sense * body.z[0]) for name, y in zip(body.interfaces, body.y, strict=False)}
             stand_ins[body.name] = rod if body.along == "y" else along
     made = {name: rigid_body(name, 1.0, np.eye(3), (0, 0, 0), held) for name, held in stand_ins.items()}
-    check_held(whole_topology(engine, made["crank"], None, made), [body.name for body in bodies if body.file])
+    check_held(whole_topology(engine, made["crank"], None, made | files))
 
 
 def read_added(engine: Engine) -> dict[str, ReducedBody]:

@@ -54,7 +54,7 @@ def ladders(rollers: bool) -> dict[str, tuple[str, ...]]:
 
 def plain_name(output: str) -> str:
     """Name of an output without the indices of its parts: ``bearing[3].force.x`` becomes ``bearing.force.x``."""
-    return re.sub(r"\[[^]]*\]", "", output.strip())
+    return re.sub(r"\[([^][]|\[[^][]*\])*\]", "", output.strip())
 
 
 def need(output: str) -> Levels:

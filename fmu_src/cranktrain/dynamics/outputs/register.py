@@ -128,7 +128,7 @@ def output_family(name: str) -> str:
     Connections, which have names in place of numbers, are one family too, so that one with only rounding errors does
     not keep a run from being periodic.
     """
-    return re.sub(r"\[[^\]]*\]|\.[xyz]$", "", name)
+    return re.sub(r"\[([^][]|\[[^][]*\])*\]|\.[xyz]$", "", name)
 
 
 def nearest_output(name: str, valid: Iterable[str]) -> str:

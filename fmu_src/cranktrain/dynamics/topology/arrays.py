@@ -7,6 +7,7 @@ wide as the largest body; those of a body start at its offset.
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
@@ -49,7 +50,7 @@ def lay_topology(topology: Topology, base: Base) -> Laid:
     topology = topology if base.block is not None else on_ground(topology)
     held = _held(topology, base)
     topology = _touching(topology, base)
-    _warn_of_distances(topology, base)
+    _check_distances(topology, base)
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
     joined = [group for group in groups(topology) if group.bodies[0].name not in base.joined]
     on_crank = [topology.body(name) for name in base.joined]
@@ -127,15 +128,29 @@ MEET = ("spring", "film", "roller", "thrust", "own")
 """Force laws whose two ends must coincide, because the moment of forces at a distance is not included."""
 
 
-def _warn_of_distances(topology: Topology, base: Base) -> None:
-    """Warn of springs and bearings with ends apart at crank angle 0, because the moment of the forces is missing."""
+def _check_distances(topology: Topology, base: Base) -> None:
+    """Warn of springs and bearings with ends apart at crank angle 0, because the moment of the forces is missing.
+
+    ``InputError`` for plain and roller bearings that do not lie on the axes of the frames that turn.
+    """
     own = _bodies(topology, base)
     for connection in topology.connections:
         if connection.law not in MEET:
             continue
         pairs = [(own.get(end.body), end) for end in connection.ends]
-        places = [_place(topology, body, end) for body, end in pairs if body is not None]
-        apart = float(np.linalg.norm(places[0] - places[-1])) if len(places) == len(pairs) else 0.0
+        known = [(end, _place(topology, body, end)) for body, end in pairs if body is not None]
+        frames = [topology.end_frame(end) for end in connection.ends]
+        turning = [frame for frame in frames if frame.rate > 0.0]
+        alike = len({(frame.ratio, frame.axis) for frame in frames}) == 1
+        if connection.law in ("film", "roller") and turning and not alike:
+            for end, place in known:
+                radius = math.dist(place[:2], turning[0].axis)
+                if radius > APART and topology.end_frame(end).rate > 0.0:
+                    raise InputError(
+                        f"connection '{connection.name}': '{end.body}.{end.interface}' circles {1e3 * radius:.3g} mm "
+                        f"from the axis of frame '{turning[0].name}'; a bearing joins interfaces on one axis"
+                    )
+        apart = float(np.linalg.norm(known[0][1] - known[-1][1])) if len(known) == len(pairs) else 0.0
         if apart > APART:
             warnings.warn(
                 f"connection '{connection.name}': its ends are {1e3 * apart:.3g} mm apart at crank angle 0, and law "

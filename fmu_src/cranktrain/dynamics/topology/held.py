@@ -7,7 +7,6 @@ do not hold, and a liner holds across its cylinder. A body that turns may be fre
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 
 import numpy as np
 
@@ -28,13 +27,10 @@ HELD = 1.0e-9
 """Ratio of singular values, and size of a unit motion's part, above which it counts; chosen."""
 
 
-def check_held(topology: Topology, others: Collection[str] = ()) -> None:
-    """Raise ``InputError`` for a body that no connection holds, and for rigid gears that turn a body once more.
-
-    The bodies named in ``others`` count as held.
-    """
+def check_held(topology: Topology) -> None:
+    """Raise ``InputError`` for a body that no connection holds, and for rigid gears that turn a body once more."""
     _check_relations(topology)
-    bodies = [body for body in topology.bodies if body.name not in others]
+    bodies = topology.bodies
     if not bodies:
         return
     first = {body.name: 6 * k for k, body in enumerate(bodies)}
@@ -56,7 +52,7 @@ def check_held(topology: Topology, others: Collection[str] = ()) -> None:
             )
 
 
-def _motions(topology: Topology, bodies: list[Body], first: dict[str, int]) -> list[Array]:
+def _motions(topology: Topology, bodies: tuple[Body, ...], first: dict[str, int]) -> list[Array]:
     """Motion of each component that holds, by rigid motions of bodies about the middles of their interfaces."""
     rows = []
     for connection in topology.connections:

@@ -74,7 +74,7 @@ class ConnectionLaw:
     kernel : kernel of the law, None if the register of films has it
     turns : whether the law transmits rotation from one end to the other
     relations : instead of pieces, function that gives rows of coefficients of its ends' rotations (see
-       :mod:`relations`), from data and speed ratios of the ends to the crank
+       :mod:`relations`), from data and frames of the ends
     """
 
     name: str
@@ -83,7 +83,7 @@ class ConnectionLaw:
     pieces: Callable[[Any, Frame, Frame], list[Piece]] | None = field(default=None, repr=False)
     kernel: Any = None
     turns: bool = False
-    relations: Callable[[Any, list[float]], list[list[float]]] | None = field(default=None, repr=False)
+    relations: Callable[[Any, Sequence[Frame]], list[list[float]]] | None = field(default=None, repr=False)
 
 
 CONNECTION_LAWS: dict[str, ConnectionLaw] = {}
@@ -119,7 +119,7 @@ def relations_of(connection: Connection, frames: Sequence[Frame]) -> list[Array]
         return []
     speeds = [frame.sense * frame.rate for frame in frames]
     try:
-        found = [np.array(row) for row in law.relations(data, speeds)]
+        found = [np.array(row) for row in law.relations(data, frames)]
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     for row in found:
@@ -289,9 +289,9 @@ def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
     if distance < SAME or 0.0 in speeds:
         raise InputError("a belt needs two frames that turn, with axes apart; give the frames ratio and axis")
     radii, crossed = (belt.radius, belt.radius * abs(speeds[0] / speeds[1])), speeds[0] * speeds[1] < 0.0
-    if (sum(radii) if crossed else abs(radii[0] - radii[1])) >= distance:
+    if sum(radii) >= distance:
         raise InputError(
-            f"pulleys of {1e3 * radii[0]:.4g} and {1e3 * radii[1]:.4g} mm radius leave no strand between axes "
+            f"pulleys of {1e3 * radii[0]:.4g} and {1e3 * radii[1]:.4g} mm radius have no room on axes "
             f"{1e3 * distance:.4g} mm apart; give a smaller radius"
         )
     towards = apart / distance
@@ -320,6 +320,8 @@ def _slider_crank(given: SliderCrank, pin: Frame, cylinder: Frame) -> list[Piece
                 "is missing; give it, or the cylinder whose rod and piston these are",
             )
         x, y = parts.first[:2]
+        text = "the first one lies on the axis of its crank, where no piston would move; give an interface at a pin"
+        need("", "ends", math.hypot(x, y) > SAME, text)
         reach = math.hypot(x, y) + abs(given.offset)
         text = f"{mm(given.length)} is no longer than throw and offset together, {mm(reach)}; give a longer rod"
         need("", "length", given.length > reach, text)
@@ -338,20 +340,29 @@ def _slider_crank(given: SliderCrank, pin: Frame, cylinder: Frame) -> list[Piece
     ]  # fmt: skip
 
 
-def _rigid_gear(_: RigidGear, speeds: list[float]) -> list[list[float]]:
+def _rigid_gear(_: RigidGear, frames: Sequence[Frame]) -> list[list[float]]:
+    speeds = [frame.sense * frame.rate for frame in frames]
     if 0.0 in speeds:
         raise InputError("gears need two frames that turn; give both a ratio")
     return [[speeds[1], -speeds[0]]]
 
 
-def _planetary(gear: Planetary, speeds: list[float]) -> list[list[float]]:
+def _planetary(gear: Planetary, frames: Sequence[Frame]) -> list[list[float]]:
     """Willis' equation of sun, ring and carrier, and with a fourth end the rolling of the planets."""
+    turning = [frame for frame in frames if frame.rate > 0.0]
+    for frame in turning:
+        if math.dist(frame.axis, turning[0].axis) > SAME:
+            x, y = (f"{1e3 * at:.6g}" for at in turning[0].axis)
+            raise InputError(
+                f"frame '{frame.name}' has another axis than frame '{turning[0].name}', but a planetary gear has one; "
+                f"give it the axis {x}, {y} mm"
+            )
     sun, ring = gear.teeth_sun, gear.teeth_ring
     planet = 0.5 * (ring - sun)
     if planet <= 0.0:
         raise InputError(f"a ring of {ring} teeth has no room for planets round a sun of {sun}; give it more")
-    rows = [[sun, ring, -(sun + ring), 0.0][: len(speeds)]]
-    return rows if len(speeds) < 4 else [*rows, [sun, 0.0, -(sun + planet), planet]]
+    rows = [[sun, ring, -(sun + ring), 0.0][: len(frames)]]
+    return rows if len(frames) < 4 else [*rows, [sun, 0.0, -(sun + planet), planet]]
 
 
 for _row in (
