@@ -137,8 +137,10 @@ def _secants(entry: Sequence[int], before: Array, after: Array) -> tuple[Array, 
 
     def called(place: Array, velocity: Array) -> tuple[Array, Array, Array]:
         law_at(*entry, np.pad(place, (0, 4 - count)), np.pad(velocity, (0, 4 - count)), numbers, out)
-        by = (out[first : first + 16].reshape(4, 4)[:count, :count].copy() for first in (BY_PLACE, BY_VELOCITY))
-        return out[:count].copy(), *by
+        by_place, by_velocity = (
+            out[first : first + 16].reshape(4, 4)[:count, :count].copy() for first in (BY_PLACE, BY_VELOCITY)
+        )
+        return out[:count].copy(), by_place, by_velocity
 
     (x, v), (x1, v1) = before, after
     first, (middle, by_place, _), (last, _, by_velocity) = called(x, v)[0], called(x1, v), called(x1, v1)
