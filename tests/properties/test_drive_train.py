@@ -190,6 +190,7 @@ WRONG = [
     ({"ratio": -1.0}, "begin at one that turns forwards"),
     ({"path": True}, "axial_path.joint: joins the shaft at the crank's flywheel"),
     ({"lossy": True}, "drive_line_chain.loss_factors: act in the modes of crank and line alone"),
+    ({"held": True}, "connection 'bow': .* its ends turn 1 and 0 times as fast .* turns with the crank, so that this"),
     ({"loose": True}, "no connection turns body 'second' with the crank"),
 ]
 
@@ -206,6 +207,9 @@ def test_where_no_drive_line_can_begin_is_told(change, said):
     if change.get("lossy"):
         shafts = (Shaft(("flywheel", "disc"), 1e4, 0.0, 0.1), Shaft(("disc", "dynamometer"), 1e4, 1.0))
         engine = replace(engine, drive_line_chain=DriveLineChain.of(Chain((Disc("disc", 0.1),), shafts)))
+    if change.get("held"):
+        bow = replace(engine.connection[0], ends=("second.hub", "ground"))
+        engine = replace(engine, connection=(bow, *engine.connection[1:]))
     if change.get("loose"):
         engine = replace(engine, connection=engine.connection[1:])
     with pytest.raises(InputError, match=said):
