@@ -75,7 +75,7 @@ CASES = {
     ),
     "coupling of two speeds": (
         BACK + joined("c", "coupling", "crank.main[3]", "w.hub", **ROUND),
-        "connection 'c': a coupling joins bodies that turn alike; give both frames the same ratio, or take gears",
+        "connection 'c': a coupling joins bodies that turn alike, but its ends turn",
     ),
     "film at rest": (
         disc("w", "rest") + joined("c", "film", "w.hub", "ground", **FILM),

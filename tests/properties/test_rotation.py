@@ -218,7 +218,9 @@ def test_a_corrected_start_leaves_big_ends_where_they_were_on_their_pins():
     simulation = simulation_of("two_stroke_six", 60.0)
     state = simulation.state
     before = off_pins(simulation, state)
-    change = DriveLine(simulation.model, 60.0 * RPM).lift(np.array([0.03, 0.05, 0.0, 0.0]))
+    line = DriveLine(simulation.model, 60.0 * RPM)
+    turned = np.ones(len(line.matrix) // 2 - 1)
+    change = line.lift(np.concatenate((0.03 * turned, 0.05 * turned, [0.0, 0.0])))
     moved = state.copy()
     correct_motion(simulation.model, moved, change)
     after = off_pins(simulation, moved)

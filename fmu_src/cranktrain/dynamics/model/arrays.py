@@ -42,7 +42,7 @@ from cranktrain.dynamics.model.settings import (
     check_levels,
     resolved,
 )
-from cranktrain.dynamics.settled.wound_line import wind_train
+from cranktrain.dynamics.model.wound_line import wind_train
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import on_ground
 from cranktrain.dynamics.topology.pieces import FilmParts

@@ -35,12 +35,14 @@ from cranktrain.dynamics.settled.longer_periods import (
     nearest_period,
     repeats_every,
 )
-from cranktrain.dynamics.settled.motion import Motion, correct_motion, settling_motion
+from cranktrain.dynamics.settled.motion import Motion, correct_motion, motion_of, settling_motion
 from cranktrain.dynamics.settled.samples import Samples
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 CALL = 0.2
 """Approximate longest wall time between two checks for an interrupt, s."""
+INTERVALS = 48
+"""Number of parts of a cycle between which connections of the drive line have secants, 15 degrees each; chosen."""
 RECENT = LONGEST_PERIOD + 2
 """Number of cycles kept in memory if samples go to a sink: the cycles that are compared, and the present one."""
 PATIENCE, PATIENCE_OF_BLOCKS, GAIN = 3, 2, 0.5
@@ -105,6 +107,7 @@ class Recorder:
     step, per_cycle : communication step, s, and number of steps in a cycle
     taken, seconds : number of all steps taken, and their wall time
     under_way : outputs of the present cycles, beginning with those at their start
+    seen : (s + 1, 2, n) modal displacement and velocity at successive times of the last cycles
     """
 
     def __init__(self, simulation: Stepped, step: float, per_cycle: int) -> None:
@@ -112,13 +115,20 @@ class Recorder:
         self.step, self.per_cycle = step, per_cycle
         self.taken, self.seconds, self._at_once = 0, 0.0, 4
         self.under_way: Array = np.empty((0, simulation.outputs.size))
+        self.seen = self._motion[None]
 
-    def take(self, rows: Array, first: int = 0) -> None:
-        """Take one communication step for each of the ``rows``, beginning ``first`` steps after time 0."""
+    def take(self, rows: Array, first: int = 0, seen: list[Array] | None = None) -> None:
+        """Take one communication step for each of the ``rows``, beginning ``first`` steps after time 0.
+
+        ``seen`` gets displacement and velocity at the start of each of ``INTERVALS`` parts of a cycle.
+        """
         done = 0
         while done < len(rows):
             start = time.perf_counter()
             end = min(done + self._at_once, len(rows))
+            if seen is not None:
+                seen.append(self._motion)
+                end = min(end, done + max(1, self.per_cycle // INTERVALS))
             before = done
             try:
                 done += self.simulation.series(self.step, first + done + 1, rows[done:end])
@@ -137,11 +147,17 @@ class Recorder:
         rows = np.empty((count * self.per_cycle + 1, self.simulation.outputs.size))
         rows[0] = self.simulation.outputs
         before = self.taken
+        seen = list[Array]()
         try:
-            self.take(rows[1:])
+            self.take(rows[1:], seen=seen)
         finally:
             self.under_way = rows[: self.taken - before + 1]
+        self.seen = np.array([*seen, self._motion])
         return rows
+
+    @property
+    def _motion(self) -> Array:
+        return np.array(motion_of(self.simulation.state, self.simulation.model.omega2.size)[:2])
 
 
 def plain_cycles(
@@ -242,6 +258,7 @@ def settled_cycles(
         done += block
         rewind(simulation, block)
         change = settling_motion(simulation.model, simulation.state).minus(start)
+        modes.follow(recorder.seen)
         past.add(start, change, rows[1:])
         if learns and done > 1:
             past.learn()
@@ -272,7 +289,7 @@ def settled_cycles(
         total = modes.correction(change, block)
         if creep is not None and done > 1:
             total = total.plus(creep.correction(start, change, total))
-        elif creep is None and block == 1 and modes.learned is not None and modes.collar.stable:
+        elif creep is None and block == 1 and modes.joint_correction:
             total = total.plus(past.further())
         move_on(simulation, total)
 

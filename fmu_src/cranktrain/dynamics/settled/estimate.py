@@ -51,10 +51,15 @@ class Past:
         self._modes.learn(before, before.plus(changed_again.minus(changed)), len(self._kept) == 2)
 
     def further(self) -> Motion:
-        """Motion that Anderson's method adds to the correction by slow modes after the last cycle."""
-        missed = [change.plus(self._modes.correction(change, self._cycles)) for _, change, _ in self._kept]
-        starts = [start for start, _, _ in self._kept]
-        return anderson_step(self._modes, list(zip(starts, missed, strict=True)))
+        """Motion that Anderson's method adds to the correction by slow modes after the last cycle.
+
+        Unless modes are being learned it is that of the drive line alone, whose connections may be far from linear: the
+        collar could be led to an unstable motion.
+        """
+        known = [(start, change.plus(self._modes.correction(change, self._cycles))) for start, change, _ in self._kept]
+        if self._modes.learned is None:
+            known = [(self._modes.of_line(start), self._modes.of_line(missed)) for start, missed in known]
+        return anderson_step(self._modes, known)
 
     @property
     def left(self) -> Mapping[str, float]:

@@ -17,6 +17,10 @@ MOST_CYCLES = 48
 """Most cycles of a run; a run whose cycles do not repeat ends here."""
 FREE_CYCLES = 6
 """Default number of cycles of a run whose speed is free under a load torque, which would settle only after seconds."""
+FLAT = 1.0e-6
+"""Ratio of the alternating part of an output to its RMS below which errors are related to this part of the RMS.
+
+The alternating part of a steady force, the weight of a balanced disc on its bearing, is an error of the integration."""
 LEAST = 1.0e-9
 """Ratio of the alternating part of an output to its RMS below which the output counts as constant."""
 NOTHING = 1.0e-13
@@ -130,10 +134,10 @@ class Judge:
         return {name: float(share) for name, share, size in zip(self._names, shares, sizes, strict=True) if size > 0.0}
 
     def _alternating(self, rows: Array) -> Array:
-        """Size of each family's alternating part; 0 for constant families."""
-        sizes = self._norms(rows - rows.mean(axis=0))
-        least = np.maximum(LEAST * self._norms(rows), NOTHING * math.sqrt(len(rows)))
-        return np.where(sizes > least, sizes, 0.0)
+        """Size of each family's alternating part, at least ``FLAT`` of the whole; 0 for constant families."""
+        sizes, whole = self._norms(rows - rows.mean(axis=0)), self._norms(rows)
+        least = np.maximum(LEAST * whole, NOTHING * math.sqrt(len(rows)))
+        return np.where(sizes > least, np.maximum(sizes, FLAT * whole), 0.0)
 
     def _norms(self, rows: Array) -> Array:
         """Norm of each family's part of rows (samples, outputs)."""

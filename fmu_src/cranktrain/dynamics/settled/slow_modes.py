@@ -1,12 +1,14 @@
 """Formulas of the slow modes of a running engine: the drive line, and six rigid motions of the block on its mounts.
 
-All other modes decay within a cycle or two. With the crank's rotation β relative to the shaft, the lead δ of its frame
-and w = δ̇, the equations of the drive line are
+All other modes decay within a cycle or two. With the rotations β of the crank and of the drive line's inertias relative
+to the driven shaft, the lead δ of the crank's frame and w = δ̇, the equations of the drive line are
 
-    J β̈ = −c β̇ − k β,   δ̇ = w,   ẇ = κ ((β − δ)/τ_c − w)
+    J β̈ = −C β̇ − K β,   δ̇ = w,   ẇ = κ ((β₁ − δ)/τ_c − w)
 
-with J of crank and rods, k and c of the connecting shaft and κ, τ_c of :mod:`cranktrain.loads.drive_line`. The gas
-follows the crank, so it is no spring. The block and all it carries move as a rigid body,
+with J of crank with rods and of discs and bodies, K and C of shafts and connections (:mod:`..model.wound_line`) and κ,
+τ_c of :mod:`cranktrain.loads.drive_line`. The gas follows the crank, so it is no spring. Friction and tables make K and
+C vary along a cycle, so its matrix M is the product of those of its intervals. The block and all it carries move as a
+rigid body,
 
     M η̈ = −(C + Ω J_c R) η̇ − K η
 
@@ -16,6 +18,7 @@ between its two tilts, R. A motion is split into slow modes and a rest by moment
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Protocol
 
@@ -24,9 +27,9 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
+from cranktrain.dynamics.model.wound_line import Line
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
-from cranktrain.dynamics.settled.wound_line import Wound
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import frames_at
@@ -44,6 +47,9 @@ class SlowPart(Protocol):
     """Slow modes of one body, with coordinates y that follow ẏ = ``matrix`` y."""
 
     matrix: Array
+
+    def over(self, time: float) -> Array:
+        """Matrix M by which coordinates y are multiplied after ``time``, s."""
 
     def split(self, motion: Motion) -> Array:
         """Coordinates y of a motion in the slow modes."""
@@ -73,54 +79,75 @@ def frame_change(frame: Array) -> Array:
 
 
 class DriveLine:
-    """The crank on its connecting shaft, y = (β, β̇, δ, w)."""
+    """Crank and drive line, y = (β, β̇, δ, w) with the rotations β (m,) of the crank and of all inertias behind it."""
 
-    def __init__(self, model: ModelArrays, speed: float) -> None:
-        t = model.ports.shape[1]
-        self._turn = np.zeros(model.omega2.size)
-        wound = Wound.of(model)
-        self._turn[:t] = wound.turn
-        # Motion of the frames of added bodies by the rotation itself, at crank angle 0, where cycles end.
+    def __init__(self, model: ModelArrays, speed: float, motions: Array | None = None) -> None:
+        """See :meth:`.Line.of` for ``motions``, by default one of zero."""
+        line, t = (
+            Line.of(model, np.zeros((1, 2, model.omega2.size)) if motions is None else motions),
+            model.ports.shape[1],
+        )
+        self._count = m = len(line.turns)
+        self._turn = np.zeros((model.omega2.size, m))
+        self._turn[:t] = line.turns.T
+        # Motion of the frames of added bodies by the crank's rotation itself, at crank angle 0, where cycles end.
         self._moves = np.zeros(model.omega2.size)
         moved = frames_at(model.links.frames, 0.0)
         for row in model.bodies.rows[top.OTHERS :]:
             size, first = row[top.MODES], row[top.MODE]
             frame, shares = moved[row[top.FRAME_OF]], body_shares(model, row)
-            self._turn[first : first + size] += frame[[top.TURN, top.OWN_X1, top.OWN_Y1]] @ shares
+            self._turn[first : first + size, 0] += frame[[top.TURN, top.OWN_X1, top.OWN_Y1]] @ shares
             self._moves[first : first + size] += speed * (frame_change(frame) @ shares)
         self._weight = self._turn.copy()
         for rod, pin in zip(model.cylinders, model.pins, strict=True):
             swept = (rod[at.M_BIG] + 0.5 * rod[at.M_OSC]) * float(pin @ pin)
-            self._weight[:t] += swept * model.ports[int(rod[at.PIN_TURN])]
-        self.inertia = float(self._weight @ self._turn)
-        self._stiffness = wound.stiffness
-        k, lost = self._stiffness / self.inertia, wound.damping / self.inertia
+            self._weight[:t, 0] += swept * model.ports[int(rod[at.PIN_TURN])]
+        self.inertia, self._stiffness = self._weight.T @ self._turn, line.stiffness[0]
         inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
         kappa = 4.0 * inverse
-        self.matrix = np.array([
-            [0.0, 1.0, 0.0, 0.0],
-            [-k, -lost, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 1.0],
-            [kappa * inverse, 0.0, -kappa * inverse, -kappa],
-        ])  # fmt: skip
+        self._matrices = np.zeros((len(line.stiffness), 2 * m + 2, 2 * m + 2))
+        self._matrices[:, :m, m:-2] = np.eye(m)
+        self._matrices[:, m:-2, :m] = -np.linalg.solve(self.inertia, line.stiffness)
+        self._matrices[:, m:-2, m:-2] = -np.linalg.solve(self.inertia, line.damping)
+        self._matrices[:, -2, -1] = 1.0
+        self._matrices[:, -1, [0, -2, -1]] = kappa * inverse, -kappa * inverse, -kappa
+        self.matrix, self._known = self._matrices[-1], dict[float, Array]()
+
+    @property
+    def bends(self) -> bool:
+        """Whether springs and friction of added connections act in the drive line."""
+        return len(self._matrices) > 1
+
+    def over(self, time: float) -> Array:
+        """Matrix M of y after ``time``, s, in which the intervals of the motion follow one another."""
+        if time not in self._known:
+            parts = [exponential(matrix * (time / len(self._matrices))) for matrix in self._matrices]
+            self._known[time] = functools.reduce(lambda m, part: part @ m, parts)
+        return self._known[time]
 
     def split(self, motion: Motion) -> Array:
         """Coordinates y of a motion; β and β̇ follow from angular momentum."""
-        turn, rate = (self._weight @ values / self.inertia for values in motion[:2])
-        return np.array([turn + motion.lead, rate + motion.lead_rate, motion.lead, motion.lead_rate])
+        turn, rate = (np.linalg.solve(self.inertia, self._weight.T @ values) for values in motion[:2])
+        return np.concatenate((turn + motion.lead, rate + motion.lead_rate, [motion.lead, motion.lead_rate]))
 
     def lift(self, y: Array) -> Motion:
-        """Motion in which crank and all rotating bodies turn together as a rigid body, with coordinates y."""
-        change = self.matrix @ y
+        """Motion in which crank and all bodies of the drive line turn, as rigid bodies, with coordinates y."""
+        m, change = self._count, self.matrix @ y
         place, velocity, acceleration = (
-            part * self._turn for part in (y[0] - y[2], y[1] - y[3], change[1] - change[3])
+            self._turn @ part for part in (y[:m] - y[-2], y[m:-2] - y[-1], change[m:-2] - change[-1])
         )
-        velocity += (y[0] - y[2]) * self._moves
-        return Motion(place, velocity, acceleration, float(y[2]), float(y[3]))
+        velocity += (y[0] - y[-2]) * self._moves
+        return Motion(place, velocity, acceleration, float(y[-2]), float(y[-1]))
 
     def coordinates(self, y: Array) -> Array:
-        """Rotation and rotation rate, scaled by their energy; the frame's lead is scaled like the crank's rotation."""
-        return np.concatenate((math.sqrt(self._stiffness) * y[::2], math.sqrt(self.inertia) * y[1::2]))
+        """Rotations and their rates, scaled by their energy; the frame's lead is scaled like the crank's rotation."""
+        m = self._count
+        return np.concatenate(
+            (
+                _root(self._stiffness) @ y[:m], [math.sqrt(self._stiffness[0, 0]) * y[-2]],
+                _root(self.inertia) @ y[m:-2], [math.sqrt(self.inertia[0, 0]) * y[-1]],
+            )
+        )  # fmt: skip
 
 
 class BlockOnMounts:
@@ -186,6 +213,10 @@ class BlockOnMounts:
             out[first : first + n] += rate * self._speed * turned
         return out
 
+    def over(self, time: float) -> Array:
+        """Matrix M of y after ``time``, s."""
+        return exponential(self.matrix * time)
+
     def split(self, motion: Motion) -> Array:
         """Coordinates y of a motion, η and η̇, from the momentum of all bodies that the block carries."""
         return np.concatenate((self._split @ motion.place, self._split @ (motion.velocity + self._swept(motion.place))))
@@ -216,24 +247,37 @@ class SlowModes:
         self.free = None if learned is None else learned.free
         self.collar = Collar(model, NOTHING_LEFT if learned is None else learned.collar)
         self._period = 4.0 * math.pi / speed
-        self._model = model
+        self._model, self._speed = model, speed
         # If the engine creeps along the axis, the corrections of creep include all other modes (:mod:`creep`).
         self._creeps = dimensions(model).joint >= 0 and model.block_ports.shape[0] > 0
         driven = model.scalars[at.DRIVEN] > 0.0
         self.drive_line = DriveLine(model, speed) if driven and model.scalars[at.SHAFT_K] > 0.0 else None
         self.block = BlockOnMounts(model, speed) if driven and model.block_ports.shape[0] > 0 else None
-        self._parts: list[SlowPart] = [part for part in (self.drive_line, self.block) if part is not None]
+
+    @property
+    def _parts(self) -> list[SlowPart]:
+        return [part for part in (self.drive_line, self.block) if part is not None]
+
+    def follow(self, motions: Array) -> None:
+        """Take connections of the drive line as in successive ``motions`` of the last cycle, see :meth:`.Line.of`."""
+        if self.drive_line is not None:
+            self.drive_line = DriveLine(self._model, self._speed, motions)
 
     def correction(self, change: Motion, cycles: int = 1) -> Motion:
         """Correction to add after ``cycles`` cycles that changed the state by ``change``: lift M (I − M)⁻¹ y."""
         total = change.minus(change)
         for part in self._parts:
-            m = exponential(part.matrix * (cycles * self._period))
+            m = part.over(cycles * self._period)
             total = total.plus(part.lift(m @ np.linalg.solve(np.eye(len(m)) - m, part.split(change))))
         if self.free is None or self._creeps:
             return total
         total = total.plus(self.collar.correction(self._fast(change), cycles))
         return total.plus(self.free.correction(self.rest(change), cycles * self._period))
+
+    @property
+    def joint_correction(self) -> bool:
+        """Whether Anderson's method adds to the correction: of all modes if these are learned, or of the drive line."""
+        return self.collar.stable if self.free is not None else self.drive_line is not None and self.drive_line.bends
 
     @property
     def learned(self) -> Learned | None:
@@ -252,6 +296,11 @@ class SlowModes:
             self.free = self.free.learned(self.rest(before), self.rest(after), self._period)
         elif self.free.speed_of(self.rest(before)) * PLAIN < np.linalg.norm(self.collar.split(self._fast(before))):
             self.collar.learn(self._fast(before), self._fast(after))
+
+    def of_line(self, motion: Motion) -> Motion:
+        """Part of a motion in the drive line."""
+        part = self.drive_line
+        return motion.minus(motion) if part is None else part.lift(part.split(motion))
 
     def rest(self, motion: Motion) -> Motion:
         """Motion minus its parts in the slow modes and the collar."""

@@ -157,8 +157,7 @@ def thrust_pieces(thrust: Thrust, collar: Frame, pads: Frame) -> list[Piece]:
 
 def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
     """Piece of a connection for a torsional damper; the first end is the housing, the second end is the ring."""
-    if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
-        raise InputError("a damper joins a housing and a ring that turn alike; give both frames the same ratio")
+    need_alike("a damper joins a housing and a ring that turn alike", first, second)
     check_damper(ring.damper)
     component = between(first, np.zeros(3), unit(2))
     outputs = (
@@ -168,10 +167,22 @@ def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
     return [Piece([component], [ANGLE], damper_law, record, first, outputs=outputs, told_speed=True)]
 
 
+def need_alike(what: str, first: Frame, second: Frame) -> None:
+    """Raise ``InputError`` that begins with ``what`` unless two frames turn at the same speed."""
+    speeds = first.sense * first.rate, second.sense * second.rate
+    if abs(speeds[0] - speeds[1]) <= SAME:
+        return
+    fix = "give both frames the same ratio, or take gears"
+    if 0.0 in speeds:
+        fix = "one end is at rest; join the other to a body that turns with the crank, so that this drives it"
+    raise InputError(f"{what}, but its ends turn {speeds[0]:g} and {speeds[1]:g} times as fast as the crank; {fix}")
+
+
 def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece]:
     """Piece of a connection for a joint that carries a torque and slides along the axis."""
-    if abs(first.sense * first.rate - second.sense * second.rate) > SAME or first.rate == 0.0:
-        raise InputError("a joint carries a torque between bodies that turn alike; give both frames the same ratio")
+    need_alike("a joint carries a torque between bodies that turn alike", first, second)
+    if first.rate == 0.0:
+        raise InputError("a joint carries a torque between bodies that turn; give both frames the same ratio, not 0")
     if joint.joint == "spline":
         for key in ("spline_radius", "friction"):
             text = "is missing; a spline slides by friction x torque / spline_radius; give it, or take joint bolted"

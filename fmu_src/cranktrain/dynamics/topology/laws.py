@@ -24,6 +24,7 @@ from cranktrain.dynamics.topology.bearings import (
     damper_pieces,
     film_pieces,
     joint_pieces,
+    need_alike,
     roller_pieces,
     thrust_pieces,
 )
@@ -202,8 +203,7 @@ def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
 
 
 def _coupling(coupling: Coupling, first: Frame, second: Frame) -> list[Piece]:
-    if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
-        raise InputError("a coupling joins bodies that turn alike; give both frames the same ratio, or take gears")
+    need_alike("a coupling joins bodies that turn alike", first, second)
     component = between(first, np.zeros(3), unit(2))
     outputs = (("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0))
     return [Piece([component], [ANGLE], coupling_law, coupling_record(coupling), first, outputs=outputs)]
