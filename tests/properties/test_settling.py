@@ -268,7 +268,9 @@ def test_the_drive_line_is_what_its_formula_says():
     assert line.split(line.lift(y)) == pytest.approx(y, rel=1e-9)
     assert exponential(0.06 * line.matrix) == pytest.approx(expm(0.06 * line.matrix), rel=1e-10, abs=1e-12)
     drive = simulation.engine.drive_line
-    assert np.abs(np.linalg.eigvals(line.matrix)).max() == pytest.approx(math.sqrt(drive.stiffness / line.inertia))
+    assert np.abs(np.linalg.eigvals(line.matrix)).max() == pytest.approx(
+        math.sqrt(drive.stiffness / line.inertia.item())
+    )
     # The frame follows the crank as fast as it can without overshoot: a double root at -2/τ, τ two revolutions.
     lead = line.matrix[2:, 2:]
     assert np.linalg.eigvals(lead) == pytest.approx(-2.0 / (4.0 * math.pi / (2000 * RPM)), rel=1e-6)

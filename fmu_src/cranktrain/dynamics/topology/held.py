@@ -13,10 +13,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.gas import gas_law
 from cranktrain.dynamics.topology.laws import pieces_of, relations_of
-from cranktrain.dynamics.topology.liner import liner_law
-from cranktrain.dynamics.topology.spring import load_law
 from cranktrain.dynamics.topology.terms import terms_of
 from cranktrain.dynamics.topology.values import GROUND, Body, Topology
 
@@ -24,7 +21,7 @@ WAYS = ("along x", "along y", "along z", "against tilting about x", "against til
 AT = 0.35
 """Crank angle (rad) of the check, at which no rod stands upright; chosen."""
 HELD = 1.0e-9
-"""Ratio of singular values, and size of a unit motion's part, above which it counts; chosen."""
+"""Singular value of unit motions above which it counts; chosen."""
 
 
 def check_held(topology: Topology) -> None:
@@ -37,35 +34,38 @@ def check_held(topology: Topology) -> None:
     reach = max((float(np.ptp(body.reduced.positions, axis=0).max()) for body in bodies), default=0.0)
     rows = np.array(_motions(topology, bodies, first)).reshape(-1, 6 * len(bodies))
     rows[:, [k for k in range(6 * len(bodies)) if k % 6 > 2]] /= max(reach, 1e-3)
-    _, sizes, vectors = np.linalg.svd(
-        np.vstack((rows, np.zeros((6 * len(bodies), 6 * len(bodies))))), full_matrices=False
-    )
-    free = np.abs(vectors[sizes <= HELD * max(1.0, sizes.max(initial=0.0))]).max(axis=0, initial=0.0)
+    unit = np.eye(6 * len(bodies))
+    turning = [first[body.name] + 5 for body in bodies if topology.frame(body.frame).slider is None]
+    rows = np.vstack((rows, unit[turning]))
+    # A body is told the fewest ways in which it must be held, tilts before displacements.
     for body in bodies:
-        loose = free[first[body.name] : first[body.name] + 6] > math.sqrt(HELD)
-        if topology.frame(body.frame).slider is None:
-            loose[5] = False
-        if loose.any():
-            ways = ", ".join(way for way, is_loose in zip(WAYS, loose, strict=True) if is_loose)
+        loose = set()
+        for way in (3, 4, 5, 0, 1, 2):
+            more = np.vstack((rows, unit[first[body.name] + way]))
+            if np.linalg.matrix_rank(more, HELD) > np.linalg.matrix_rank(rows, HELD):
+                loose.add(way)
+                rows = more
+        if loose:
             raise InputError(
-                f"body '{body.name}': no connection holds it {ways}; add one, such as a film, a spring, or a thrust"
+                f"body '{body.name}': no connection holds it {', '.join(WAYS[way] for way in sorted(loose))}; add one, "
+                "such as a film, a spring, or a thrust"
             )
 
 
 def _motions(topology: Topology, bodies: tuple[Body, ...], first: dict[str, int]) -> list[Array]:
-    """Motion of each component that holds, by rigid motions of bodies about the middles of their interfaces."""
+    """Motion of each component that holds, by rigid motions of bodies about the origins of their frames."""
     rows = []
     for connection in topology.connections:
         frames = [topology.end_frame(end) for end in connection.ends]
         for piece in pieces_of(connection, *frames):
-            holding = 0 if piece.has_mass else {gas_law: 0, load_law: 0, liner_law: 2}.get(piece.kernel, 4)
-            for pair in piece.components[:holding]:
+            for pair in piece.components[: piece.holds]:
                 row = np.zeros(6 * len(bodies))
                 for end, frame, direction in zip(connection.ends, frames, pair, strict=True):
                     if end.body not in first:
                         continue
                     body = topology.body(end.body).reduced
-                    place = body.positions[body.index(end.interface)] - body.positions.mean(axis=0)
+                    place = body.positions[body.index(end.interface)].copy()
+                    place[2] -= body.positions[:, 2].mean()
                     own = row[first[end.body] : first[end.body] + 6]
                     for term in terms_of(end, frame, direction):
                         turned = term.given.moved(AT)[at.TURNED] - term.own.moved(AT)[at.TURNED]

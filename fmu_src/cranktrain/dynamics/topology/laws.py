@@ -248,7 +248,7 @@ def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
             components = [between(REST, *way) for way in ways]
             scales = [ANGLE if about else LENGTH] * 3
             record = LoadRecord(force, turning)
-            pieces.append(Piece(components, scales, load_law, record, axes, outputs=outputs, input=slot))
+            pieces.append(Piece(components, scales, load_law, record, axes, outputs=outputs, input=slot, holds=0))
     if not pieces:
         raise InputError("a load needs a force or a torque; give force = [Fx, Fy, Fz]")
     return pieces
@@ -266,7 +266,7 @@ def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
     record, axes = gas_record(gas), Frame("crank angle", 1.0)
     component = between(piston, unit(1), np.zeros(3))
     outputs = (("force", "force", 0),)
-    return [Piece([component], [LENGTH], gas_law, record, axes, outputs=outputs, cylinder=gas.cylinder)]
+    return [Piece([component], [LENGTH], gas_law, record, axes, outputs=outputs, cylinder=gas.cylinder, holds=0)]
 
 
 def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
@@ -278,7 +278,7 @@ def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
         ("force.upper", "force", 0), ("force.lower", "force", 1), ("friction", "force", 2), ("gap.upper", "place", 0),
         ("gap.lower", "place", 1), ("speed", "velocity", 2),
     )  # fmt: skip
-    return [Piece(components, [LENGTH] * 3, liner_law, liner_record(liner), outputs=outputs)]
+    return [Piece(components, [LENGTH] * 3, liner_law, liner_record(liner), outputs=outputs, holds=2)]
 
 
 def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
@@ -335,7 +335,7 @@ def _slider_crank(given: SliderCrank, pin: Frame, cylinder: Frame) -> list[Piece
     return [
         Piece(
             components, [LENGTH] * 2, slider_crank_law, record, pin, 0, True, outputs=outputs, cylinder=given.cylinder,
-            has_mass=True,
+            has_mass=True, holds=0,
         )
     ]  # fmt: skip
 

@@ -71,6 +71,7 @@ class Piece(NamedTuple):
     has_mass : whether the law has masses of its own, whose cylinder, the second end, is the ground
     input : slot of a stage's frame whose value is input of the law; −1: none
     carried : whether its forces also do work on the motion of the ends' frames
+    holds : number of components, from the first, that hold a body; a push holds nothing
     memory : function ``memory(record)`` of the number of values that the law keeps in the state, or None
     """
 
@@ -94,6 +95,7 @@ class Piece(NamedTuple):
     carried: bool = False
     has_mass: bool = False
     input: int = -1
+    holds: int = 4
 
 
 def between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:
