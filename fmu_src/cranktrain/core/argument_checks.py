@@ -1,7 +1,5 @@
 """Checks of values that a script passes to the library; ``InputError`` for a value of a wrong kind."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any

@@ -5,8 +5,6 @@ booleans each occupy one 64-bit register in the calling conventions of x86-64 (L
 a 64-bit integer can stand for all of them.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from cranktrain.core.kernel import Intrinsic, compiler

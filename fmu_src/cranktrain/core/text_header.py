@@ -1,7 +1,5 @@
 """Names and units of a text table's columns, from the rows above its values."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from string import ascii_lowercase

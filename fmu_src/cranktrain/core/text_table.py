@@ -5,8 +5,6 @@ Separator, decimal sign and the start of the values (:mod:`cranktrain.core.text_
 so a file of any size is read in bounded memory. An error names the number and the text of the line that does not fit.
 """
 
-from __future__ import annotations
-
 import io
 import re
 import warnings

@@ -6,8 +6,6 @@ the inputs and outputs of the master are at known positions in it. Each call is 
 process reads.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

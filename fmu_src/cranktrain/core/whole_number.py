@@ -3,8 +3,6 @@
 ``str.isdigit`` accepts superscripts, which ``int`` refuses, and ``int`` refuses more than 4300 digits.
 """
 
-from __future__ import annotations
-
 import re
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")

@@ -1,7 +1,5 @@
 """Limits for the shells of an engine's plain bearings: the table ``[bearing_limits]`` of an engine file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Engine with some values changed, checked in the same way as an engine file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Limits for the running engine that a report checks: table ``[limits]`` of an engine file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -15,8 +15,6 @@ Walther's law (ASTM D341) through the first two. The two viscosities in a produc
 better. Multigrade oils are thinner at the shear rates of a bearing, which none of these laws includes.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Building an FMU of an engine with all its levels, of a scene with the levels of its plan, or of a module."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace

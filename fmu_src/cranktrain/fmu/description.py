@@ -7,8 +7,6 @@ reals first, then integers, then strings, each as inputs, outputs, parameters, s
 Source: FMI 2.0.4, sections 2.2 (model description schema) and 4.3 (co-simulation).
 """
 
-from __future__ import annotations
-
 import html
 import re
 import tomllib

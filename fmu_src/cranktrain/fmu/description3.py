@@ -3,8 +3,6 @@
 Source: FMI 3.0.2, sections 2.4 (model description schema) and 4.4 (co-simulation).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 

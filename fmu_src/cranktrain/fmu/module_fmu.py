@@ -1,7 +1,5 @@
 """FMU of a module other than the cranktrain: interface and documentation from a folder, data from a module file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 

@@ -5,8 +5,6 @@ only contain numbers or names (main bearings, outputs, least and largest) are ma
 readers ignore them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -5,8 +5,6 @@ the terms of rotation, ``shapes.mtx`` of the interfaces (six rows per interface:
 column per mode), and ``body.json`` with names and scalars. All values are SI.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import tempfile

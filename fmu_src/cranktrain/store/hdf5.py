@@ -6,8 +6,6 @@ it loop for ever. Other programs ignore the checksum. A program that changes the
 without checksum is read without a check.
 """
 
-from __future__ import annotations
-
 import io
 import sys
 import zlib

@@ -1,7 +1,5 @@
 """Conversion of a crank found in a solid to dimensions of an engine file and a mesh with named surfaces."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any, NamedTuple

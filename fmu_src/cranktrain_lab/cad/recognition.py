@@ -8,8 +8,6 @@ In the crank's frame z runs from the pulley to the flywheel, z = 0 is the middle
 along y.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple

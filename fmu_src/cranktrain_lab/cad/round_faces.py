@@ -5,8 +5,6 @@ rotation of the face's normals as initial guess. Splines and extruded faces are 
 the CAD program. Points lie on the surface to the accuracy of the CAD kernel, and so do radii and positions.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 The kernel converts every unit of a STEP file to mm. It runs in a separate process, because a broken file can crash it.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -5,8 +5,6 @@ files (hull of two circles, with a part of a disc as counterweight). For other w
 reach towards the pin, equal width at the main axis, and equal reach and width opposite to the pin.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import Any, NamedTuple
 

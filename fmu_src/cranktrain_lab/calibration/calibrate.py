@@ -6,8 +6,6 @@ of their bodies. If dimensions are free, the bodies of the result are then meshe
 more. Values are rounded for the new file, and the report is computed from the new file with all modes of its bodies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path

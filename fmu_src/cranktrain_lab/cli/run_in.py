@@ -1,7 +1,5 @@
 """The verb ``run-in``: relief of an engine's bearing shells by wear, as a limit or over time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal

@@ -4,8 +4,6 @@ The sizes in the archive's directory can be trusted, because Python's reader ext
 stated. An archive bomb therefore states its extracted size, in one entry or in several that share their bytes.
 """
 
-from __future__ import annotations
-
 import shutil
 import stat
 import tempfile

@@ -1,7 +1,5 @@
 """Sliders of knobs, and headings of groups of knobs."""
 
-from __future__ import annotations
-
 import html
 from typing import Any
 

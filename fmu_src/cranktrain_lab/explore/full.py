@@ -3,8 +3,6 @@
 Results are written to a run-up file, which is read whenever it grows, so a stop loses no finished speed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any

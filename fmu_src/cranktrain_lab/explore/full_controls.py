@@ -1,7 +1,5 @@
 """Controls of the full model on the page: levels, speeds, and background jobs."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Callable
 

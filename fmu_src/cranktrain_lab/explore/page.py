@@ -1,7 +1,5 @@
 """Page with knobs on the left, charts on the right, and full model and engine file below the knobs."""
 
-from __future__ import annotations
-
 import html
 import time
 from collections.abc import Callable

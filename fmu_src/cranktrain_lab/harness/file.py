@@ -21,8 +21,6 @@
 ``docs/how-to/harness.md`` has all keys. A file is refused in one line that names the entry, before anything is built.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import unicodedata

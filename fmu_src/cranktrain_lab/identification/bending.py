@@ -7,8 +7,6 @@ milliseconds (:mod:`cranktrain_lab.calibration.train`), so every evaluation of a
 the level of the other sets.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

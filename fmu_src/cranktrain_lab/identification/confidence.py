@@ -20,8 +20,6 @@ and bounds as a uniform prior, its free values have
     A = Jᵀ diag(1/τ²) J,     S = (A + diag(12/ln²(high/low)))⁻¹.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

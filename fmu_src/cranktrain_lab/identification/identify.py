@@ -3,8 +3,6 @@
 A file of ``[targets]`` alone is a calibration, with the same search and with intervals from the targets' tolerances.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

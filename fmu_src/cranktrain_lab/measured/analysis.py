@@ -1,7 +1,5 @@
 """Analyses of a measurement by channel names: rotations, orders, pressures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

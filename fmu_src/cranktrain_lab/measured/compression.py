@@ -15,8 +15,6 @@ symmetric flanks too. It is recognised because both flanks together fit no usual
 the engine and heat is released after it.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -6,8 +6,6 @@ charge amplifier) follows from the shape of the fitted compression (:mod:`.compr
 polytropic change, or from the intake pressure.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -18,8 +18,6 @@ gets the noise of a constant amplitude, and an absent line does not disturb the 
 from a fit in which this line has no prior, so it is not biased towards zero.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

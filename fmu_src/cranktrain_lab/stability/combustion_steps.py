@@ -9,8 +9,6 @@ Theory is the same work in plain NumPy: the pressure over the crank's angle from
 by the rule on paper.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ motion of slaves with their own integrators, coupled by a minimal master, begins
 (:mod:`cranktrain_lab.stability.two_mass`).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

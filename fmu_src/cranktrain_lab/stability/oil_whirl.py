@@ -15,8 +15,6 @@ outwards, so the journal lies nearer to the middle, and the film is linearised a
 (:func:`film_as_seen`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

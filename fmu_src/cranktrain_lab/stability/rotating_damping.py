@@ -11,8 +11,6 @@ own matrices, and the matrix that one whole step of the running model applies. T
 Laval's rotor, which in the frame whirls at ω_n − Ω; that is the frequency that numerical damping acts on.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

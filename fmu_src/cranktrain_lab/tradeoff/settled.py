@@ -15,8 +15,6 @@ Fourier series over 720° at the reference's samples. All distances have the sam
 inequality.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import dataclass, replace

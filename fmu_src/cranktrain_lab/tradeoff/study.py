@@ -4,8 +4,6 @@ Families of choices are each compared with a reference of their own, whose error
 model and step is compared with the best model, and its error is split into parts.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace

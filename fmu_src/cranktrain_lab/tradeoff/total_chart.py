@@ -5,8 +5,6 @@ block. A line joins the steps of one model. Right: the choices of the front and 
 parts of their errors.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

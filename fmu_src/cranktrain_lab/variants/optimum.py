@@ -10,8 +10,6 @@ Each evaluation is stored like a variant. The search depends only on its seed, s
 ended.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping

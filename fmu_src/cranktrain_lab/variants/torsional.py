@@ -16,8 +16,6 @@ cycle unless stated otherwise:
 A nominal stress has no notch factor; fillets are judged by ``cranktrain fatigue``.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import NamedTuple

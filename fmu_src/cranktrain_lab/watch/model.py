@@ -1,7 +1,5 @@
 """Orders of torsion by a torsional crank, for the cases of :mod:`cranktrain_lab.watch.defects`."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

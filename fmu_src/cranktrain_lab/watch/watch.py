@@ -1,7 +1,5 @@
 """Watch of an engine by its torsion, from files of measured orders to a report."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pictures of a wear history: profiles of the shells, and depth, roughness, contact and friction over time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

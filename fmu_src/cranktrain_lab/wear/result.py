@@ -1,7 +1,5 @@
 """Complete computation of running in over time: from engine and schedule to results, files and a new engine file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path

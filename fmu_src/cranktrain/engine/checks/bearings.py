@@ -1,7 +1,5 @@
 """Checks of plain bearings and the thrust bearing against the crankshaft."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from cranktrain.core.errors import InputError

@@ -3,8 +3,6 @@
 For values that are possible but unlikely together :mod:`cranktrain.engine.checks.plausible` gives warnings.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from dataclasses import fields, is_dataclass

@@ -1,7 +1,5 @@
 """Archive of a native FMU: libraries for the platforms, one file of data, model description, documentation."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Sequence

@@ -19,8 +19,6 @@ one table refer to rows of another by index; leaves, records and slots of a vari
 Equal tables give equal bytes. The C reader is ``c/file.c``; tests compare both.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterable, Mapping

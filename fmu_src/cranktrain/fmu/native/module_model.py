@@ -1,7 +1,5 @@
 """Data for the library of a module other than the cranktrain."""
 
-from __future__ import annotations
-
 from cranktrain.core.named import resolve
 from cranktrain.fmu.archive import Product
 from cranktrain.fmu.native.image import Images, leaf_numbers

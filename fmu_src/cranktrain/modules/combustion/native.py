@@ -1,7 +1,5 @@
 """Description of a combustion run for callers without Python: names, choices and status texts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from cranktrain.modules.combustion import slots as at

@@ -1,7 +1,5 @@
 """Combustion simulation that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, ClassVar
 

@@ -5,8 +5,6 @@ partners that extrapolate it. ``valvetrain.torque_step`` is the mean over the st
 the same work as the drive.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

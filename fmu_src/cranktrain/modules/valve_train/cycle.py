@@ -3,8 +3,6 @@
 A line's cycle ends half a turn after its cam's nose; the cycle of drive and work ends with the crank's cycle.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

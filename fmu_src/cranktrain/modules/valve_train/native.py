@@ -1,7 +1,5 @@
 """Description of a valve train's run for callers without Python: names, choices and status texts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from cranktrain.modules.statuses import FAILED as STEP_FAILED

@@ -1,7 +1,5 @@
 """Valve-train simulation that an FMU or a script steps: set ``inputs``, call ``step``, read ``outputs``."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 from cranktrain.modules.stepped_module import SteppedModule

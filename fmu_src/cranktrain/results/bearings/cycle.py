@@ -15,8 +15,6 @@ pin is not known, so it has no specific load. The load of a master rod's big end
 rods.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pictures of bearings: polar load diagrams of a cycle, and the worst bearing over speed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Comparison of a run's bearings with the limits of the engine file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimits

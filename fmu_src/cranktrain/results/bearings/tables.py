@@ -1,7 +1,5 @@
 """Bearing report in engineering units: JSON and tables of ``cranktrain bearing-loads``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -8,8 +8,6 @@ so |a_n| is zero to peak, and a cosine that peaks at θ = 0 has a real, positive
 no leakage, so all orders that its samples resolve are exact.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -11,8 +11,6 @@ at every angle. Through a resonance of 2 % damping at 100 rev/min per second its
 (``tests/properties/test_orders.py`` asserts 1 %), so no Vold–Kalman filter is needed.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

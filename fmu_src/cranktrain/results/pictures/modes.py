@@ -1,7 +1,5 @@
 """Mode shapes of the crankshaft as moving surfaces."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

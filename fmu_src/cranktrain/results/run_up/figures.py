@@ -1,7 +1,5 @@
 """Figures of a run-up over its speeds: orders, waterfall, Campbell diagram, parts of the axial motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Plots of a run-up, each drawn into the caller's axes; amplitudes are zero to peak."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -12,8 +12,6 @@ order, and its errors give no line. This module reads
 Keywords that create or move nodes in other ways are refused, all others are skipped.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path

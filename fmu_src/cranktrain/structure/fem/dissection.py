@@ -12,8 +12,6 @@ C. Ashcraft and J. Liu, *Applications of the Dulmage–Mendelsohn decomposition 
 improvement*, SIAM J. Matrix Anal. Appl. 19 (1998) 325.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse

@@ -10,8 +10,6 @@ Reference: I. Duff and J. Reid, *The multifrontal solution of indefinite sparse 
 Math. Softw. 9 (1983) 302; J. Liu, SIAM Review 34 (1992) 82.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

@@ -5,8 +5,6 @@ curved surface (straight sides change frequencies by about 1 %). If they would i
 the middle of their edge. Meshes whose elements still have a too small Jacobian are refused.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

@@ -5,8 +5,6 @@ errors give the line (:mod:`cranktrain.structure.fem.abaqus_assembly`, :mod:`cra
 :mod:`cranktrain.structure.fem.universal_file`).
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections.abc import Callable

@@ -4,8 +4,6 @@ A surface is defined by triangles, by nodes or by faces of tetrahedra. Readers c
 :func:`assembled` converts them to indices and refuses numbers that do not exist, with the line.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field

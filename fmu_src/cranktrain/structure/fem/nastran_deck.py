@@ -12,8 +12,6 @@ elements in wide fields, and its errors give no line. This module reads
 Other cards are skipped.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -16,8 +16,6 @@ Paths are relative to the file. Matrices are symmetric: one triangle, or both. N
 modal coordinates.
 """
 
-from __future__ import annotations
-
 import re
 from hashlib import sha256
 from pathlib import Path

@@ -4,8 +4,6 @@ Elements of second order list corners and mid-side nodes alternately. pyuff, whi
 reads at most eight nodes of an element, so ten-node tetrahedra would be lost.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

@@ -13,8 +13,6 @@ deflection) and therefore a separate mean law (:mod:`cranktrain.structure.in_mot
 particular the floating collar, use the means of K and C. For a law with constant K and C all these means equal K and C.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

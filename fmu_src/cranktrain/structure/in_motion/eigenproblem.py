@@ -35,8 +35,6 @@ Sources: Friswell, Penny, Garvey & Lees, *Dynamics of Rotating Machines* (2010),
 *Analysis and control of linear periodically time varying systems* (1991).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any, NamedTuple

@@ -13,8 +13,6 @@ harmonic of gas and inertia forces on the rigid crank in the rotating frame, all
 Source: D. J. Ewins, *Modal Testing* (2000), chapter 2, residues of damped systems.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -13,8 +13,6 @@ greatest shear stress over 16 T/(π D³) in torsion.
 Source: IACS Unified Requirement M53, Rev. 1 (2004), section 3; its appendix III on factors from finite elements.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -20,8 +20,6 @@ their borders: Cook, Malkus, Plesha and Witt, *Concepts and Applications of Fini
 10.12.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Verdict of a report: results compared with the limits in the engine file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

@@ -9,8 +9,6 @@ Connections are linear about the state at rest: films and rollers are their line
 and teeth without backlash are in contact. Steady loads of connections and the weight of unbalanced bodies are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -15,8 +15,6 @@ for the twist of all orders together, found by iteration. A run in time has the 
 stiffness and damping for all frequencies, see :mod:`cranktrain.loads.torsional_line`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Charts of one bearing at one crank angle: orbit, unrolled film, and polar load diagram."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
