@@ -8,6 +8,15 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, shown
 
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+
+
+def whole_number(text: str) -> int | None:
+    """Integer that a text states, with optional sign and spaces around it; None for any other text."""
+    plain = text.strip()
+    return int(plain) if _WHOLE.fullmatch(plain) else None
+
+
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_ \-]*(\[\d+\])?")
 
 

@@ -22,9 +22,9 @@ from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_dialect import Dialect, split, trimmed, with_later_mark, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen
+from cranktrain.core.types import Array
 from cranktrain.core.user_file import file_exists, folder_exists, user_path
 
-Array = NDArray[np.float64]
 FEW = 200
 """Largest number of lines before the values of a table, comments not counted."""
 

@@ -14,16 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.core.user_file import check_file
 from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.mesh import cad_mesh
 from cranktrain.structure.fem.own_mesh import UNITS
-
-Integers = NDArray[np.integer[Any]]
 
 SUFFIXES = (".step", ".stp")
 FINENESS, GRADING = 1.5, 0.7

@@ -6,15 +6,12 @@ reach towards the pin, equal width at the main axis, and equal reach and width o
 """
 
 import itertools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain_lab.cad.recognition import SAME_AXIS, Journal, RecognisedCrank
-
-Integers = NDArray[np.integer[Any]]
 
 UPRIGHT = 1e-4
 """Largest z component of the normals of a face parallel to the axis."""

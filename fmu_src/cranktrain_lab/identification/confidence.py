@@ -26,16 +26,14 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2, t
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain_lab.identification.bias import effective_count
 from cranktrain_lab.identification.comparison import Comparison, Piece
 from cranktrain_lab.identification.estimate import Estimate, information_of
 from cranktrain_lab.identification.ladder import linear_move
 
-Integers = NDArray[np.intp]
 LEVEL = 0.95
 """Probability of all confidence intervals."""
 WEAK = 0.3

@@ -19,11 +19,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.core.types import Array, Progress
+from cranktrain.core.types import Array, ComplexArray, Progress
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.settings import Settings
@@ -47,7 +46,6 @@ from cranktrain_lab.variants.models import EngineModel
 from cranktrain_lab.variants.study import ENGINE, Levels, Study, Varied
 from cranktrain_lab.variants.torsional import SolvedOrders, against_frame, solved_orders, structure_of
 
-ComplexArray = NDArray[np.complex128]
 LINEAR, BALANCE, TIME = LEVELS
 _TWISTS = slice(5, None)
 """Coordinates of a torsional crank in a model's matrices: rotation about the axis, and elastic modes."""

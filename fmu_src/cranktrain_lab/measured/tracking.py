@@ -26,13 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, ComplexArray
 from cranktrain.core.units import RPM
 from cranktrain_lab.measured.channels import Channel, decimated, integrated
 from cranktrain_lab.measured.rotation import Rotation
 from cranktrain_lab.measured.wheel import CYCLE
 
-ComplexArray = NDArray[np.complex128]
 CYCLES, DEGREE = 4, 2
 STEADY = 0.005
 """Relative change of speed below which the amplitudes of a fit are constant."""

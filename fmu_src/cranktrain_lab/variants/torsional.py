@@ -22,9 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.types import Array
-from cranktrain.core.whole_number import whole_number
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.harmonics import ComplexArray

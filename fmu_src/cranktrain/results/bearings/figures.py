@@ -11,7 +11,7 @@ from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
 from cranktrain.engine.bearing_limits import BIG_END, MAIN, BearingLimits
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
-from cranktrain.results.bearings.limits import FAMILIES
+from cranktrain.results.bearings.tables import FAMILIES
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.plots import BLUE, GREY, ORANGE, foot, plot_closed, wrapped

@@ -11,12 +11,9 @@ no leakage, so all orders that its samples resolve are exact.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
-
-ComplexArray = NDArray[np.complex128]
+from cranktrain.core.types import Array, ComplexArray
 
 CYCLE = 4.0 * math.pi
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import eigh
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
-from cranktrain.core.whole_number import whole_number
 from cranktrain.engine.model import Engine
 from cranktrain.results.pictures.moving_surface import SHOWN_MOTION, MovingSurface
 from cranktrain.results.pictures.skin import Skin

@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
-
-Integers = NDArray[np.integer[Any]]
+from cranktrain.core.types import Array, Integers
 
 UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 """Length in m of each unit of coordinates."""

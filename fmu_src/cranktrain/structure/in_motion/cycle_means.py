@@ -18,9 +18,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
@@ -29,8 +29,6 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
 from cranktrain.structure.in_motion.joint import joint_at_state, joint_stiffness
 from cranktrain.structure.in_motion.linear import ACROSS
-
-ComplexArray = NDArray[np.complex128]
 
 
 class CycleTangents(NamedTuple):

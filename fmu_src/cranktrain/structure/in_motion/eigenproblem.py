@@ -45,6 +45,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.bodies import locked_on_axis
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
@@ -74,8 +75,6 @@ from cranktrain.structure.in_motion.cycle_means import (
 from cranktrain.structure.in_motion.linear import Equations, SmallMotions
 from cranktrain.structure.in_motion.periodic_forces import rod_forces
 from cranktrain.structure.in_motion.residues import order_forces, participations, unit_torques
-
-ComplexArray = NDArray[np.complex128]
 
 SLOWEST_HZ, SLOWEST_SHARE = 60.0, 0.25
 """Lower bound of modes in motion: SLOWEST_HZ, or SLOWEST_SHARE of the first torsional frequency at rest if lower. Below

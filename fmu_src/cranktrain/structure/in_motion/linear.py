@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.tangents import Tangents
@@ -45,7 +46,6 @@ from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
-ComplexArray = NDArray[np.complex128]
 ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """Matrix of the cross product e_z × in the plane."""
 

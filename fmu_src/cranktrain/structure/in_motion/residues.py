@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.types import ComplexArray
 from cranktrain.engine.model import Engine
-
-ComplexArray = NDArray[np.complex128]
 
 HIGHEST_ORDER = 24.0
 """Highest order of which amplitudes of forces are computed."""

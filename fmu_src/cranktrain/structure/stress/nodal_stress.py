@@ -19,12 +19,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import ElementTetP2, MeshTet2
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.engine.parts import Material
 from cranktrain.structure.fem.elasticity import lame
 from cranktrain.structure.fem.mesh import VTK_EDGES
-
-Integers = NDArray[np.integer]
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 """Order of a stress tensor's components in all arrays."""

@@ -28,7 +28,7 @@ from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.rigid_slices import skew
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.shape import oil_outlet, pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
@@ -40,8 +40,6 @@ from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import NodalStress
 from cranktrain.structure.stress.throw_mesh import place_fineness, throw_mesh
-
-Integers = NDArray[np.integer]
 
 SLAB = 0.4
 """Half thickness of the slab whose nodes define the motion of a cut, over the main journal's width."""

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, ComplexArray
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import COMPLEX_MODULUS, SHEAR_THINNING
@@ -39,8 +39,6 @@ from cranktrain.loads.damper import (
     required_damper,
     shear_layers,
 )
-
-ComplexArray = NDArray[np.complex128]
 
 _SETTLED, _ROUNDS = 1e-8, 100
 

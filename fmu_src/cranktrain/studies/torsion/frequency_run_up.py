@@ -33,7 +33,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, ComplexArray
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
@@ -46,7 +46,6 @@ from cranktrain.studies.run_up.sequence import Failed
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
-ComplexArray = NDArray[np.complex128]
 Fitted = tuple[Engine, Settings]
 
 LINEAR, HARMONIC_BALANCE = RULES = ("linear", "harmonic-balance")

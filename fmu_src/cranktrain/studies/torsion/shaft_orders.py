@@ -28,6 +28,7 @@ from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.hysteresis import OF_LOSS, OF_SHAFT
@@ -41,8 +42,6 @@ from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, torsional_line
 from cranktrain.studies.torsion.added_orders import AddedOrders
 from cranktrain.studies.torsion.line_link import LineLink, linear_engine
 from cranktrain.studies.torsion.rod_torque import Rods, gas_push
-
-ComplexArray = NDArray[np.complex128]
 
 _MOVES = 1.0e-4
 """Least part of the crank in the shape of a mode that counts as one of the crank."""
