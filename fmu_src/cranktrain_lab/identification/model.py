@@ -9,8 +9,6 @@ Modes are those of the cranktrain with mean rods, free to turn, without its driv
 :mod:`cranktrain.structure.crank.modal`.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Sequence
@@ -117,7 +115,7 @@ class TorsionalModel:
         self._rows = [np.searchsorted(self.speeds, one.speeds) for one in data.strands]
         self._highest = max([_FEWEST_ORDERS, *(one.order for one in data.strands)])
 
-    def beside(self, data: Data) -> TorsionalModel:
+    def beside(self, data: Data) -> "TorsionalModel":
         """Return a copy of the model for other data, without the bending crank."""
         other = copy(self)
         other.data, other._bending = data, None
@@ -126,7 +124,7 @@ class TorsionalModel:
         other._place(data)
         return other
 
-    def seeking(self, sought: Sequence[Sought]) -> TorsionalModel:
+    def seeking(self, sought: Sequence[Sought]) -> "TorsionalModel":
         """Return a copy of the model for other parameters. Parameters of the engine file must be among the model's."""
         other = copy(self)
         other.sought = tuple(sought)

@@ -1,7 +1,5 @@
 """Checks of a user's own mesh: unit, connectivity, and positions of its surfaces compared with the engine file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,7 +20,7 @@ class MeshFile(str):
 
     unit: str
 
-    def __new__(cls, path: str | Path, unit: str = "m") -> MeshFile:
+    def __new__(cls, path: str | Path, unit: str = "m") -> "MeshFile":
         """Make a path with a unit; ``InputError`` for an unknown unit."""
         if unit not in UNITS:
             raise InputError(f"mesh unit '{unit}' does not exist; valid: {', '.join(UNITS)}")

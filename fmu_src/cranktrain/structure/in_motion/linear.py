@@ -28,8 +28,6 @@ Forces at displaced points have moments about the axes of their bodies, with the
 Source: Wereley, *Analysis and control of linear periodically time varying systems* (1991), chapter 3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -255,7 +253,7 @@ class SmallMotions:
             if count > 0:
                 yield first, count, sorted(found, key=lambda s: (abs(s), -s))
 
-    def _measured(self) -> _Terms:
+    def _measured(self) -> "_Terms":
         """What each component measures: ports with their coefficients by harmonics of the crank angle."""
         model, links = self._model, self._model.links
         found: list[tuple[int, int, float, complex]] = []

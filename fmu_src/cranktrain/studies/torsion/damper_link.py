@@ -10,8 +10,6 @@ time has one pair of spring and damper for all orders. A shear-thinning fluid is
 same dissipation over the cycle; e is the residual torque of the law.
 """
 
-from __future__ import annotations
-
 from copy import copy
 from typing import Protocol
 
@@ -85,7 +83,7 @@ class DamperLink:
                 for temperature, row in zip(warm, omega, strict=True)
             ])  # fmt: skip
 
-    def at(self, which: NDArray[np.bool_]) -> DamperLink:
+    def at(self, which: NDArray[np.bool_]) -> "DamperLink":
         """Damper at those speeds for which ``which`` (s,) is true."""
         some = copy(self)
         some.omega, some.parameters, some.stiffness = self.omega[which], self.parameters[which], self.stiffness[which]

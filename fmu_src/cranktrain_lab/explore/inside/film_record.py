@@ -5,8 +5,6 @@ level ``reynolds`` does not, so its law is evaluated once more at the journal's 
 force from a map or a table have no nodes.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -60,7 +58,7 @@ class FilmPressure:
         across = self.pressure[frame].astype(float) @ np.diff(self.sides)
         return complex(0.5 * width * radius * (around @ across))
 
-    def at(self, samples: Any) -> FilmPressure:
+    def at(self, samples: Any) -> "FilmPressure":
         """Return the film pressure at some of the crank angles (indices ``samples``)."""
         faces = self.faces if len(self.faces) == 1 else self.faces[samples]
         return FilmPressure(self.pressure[samples], faces, self.sides)
