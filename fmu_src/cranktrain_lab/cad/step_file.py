@@ -110,6 +110,11 @@ def step_mesh(
     largest_edge : largest edge, mm
     fineness : edges per radius of curvature
     """
+    from scipy.spatial.transform import Rotation
+
+    vector = Rotation.from_matrix(turn).as_rotvec()
+    angle = float(np.linalg.norm(vector))
+    axis = vector / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy = Path(folder) / "crank.step"
         shutil.copyfile(solid.path, copy)
@@ -119,7 +124,7 @@ def step_mesh(
                 "largest_edge": largest_edge / solid.scale,
                 "fineness": max(sides, fineness),
                 "grading": grading,
-                "turn": _axis_and_angle(turn),
+                "turn": [*axis.tolist(), angle],
                 "shift": (shift / solid.scale).tolist(),
             }
             try:
@@ -131,15 +136,6 @@ def step_mesh(
                 if grading == RETRIES[-1][1]:
                     raise
     return solid.scale * nodes, tets, triangles, np.array([int(name) for name in names])[labels]
-
-
-def _axis_and_angle(turn: Array) -> list[float]:
-    """Return axis and angle, rad, of a rotation (3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    vector = Rotation.from_matrix(turn).as_rotvec()
-    angle = float(np.linalg.norm(vector))
-    return [*(vector / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])).tolist(), angle]
 
 
 def _check_text(path: Path) -> None:

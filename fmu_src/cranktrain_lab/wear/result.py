@@ -83,20 +83,16 @@ def over_time_figure(history: WearHistory, title: str) -> Any:
     )  # fmt: skip
     figure = Figure(figsize=(11.0, 6.4), dpi=120, layout="constrained")
     for ax, (quantity, unit, values) in zip(figure.subplots(2, 3, sharex=True).ravel(), drawn, strict=True):
-        plot_over_time(ax, history, values, quantity, unit)
+        # Draw values of b bearings at s times, (s, b), over the time. Jumps show changes of speed in the schedule.
+        for k, number in enumerate(history.bearings):
+            ax.plot(history.hours, values[:, k], lw=1.4, label=f"main {number:.0f}")
+        ax.set(xlabel="time / h", ylabel=f"{quantity} / {unit}")
+        ax.set_xlim(0.0, max(float(history.hours[-1]), 1e-9))
+        ax.grid(alpha=0.25)
     figure.axes[0].legend(frameon=False, fontsize=7)
     figure.suptitle(f"Running in: {title}", fontsize=12, parse_math=False)
     foot(figure, "Friction and contact are means over the cycle of each time; contact pressure is its largest value.")
     return figure
-
-
-def plot_over_time(ax: Any, history: WearHistory, values: Any, quantity: str, unit: str) -> None:
-    """Draw values of b bearings at s times, (s, b), over the time. Jumps show changes of speed in the schedule."""
-    for k, number in enumerate(history.bearings):
-        ax.plot(history.hours, values[:, k], lw=1.4, label=f"main {number:.0f}")
-    ax.set(xlabel="time / h", ylabel=f"{quantity} / {unit}")
-    ax.set_xlim(0.0, max(float(history.hours[-1]), 1e-9))
-    ax.grid(alpha=0.25)
 
 
 def run_in_over_time(

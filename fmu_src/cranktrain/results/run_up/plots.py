@@ -1,6 +1,7 @@
 """Plots of a run-up, each drawn into the caller's axes; amplitudes are zero to peak."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -101,7 +102,7 @@ def plot_orders_over_speed(
         top = max(top, largest(whole))
     for amplitudes in others:
         ax.plot(speeds, amplitudes, color="#c9ced6", lw=0.7, zorder=1)
-    for curve, colour in zip(curves, _colours(len(curves)), strict=True):
+    for curve, colour in zip(curves, cycle(ORDER_COLOURS), strict=False):
         ax.plot(curve.speeds, curve.amplitudes, color=colour, lw=1.6, label=f"{curve.order:g}", zorder=3)
         if curve.measured is not None:
             ax.plot(*curve.measured, "o", ms=4.5, mfc="white", mec=colour, mew=1.2, zorder=4)
@@ -363,7 +364,3 @@ def plot_harmonics(
     ax.set_ylabel(unit)
     ax.set_title(title, fontsize=9.5, loc="left")
     ax.grid(axis="y", alpha=0.25)
-
-
-def _colours(count: int) -> list[str]:
-    return [ORDER_COLOURS[k % len(ORDER_COLOURS)] for k in range(count)]

@@ -48,7 +48,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.bodies import locked_on_axis
-from cranktrain.dynamics.model.records import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.dynamics.tangents import Tangents
 from cranktrain.engine.model import Engine
@@ -274,7 +274,12 @@ def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
     residues = (simulation.model.ends[PULLEY] @ shapes[:turning])[:, None] * taken
     count = engine.n_cylinders
     shares = _shares(simulation, engine, shapes)
-    in_shafts = _in_shafts(simulation.model, equations, values, shapes)
+    # Ratio (k,) of the elastic energy of the drive line's shafts in each mode to the mode's largest kinetic energy.
+    kinetic = np.abs(values) ** 2 * np.einsum("ik,ij,jk->k", shapes.conj(), equations.mass, shapes).real
+    elastic = np.zeros(values.size)
+    for twist, law in zip(simulation.model.shafts, simulation.model.shaft_laws, strict=True):
+        elastic += law[STIFFNESS] * np.abs(twist @ shapes[: twist.size]) ** 2
+    in_shafts = elastic / kinetic
     return ModesInMotion(
         means.speed, values, shapes, shares, in_shafts, residues[:, :count], residues[:, count:], highest
     )
@@ -350,15 +355,6 @@ def _rods(simulation: Simulation, speed: float) -> Rods:
     torques[: body.n_modes] = unit_torques(engine, body)
     loads: ComplexArray = np.hstack((torques, rows.T @ order_forces(forces.forces))).astype(np.complex128)
     return Rods(rows, [tangent.mean(axis=0) for tangent in forces[2:]], loads)
-
-
-def _in_shafts(model: ModelArrays, equations: Equations, values: ComplexArray, shapes: ComplexArray) -> Array:
-    """Ratio (k,) of the elastic energy of the drive line's shafts in each mode to the mode's largest kinetic energy."""
-    kinetic = np.abs(values) ** 2 * np.einsum("ik,ij,jk->k", shapes.conj(), equations.mass, shapes).real
-    elastic = np.zeros(values.size)
-    for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
-        elastic += law[STIFFNESS] * np.abs(twist @ shapes[: twist.size]) ** 2
-    return elastic / kinetic
 
 
 def _shares(simulation: Simulation, engine: Engine, shapes: ComplexArray) -> Array:
