@@ -70,7 +70,13 @@ def export_body(path: str | Path, body: ReducedBody) -> Path:
             write_archive(temporary, [(HEADER, np.array(json.dumps(header))), *arrays.items()])
         return target
     with _whole_folder(target) as folder:
-        for name, array in _matrices(body, arrays).items():
+        # Arrays of a body as matrices, with added modal mass, stiffness and damping matrices for other programs.
+        found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
+        del found["omega"]
+        found["mass"] = sparse.eye_array(body.n_modes).tocoo()
+        found["stiffness"] = sparse.diags_array(body.omega**2).tocoo()
+        found["damping"] = sparse.diags_array(body.damping if body.damping.size else np.zeros(body.n_modes)).tocoo()
+        for name, array in found.items():
             mmwrite(folder / f"{name}.mtx", array, comment=f" {name}, SI", precision=17, symmetry="general")
         (folder / FOLDER_HEADER).write_text(json.dumps(header, indent=1), encoding="utf-8")
     return target
@@ -129,16 +135,6 @@ def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
         basis=arrays.get("basis"),
         **own,
     )
-
-
-def _matrices(body: ReducedBody, arrays: dict[str, Array]) -> dict[str, Any]:
-    """Arrays of a body as matrices, with added modal mass, stiffness and damping matrices for other programs."""
-    found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
-    del found["omega"]
-    found["mass"] = sparse.eye_array(body.n_modes).tocoo()
-    found["stiffness"] = sparse.diags_array(body.omega**2).tocoo()
-    found["damping"] = sparse.diags_array(body.damping if body.damping.size else np.zeros(body.n_modes)).tocoo()
-    return found
 
 
 def _flat(array: Array) -> Array:

@@ -113,7 +113,14 @@ def fillet_modes(
     nodes, moved = cut_motion(model.mesh, crankshaft, throw, coarse)
     held, n = dofs[:, nodes].ravel(), coarse[1].shape[2]
     free = np.setdiff1d(np.arange(model.basis.N), held)
-    rigid = cut_rigid_motions(model.mesh, crankshaft, throw, nodes)
+    # Displacements (3 nodes, CUTS) of nodes on the cuts in rigid motions of each cut about its middle.
+    motions = np.zeros((3, len(nodes), CUTS))
+    for first, middle in zip((0, 6), cut_places(crankshaft, throw), strict=True):
+        arm = model.mesh.doflocs[:, nodes] - np.array([[0.0], [0.0], [middle]])
+        on = np.abs(arm[2]) < _ON_PLANE
+        motions[:, on, first : first + 3] = np.eye(3)[:, None]
+        motions[:, on, first + 3 : first + 6] = -skew(arm[:, on].T).transpose(1, 0, 2)
+    rigid = motions.reshape(-1, CUTS)
     known = np.zeros((held.size, n + LOADS + CUTS))
     known[:, :n], known[:, -CUTS:] = moved.reshape(held.size, n), rigid
     loads, halves = throw_loads(model, crankshaft, throw)
@@ -135,17 +142,6 @@ def fillet_modes(
             beyond[part] = (own @ answer - force[held, part]).T @ rigid
     beyond[n + 6 : n + 18] += halves
     return FilletModes(place, throw, modes, beyond, np.ascontiguousarray(model.mesh.doflocs[:, chosen].T))
-
-
-def cut_rigid_motions(mesh: MeshTet2, c: Crankshaft, throw: int, nodes: Integers) -> Array:
-    """Displacements (3 nodes, CUTS) of nodes on the cuts in rigid motions of each cut about its middle."""
-    motions = np.zeros((3, len(nodes), CUTS))
-    for first, middle in zip((0, 6), cut_places(c, throw), strict=True):
-        arm = mesh.doflocs[:, nodes] - np.array([[0.0], [0.0], [middle]])
-        on = np.abs(arm[2]) < _ON_PLANE
-        motions[:, on, first : first + 3] = np.eye(3)[:, None]
-        motions[:, on, first + 3 : first + 6] = -skew(arm[:, on].T).transpose(1, 0, 2)
-    return motions.reshape(-1, CUTS)
 
 
 def cut_places(c: Crankshaft, throw: int) -> tuple[float, float]:
