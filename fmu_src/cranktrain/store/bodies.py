@@ -23,14 +23,12 @@ from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, file_exists, user_path
-from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
+from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, OWN_ARRAYS, body_of, load_body, save_body
 from cranktrain.store.sound_files import DAMAGED, archive_arrays, check_body, json_of, matrix, real
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 HEADER = "cranktrain reduced body"
 FOLDER_HEADER = "body.json"
-OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1", "twists": "rad", "shaft_laws": "SI"}
-"""Units of a reduced body's arrays, by the name of the array."""
 SPARSE = ("mass", "stiffness", "damping")
 """Diagonal matrices in the folder of a reduced body, with one row and one column per mode."""
 ARCHIVE = marked("reduced body of cranktrain", f"{HEADER}.npy")
@@ -93,7 +91,9 @@ def import_body(path: str | Path) -> ReducedBody:
             raise StoreError(f"{path}: not a {BODY_FORMAT}; {REMEDY}")
         if header["schema"] != SCHEMA:
             raise StoreError(f"{path}: schema {header['schema']}, this cranktrain reads schema {SCHEMA}; {REMEDY}")
-        body = _joined(header, arrays)
+        shapes = header["record_shapes"]
+        records = {name: real(arrays.pop(f"record_{name}")).reshape(shape) for name, shape in shapes.items()}
+        body = body_of(header, records, arrays)
     except FileNotFoundError as error:
         raise StoreError(f"{error.filename}: no such file; {REMEDY}") from None
     except DAMAGED:
@@ -115,26 +115,6 @@ def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
         "record_shapes": {name: array.shape for name, array in body.records.items()},
     }  # fmt: skip
     return arrays, header
-
-
-def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
-    """Reduced body from its header and its arrays, the inverse of :func:`_split`."""
-    arrays = {name: real(array) for name, array in arrays.items()}
-    own = {name: arrays[name] for name in BODY_UNITS}
-    return ReducedBody(
-        name=str(header["name"]),
-        interfaces=tuple(str(name) for name in header["interfaces"]),
-        mass=float(header["mass"]),
-        digest=str(header["digest"]),
-        quality={str(name): float(value) for name, value in header["quality"].items()},
-        records={name: arrays[f"record_{name}"].reshape(shape) for name, shape in header["record_shapes"].items()},
-        damping=arrays.get("damping", np.zeros(0)),
-        shafts=tuple(str(name) for name in header.get("shafts", ())),
-        twists=arrays.get("twists", np.zeros((0, 0))),
-        shaft_laws=arrays.get("shaft_laws", np.zeros((0, 3))),
-        basis=arrays.get("basis"),
-        **own,
-    )
 
 
 def _flat(array: Array) -> Array:
