@@ -66,8 +66,3 @@ def _axis(item: Any, name: str) -> Any:
     if not group[name].is_scale:
         group[name].make_scale(name)
     return group[name]
-
-
-def is_label(dataset: Any) -> bool:
-    """True if a dataset only contains numbers or names for other datasets, and so has no unit."""
-    return "unit" not in dataset.attrs

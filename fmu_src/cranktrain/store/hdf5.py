@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.user_file import check_file, file_exists
-from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
+from cranktrain.store.axes import Labels, attach_axes, of_result, of_run_up
 from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
 from cranktrain.store.whole_file import Kind, whole_file
 
@@ -274,7 +274,7 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
     datasets: dict[str, Dataset] = {}
 
     def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
-        if isinstance(item, h5py.Dataset) and not is_label(item):
+        if isinstance(item, h5py.Dataset) and "unit" in item.attrs:
             datasets[name] = (item[()], str(item.attrs["unit"]))
 
     if "data" in file or not may_be_empty:
