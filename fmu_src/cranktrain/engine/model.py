@@ -18,11 +18,10 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
 from cranktrain.engine.additions import Additions, BodyTable, ConnectionTable, FrameTable, split_end
 from cranktrain.engine.articulated_rod import Articulation, articulations, dead_centre_heights, rods_of
-from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
-from cranktrain.engine.limits import Limits
+from cranktrain.engine.limits import BearingLimits, Limits
 from cranktrain.engine.rod_shape import RodShape, rod_additions
 
 IDLE_SHARE = 0.25

@@ -76,7 +76,15 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
             if refused := str(data["refused"]):
                 raise InputError(f"{path}: {refused}")
             solid = StepSolid(source, data["nodes"], data["triangles"], data["faces"], float(data["volume"]))
-    _check_closed(solid)
+    # Refuse a surface with open edges.
+    edges = np.sort(np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1)
+    once, count = np.unique(edges, axis=0, return_counts=True)
+    if (count == 1).any():
+        x, y, z = solid.nodes[once[count == 1][0]].mean(axis=0)
+        raise InputError(
+            f"{solid.path}: the solid's surface is open at ({x:.1f}, {y:.1f}, {z:.1f}) mm: close it in CAD, or sew its "
+            "faces to a solid"
+        )
     length = float(np.ptp(solid.nodes, axis=0).max())
     # A given unit applies to the numbers of the file, which the kernel has converted from the file's own unit.
     factor = 1.0 if unit is None else 1e3 * UNITS[unit] / stated_unit(source)
@@ -153,18 +161,6 @@ def _check_text(path: Path) -> None:
         raise InputError(f"{path}: no STEP file: it {what}; export the crankshaft as STEP (AP203, AP214 or AP242)")
     if b"END-ISO-10303-21" not in tail:
         raise InputError(f"{path}: cut short: a STEP file ends with END-ISO-10303-21; copy or export it again")
-
-
-def _check_closed(solid: StepSolid) -> None:
-    """Raise ``InputError``, with the position, for a surface with open edges."""
-    edges = np.sort(np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1)
-    once, count = np.unique(edges, axis=0, return_counts=True)
-    if (count == 1).any():
-        x, y, z = solid.nodes[once[count == 1][0]].mean(axis=0)
-        raise InputError(
-            f"{solid.path}: the solid's surface is open at ({x:.1f}, {y:.1f}, {z:.1f}) mm: close it in CAD, or sew its "
-            "faces to a solid"
-        )
 
 
 def _read_shape(path: str) -> Any:

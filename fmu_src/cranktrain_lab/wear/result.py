@@ -37,6 +37,7 @@ def save_wear_pictures(folder: Path, history: WearHistory, title: str) -> list[P
 
 def profiles_figure(history: WearHistory, title: str) -> Any:
     """Draw the relief of each shell over the width at some times."""
+    from matplotlib import colormaps
     from matplotlib.figure import Figure
 
     count = len(history.bearings)
@@ -48,27 +49,21 @@ def profiles_figure(history: WearHistory, title: str) -> Any:
         if k >= count:
             ax.set_visible(False)
             continue
-        plot_profiles(ax, history, k)
+        # Draw the relief of one shell (by index in history.bearings) at up to SHOWN times.
+        depth = history.deepest.max(axis=1)
+        wanted = np.linspace(0.0, depth[-1], SHOWN)
+        shown = sorted({int(np.abs(depth - value).argmin()) for value in wanted[:-1]} | {depth.size - 1})
+        for number, row in enumerate(shown):
+            colour = colormaps["viridis"](0.9 * number / max(len(shown) - 1, 1))
+            ax.plot(history.zeta, 1e6 * history.profile[row, k], color=colour, label=f"{history.hours[row]:.3g} h")
+        ax.set(xlim=(-1, 1), xlabel="z / half width", title=f"main {history.bearings[k]:.0f}")
+        ax.grid(alpha=0.25)
     axes[0].legend(frameon=False, fontsize=7)
     for ax in axes[::columns]:
         ax.set_ylabel("relief / um")
     figure.suptitle(f"Worn shells: {title}", fontsize=12, parse_math=False)
     foot(figure, "Deepest meridian of each shell over z/(L/2), from the pulley's end (-1) to the flywheel's (1).")
     return figure
-
-
-def plot_profiles(ax: Any, history: WearHistory, bearing: int) -> None:
-    """Draw the relief of one shell (by index in ``history.bearings``) at up to ``SHOWN`` times."""
-    from matplotlib import colormaps
-
-    depth = history.deepest.max(axis=1)
-    wanted = np.linspace(0.0, depth[-1], SHOWN)
-    shown = sorted({int(np.abs(depth - value).argmin()) for value in wanted[:-1]} | {depth.size - 1})
-    for number, row in enumerate(shown):
-        colour = colormaps["viridis"](0.9 * number / max(len(shown) - 1, 1))
-        ax.plot(history.zeta, 1e6 * history.profile[row, bearing], color=colour, label=f"{history.hours[row]:.3g} h")
-    ax.set(xlim=(-1, 1), xlabel="z / half width", title=f"main {history.bearings[bearing]:.0f}")
-    ax.grid(alpha=0.25)
 
 
 def over_time_figure(history: WearHistory, title: str) -> Any:

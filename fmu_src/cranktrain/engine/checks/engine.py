@@ -10,13 +10,13 @@ from functools import partial
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.additions import check_additions, split_end
-from cranktrain.engine.bearing_limits import JUDGED, MAIN
 from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft, check_cylinders, check_damper
 from cranktrain.engine.checks.oil import check_oil
 from cranktrain.engine.checks.plausible import warn_of_doubts
 from cranktrain.engine.drive_line_chain import FURTHER, DriveLineChain
 from cranktrain.engine.firing import uneven
+from cranktrain.engine.limits import JUDGED, MAIN
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath, Combustion, PlainBearing
 from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths

@@ -26,7 +26,7 @@ from scipy.interpolate import CubicSpline
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.articulated_rod import rod_end
-from cranktrain.engine.bearing_limits import BIG_END, MAIN
+from cranktrain.engine.limits import BIG_END, MAIN
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.results.orders.harmonics import CYCLE, Array, ComplexArray

@@ -9,7 +9,7 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.bearing_limits import BIG_END, MAIN, BearingLimits
+from cranktrain.engine.limits import BIG_END, MAIN, BearingLimits
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
 from cranktrain.results.bearings.tables import FAMILIES
 from cranktrain.results.figures import save_figure

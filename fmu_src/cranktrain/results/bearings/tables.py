@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cranktrain.core.units import RPM
-from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimits
+from cranktrain.engine.limits import BIG_END, JUDGED, MAIN, BearingLimits
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport, Extreme
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.summary import grid_errors

@@ -124,17 +124,7 @@ def plot_orders_over_speed(
     else:
         row = 1.16 * top
         ax.set(xlim=(speeds[0], speeds[-1]), ylim=(0.0, 1.38 * top if labels else 1.05 * top))
-    _name_peaks(ax, labels, row)
-    ax.set_xlabel("engine speed / rev/min")
-    ax.set_ylabel(f"{quantity} / {unit}")
-    ax.grid(alpha=0.25)
-    ax.legend(
-        frameon=False, fontsize=8.5, title="order", title_fontsize=8.5, loc="upper left", bbox_to_anchor=(1.0, 1.0)
-    )
-
-
-def _name_peaks(ax: Any, labels: Sequence[Label], row: float) -> None:
-    """Draw labels in a row above all curves, each with a line to its peak."""
+    # Draw labels in a row above all curves, each with a line to its peak.
     low, high = ax.get_xlim()
     margin = 0.063 * (high - low)
     places = spread([label.x for label in labels], 2.0 * margin, low + margin, high - margin)
@@ -145,6 +135,12 @@ def _name_peaks(ax: Any, labels: Sequence[Label], row: float) -> None:
             arrowprops={"arrowstyle": "-", "color": label.colour, "lw": 0.7, "shrinkA": 1.0, "shrinkB": 2.0},
         )  # fmt: skip
         text.set_in_layout(False)
+    ax.set_xlabel("engine speed / rev/min")
+    ax.set_ylabel(f"{quantity} / {unit}")
+    ax.grid(alpha=0.25)
+    ax.legend(
+        frameon=False, fontsize=8.5, title="order", title_fontsize=8.5, loc="upper left", bbox_to_anchor=(1.0, 1.0)
+    )
 
 
 def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimits
-from cranktrain.engine.limits import Limits
+from cranktrain.engine.limits import BIG_END, JUDGED, MAIN, BearingLimits, Limits
 from cranktrain.results.bearings.run_up_cycles import run_up_bearings
 from cranktrain.results.bearings.tables import FAMILIES, SAID, judged
 from cranktrain.results.columns import NOTHING

@@ -8,7 +8,7 @@ from bokeh.models import ColorBar, ColumnDataSource, FixedTicker, HoverTool, Lin
 from bokeh.plotting import figure
 
 from cranktrain.core.types import Array
-from cranktrain.engine.bearing_limits import BIG_END
+from cranktrain.engine.limits import BIG_END
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.summary import NOT_RESOLVED
 from cranktrain_lab.explore.charts import COLOURS

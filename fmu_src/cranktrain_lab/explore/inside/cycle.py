@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.bearing_limits import BIG_END
+from cranktrain.engine.limits import BIG_END
 from cranktrain.engine.model import Engine
 from cranktrain.results.bearings.cycle import BearingCycle, Sampled, bearing_report
 from cranktrain.results.files import StoredRun

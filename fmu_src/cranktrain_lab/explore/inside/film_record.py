@@ -16,7 +16,7 @@ from cranktrain.core.kernel import RECORDS
 from cranktrain.core.types import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.engine.bearing_limits import BIG_END, MAIN
+from cranktrain.engine.limits import BIG_END, MAIN
 from cranktrain.film.elastic import grid as elastic
 from cranktrain.film.elastic.height import pressure_unit
 from cranktrain.film.journal import grid as rigid
