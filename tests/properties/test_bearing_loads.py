@@ -13,12 +13,12 @@ from some import some
 
 import cranktrain as ct
 from cranktrain.cli.main import main
-from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.limits import BearingLimits
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.results.bearings.cycle import bearing_report, rod_lean
-from cranktrain.results.bearings.limits import missing_limits, violations
 from cranktrain.results.bearings.run_up_cycles import bearing_outputs, run_up_bearings
+from cranktrain.results.bearings.tables import missing_limits, violations
 from cranktrain.results.orders.harmonics import CYCLE, order_amplitudes
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.hdf5 import write_result

@@ -8,7 +8,7 @@ import pytest
 from elastic_bearing import follow, grooved
 from one_line import one_line
 
-from cranktrain.engine.checks.bearings import check_bearings
+from cranktrain.engine.checks.engine import check_bearings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.balance import side_conductance
 from cranktrain.film.elastic.grid import WEIGHT, ElasticGrid

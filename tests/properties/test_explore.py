@@ -145,7 +145,7 @@ def test_orders_of_a_new_page_are_resonances_and_what_is_large():
 
 def test_a_checkbox_changes_the_scale_and_numbers_have_no_arrows():
     pn = pytest.importorskip("panel")
-    from cranktrain_lab.explore.controls import NO_ARROWS
+    from cranktrain_lab.explore.full_controls import NO_ARROWS
     from cranktrain_lab.explore.page import Explored, Page
 
     explored = Explored("single_petrol", LiveTorsion(load_engine("single_petrol")))

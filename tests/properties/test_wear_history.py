@@ -12,9 +12,8 @@ from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.film.contact.gap import relief
 from cranktrain.film.contact.wear import WearLaw
 from cranktrain_lab.wear.history import Choices, Running, wear_history
-from cranktrain_lab.wear.pictures import save_wear_pictures
 from cranktrain_lab.wear.records import WearHistory
-from cranktrain_lab.wear.result import envelope, run_in_over_time
+from cranktrain_lab.wear.result import envelope, run_in_over_time, save_wear_pictures
 from cranktrain_lab.wear.run_in import fitted_profile, run_in
 from cranktrain_lab.wear.schedule import HOUR, Block
 

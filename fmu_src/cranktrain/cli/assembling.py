@@ -1,7 +1,5 @@
 """Functions of the library: names of the shipped engines, and the assembly of a checked engine."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from cranktrain.core.errors import InputError, shown

@@ -1,7 +1,5 @@
 """The verb ``bearing``: one plain bearing, by its eccentricity (dimensionless) or by its load (in units)."""
 
-from __future__ import annotations
-
 import math
 import statistics
 import time

@@ -1,7 +1,5 @@
 """Crankshaft and block for the verbs of the command line, read from the cache or computed with progress shown."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,7 +20,7 @@ def own_mesh(path: str | Path | None, unit: str) -> MeshFile | None:
 
 def bare_crankshaft(
     engine: Engine, mesh: MeshFile | None, rebuild: bool = False, checked: bool = False
-) -> tuple[ReducedBody, float]:
+) -> "tuple[ReducedBody, float]":
     """Bare reduced crankshaft, and the seconds it took; shows the stages."""
     from cranktrain.structure.assembly import check_mesh
     from cranktrain.structure.crank.reduction import reduced_crankshaft
@@ -48,7 +46,7 @@ def wants_flexible_block(engine: Engine, block: str, mesh: str | Path | None) ->
     return True
 
 
-def checked_block(engine: Engine, mesh: MeshFile | None, rebuild: bool) -> ReducedBody:
+def checked_block(engine: Engine, mesh: MeshFile | None, rebuild: bool) -> "ReducedBody":
     """Bare reduced block; shows the stages."""
     from cranktrain.structure.block.reduction import reduced_block
 

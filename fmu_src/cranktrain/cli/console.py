@@ -1,7 +1,5 @@
 """Output of the command line: tables on stdout, progress and remarks on stderr."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The verb ``damper-optimum``: optimum damping of a torsional damper, for two masses or for an engine's crank."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any

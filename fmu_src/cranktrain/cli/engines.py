@@ -1,7 +1,5 @@
 """The verb ``engines``: list of the engines that ship with the package."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from cranktrain.cli.functions import verb_alone

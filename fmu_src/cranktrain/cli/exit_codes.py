@@ -1,7 +1,5 @@
 """Early end of a verb by an interrupt, a termination or an error: one line of text and one JSON object."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

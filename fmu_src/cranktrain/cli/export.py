@@ -1,7 +1,5 @@
 """The verb ``export``: result and run-up files as CSV, Parquet or NumPy's archive."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The verb ``fatigue``: safety of the crankshaft's fillets and oil bores, and the rule IACS UR M53."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence
@@ -61,7 +59,7 @@ class Fatigue(
 
 
 @verb(Fatigue, DESCRIPTION)
-def fatigue(named: str | Path | Engine, ask: Fatigue) -> VerbResult:
+def fatigue(named: "str | Path | Engine", ask: Fatigue) -> VerbResult:
     """Run the engine at each speed, and judge every fillet and oil bore."""
     from cranktrain.results.figures import check_folder
     from cranktrain.results.strength.figures import PICTURES, save_pictures

@@ -1,7 +1,5 @@
 """The verb ``bearing table``: make the film table of one L/D, or report the error of the stored one."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence

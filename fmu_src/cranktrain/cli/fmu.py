@@ -1,7 +1,5 @@
 """The verb ``fmu``: the FMU of an engine, a scene or a module; ``build_fmu.py`` of the repository calls it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -9,8 +9,6 @@
     Simulate(speed_rpm=2000).answer("diesel_i6")  # the question is a value: replace, compare, send it
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps

@@ -7,8 +7,6 @@ that cannot be used and computations that fail, 70 for faults of this program, 1
 Modules that take long to load are imported in functions, so that :func:`main` handles an interrupt in the first second.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """The verb ``modal``: frequencies of crankshaft, cranktrain and block."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -147,7 +145,7 @@ def _show_solid(engine: Engine, named: str, report: Frequencies) -> None:
         print(f"{count} values of the engine file are calibrated; cranktrain report lists them with what they fit.")
 
 
-def _whole_chain(path: str | Path) -> Chain:
+def _whole_chain(path: str | Path) -> "Chain":
     """Table of discs and shafts as a complete system; ``InputError`` for a drive line names the option for it."""
     from cranktrain.engine.torsional_chain import read_chain
 

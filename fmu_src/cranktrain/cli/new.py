@@ -1,7 +1,5 @@
 """The verb ``new``: a complete engine file from a layout and a few sizes, or from a crankshaft in CAD."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from importlib import import_module

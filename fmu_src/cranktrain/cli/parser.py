@@ -1,7 +1,5 @@
 """Parsers of verbs, built from the fields of their questions."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The verb ``reduce``: the reduced crankshaft, and block, made if they are not stored, and their quality."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The verb ``report``: all results for an engine as one HTML file."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import subprocess
@@ -169,7 +167,7 @@ def _name(named: str | Path | Engine, ask: Report) -> str:
     return str(path)
 
 
-def _asked(name: str, ask: Report, engine: Engine) -> Asked:
+def _asked(name: str, ask: Report, engine: Engine) -> "Asked":
     """Request of the report from its options. Full load is passed on to verbs that would otherwise use the engine's."""
     from cranktrain.studies.report.findings import Asked, speed_bounds
 
@@ -217,7 +215,7 @@ def _links(report: Path) -> dict[str, str]:
     return found
 
 
-def _make(found: Findings, folder: str) -> Iterator[Findings]:
+def _make(found: "Findings", folder: str) -> "Iterator[Findings]":
     """Run the commands of sections without data, each once and as a process; yields the contents after each.
 
     If a command fails, only its section is missing.

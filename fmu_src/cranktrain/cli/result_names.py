@@ -1,7 +1,5 @@
 """Default names of result files, with all options that differ from the default, so that no run replaces another."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The verb ``roller``: one cylindrical roller bearing by its dimensions, or those of an engine's mains."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from dataclasses import dataclass, replace
@@ -275,7 +273,7 @@ def _solved(bearing: RollerBearing, ask: Roller, with_ring: bool) -> dict[str, A
     return result
 
 
-def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, ask: Roller) -> dict[str, float]:
+def _ring(bearing: RollerBearing, loaded: "LoadedBearing", first: float, ask: Roller) -> dict[str, float]:
     """Stiffness of the bearing on its elastic outer ring, and the ring's mass."""
     from cranktrain.film.laws.roller_contacts import roller_slices, slice_stiffness
     from cranktrain.structure.block.roller_ring import elastic_ring_stiffness, ring_compliance, ring_for
@@ -291,7 +289,7 @@ def _ring(bearing: RollerBearing, loaded: LoadedBearing, first: float, ask: Roll
     }
 
 
-def _print(title: str, results: list[dict[str, Any]], shown: Rows) -> None:
+def _print(title: str, results: list[dict[str, Any]], shown: "Rows") -> None:
     """Print the results of several bearings side by side: the rows of which the first bearing has a value."""
     rows = []
     for name, (key, *parts), form in shown:

@@ -83,7 +83,15 @@ def assembled(asked: Asked, inherit: bool) -> Assembly:
     """Assembly of engine and settings; bodies and parts are made or read from the cache, with the stages shown."""
     from cranktrain.structure.assembly import assemble
 
-    tell_unread(asked.engine, asked.settings)
+    # Warn of laws of the oil under pressure that the bearing level of the run ignores.
+    for key in OIL_LAWS:
+        law = getattr(asked.engine.oil, key)
+        if law != "none" and key not in bearing_law(asked.settings.bearings).oil:
+            able = ", ".join(name for name, row in LAWS.items() if key in row.oil)
+            say(
+                f"warning: main bearings of level '{asked.settings.bearings}' ignore oil.{key} '{law}' "
+                f"and take the oil at ambient pressure; to follow it use {able}"
+            )
     mesh, block_mesh = asked.request.mesh, asked.request.block_mesh
     with stages(asked.engine.name) as tell:
         return assemble(asked.engine, asked.settings, say=tell, crank_mesh=mesh, block_mesh=block_mesh, inherit=inherit)
@@ -109,18 +117,6 @@ def gas_of(request: Request, engine: Engine, speeds_rpm: Sequence[float] = ()) -
 def option_of(field: str) -> str:
     """Option of the command line for a field of a request."""
     return "--" + (field.removesuffix("_rpm") if field in SPEEDS else field.replace("_", "-"))
-
-
-def tell_unread(engine: Engine, settings: Settings) -> None:
-    """Warn of laws of the oil under pressure that the bearing level of the run ignores."""
-    for key in OIL_LAWS:
-        law = getattr(engine.oil, key)
-        if law != "none" and key not in bearing_law(settings.bearings).oil:
-            able = ", ".join(name for name, row in LAWS.items() if key in row.oil)
-            say(
-                f"warning: main bearings of level '{settings.bearings}' ignore oil.{key} '{law}' "
-                f"and take the oil at ambient pressure; to follow it use {able}"
-            )
 
 
 def pressures_text(gas: GasTrace) -> str:

@@ -1,7 +1,5 @@
 """The verb ``schema``: the JSON schema of a kind of file, for editors."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """List of the shipped engines as constants, without numerical libraries: ``python -m cranktrain.cli.shipped``."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -29,7 +27,7 @@ def made() -> list[dict[str, Any]]:
     return [_entry(load_engine(name)) for name in engine_names()]
 
 
-def _entry(engine: Engine) -> dict[str, Any]:
+def _entry(engine: "Engine") -> dict[str, Any]:
     from cranktrain.engine.firing import firing_summary
 
     return {
@@ -39,7 +37,7 @@ def _entry(engine: Engine) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _layout(engine: Engine) -> str:
+def _layout(engine: "Engine") -> str:
     """Layout as text: in line, boxer, or V with its bank angle."""
     banks = sorted({round(math.degrees(angle) / SAME_DEG) * SAME_DEG for angle in engine.cylinders.bank_angles})
     if len(banks) == 1:

@@ -7,8 +7,6 @@ process. During the shutdown of the interpreter, when Python would return signal
 This module imports only a few modules of the standard library, because signals are not handled before :func:`guard`.
 """
 
-from __future__ import annotations
-
 import atexit
 import os
 import signal
@@ -48,7 +46,7 @@ def begun() -> None:
     _begun.append("verb")
 
 
-def outside(number: int, frame: Any) -> None:
+def outside(number: int, frame: "Any") -> None:
     """Handle a signal before the verb begins or after it has ended."""
     if not _begun:
         text = f'{{"error": {{"what": "interrupted", "where": null, "remedy": "{NOTHING}"}}}}\n'

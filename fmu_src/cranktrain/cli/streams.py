@@ -1,7 +1,5 @@
 """Preparation of the standard streams: all are open, and can write every character in some spelling."""
 
-from __future__ import annotations
-
 import codecs
 import os
 import sys

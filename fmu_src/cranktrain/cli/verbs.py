@@ -4,8 +4,6 @@ The line is the first line of the verb's ``DESCRIPTION``; a test compares both. 
 family, such as ``bearing table``.
 """
 
-from __future__ import annotations
-
 from cranktrain import lab
 
 GROUPS = {

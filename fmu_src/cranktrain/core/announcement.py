@@ -1,7 +1,5 @@
 """Announcement on stderr that an FMU compiles its kernels at the first start on a machine."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager

@@ -1,7 +1,5 @@
 """Checks of values that a script passes to the library; ``InputError`` for a value of a wrong kind."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any
@@ -9,6 +7,15 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError, shown
+
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+
+
+def whole_number(text: str) -> int | None:
+    """Integer that a text states, with optional sign and spaces around it; None for any other text."""
+    plain = text.strip()
+    return int(plain) if _WHOLE.fullmatch(plain) else None
+
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_ \-]*(\[\d+\])?")
 

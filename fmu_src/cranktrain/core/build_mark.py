@@ -6,8 +6,6 @@ second copy would be mistaken for those of the first, and each call would determ
 has a digest in its package name.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -6,8 +6,6 @@ This file uses the standard library only and imports nothing of the package, bec
 loads the package.
 """
 
-from __future__ import annotations
-
 import atexit
 import errno
 import os

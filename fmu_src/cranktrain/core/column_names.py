@@ -4,8 +4,6 @@ Each kind of column has a list of words. A name belongs to a kind if it is one o
 signs.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 

@@ -4,8 +4,6 @@ The number is in the middle (``cylinder[1].pressure``, FMUs of FMI 2.0) or at th
 of FMI 3.0).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Container
 from typing import Any, TypeVar

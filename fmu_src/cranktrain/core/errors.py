@@ -4,8 +4,6 @@ Every error derives from :class:`CranktrainError`; the command line prints its t
 raises it with the same text.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from difflib import get_close_matches

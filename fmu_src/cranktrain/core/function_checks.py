@@ -1,7 +1,5 @@
 """Functions and quantities that a script passes: called and converted to numbers, or refused with ``InputError``."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable

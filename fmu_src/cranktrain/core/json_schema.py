@@ -1,7 +1,5 @@
 """JSON schemas (draft 7) of the tables that :mod:`cranktrain.core.typed_file` reads, for editors and checkers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Arithmetic on tuples of four numbers, which a compiler keeps in vector registers."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 
 ZEROS = (0.0, 0.0, 0.0, 0.0)

@@ -5,8 +5,6 @@ the digest of the sources of each kind and ends in a checksum of itself. If no l
 sources, numba compiles its kernels when they are first called.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import os

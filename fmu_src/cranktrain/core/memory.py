@@ -1,7 +1,5 @@
 """Aligned arrays for kernels."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 So a register does not import the modules that its rows name. In an FMU the package has another name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from operator import attrgetter

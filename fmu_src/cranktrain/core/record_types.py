@@ -5,8 +5,6 @@ call; they cost compile time, and run time if the called function is not inlined
 where it is used. Records are not rewritten while kernels run, so LLVM may keep the values that it has read.
 """
 
-from __future__ import annotations
-
 from hashlib import sha256
 from threading import Lock
 from typing import Any

@@ -4,8 +4,6 @@ An array of d dimensions is numba's structure of 5 + 2d words: owner and parent 
 number of values, bytes of each value, address, shape, strides. A number is one word.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cache
 from typing import Any

@@ -13,8 +13,6 @@ K_σ − C are zero, for an unbalanced body too.
 A part fixed to the body afterwards (:func:`attach`) adds exact rigid-body terms (:mod:`cranktrain.core.rigid_slices`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256

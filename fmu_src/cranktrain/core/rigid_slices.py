@@ -5,8 +5,6 @@ relative to p: u + θ×r = B [1, r] with a 3×4 matrix B, so ∫ρ u·v = tr(B_u
 body or a part fixed to an interface is one slice; a beam consists of many, one at each quadrature point.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Entries of a run, from the library of machine code if there is one, else compiled by numba."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

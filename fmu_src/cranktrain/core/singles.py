@@ -8,8 +8,6 @@ that must not lose digits are kept in doubles (:data:`add_to`).
 Arrays must be of layout C; the caller checks the bounds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -4,8 +4,6 @@ A stored result is keyed by such a digest. So a change of a source that the modu
 and a change of any other source does not. Imports are followed by name, in whatever folder a file is.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import time

@@ -1,7 +1,5 @@
 """Cubic B-splines over equidistant nodes: fit and evaluation, for the maps and tables of the films."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

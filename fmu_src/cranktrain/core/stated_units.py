@@ -5,8 +5,6 @@ accepts a text in any unit of its dimension. A table with a key ``unit`` accepts
 ``Table.measured``. The text is converted to the table's unit, or defines that unit if the table states none.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple

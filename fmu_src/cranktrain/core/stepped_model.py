@@ -1,7 +1,5 @@
 """Base class of simulations that are stepped from outside: inputs, a state that can be saved and restored, outputs."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 

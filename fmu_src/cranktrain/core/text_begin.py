@@ -1,7 +1,5 @@
 """Beginning of a text table (dialect, names, units), and its lines of values in blocks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TextIO
 

@@ -4,8 +4,6 @@ Seconds since 1970 in float64 resolve 0.2 µs only, which is not small compared 
 kept in whole nanoseconds until the first one is subtracted. Times of day without a date continue after midnight.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from datetime import UTC, date, datetime

@@ -5,8 +5,6 @@ most lines of one width whose cells are numbers is taken. A table is refused if 
 different numbers, such as ``1,600`` for 1600 or 1.6, because a guess may be wrong.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter

@@ -4,8 +4,6 @@ Windows calls cp1252 "ANSI" in western Europe. A text that is not UTF-8 is read 
 umlaut in a header must not make the numbers below it unreadable.
 """
 
-from __future__ import annotations
-
 import codecs
 import io
 import sys

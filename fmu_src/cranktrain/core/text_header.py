@@ -1,14 +1,12 @@
 """Names and units of a text table's columns, from the rows above its values."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from string import ascii_lowercase
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.text_dialect import MISSING, split, trimmed
-from cranktrain.core.whole_number import whole_number
 
 _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\})\s*$")
 _SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")

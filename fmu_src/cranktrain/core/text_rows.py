@@ -1,7 +1,5 @@
 """Text tables of numbers and words whose columns are named: drive lines, measured orders, index files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple

@@ -5,8 +5,6 @@ Separator, decimal sign and the start of the values (:mod:`cranktrain.core.text_
 so a file of any size is read in bounded memory. An error names the number and the text of the line that does not fit.
 """
 
-from __future__ import annotations
-
 import io
 import re
 import warnings
@@ -24,9 +22,9 @@ from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_dialect import Dialect, split, trimmed, with_later_mark, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen
+from cranktrain.core.types import Array
 from cranktrain.core.user_file import file_exists, folder_exists, user_path
 
-Array = NDArray[np.float64]
 FEW = 200
 """Largest number of lines before the values of a table, comments not counted."""
 

@@ -6,8 +6,6 @@ A :class:`Table` declares the keys of a table, the type of each value, its unit 
 same classes. An error says what is wrong, where, the nearest valid name and how to correct it.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache

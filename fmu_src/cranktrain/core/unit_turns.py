@@ -4,16 +4,40 @@ The values of all units are in the vectors of the coupling's master. An input is
 limited to its bounds. One call sets or reads the values of a unit's variables in contiguous memory, arrays as a whole;
 the inputs and outputs of the master are at known positions in it. Each call is noted in memory that a supervising
 process reads.
+
+Functions of an FMU's library are C functions that kernels call by address. Arguments are 64-bit integers and doubles,
+the result is a C ``int``. Addresses, sizes and C's shorter integers and booleans each occupy one 64-bit register in the
+calling conventions of x86-64 (Linux, Windows, macOS) and of ARM64, so a 64-bit integer can stand for all of them.
 """
 
-from __future__ import annotations
-
 import math
+from typing import Any
 
 import numpy as np
 
-from cranktrain.core.foreign_function import call_foreign
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import Intrinsic, compiler, inlined_kernel, kernel
+
+
+def _calling() -> Any:
+    types = compiler().types
+    from llvmlite import ir
+
+    def call_foreign(typing_context: Any, address: Any, arguments: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            pointer, packed = values
+            kinds = [ir.DoubleType() if kind == types.float64 else ir.IntType(64) for kind in arguments.types]
+            callee = builder.inttoptr(pointer, ir.FunctionType(ir.IntType(32), kinds).as_pointer())
+            result = builder.call(callee, [builder.extract_value(packed, k) for k in range(len(kinds))])
+            return builder.sext(result, ir.IntType(64))
+
+        return types.int64(address, arguments), generate
+
+    return call_foreign
+
+
+call_foreign: Any = Intrinsic(_calling)
+"""Call the C function at an address with a tuple of arguments, each an int64 or a float64."""
+
 
 FMI_2, FMI_3 = 2, 3
 """FMI versions of a unit's functions. Functions of 3.0 also take the number of values; a step returns more results."""

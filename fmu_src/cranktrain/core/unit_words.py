@@ -4,8 +4,6 @@ Each line of ``_TABLE`` has pint's expression and its spellings. Plane angles ha
 treats the radian as a number.
 """
 
-from __future__ import annotations
-
 import math
 
 _ALIKE = (

@@ -9,8 +9,6 @@ and ``kg`` as forces (``lb in`` as a torque, ``kg/cm2`` as a pressure), a produc
 (``W/m2 K``), and ``1/min`` as a speed of rotation.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

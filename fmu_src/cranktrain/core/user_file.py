@@ -1,7 +1,5 @@
 """Text and TOML files of users: read completely, or refused in one line."""
 
-from __future__ import annotations
-
 import math
 import stat
 import sys

@@ -6,8 +6,6 @@ doubles, :mod:`cranktrain.core.singles` vectors of singles. A comparison of two 
 bit per lane; masks are combined by & | and ^.
 """
 
-from __future__ import annotations
-
 import operator
 from typing import Any
 

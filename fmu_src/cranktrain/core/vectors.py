@@ -7,8 +7,6 @@ without 256-bit registers does the same in two halves.
 Rows must be contiguous (arrays of layout C). The caller checks the bounds: columns ``j`` to ``j + 3`` must exist.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -5,8 +5,6 @@ cursor, rewrite lines or set the title. All printed text goes through :class:`Vi
 it; their cells are made visible one by one.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import unicodedata

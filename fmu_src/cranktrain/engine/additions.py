@@ -16,8 +16,6 @@ are the engine's own bodies; ``ground`` has no interface. With ``place`` both en
 fixed to their interfaces.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path

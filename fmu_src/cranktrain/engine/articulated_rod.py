@@ -11,8 +11,6 @@ own cylinder. Source: rigid-body kinematics, see C. F. Taylor, The Internal-Comb
 vol. 2, on master and articulated rods.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple, Protocol
 

@@ -1,7 +1,5 @@
 """Engine with some values changed, checked in the same way as an engine file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -30,9 +28,22 @@ def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:
             names = (*TEXTS, *engine_parts(), *TABLES)
             raise InputError(f"with_: an engine has no '{table}'; {nearest(table, names)}")
         elif table in TEXTS or table in TABLES or not key:
-            _change_table(document, table, value)
+            # Set a text or a whole table of an engine file's document; None removes the table.
+            if value is None:
+                document.pop(table, None)
+            elif table in TABLES:
+                raise InputError(f"with_: name the table and its value, as in '{table}[1].name'")
+            else:
+                document[table] = table_of_part(value, table)
         else:
-            _change_value(document, table, key, value)
+            # Set one value of a TOML table of the document; None restores the default of the value.
+            own = document.setdefault(table, {})
+            if not isinstance(own, dict):
+                raise InputError(f"with_: {table} is {shown(own)}, not a table, so it has no {key}")
+            if value is None:
+                own.pop(key, None)
+            else:
+                own[key] = entry_of(engine_parts()[table], key, value, f"{table}.{key}")
     return engine_of(document, engine.name, None)
 
 
@@ -52,27 +63,6 @@ def connected_engine(engine: Engine, name: str, law: Any, ends: Any, place: Any,
     document = document_of(engine)
     document["connection"] = [*document.get("connection", []), table]
     return engine_of(document, engine.name, None)
-
-
-def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
-    """Set a text or a whole table of an engine file's document; None removes the table."""
-    if value is None:
-        document.pop(table, None)
-    elif table in TABLES:
-        raise InputError(f"with_: name the table and its value, as in '{table}[1].name'")
-    else:
-        document[table] = table_of_part(value, table)
-
-
-def _change_value(document: dict[str, Any], table: str, key: str, value: Any) -> None:
-    """Set one value of a TOML table of the document; None restores the default of the value."""
-    own = document.setdefault(table, {})
-    if not isinstance(own, dict):
-        raise InputError(f"with_: {table} is {shown(own)}, not a table, so it has no {key}")
-    if value is None:
-        own.pop(key, None)
-    else:
-        own[key] = entry_of(engine_parts()[table], key, value, f"{table}.{key}")
 
 
 def _change_added(document: dict[str, Any], place: str, key: str, value: Any) -> None:

@@ -1,7 +1,5 @@
 """Data of the force laws that join added bodies, one class per law (SI)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 

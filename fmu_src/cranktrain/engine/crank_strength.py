@@ -1,7 +1,5 @@
 """Strength of the crankshaft's material: table ``[crank_strength]`` of an engine file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

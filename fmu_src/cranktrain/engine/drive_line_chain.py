@@ -1,7 +1,5 @@
 """Drive line of discs and shafts behind the flywheel, as an engine stores it: one list per column."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -89,7 +87,7 @@ class DriveLineChain:
     sections: tuple[q.ShaftSection, ...] = ()
 
     @classmethod
-    def of(cls, chain: Chain) -> DriveLineChain:
+    def of(cls, chain: Chain) -> "DriveLineChain":
         """Drive line from a table of discs and shafts."""
         discs, shafts = chain.discs, chain.shafts
         return cls(

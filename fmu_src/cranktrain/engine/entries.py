@@ -5,8 +5,6 @@ the declaration. :func:`table_of` makes the struct of a file's table from a data
 SI from such a struct, and :func:`rules` the additional rules of the JSON schema: the range of a value in each unit.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Collection, Mapping, Sequence

@@ -9,8 +9,6 @@ need a note that names the source number or data. Values are converted to SI and
 whose field has a default may be left out.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

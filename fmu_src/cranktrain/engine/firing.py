@@ -8,8 +8,6 @@ at the same dead centre that follow each other in the order fire together if tha
 fires differently states angles or intervals.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise

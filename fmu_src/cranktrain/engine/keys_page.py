@@ -3,8 +3,6 @@
 The page is made from the declarations that the reader uses, so page and reader agree; a test compares them.
 """
 
-from __future__ import annotations
-
 import inspect
 import re
 import sys

@@ -6,8 +6,6 @@ studies read these tables. :mod:`cranktrain.studies.output_levels` lists the lev
 :mod:`cranktrain.structure.crank.level` makes the body of a crank level.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any

@@ -17,8 +17,6 @@ Sources: makers' data of elastic couplings and of leaf-spring dampers state thes
 torque in DIN 740-2, Antriebstechnik; nachgiebige Wellenkupplungen, 1986).
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Mapping

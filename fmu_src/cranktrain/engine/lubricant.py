@@ -21,8 +21,6 @@ Correlational Aspects of the Viscosity-Temperature-Pressure Relationship of Lubr
 D. Dowson, G. R. Higginson, Elasto-hydrodynamic Lubrication (Oxford, 1966).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

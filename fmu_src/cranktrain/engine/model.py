@@ -4,8 +4,6 @@ Angles are in radians here. The tables of an engine file are in :mod:`cranktrain
 numbers in :mod:`cranktrain.engine.quantities`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -20,11 +18,10 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
 from cranktrain.engine.additions import Additions, BodyTable, ConnectionTable, FrameTable, split_end
 from cranktrain.engine.articulated_rod import Articulation, articulations, dead_centre_heights, rods_of
-from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
-from cranktrain.engine.limits import Limits
+from cranktrain.engine.limits import BearingLimits, Limits
 from cranktrain.engine.rod_shape import RodShape, rod_additions
 
 IDLE_SHARE = 0.25
@@ -188,7 +185,7 @@ class Engine:
         line, own = self.drive_line_chain, self.additions.connection
         return own if line is None else (*own, *line_connections(line, self.drive_line.start))
 
-    def with_(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Engine:
+    def with_(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> "Engine":
         """Engine with some values changed, checked in the same way as an engine file.
 
             engine.with_({"flywheel.mass": "30 kg", "damper": None}, flywheel__polar_inertia=0.5)
@@ -208,7 +205,9 @@ class Engine:
         assert isinstance(changed, Engine)
         return changed
 
-    def connected(self, name: str, law: Any, ends: Sequence[str], place: Sequence[float] = (), **values: Any) -> Engine:
+    def connected(
+        self, name: str, law: Any, ends: Sequence[str], place: Sequence[float] = (), **values: Any
+    ) -> "Engine":
         """Engine with one more connection, checked in the same way as an engine file.
 
             engine.connected("bush", hardening, ("crank.pulley", "ground"), stiffness="2e5 N/mm")
@@ -236,7 +235,7 @@ class Engine:
         return str(written.text_of(written.document_of(self)))
 
     @property
-    def without_additions(self) -> Engine:
+    def without_additions(self) -> "Engine":
         """The engine without the bodies and connections that its file adds, its drive line on the crank itself."""
         line = self.drive_line
         if not self.line_on_crank:

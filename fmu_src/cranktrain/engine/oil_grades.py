@@ -15,8 +15,6 @@ Walther's law (ASTM D341) through the first two. The two viscosities in a produc
 better. Multigrade oils are thinner at the shear rates of a bearing, which none of these laws includes.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple
@@ -78,19 +76,15 @@ def graded(oil: Oil) -> Oil:
 def vogel_constants(grade: Grade) -> tuple[float, float, float]:
     """Constants a (Pa s), b (K), c (K) of Vogel's law through the viscosities at 40, 100 and 150 °C."""
     t1, t2, t3 = WARM, HOT, HOTTEST
-    points = ((t1, grade.warm), (t2, grade.hot), (t3, _walther(grade, t3)))
+    # Kinematic viscosity, mm²/s, by Walther's law through the values at 40 and 100 °C.
+    low, high = (math.log10(math.log10(nu + 0.7)) for nu in (grade.warm, grade.hot))
+    at = low + (high - low) * math.log(t3 / WARM) / math.log(HOT / WARM)
+    points = ((t1, grade.warm), (t2, grade.hot), (t3, float(10.0**10.0**at - 0.7)))
     y1, y2, y3 = (math.log(1e-6 * nu * _density(grade, t)) for t, nu in points)
     ratio = (y1 - y2) / (y2 - y3) * (t3 - t2) / (t2 - t1)
     c = (ratio * t1 - t3) / (ratio - 1.0)
     b = (y1 - y2) * (t1 - c) * (t2 - c) / (t2 - t1)
     return math.exp(y2 - b / (t2 - c)), b, c
-
-
-def _walther(grade: Grade, temperature: float) -> float:
-    """Kinematic viscosity, mm²/s, by Walther's law through the values at 40 and 100 °C."""
-    low, high = (math.log10(math.log10(nu + 0.7)) for nu in (grade.warm, grade.hot))
-    at = low + (high - low) * math.log(temperature / WARM) / math.log(HOT / WARM)
-    return float(10.0**10.0**at - 0.7)
 
 
 def _density(grade: Grade, temperature: float) -> float:

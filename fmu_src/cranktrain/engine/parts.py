@@ -1,7 +1,5 @@
 """The parts of an engine as frozen dataclasses in SI, one for each table of an engine file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -283,7 +281,7 @@ class JournalBearing(PlainBearing):
         return x, 1.0 / (1.0 / self.stiffness_y + 1.0 / self.block_stiffness_y)
 
     @property
-    def in_rigid_bores(self) -> JournalBearing:
+    def in_rigid_bores(self) -> "JournalBearing":
         """Copy of the bearing without the block's stiffness."""
         return replace(self, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
 

@@ -4,8 +4,6 @@ The reader of engine files takes units from them (:mod:`cranktrain.core.units`),
 values are floats in SI.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields
 from functools import cache

@@ -13,8 +13,6 @@ A rod has mass, centre of mass and moment of inertia of ``[rod]``. Its beam has 
 rest: at both ends, and in the middle if the moment of inertia is less than that of beam and end masses.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass, fields

@@ -3,8 +3,6 @@
 Contact laws and roller motion: :mod:`cranktrain.film.laws.roller_contacts`, which uses these bearings.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 from functools import partial

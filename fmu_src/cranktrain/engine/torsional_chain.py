@@ -32,8 +32,6 @@ units, as ``inertia [kg cm^2]``.
 of the table; without a shaft to ``dynamometer`` its far end is free.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields

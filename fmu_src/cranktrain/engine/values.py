@@ -3,8 +3,6 @@
 A key of a list without index stands for all its entries. All numbers are in SI.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 import operator

@@ -5,8 +5,6 @@ to their defaults are left out. An engine in memory does not store the origins o
 *derived*.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

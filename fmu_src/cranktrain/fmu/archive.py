@@ -4,8 +4,6 @@ Equal inputs give equal bytes: the GUID is a digest of interface, code and data,
 one date.
 """
 
-from __future__ import annotations
-
 import hashlib
 import html
 import importlib

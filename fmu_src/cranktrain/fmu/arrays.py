@@ -3,8 +3,6 @@
 ``cylinder[1].pressure`` to ``cylinder[6].pressure`` become the array ``cylinder.pressure`` of six elements.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace

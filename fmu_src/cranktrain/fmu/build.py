@@ -1,7 +1,5 @@
 """Building an FMU of an engine with all its levels, of a scene with the levels of its plan, or of a module."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -89,7 +87,10 @@ def build_fmu(
     with waits() as told:
         measured = _Measured(pressure, pressure_unit, pressure_tdc_deg, drive_line)
         parts = _Parts(levels, film_table, block, body, starts or {}, measured)
-        target = _Target(platforms, checked_version(fmi), clocks)
+        # Version of FMI after a check.
+        if str(fmi) not in VERSIONS:
+            raise InputError(f"FMI '{fmi}' is no version that FMUs are built for; take {' or '.join(VERSIONS)}")
+        target = _Target(platforms, str(fmi), clocks)
         if target.clocks and target.fmi != FMI3:
             raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
         return _built(source, Path(folder), parts, target, (say or told.tell, say or print_line))
@@ -114,13 +115,6 @@ class _Target(NamedTuple):
         """Raise ``InputError`` if ``what``, a Python FMU, is requested for another version than FMI 2.0."""
         if self.fmi != VERSIONS[0]:
             raise InputError(f"{what} is of FMI {VERSIONS[0]}; build a native FMU for FMI {self.fmi}")
-
-
-def checked_version(fmi: str) -> str:
-    """Version of FMI after a check; ``InputError`` if FMUs are not built for it."""
-    if str(fmi) not in VERSIONS:
-        raise InputError(f"FMI '{fmi}' is no version that FMUs are built for; take {' or '.join(VERSIONS)}")
-    return str(fmi)
 
 
 class _Measured(NamedTuple):

@@ -8,8 +8,6 @@ An FMU with levels ``basic`` has no bearing level with films that are solved or 
 their kernels nor elastic bores.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

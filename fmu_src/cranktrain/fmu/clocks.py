@@ -3,8 +3,6 @@
 Source: FMI 3.0.2, section 2.2.9 (clocks): clocks are scalars, and output clocks are triggered.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element

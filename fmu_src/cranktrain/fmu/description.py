@@ -7,8 +7,6 @@ reals first, then integers, then strings, each as inputs, outputs, parameters, s
 Source: FMI 2.0.4, sections 2.2 (model description schema) and 4.3 (co-simulation).
 """
 
-from __future__ import annotations
-
 import html
 import re
 import tomllib
@@ -83,6 +81,12 @@ class Variable:
         """FMI variability of the variable: inputs and outputs are continuous, parameters are fixed."""
         return "fixed" if self.causality == "parameter" else "continuous"
 
+    @property
+    def of_type(self) -> dict[str, str]:
+        """XML attributes of the type, the same in FMI 2.0 and 3.0: units, bounds and nominal value."""
+        named = {"unit": self.unit, "displayUnit": self.display_unit, "min": self.min, "max": self.max}
+        return {name: _text(value) for name, value in (named | {"nominal": self.nominal}).items() if value is not None}
+
 
 @dataclass(frozen=True)
 class Clock:
@@ -123,6 +127,12 @@ class Interface:
     speed: str
     reference: Mapping[str, Sequence[float]]
     clock: Clock | None = None
+
+    @property
+    def experiment(self) -> Element:
+        """XML entry of the default experiment, the same in FMI 2.0 and 3.0."""
+        times = {"startTime": self.start_time, "stopTime": self.stop_time, "stepSize": self.step_size}
+        return Element("DefaultExperiment", {name: repr(time) for name, time in times.items()})
 
 
 def read_interface(folder: str | Path, units_folder: str | Path | None = None) -> Interface:
@@ -285,14 +295,8 @@ def complete(root: Element, interface: Interface, variables: Sequence[Variable],
         for element in root.findall(tag):
             root.remove(element)
     root.insert(1, unit_definitions(interface.units))
-    experiment = {
-        "startTime": repr(interface.start_time),
-        "stopTime": repr(interface.stop_time),
-        "stepSize": repr(interface.step_size),
-    }
-    before = list(root).index(_only(root, "ModelVariables"))
-    root.insert(before, Element("DefaultExperiment", experiment))
     parent = _only(root, "ModelVariables")
+    root.insert(list(root).index(parent), interface.experiment)
     by_name = {str(element.get("name")): element for element in parent}
     if set(by_name) != {v.name for v in variables}:
         raise InputError("the slave does not register the variables of interface.toml; build the FMU again")
@@ -319,18 +323,15 @@ def _finished(element: Element, variable: Variable) -> Element:
     element.set("description", variable.description)
     typed = _only(element, variable.type)
     typed.attrib.clear()
-    attributes = {
-        "unit": variable.unit,
-        "displayUnit": variable.display_unit,
-        "min": variable.min,
-        "max": variable.max,
-        "nominal": variable.nominal,
-        "start": variable.start,
-    }
-    for name, value in attributes.items():
-        if value is not None:
-            typed.set(name, value if isinstance(value, str) else repr(value))
+    typed.attrib.update(variable.of_type)
+    if variable.start is not None:
+        typed.set("start", _text(variable.start))
     return element
+
+
+def _text(value: float | str) -> str:
+    """Text of a value in XML, numbers in full precision."""
+    return value if isinstance(value, str) else repr(value)
 
 
 def unit_definitions(units: Mapping[str, Any]) -> Element:

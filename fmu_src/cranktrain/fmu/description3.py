@@ -3,9 +3,7 @@
 Source: FMI 3.0.2, sections 2.4 (model description schema) and 4.4 (co-simulation).
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.fmu.archive import Product
@@ -70,12 +68,7 @@ def description3(product: Product, groups: Sequence[Group], token: str) -> Eleme
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": text})
-    experiment = {
-        "startTime": repr(interface.start_time),
-        "stopTime": repr(interface.stop_time),
-        "stepSize": repr(interface.step_size),
-    }
-    SubElement(root, "DefaultExperiment", experiment)
+    root.append(interface.experiment)
     listed = SubElement(root, "ModelVariables")
     about_time = {"description": "Time of the simulation"} | ({"unit": "s"} if "s" in interface.units else {})
     SubElement(
@@ -119,16 +112,7 @@ def _variable(group: Group) -> Element:
     initial = {"parameter": "exact", "output": "calculated"}.get(variable.causality)
     if initial is not None:
         about["initial"] = initial
-    attributes: Mapping[str, str | float | None] = {
-        "unit": variable.unit,
-        "displayUnit": variable.display_unit,
-        "min": variable.min,
-        "max": variable.max,
-        "nominal": variable.nominal,
-    }
-    about |= {
-        key: value if isinstance(value, str) else repr(value) for key, value in attributes.items() if value is not None
-    }
+    about |= variable.of_type
     starts = [_start(group, member.start) for member in group.members if member.start is not None]
     if starts and variable.type != "String":
         about["start"] = starts[0] if len(set(starts)) == 1 and not group.is_array else " ".join(starts)

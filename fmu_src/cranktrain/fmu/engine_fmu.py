@@ -1,7 +1,5 @@
 """FMU of a cranktrain: an engine with its reduced bodies, and all variables of the interface or some of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -18,8 +18,6 @@ but the engine may be absent. Equal data give equal bytes. A body's records, bas
 they serve reports only.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import struct

@@ -5,8 +5,6 @@ block the bore may not differ, because the block was made for its bore. All othe
 and rods, so that a parameter set of another engine is noticed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

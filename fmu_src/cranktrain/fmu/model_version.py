@@ -4,8 +4,6 @@ The version enters the FMU's GUID, so the number of a commit is left out. Betwee
 GUIDs.
 """
 
-from __future__ import annotations
-
 import re
 
 import cranktrain

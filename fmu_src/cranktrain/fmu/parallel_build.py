@@ -4,8 +4,6 @@ The process stores its results in the cache, where the build then finds them. Wi
 processes or a writable cache, the build makes these parts itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress

@@ -1,7 +1,5 @@
 """Functions for an FMU's slave: the model's data, and a simulation at the levels of its parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Python code contained in an FMU: all modules that a running model needs, in a package named after the FMU."""
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

@@ -5,8 +5,6 @@ the solver. Levels are not parameters, because the FMU contains the data of one 
 other parameters are those of the plan.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import asdict, replace
 from typing import Any

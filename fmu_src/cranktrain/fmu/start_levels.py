@@ -1,7 +1,5 @@
 """Start values of an FMU's parameters, levels included, that are chosen when the FMU is built."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

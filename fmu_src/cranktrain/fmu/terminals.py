@@ -3,8 +3,6 @@
 Entries of an interface.toml name the terminals that they belong to.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 PLUG, BUS = "plug", "bus"

@@ -6,8 +6,6 @@ partner's variable is found by name.
 Source: FMI 3.0.2, section 2.4.9; an FMU of FMI 2.0.4 may contain the same file (section 2.3, terminals and icons).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement

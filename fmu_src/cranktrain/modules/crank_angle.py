@@ -5,8 +5,6 @@ speed is integrated. Inputs either belong to the beginning of a communication st
 end, or they belong to its end.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

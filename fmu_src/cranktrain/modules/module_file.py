@@ -1,7 +1,5 @@
 """Reader of module files: texts, tables of values with units and origins, and the named engine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, make_dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Functions that a module's FMU calls."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Settings of a module (a frozen record with ``firing_angles``) as the data of an FMU and as numbers of a run."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ A module file is TOML that names its ``module``, its ``engine`` (the source of t
 ``title``; its tables belong to the module. ``build_fmu.py`` accepts its name or its path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Meaning of the statuses of a module's kernels, and description of a module for callers without Python."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple

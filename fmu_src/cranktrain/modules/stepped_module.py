@@ -1,7 +1,5 @@
 """Base class of the simulation of a module: its run, and the kernels of the run's record."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from typing import Any, ClassVar

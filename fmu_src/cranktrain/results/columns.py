@@ -1,7 +1,5 @@
 """Layout of tables of texts: omission of empty columns, and division into tables that fit a line."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence

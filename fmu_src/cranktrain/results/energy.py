@@ -9,8 +9,6 @@ periodic, the energy of bodies and shafts changes. The change of their kinetic a
 energy in springs of films and skirts is neglected. The residual measures how exactly a run solved its equations.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ order. Values are SI as in the file, and each heading gives its unit. A table is
 only when it is complete.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Result files (HDF5) with the time series of a run: every output under its name, with its unit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -120,7 +118,7 @@ class StoredRun:
     attributes: Mapping[str, str | int | float]
 
     @classmethod
-    def load(cls, path: str | Path) -> StoredRun:
+    def load(cls, path: str | Path) -> "StoredRun":
         """Read a result file; ``StoreError`` if it is missing, incomplete, damaged, empty, or of another kind."""
         data, attributes = read_result(path)
         outputs = {name: array for name, (array, _) in data.items()}
@@ -155,7 +153,7 @@ class _Outputs(dict[str, Array]):
         raise StoreError(f"{self._path}: has no output '{name}' over its time; run 'cranktrain simulate' again")
 
 
-def save_run(path: Path, run: Result, attributes: Mapping[str, str | int | float]) -> Path:
+def save_run(path: Path, run: "Result", attributes: Mapping[str, str | int | float]) -> Path:
     """Write a result file: all outputs over time (s) and crank angle (rad), and temperatures of the mains' films.
 
     The file appears completely or not at all.

@@ -8,8 +8,6 @@ bodies in rotating frames, at the order of their gear ratio. Moments are those o
 main journals, across the crank. Source: F. Köhler and H. Flierl, *Verbrennungsmotoren*, chapter on mass balance.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping

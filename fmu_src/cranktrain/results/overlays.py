@@ -1,7 +1,5 @@
 """Pictures of several results: cycles and orders of runs, or orders of run-ups over speed."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

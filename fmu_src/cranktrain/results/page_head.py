@@ -1,7 +1,5 @@
 """Common head of the package's HTML files, and insertion of texts into their templates; no network requests."""
 
-from __future__ import annotations
-
 import html
 import json
 import math

@@ -1,7 +1,5 @@
 """Plots of results; each function draws its data into the caller's axes."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Finished run at constant speed, returned by the library and written by the command line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Summary of a run over its last cycle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -210,7 +208,7 @@ def _speed(speed: Array) -> dict[str, float]:
     }
 
 
-def run_summary(run: Result, result_path: str) -> dict[str, Any]:
+def run_summary(run: "Result", result_path: str) -> dict[str, Any]:
     """Summary of a run, the object that ``cranktrain simulate --json`` prints.
 
     Keys carry their unit. ``real_time_factor`` is wall time per simulated time, ``seconds`` the wall time. A crank

@@ -1,7 +1,5 @@
 """Tables of texts for reports, pictures and the command line, with computed and published values."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -77,7 +75,7 @@ def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
     return Table(title, _HEADER, tuple(_beside(modes, published, 7)))
 
 
-def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
+def _published(engine: Engine, part: Mapping[str, Any]) -> "list[Entry]":
     """Published modes of the cranktrain, each with the frequency of the computed mode that the report assigns to it."""
     p = engine.published
     ours = {"torsional": part.get("first_torsional_hz"), "axial": part.get("first_axial_hz")}

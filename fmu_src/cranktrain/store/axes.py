@@ -5,8 +5,6 @@ only contain numbers or names (main bearings, outputs, least and largest) are ma
 readers ignore them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -68,8 +66,3 @@ def _axis(item: Any, name: str) -> Any:
     if not group[name].is_scale:
         group[name].make_scale(name)
     return group[name]
-
-
-def is_label(dataset: Any) -> bool:
-    """True if a dataset only contains numbers or names for other datasets, and so has no unit."""
-    return "unit" not in dataset.attrs

@@ -5,8 +5,6 @@ the terms of rotation, ``shapes.mtx`` of the interfaces (six rows per interface:
 column per mode), and ``body.json`` with names and scalars. All values are SI.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import tempfile
@@ -25,14 +23,12 @@ from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, file_exists, user_path
-from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
+from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, OWN_ARRAYS, body_of, load_body, save_body
 from cranktrain.store.sound_files import DAMAGED, archive_arrays, check_body, json_of, matrix, real
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 HEADER = "cranktrain reduced body"
 FOLDER_HEADER = "body.json"
-OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1", "twists": "rad", "shaft_laws": "SI"}
-"""Units of a reduced body's arrays, by the name of the array."""
 SPARSE = ("mass", "stiffness", "damping")
 """Diagonal matrices in the folder of a reduced body, with one row and one column per mode."""
 ARCHIVE = marked("reduced body of cranktrain", f"{HEADER}.npy")
@@ -72,7 +68,13 @@ def export_body(path: str | Path, body: ReducedBody) -> Path:
             write_archive(temporary, [(HEADER, np.array(json.dumps(header))), *arrays.items()])
         return target
     with _whole_folder(target) as folder:
-        for name, array in _matrices(body, arrays).items():
+        # Arrays of a body as matrices, with added modal mass, stiffness and damping matrices for other programs.
+        found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
+        del found["omega"]
+        found["mass"] = sparse.eye_array(body.n_modes).tocoo()
+        found["stiffness"] = sparse.diags_array(body.omega**2).tocoo()
+        found["damping"] = sparse.diags_array(body.damping if body.damping.size else np.zeros(body.n_modes)).tocoo()
+        for name, array in found.items():
             mmwrite(folder / f"{name}.mtx", array, comment=f" {name}, SI", precision=17, symmetry="general")
         (folder / FOLDER_HEADER).write_text(json.dumps(header, indent=1), encoding="utf-8")
     return target
@@ -89,7 +91,9 @@ def import_body(path: str | Path) -> ReducedBody:
             raise StoreError(f"{path}: not a {BODY_FORMAT}; {REMEDY}")
         if header["schema"] != SCHEMA:
             raise StoreError(f"{path}: schema {header['schema']}, this cranktrain reads schema {SCHEMA}; {REMEDY}")
-        body = _joined(header, arrays)
+        shapes = header["record_shapes"]
+        records = {name: real(arrays.pop(f"record_{name}")).reshape(shape) for name, shape in shapes.items()}
+        body = body_of(header, records, arrays)
     except FileNotFoundError as error:
         raise StoreError(f"{error.filename}: no such file; {REMEDY}") from None
     except DAMAGED:
@@ -111,36 +115,6 @@ def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
         "record_shapes": {name: array.shape for name, array in body.records.items()},
     }  # fmt: skip
     return arrays, header
-
-
-def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
-    """Reduced body from its header and its arrays, the inverse of :func:`_split`."""
-    arrays = {name: real(array) for name, array in arrays.items()}
-    own = {name: arrays[name] for name in BODY_UNITS}
-    return ReducedBody(
-        name=str(header["name"]),
-        interfaces=tuple(str(name) for name in header["interfaces"]),
-        mass=float(header["mass"]),
-        digest=str(header["digest"]),
-        quality={str(name): float(value) for name, value in header["quality"].items()},
-        records={name: arrays[f"record_{name}"].reshape(shape) for name, shape in header["record_shapes"].items()},
-        damping=arrays.get("damping", np.zeros(0)),
-        shafts=tuple(str(name) for name in header.get("shafts", ())),
-        twists=arrays.get("twists", np.zeros((0, 0))),
-        shaft_laws=arrays.get("shaft_laws", np.zeros((0, 3))),
-        basis=arrays.get("basis"),
-        **own,
-    )
-
-
-def _matrices(body: ReducedBody, arrays: dict[str, Array]) -> dict[str, Any]:
-    """Arrays of a body as matrices, with added modal mass, stiffness and damping matrices for other programs."""
-    found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
-    del found["omega"]
-    found["mass"] = sparse.eye_array(body.n_modes).tocoo()
-    found["stiffness"] = sparse.diags_array(body.omega**2).tocoo()
-    found["damping"] = sparse.diags_array(body.damping if body.damping.size else np.zeros(body.n_modes)).tocoo()
-    return found
 
 
 def _flat(array: Array) -> Array:

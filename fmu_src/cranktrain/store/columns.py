@@ -1,7 +1,5 @@
 """Columns of a result file, read in blocks because a file may be larger than the memory."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -41,7 +39,7 @@ class ResultColumns:
     attributes: dict[str, Any]
 
     @classmethod
-    def of(cls, path: str | Path, group: str = "") -> ResultColumns:
+    def of(cls, path: str | Path, group: str = "") -> "ResultColumns":
         """Columns of a file; ``StoreError``: missing, damaged or of another kind; ``InputError``: no such group."""
         with opened(path, RESULT_FORMAT, RESULT_SCHEMA, REMEDY) as file:
             data = file["data"]

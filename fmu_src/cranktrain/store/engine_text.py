@@ -1,7 +1,5 @@
 """Text of a calibrated engine file: the text of the old file with changed values, origins and notes."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

@@ -5,8 +5,6 @@ a build finished slabs are kept in a part file next to the table. An interrupted
 bit-identical numbers, because slabs are independent of each other.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import asdict

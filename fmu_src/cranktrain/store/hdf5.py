@@ -6,8 +6,6 @@ it loop for ever. Other programs ignore the checksum. A program that changes the
 without checksum is read without a check.
 """
 
-from __future__ import annotations
-
 import io
 import sys
 import zlib
@@ -24,7 +22,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.user_file import check_file, file_exists
-from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
+from cranktrain.store.axes import Labels, attach_axes, of_result, of_run_up
 from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
 from cranktrain.store.whole_file import Kind, whole_file
 
@@ -62,6 +60,9 @@ BODY_UNITS = {
     "centre": "m",
     "inertia": "kg m^2",
 }
+"""Units of the arrays that every reduced body has, by name."""
+OWN_ARRAYS = {**BODY_UNITS, "basis": "1", "damping": "1/s", "twists": "rad", "shaft_laws": "SI"}
+"""Units of all arrays of a reduced body; a body may lack the last four."""
 
 
 def save_body(
@@ -76,16 +77,12 @@ def save_body(
         file.attrs.update({"format": BODY_FORMAT, "schema": SCHEMA, "digest": body.digest, "name": body.name})
         file.attrs["interfaces"] = list(body.interfaces)
         file.attrs["mass"] = body.mass
-        for name, unit in BODY_UNITS.items():
-            put(file, f"body/{name}", getattr(body, name), unit)
-        if body.basis is not None:
-            put(file, "body/basis", body.basis, "1")
-        if body.damping.size:
-            put(file, "body/damping", body.damping, "1/s")
+        for name, unit in OWN_ARRAYS.items():
+            array = getattr(body, name)
+            if name in BODY_UNITS or (array is not None and array.size):
+                put(file, f"body/{name}", array, unit)
         if body.shafts:
             file.attrs["shafts"] = list(body.shafts)
-            put(file, "body/twists", body.twists, "rad")
-            put(file, "body/shaft_laws", body.shaft_laws, "SI")
         for name in sorted(body.quality):
             put(file, f"quality/{name}", np.asarray(body.quality[name]), "")
         for name in sorted(body.records):
@@ -108,26 +105,29 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
                 f"{path}: made from other inputs (digest {found[:12]}, wanted {digest[:12]}); "
                 "delete it and run 'cranktrain reduce'"
             )
-        tabled = "shafts" in file.attrs
-        body = ReducedBody(
-            name=str(file.attrs["name"]),
-            interfaces=tuple(str(name) for name in file.attrs["interfaces"]),
-            mass=float(file.attrs["mass"]),
-            digest=found,
-            quality={name: float(file[f"quality/{name}"][()]) for name in file.get("quality", {})},
-            records={name: real(file[f"records/{name}"][()]) for name in file.get("records", {})},
-            basis=real(file["body/basis"][()]) if "basis" in file["body"] else None,
-            damping=real(file["body/damping"][()]) if "damping" in file["body"] else np.zeros(0),
-            shafts=tuple(str(name) for name in file.attrs["shafts"]) if tabled else (),
-            twists=real(file["body/twists"][()]) if tabled else np.zeros((0, 0)),
-            shaft_laws=real(file["body/shaft_laws"][()]) if tabled else np.zeros((0, 3)),
-            **{name: real(file[f"body/{name}"][()]) for name in BODY_UNITS},
+        quality, records, arrays = (
+            {name: item[()] for name, item in file.get(group, {}).items()} for group in ("quality", "records", "body")
         )
+        body = body_of({**file.attrs, "quality": quality}, records, arrays)
     try:
         check_body(body)
     except StoreError as error:
         raise StoreError(f"{path}: {error}; delete it and run 'cranktrain reduce'") from None
     return body
+
+
+def body_of(header: Mapping[str, Any], records: Mapping[str, Any], arrays: Mapping[str, Any]) -> ReducedBody:
+    """Reduced body from its names and scalars, its records, and its own arrays; ``KeyError`` if one is missing."""
+    return ReducedBody(
+        name=str(header["name"]),
+        interfaces=tuple(str(name) for name in header["interfaces"]),
+        mass=float(header["mass"]),
+        digest=str(header["digest"]),
+        quality={str(name): float(value) for name, value in header["quality"].items()},
+        records={name: real(array) for name, array in records.items()},
+        shafts=tuple(str(name) for name in header.get("shafts", ())),
+        **{name: real(arrays[name]) for name in OWN_ARRAYS if name in BODY_UNITS or name in arrays},
+    )
 
 
 def load_extras(path: str | Path) -> dict[str, NDArray[Any]]:
@@ -274,7 +274,7 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
     datasets: dict[str, Dataset] = {}
 
     def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
-        if isinstance(item, h5py.Dataset) and not is_label(item):
+        if isinstance(item, h5py.Dataset) and "unit" in item.attrs:
             datasets[name] = (item[()], str(item.attrs["unit"]))
 
     if "data" in file or not may_be_empty:

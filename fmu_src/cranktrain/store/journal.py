@@ -5,8 +5,6 @@ killed. A row that was half-written when the process was killed ends the journal
 added. A mark ties the journal to the content of its file; for another content the journal is ignored.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from contextlib import suppress

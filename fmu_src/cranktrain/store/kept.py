@@ -3,8 +3,6 @@
 A key is a digest of all inputs of an entry: the case, which contains the engine, and the sources that computed it.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass

@@ -3,8 +3,6 @@
 MATLAB 7.3 files are HDF5 with transposed matrices; their texts and cells are left out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

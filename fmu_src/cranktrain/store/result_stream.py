@@ -3,8 +3,6 @@
 The complete file replaces its target when it is closed, however the run ended.
 """
 
-from __future__ import annotations
-
 import shutil
 import signal
 import threading
@@ -27,7 +25,7 @@ SPARE = 1 << 21
 
 
 @contextmanager
-def result_stream(path: str | Path) -> Iterator[ResultStream]:
+def result_stream(path: str | Path) -> "Iterator[ResultStream]":
     """Result file that exists after the block ends without an error; raises the errors of ``whole_file``."""
     with written(path, RESULT) as file:
         file.attrs.update(RESULT_HEADER)

@@ -1,7 +1,5 @@
 """Parallel tasks on all processors, in a pool of worker processes that ends with its parent."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

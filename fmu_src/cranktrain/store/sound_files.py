@@ -5,8 +5,6 @@ A file states the shapes of its arrays, and a damaged or hostile file may state 
 memory. All checks raise ``ValueError``; the reader turns this into a message with the file's name.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -8,8 +8,6 @@ Pandas, Polars, DuckDB and Dask read the folder as one table; they ignore names 
 half-written when the process was killed ends the journal. All values are in SI; fields name their units.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping
@@ -77,7 +75,7 @@ class VariantFiles:
     _parts: int = 0
 
     @classmethod
-    def open(cls, folder: str | Path) -> VariantFiles:
+    def open(cls, folder: str | Path) -> "VariantFiles":
         """Open an existing folder; ``StoreError`` if it is missing, damaged or foreign."""
         folder = Path(folder)
         try:

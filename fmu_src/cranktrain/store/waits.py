@@ -1,7 +1,5 @@
 """Progress lines on stderr: one for each step that takes longer than a second, none for shorter ones."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

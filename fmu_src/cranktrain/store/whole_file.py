@@ -6,8 +6,6 @@ into the folder. A temporary file is locked while its process lives; the system 
 for any reason.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 import re

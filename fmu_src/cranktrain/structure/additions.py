@@ -1,7 +1,5 @@
 """Elastic bodies that an engine file adds: reduced bodies read from files, and shafts made of beams."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import asdict, replace

@@ -4,8 +4,6 @@ Command line, studies, FMU build and library all use this module, so a fidelity 
 Parts are kept as long as the process lives, and on disk if making them takes long.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

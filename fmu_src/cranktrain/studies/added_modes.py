@@ -1,7 +1,5 @@
 """Modes of the crank at rest together with the bodies and connections that an engine's file adds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -24,8 +24,6 @@ so that each mode keeps its name where two frequencies cross. A mode is named at
 (:mod:`cranktrain.structure.crank.modal`), counted from the lowest.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

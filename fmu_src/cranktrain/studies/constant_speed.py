@@ -3,8 +3,6 @@
 A :class:`Request` is checked completely before the crankshaft is made, which may take a minute.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Fatigue of a crankshaft at constant speeds, and its assessment by IACS UR M53: the verb ``fatigue``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple

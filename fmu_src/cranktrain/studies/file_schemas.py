@@ -4,8 +4,6 @@ An editor with the schema of a TOML file completes keys, shows the quantity of a
 that the program would refuse. Only the program makes checks that need the whole file (whether parts fit together).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from cranktrain import lab

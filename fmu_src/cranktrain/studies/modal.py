@@ -1,7 +1,5 @@
 """Frequencies of an engine's cranktrain and block: the output of ``cranktrain modal --json``."""
 
-from __future__ import annotations
-
 import time
 import warnings
 from collections.abc import Callable

@@ -5,8 +5,6 @@ FMU are in :data:`RESULTS`. Levels are those of :mod:`cranktrain.engine.levels` 
 :mod:`cranktrain.film.laws.register`, from the lowest to the highest.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict

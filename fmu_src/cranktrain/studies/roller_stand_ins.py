@@ -12,8 +12,6 @@ and likewise in tilt. The mean of k(t), the limit of a very stiff crankshaft, is
 soft crankshaft is the harmonic mean. Both isotropic parts are the same in axes at rest and in axes of the crank.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

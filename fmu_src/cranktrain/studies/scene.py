@@ -28,8 +28,6 @@ otherwise chosen, by the outputs alone: ``block``, ``pistons`` and ``big_ends``;
 ``frequency_hz = "0.6 kHz"``.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

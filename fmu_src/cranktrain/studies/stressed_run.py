@@ -1,7 +1,5 @@
 """A run at constant speed until its cycles repeat, and the stresses of its crankshaft over a cycle."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from cranktrain.core.errors import InputError

@@ -1,24 +1,20 @@
 """Conversion of a crank found in a solid to dimensions of an engine file and a mesh with named surfaces."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.fem.mesh import NETGEN_EDGES, VTK_EDGES
 from cranktrain_lab.cad.recognition import RecognisedCrank
 from cranktrain_lab.cad.step_file import step_mesh
 from cranktrain_lab.cad.web_outlines import WebShape, web_shapes
-
-Integers = NDArray[np.integer[Any]]
 
 MM = 1e-3
 DECIMALS = 7

@@ -1,7 +1,5 @@
 """Picture of a crank found in a STEP file, from the side and along its axis, with dimensions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

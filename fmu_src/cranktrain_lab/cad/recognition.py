@@ -8,21 +8,16 @@ In the crank's frame z runs from the pulley to the flywheel, z = 0 is the middle
 along y.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain_lab.cad.round_faces import Faces, across, classified
 from cranktrain_lab.cad.step_file import StepSolid
-
-Integers = NDArray[np.integer[Any]]
 
 PARALLEL = np.cos(np.radians(0.2))
 FULL = 0.75

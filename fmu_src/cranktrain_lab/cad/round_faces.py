@@ -5,17 +5,13 @@ rotation of the face's normals as initial guess. Splines and extruded faces are 
 the CAD program. Points lie on the surface to the accuracy of the CAD kernel, and so do radii and positions.
 """
 
-from __future__ import annotations
-
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
 from cranktrain_lab.cad.step_file import StepSolid
-
-Integers = NDArray[np.integer[Any]]
 
 FLAT = 1e-7
 """Largest squared fraction of a plane's normals perpendicular to its mean normal."""

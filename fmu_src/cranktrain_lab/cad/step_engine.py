@@ -4,8 +4,6 @@ The throws determine the layout. If several layouts have the same crank (an in-l
 used with a remark. If none of them is in line, an error asks for the layout.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 The kernel converts every unit of a STEP file to mm. It runs in a separate process, because a broken file can crash it.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -16,16 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.core.user_file import check_file
 from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.mesh import cad_mesh
 from cranktrain.structure.fem.own_mesh import UNITS
-
-Integers = NDArray[np.integer[Any]]
 
 SUFFIXES = (".step", ".stp")
 FINENESS, GRADING = 1.5, 0.7
@@ -81,7 +76,15 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
             if refused := str(data["refused"]):
                 raise InputError(f"{path}: {refused}")
             solid = StepSolid(source, data["nodes"], data["triangles"], data["faces"], float(data["volume"]))
-    _check_closed(solid)
+    # Refuse a surface with open edges.
+    edges = np.sort(np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1)
+    once, count = np.unique(edges, axis=0, return_counts=True)
+    if (count == 1).any():
+        x, y, z = solid.nodes[once[count == 1][0]].mean(axis=0)
+        raise InputError(
+            f"{solid.path}: the solid's surface is open at ({x:.1f}, {y:.1f}, {z:.1f}) mm: close it in CAD, or sew its "
+            "faces to a solid"
+        )
     length = float(np.ptp(solid.nodes, axis=0).max())
     # A given unit applies to the numbers of the file, which the kernel has converted from the file's own unit.
     factor = 1.0 if unit is None else 1e3 * UNITS[unit] / stated_unit(source)
@@ -115,6 +118,11 @@ def step_mesh(
     largest_edge : largest edge, mm
     fineness : edges per radius of curvature
     """
+    from scipy.spatial.transform import Rotation
+
+    vector = Rotation.from_matrix(turn).as_rotvec()
+    angle = float(np.linalg.norm(vector))
+    axis = vector / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy = Path(folder) / "crank.step"
         shutil.copyfile(solid.path, copy)
@@ -124,7 +132,7 @@ def step_mesh(
                 "largest_edge": largest_edge / solid.scale,
                 "fineness": max(sides, fineness),
                 "grading": grading,
-                "turn": _axis_and_angle(turn),
+                "turn": [*axis.tolist(), angle],
                 "shift": (shift / solid.scale).tolist(),
             }
             try:
@@ -136,15 +144,6 @@ def step_mesh(
                 if grading == RETRIES[-1][1]:
                     raise
     return solid.scale * nodes, tets, triangles, np.array([int(name) for name in names])[labels]
-
-
-def _axis_and_angle(turn: Array) -> list[float]:
-    """Return axis and angle, rad, of a rotation (3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    vector = Rotation.from_matrix(turn).as_rotvec()
-    angle = float(np.linalg.norm(vector))
-    return [*(vector / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])).tolist(), angle]
 
 
 def _check_text(path: Path) -> None:
@@ -162,18 +161,6 @@ def _check_text(path: Path) -> None:
         raise InputError(f"{path}: no STEP file: it {what}; export the crankshaft as STEP (AP203, AP214 or AP242)")
     if b"END-ISO-10303-21" not in tail:
         raise InputError(f"{path}: cut short: a STEP file ends with END-ISO-10303-21; copy or export it again")
-
-
-def _check_closed(solid: StepSolid) -> None:
-    """Raise ``InputError``, with the position, for a surface with open edges."""
-    edges = np.sort(np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1)
-    once, count = np.unique(edges, axis=0, return_counts=True)
-    if (count == 1).any():
-        x, y, z = solid.nodes[once[count == 1][0]].mean(axis=0)
-        raise InputError(
-            f"{solid.path}: the solid's surface is open at ({x:.1f}, {y:.1f}, {z:.1f}) mm: close it in CAD, or sew its "
-            "faces to a solid"
-        )
 
 
 def _read_shape(path: str) -> Any:

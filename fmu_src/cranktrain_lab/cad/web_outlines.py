@@ -5,18 +5,13 @@ files (hull of two circles, with a part of a disc as counterweight). For other w
 reach towards the pin, equal width at the main axis, and equal reach and width opposite to the pin.
 """
 
-from __future__ import annotations
-
 import itertools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain_lab.cad.recognition import SAME_AXIS, Journal, RecognisedCrank
-
-Integers = NDArray[np.integer[Any]]
 
 UPRIGHT = 1e-4
 """Largest z component of the normals of a face parallel to the axis."""

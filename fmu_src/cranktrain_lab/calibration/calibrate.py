@@ -6,8 +6,6 @@ of their bodies. If dimensions are free, the bodies of the result are then meshe
 more. Values are rounded for the new file, and the report is computed from the new file with all modes of its bodies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -78,7 +76,10 @@ def calibrate(
         base = replace(base, thrust=replace(base.thrust, closed_stiffness=base.thrust.closed))
     new = new_path(Path(out)) if out is not None else None
     if new is not None:
-        check_written(old, base, task)
+        # Raise InputError, before the search, for an engine file into which a value cannot be inserted.
+        keys = [*(p.key for p in task.parameters if p.is_key), *(d.key for d in task.derived)]
+        own = {key: Written(values.value(base, key), "calibrated", "") for key in keys}
+        rewritten(old, base, own)
     with one_thread():
         problem, found = _fitted(base, task, seed, evaluations, say, follow)
         free = np.array([rounded(x, p.scale) for x, p in zip(found.free, task.parameters, strict=True)])
@@ -228,13 +229,6 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
         "extra_modes_hz": found.extra,
         "met": all_met(task, found),
     }  # fmt: skip
-
-
-def check_written(text: str, engine: Engine, task: Task) -> None:
-    """Raise ``InputError``, before the search, for an engine file into which a value cannot be inserted."""
-    keys = [*(p.key for p in task.parameters if p.is_key), *(d.key for d in task.derived)]
-    own = {key: Written(values.value(engine, key), "calibrated", "") for key in keys}
-    rewritten(text, engine, own)
 
 
 def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> dict[str, Written]:

@@ -12,8 +12,6 @@ fixed-interface modes keep their frequencies and attached parts their positions.
 fitted again, so it contains no error of the linearisation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

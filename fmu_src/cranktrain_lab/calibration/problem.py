@@ -7,8 +7,6 @@ mode below the last of these targets counts as an extra mode. Numbered torsional
 uses their mean frequency around the target, weighted by the squared fractions of torsion.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -84,7 +82,7 @@ class Problem:
         """Return all free and fixed values of the targets file by key."""
         return {**self.held, **{p.key: float(x) for p, x in zip(self.task.parameters, free, strict=True)}}
 
-    def holding(self, held: Mapping[str, float]) -> Problem:
+    def holding(self, held: Mapping[str, float]) -> "Problem":
         """Return the problem with some values fixed."""
         rest = tuple(p for p in self.task.parameters if p.key not in held)
         return replace(self, task=replace(self.task, parameters=rest), held=dict(held))

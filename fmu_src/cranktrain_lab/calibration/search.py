@@ -6,8 +6,6 @@ for, so identification finds its starts by a Sobol sequence. Least squares use S
 Coleman and Li 1999). Values are scaled to their bounds. An interrupted search returns the best values so far.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 

@@ -21,8 +21,6 @@ Formulas are in SI. They may use ``bore_stiffness_x``, ``bore_stiffness_y`` and 
 see :func:`cranktrain_lab.calibration.calibrate.stand_ins`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal

@@ -6,8 +6,6 @@ mounts and bearings then follow the engine's values. Definitions are those of :m
 and :mod:`cranktrain.structure.block.modal`, from which frequencies differ by less than 1e-3 below 700 Hz.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

@@ -263,13 +263,6 @@ def _export(path: Path, engine: VirtualEngine, speed: float, ask: Couple) -> Ver
     return VerbResult.of({"ssp": str(path)}, "couple")
 
 
-def _mean_residual(result: dict[str, Any]) -> str:
-    """Mean power that is lost between gas and pistons, W, and as a percentage of the indicated power."""
-    fraction = result["coupling_residual_fraction"]
-    percent = "" if fraction is None else f" ({100.0 * fraction:.2g} % of the indicated power)"
-    return f"{result['coupling_residual_mean_w']:.3g} W{percent}"
-
-
 def _loss(combustion: str, fraction: float | None) -> str:
     """Sentence on the loss of power by coupling to a combustion with a single crank angle."""
     cost = ""
@@ -288,6 +281,9 @@ def show(result: VerbResult) -> None:
         return
     ask: Couple = result.beside["ask"]
     torsion, axial = result["pulley"]["torsion_deg"], result["pulley"]["axial_um"]
+    # Mean power that is lost between gas and pistons, W, and as a percentage of the indicated power.
+    fraction = result["coupling_residual_fraction"]
+    percent = "" if fraction is None else f" ({100.0 * fraction:.2g} % of the indicated power)"
     rows = [
         ("pulley torsion, peak to peak", f"{torsion['peak_to_peak']:.4f} deg"),
         ("pulley axial motion, peak to peak", f"{axial['peak_to_peak']:.1f} um"),
@@ -298,7 +294,7 @@ def show(result: VerbResult) -> None:
         ("indicated torque, mean", f"{result['indicated_torque_nm']:.1f} N m"),
         ("torque of the shaft, mean", f"{result['shaft_torque_nm']:.1f} N m"),
         ("power residual of the coupling, RMS", f"{result['coupling_residual_w']:.3g} W"),
-        ("power residual of the coupling, mean", _mean_residual(result)),
+        ("power residual of the coupling, mean", f"{result['coupling_residual_mean_w']:.3g} W{percent}"),
         *(
             (("torque of the valve train, mean", f"{result[VALVETRAIN]['torque_nm']:.1f} N m"),)
             if VALVETRAIN in result

@@ -1,7 +1,5 @@
 """The verb ``explore``: a local page with controls that change an engine and show its torsional vibration."""
 
-from __future__ import annotations
-
 import signal
 import sys
 from dataclasses import dataclass
@@ -98,7 +96,7 @@ def show(found: VerbResult) -> None:
     """Print nothing, because the address was printed when the page began."""
 
 
-def explored_of(source: str | Path | Engine, ask: Explore) -> Explored:
+def explored_of(source: str | Path | Engine, ask: Explore) -> "Explored":
     """Contents of the page; the input is checked before any work; ``InputError``."""
     engine = load_engine(source)
     if isinstance(source, Engine):

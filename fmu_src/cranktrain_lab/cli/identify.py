@@ -1,7 +1,5 @@
 """The verb ``identify``: parameters of an engine from measured data, with their intervals."""
 
-from __future__ import annotations
-
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal

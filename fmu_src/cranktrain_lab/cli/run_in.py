@@ -1,7 +1,5 @@
 """The verb ``run-in``: relief of an engine's bearing shells by wear, as a limit or over time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -156,9 +154,8 @@ def _over_time(named: str | Path | Engine, ask: RunIn) -> VerbResult:
     from cranktrain.results.figures import check_folder
     from cranktrain.store.whole_file import check_place
     from cranktrain_lab.wear.history import Choices
-    from cranktrain_lab.wear.pictures import PICTURES, save_wear_pictures
     from cranktrain_lab.wear.records import TABLE
-    from cranktrain_lab.wear.result import run_in_over_time
+    from cranktrain_lab.wear.result import PICTURES, run_in_over_time, save_wear_pictures
 
     if ask.passes is not None:
         raise InputError("--passes does not go with --hours or --schedule; leave it out")

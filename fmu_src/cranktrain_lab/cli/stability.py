@@ -1,7 +1,5 @@
 """The verb ``stability``: maps of the limits of stability of methods, with explanations."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The verb ``identify`` with only a file of targets: calibration of engine values to published frequencies."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from cranktrain.cli.console import labelled_bar, say, show_rows

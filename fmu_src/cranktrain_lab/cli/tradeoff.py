@@ -1,7 +1,5 @@
 """The verb ``tradeoff``: cost and error of each choice of method, level and resolution."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass

@@ -1,7 +1,5 @@
 """The verb ``watch``: whether an engine's torsion has changed, and which defect explains it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path

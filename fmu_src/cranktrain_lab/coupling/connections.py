@@ -1,7 +1,5 @@
 """Connections from outputs to inputs of units, with conversion of units of measurement and choice of the value."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

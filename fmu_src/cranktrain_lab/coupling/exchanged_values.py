@@ -1,7 +1,5 @@
 """Values of FMU variables that one FMI call sets or reads: scalars and, in FMI 3.0, whole arrays."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Iterator, Mapping, Sequence
 from math import prod

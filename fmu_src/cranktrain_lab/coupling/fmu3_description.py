@@ -1,7 +1,5 @@
 """Conversion of FMI 3.0 model descriptions to scalars: one variable per array element, types named as in FMI 2.0."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from itertools import product

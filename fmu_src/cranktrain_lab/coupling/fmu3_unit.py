@@ -3,8 +3,6 @@
 Arrays are set and read as a whole. Elements of an input array without a connection keep their start values.
 """
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

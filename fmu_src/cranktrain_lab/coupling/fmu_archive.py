@@ -4,8 +4,6 @@ The sizes in the archive's directory can be trusted, because Python's reader ext
 stated. An archive bomb therefore states its extracted size, in one entry or in several that share their bytes.
 """
 
-from __future__ import annotations
-
 import shutil
 import stat
 import tempfile
@@ -79,7 +77,11 @@ def _check_entries(entries: list[zipfile.ZipInfo], size: int) -> None:
     files: dict[str, str] = {}
     for entry in entries:
         name = entry.orig_filename
-        _check_name(name)
+        # Refuse a name that leads outside the folder or is not a valid file name.
+        parts = name.removesuffix("/").split("/")
+        leads = name.startswith("/") or "\\" in name or ":" in name or any(part in ("", ".", "..") for part in parts)
+        if leads or not name.isprintable() or any(len(part.encode()) > LONGEST_NAME for part in parts):
+            raise InputError(f"entry {_shown(name)} does not name a file in its folder")
         if entry.flag_bits & 1 or entry.compress_type not in METHODS:
             raise InputError(f"entry {_shown(name)} is encrypted, or packed in a way that FMI has not")
         kind = stat.S_IFMT(entry.external_attr >> 16)
@@ -96,14 +98,6 @@ def _check_entries(entries: list[zipfile.ZipInfo], size: int) -> None:
         for folder in PurePosixPath(key).parents:
             if str(folder) in files:
                 raise InputError(f"entry {_shown(name)} lies in a file")
-
-
-def _check_name(name: str) -> None:
-    """Raise ``InputError`` for a name that leads outside the folder or is not a valid file name."""
-    parts = name.removesuffix("/").split("/")
-    leads = name.startswith("/") or "\\" in name or ":" in name or any(part in ("", ".", "..") for part in parts)
-    if leads or not name.isprintable() or any(len(part.encode()) > LONGEST_NAME for part in parts):
-        raise InputError(f"entry {_shown(name)} does not name a file in its folder")
 
 
 def _shown(name: str) -> str:

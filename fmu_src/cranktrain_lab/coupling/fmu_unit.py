@@ -3,8 +3,6 @@
 Functions needed once per step are called in the library directly, with arrays that are allocated once.
 """
 
-from __future__ import annotations
-
 import ctypes
 import errno
 import re
@@ -42,7 +40,7 @@ _MESSAGES = 20
 """Number of messages of a unit's log that are kept."""
 _LONGEST = 2000
 """Number of characters of a message that are kept."""
-_LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
+_LOADED: "WeakValueDictionary[str, FmuUnit]" = WeakValueDictionary()
 """Units with a loaded FMU by instance name, to assign log messages."""
 
 

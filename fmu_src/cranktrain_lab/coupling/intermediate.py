@@ -7,8 +7,6 @@ An FMU does not announce its intermediate points. For each step size the master 
 trial step, which is undone, and records the points. It is an error if later points differ.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

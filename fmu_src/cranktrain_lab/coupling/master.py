@@ -10,8 +10,6 @@ An output with direct feedthrough depends on an input without a step. These inpu
 more at the communication point, so that the outputs belong to the newest inputs.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

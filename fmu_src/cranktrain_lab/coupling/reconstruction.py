@@ -7,8 +7,6 @@ polynomial's mean over the step; the error is then of the order of the step to t
 Extrapolation of a value that jumped overshoots: inputs stay within the bounds that they declare.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.core.reduced_body import Array

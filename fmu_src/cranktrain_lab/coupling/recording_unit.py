@@ -5,8 +5,6 @@ the units extrapolate the crank angle over a step by the speed, and output the v
 model and measurement are compared at equal crank angles.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Runs of coupled units with fixed or error-controlled communication steps, recorded at each point."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -105,7 +103,7 @@ def run(
     steps: Steps,
     bonds: Sequence[Bond] = (),
     progress: Callable[[float], None] | None = None,
-    told: Callable[[Record], None] | None = None,
+    told: "Callable[[Record], None] | None" = None,
 ) -> Coupled:
     """Run an initialized master to ``stop`` (s); ``told`` is called at each communication point.
 
@@ -129,7 +127,7 @@ def run(
     return record.result()
 
 
-def _points(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[float | None]:
+def _points(master: Master, stop: float, steps: Steps, record: "Record") -> Iterator[float | None]:
     """Take the steps; yields None after each step, or the completed fraction at intervals of :data:`LOOK`."""
     start, looked = master.time, time.perf_counter()
     walk = _equal(master, stop, steps) if steps.error is None else _controlled(master, stop, steps, record)
@@ -152,7 +150,7 @@ def _equal(master: Master, stop: float, steps: Steps) -> Iterator[None]:
         yield None
 
 
-def _controlled(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[None]:
+def _controlled(master: Master, stop: float, steps: Steps, record: "Record") -> Iterator[None]:
     """Take steps controlled by the difference between extrapolated and received outputs."""
     assert steps.error is not None
     size, degree = steps.size, max(1, DEGREES[master.exchange.reconstruction])

@@ -4,8 +4,6 @@ Sources: Busch, ZAMM 96 (2016) 1061–1081; Gomes, Thule, Broman, Larsen, Vanghe
 Computing Surveys 51 (2018) 49.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 

@@ -1,7 +1,5 @@
 """Simulation of a module as a unit without an FMU, for studies and for coupling from Python."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 

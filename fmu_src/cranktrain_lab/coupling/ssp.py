@@ -8,8 +8,6 @@ Source: System Structure and Parameterization 2.0 (Modelica Association, 2024), 
 connections) and 6 (parameters).
 """
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -10,8 +10,6 @@ single times mean little. Their means over the parts are replaced by a straight 
 and first moment, so the impacts give the last unit the correct momentum and displacement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ file. Death is detected by the exit code and not by a closed pipe, because a pro
 FMU instances and their extracted files are removed with the process and its folder.
 """
 
-from __future__ import annotations
-
 import ctypes
 import mmap
 import os

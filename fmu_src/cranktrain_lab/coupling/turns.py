@@ -4,8 +4,6 @@ Compiled code calls units whose method ``direct`` returns a :class:`Direct`. The
 Both ways give bitwise equal results.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn, Protocol
 

@@ -1,7 +1,5 @@
 """Interface of a unit (an FMU or any object that takes steps) to a master: names, values, steps, states, calls."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias

@@ -5,8 +5,6 @@ and torque linearly, so these outputs must belong to the step's start. A cranktr
 torque from the master.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -6,8 +6,6 @@ them over the crank angle, and the cranktrain holds its inputs. With scheme ``st
 and valve torque at the stages of its integrator, and nothing is reconstructed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace

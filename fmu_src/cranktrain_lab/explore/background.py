@@ -4,8 +4,6 @@ A job is picklable. ``check()`` raises errors for a job that cannot run. ``work(
 writes to ``path`` and returns a remark. Results that are already written remain after a stop.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -1,7 +1,5 @@
 """Harmonic balance of an engine in a separate process, so that knobs remain responsive."""
 
-from __future__ import annotations
-
 import multiprocessing
 import signal
 from concurrent.futures import Future, ProcessPoolExecutor

@@ -3,8 +3,6 @@
 The orders of another engine or run-up may stand beside them, on equal axes, with a table of peaks.
 """
 
-from __future__ import annotations
-
 import html
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Engine file of a choice of the knobs: the old file's text with changed values and their origin."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping, Sequence

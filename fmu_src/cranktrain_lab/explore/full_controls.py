@@ -1,10 +1,16 @@
-"""Controls of the full model on the page: levels, speeds, and background jobs."""
+"""Controls of the full model on the page: levels, speeds, and background jobs.
 
-from __future__ import annotations
+A job computes the full model of a choice of the knobs, steady cycles in time at a few speeds, in a separate process.
+Its results are written to a run-up file, which is read whenever it grows, so a stop loses no finished speed.
+"""
 
 import html
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import panel as pn
 
 from cranktrain.core.errors import CranktrainError, InputError
@@ -13,11 +19,95 @@ from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain_lab.explore.background import Background
-from cranktrain_lab.explore.controls import KNOBS_WIDTH, heading
-from cranktrain_lab.explore.full import FullRun, finished_speeds, spread
+from cranktrain_lab.explore.background import Advance, Background, Say
 from cranktrain_lab.explore.inside.cycle import InsideCycle
 from cranktrain_lab.explore.inside.recording import LookInside
+from cranktrain_lab.explore.knobs import LOAD, Knob
+
+SETTLE, HIGHEST_ORDER = 1.0e-3, 24.0
+
+
+@dataclass(frozen=True)
+class FullRun:
+    """Job of a full model: engine, levels, load, and speeds (rad/s)."""
+
+    engine: Engine
+    crank: str
+    bearings: str
+    load: float
+    speeds: tuple[float, ...]
+    big_ends: str = "rigid"
+
+    def check(self) -> None:
+        """Raise ``InputError`` for settings that the engine cannot run, before any work."""
+        self.request().settings(self.engine)
+
+    def request(self) -> Any:
+        """Return the request of the first speed."""
+        from cranktrain.studies.constant_speed import Request
+
+        levels: dict[str, Any] = {"crank": self.crank, "bearings": self.bearings, "big_ends": self.big_ends}
+        fitted = self.engine.damper is not None
+        return Request(speed_rpm=self.speeds[0] / RPM, settle=SETTLE, damper=fitted, load=self.load, **levels)
+
+    def work(self, path: Path, say: Say, advance: Advance) -> str:
+        """Run all speeds into a run-up file. Return a remark on the first speed without a result, if any."""
+        from cranktrain.structure.assembly import assemble
+        from cranktrain.studies.run_up.plan import job_of
+        from cranktrain.studies.run_up.run_up import Means, run_up
+
+        request = self.request()
+        settings = replace(request.settings(self.engine), gas_load=self.load)
+        made = assemble(self.engine, settings, say=say)
+        job = job_of(request, made, None, [], HIGHEST_ORDER)
+        attributes: dict[str, str | int | float] = {"engine": self.engine.name, "crank": self.crank}
+        outcome = run_up(job, list(self.speeds), path, Means(workers=1), attributes, advance)
+        lost = [f"{one.speed / RPM:.0f} rev/min: {one.reason}" for one in outcome.failed]
+        return f"no result at {lost[0]}" if lost else ""
+
+
+def finished_speeds(path: Path) -> RunUp | None:
+    """Return the finished speeds of a full run, or None."""
+    try:
+        return RunUp.load(path) if path.exists() else None
+    except CranktrainError:
+        return None
+
+
+def spread(low: float, high: float, count: int) -> tuple[float, ...]:
+    """Return the speeds (rad/s) of a full run over a range; raises ``InputError`` for an invalid count."""
+    if not 1 <= count <= 500:
+        raise InputError(f"speeds of the full model: {count} is not within 1 to 500")
+    return tuple(np.linspace(low, high, count).tolist()) if count > 1 else (0.5 * (low + high),)
+
+
+KNOBS_WIDTH = 300
+NO_ARROWS = ".bk-spin-wrapper .bk-spin-btn-up, .bk-spin-wrapper .bk-spin-btn-down { display: none !important; }"
+"""Style that hides the arrows of number fields next to sliders, because they would cover digits."""
+
+
+def heading(text: str) -> Any:
+    """Return the heading of a group of knobs."""
+    return pn.pane.HTML(f"<b style='border-bottom:1px solid #ccc;display:block'>{text}</b>", width=KNOBS_WIDTH - 20)
+
+
+def slider_of(knob: Knob) -> Any:
+    """Return the slider of a knob, in the knob's unit, with a number field."""
+    low, high, own = (knob.shown(value) for value in (knob.low, knob.high, knob.own))
+    place = int(np.floor(np.log10(max(own, 1e-12)))) - 2
+    step, digits = (1.0, 0) if knob.key == LOAD else (10.0**place, max(0, 1 - place))
+    # A slider has values at whole steps from its start, and the engine's own value must be one of them.
+    start, end = (own + step * np.trunc((edge - own) / step) for edge in (low, high))
+    # Panel renders titles as mark-up, and names of shafts are user input.
+    title = html.escape(f"{knob.title}, {knob.unit}" if knob.unit else knob.title)
+    slider = pn.widgets.EditableFloatSlider(
+        name=title, value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
+        format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30, tooltips=False,
+    )  # fmt: skip
+    for number in slider.select(pn.widgets.FloatInput):
+        number.stylesheets = [*number.stylesheets, NO_ARROWS]
+    return slider
+
 
 HALF = 130
 """Width, pixels, of controls that are arranged in pairs."""

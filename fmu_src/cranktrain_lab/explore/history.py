@@ -1,7 +1,5 @@
 """History of the choices of knobs, with undo and redo."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from cranktrain_lab.explore.knobs import Chosen

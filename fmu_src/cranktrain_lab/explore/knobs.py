@@ -4,8 +4,6 @@ The engine file determines the knobs. An engine without damper has no damper kno
 per shaft, and the crank's diameters are variable if its stiffness comes from a formula.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

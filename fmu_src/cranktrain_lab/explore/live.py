@@ -5,8 +5,6 @@ orders. For engines that take longer (friction in the drive line needs iteration
 knob moves, and all of them when it rests. Harmonic balance also follows when a knob rests.
 """
 
-from __future__ import annotations
-
 import time
 import warnings
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Page with knobs on the left, charts on the right, and full model and engine file below the knobs."""
 
-from __future__ import annotations
-
 import html
 import time
 from collections.abc import Callable
@@ -23,9 +21,8 @@ from cranktrain.results.run_up.run_up import TORSION, RunUp
 from cranktrain_lab.explore import charts
 from cranktrain_lab.explore.balance import Balance
 from cranktrain_lab.explore.charts import DEG, SHOWN
-from cranktrain_lab.explore.controls import KNOBS_WIDTH, heading, slider_of
 from cranktrain_lab.explore.engine_file import Source, changes, write_engine
-from cranktrain_lab.explore.full_controls import FullControls
+from cranktrain_lab.explore.full_controls import KNOBS_WIDTH, FullControls, heading, slider_of
 from cranktrain_lab.explore.history import History
 from cranktrain_lab.explore.inside.cycle import InsideCycle
 from cranktrain_lab.explore.inside.view import InsideView

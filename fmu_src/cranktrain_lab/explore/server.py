@@ -7,8 +7,6 @@ another ``Host`` name, which a foreign site could point to this machine. Only GE
 are answered. Uploads are impossible, because the page has no file field and requests have a small size limit.
 """
 
-from __future__ import annotations
-
 import hmac
 import secrets
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Parsing of a scenario's assertions on time series, orders, power, and the end of the run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Contents of a harness file, checked as far as possible without its FMUs; times in s."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Parsing of a scenario's events: steps, ramps, signals, misfires, noise, drop-outs and faults."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise

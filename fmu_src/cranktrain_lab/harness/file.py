@@ -21,8 +21,6 @@
 ``docs/how-to/harness.md`` has all keys. A file is refused in one line that names the entry, before anything is built.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import unicodedata
@@ -94,7 +92,12 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
             raise InputError(f"scenario {k}: name {shown(name)}; {ScenarioTable.remedy}")
         if names.count(name) > 1:
             raise InputError(f"two scenarios are named '{name}'; rename one")
-    _check_files(names)
+    # Refuse scenarios that would share a result file on case-insensitive file systems.
+    files: dict[str, str] = {}
+    for name in names:
+        other = files.setdefault(unicodedata.normalize("NFKC", file_name(name)).casefold(), name)
+        if other != name:
+            raise InputError(f"scenarios '{other}' and '{name}' would share a result file; rename one")
     usual = Limits()
     scenarios = tuple(_scenario(table, read, known, speed, names) for table in read.scenario)
     check_ratios(scenarios, None if speed is None else 4.0 * math.pi / speed)
@@ -115,15 +118,6 @@ def _recording(path: Path, read: HarnessTable) -> Recording | None:
         raise InputError("[measured] takes the place of an engine's combustion; name the engine, without [connections]")
     engine = load_engine(str(beside(path, read.engine)) if ends(read.engine) == ".toml" else read.engine)
     return read_recording(path, read.recording, engine)
-
-
-def _check_files(names: Sequence[str]) -> None:
-    """Raise ``InputError`` for scenarios that would share a result file on case-insensitive file systems."""
-    files: dict[str, str] = {}
-    for name in names:
-        other = files.setdefault(unicodedata.normalize("NFKC", file_name(name)).casefold(), name)
-        if other != name:
-            raise InputError(f"scenarios '{other}' and '{name}' would share a result file; rename one")
 
 
 def _links(table: ConnectionsTable, units: Mapping[str, UnitEntry]) -> tuple[tuple[str, ...], bool]:

@@ -1,7 +1,5 @@
 """Evaluation of assertions on a run: values found, and whether they meet the requirement."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple

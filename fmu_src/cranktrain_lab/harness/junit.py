@@ -1,7 +1,5 @@
 """Results of a harness as JUnit XML, with one suite per scenario and one case per assertion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 

@@ -1,7 +1,5 @@
 """Units of measurement that a harness file may name, as ports for conversion of values."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.errors import InputError, nearest, shown

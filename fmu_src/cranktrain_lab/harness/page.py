@@ -1,7 +1,5 @@
 """Results of a harness as one HTML file, with assertions and their outputs over time."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Mapping, Sequence
 

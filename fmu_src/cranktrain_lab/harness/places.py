@@ -1,7 +1,5 @@
 """Parsing of times and variables in entries of a harness file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import NamedTuple

@@ -10,8 +10,6 @@ other channel with the name of an output of the cranktrain has a *misfit*, which
 crank angle, without their means over a cycle. Misfits are outputs of the unit ``misfit``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

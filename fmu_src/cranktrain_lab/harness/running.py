@@ -1,7 +1,5 @@
 """Run of scenarios in sequence, each in its own process, and their joint evaluation."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence

@@ -3,8 +3,6 @@
 Signals are outputs of a separate unit without inputs, so every scheme uses their value at a step's end for that step.
 """
 
-from __future__ import annotations
-
 import ctypes
 import faulthandler
 import math

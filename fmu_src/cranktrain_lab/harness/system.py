@@ -1,7 +1,5 @@
 """Construction of a scenario's coupled system: FMUs, start values, connections, signals, modifiers and faults."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace

@@ -1,7 +1,5 @@
 """TOML tables of a harness file, with keys, kinds and ranges of values. Times are given in s or in cycles."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field

@@ -1,7 +1,5 @@
 """Parsing of the FMUs (units) of a harness file: each is a file or a product to build, and has start values."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

@@ -11,8 +11,6 @@ d of this level and of the levels below it. The first term is the Cramér-Rao bo
 Experiments*, 1972).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

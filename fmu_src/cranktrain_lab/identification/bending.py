@@ -7,8 +7,6 @@ milliseconds (:mod:`cranktrain_lab.calibration.train`), so every evaluation of a
 the level of the other sets.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -25,7 +23,7 @@ from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain_lab.calibration.problem import match
 from cranktrain_lab.calibration.targets import MOTION, Target, target_of
 from cranktrain_lab.calibration.train import Modes, Train
-from cranktrain_lab.identification.data import MOUNTS, TARGET, Scalar
+from cranktrain_lab.identification.data import MOUNTS, Scalar
 from cranktrain_lab.identification.tables import MeasuredTable
 
 RIGID_MODES = 6
@@ -101,12 +99,3 @@ class Bending:
         squares = eigh(*whole[:2], eigvals_only=True, subset_by_index=[1, RIGID_MODES])  # mode 0: the crank rotates
         hz = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
         return np.concatenate((found, hz[[one.number - 1 for one in self._mounts]]))
-
-
-def target_scalars(targets: Sequence[Target], names: Sequence[str]) -> tuple[Scalar, ...]:
-    """Return targets as measured numbers, with their tolerances as standard deviations."""
-    found = []
-    for one in targets:
-        name = f"targets.{one.name}" if one.name in names else one.name
-        found.append(Scalar(name, TARGET, one.number, one.hz, one.tolerance, False))
-    return tuple(found)

@@ -27,8 +27,6 @@ Sources: M. C. Kennedy, A. O'Hagan, J. R. Statist. Soc. B 63 (2001) 425; C. E. R
 Processes for Machine Learning* (2006); H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -65,7 +63,7 @@ class Bias(NamedTuple):
     length: float
     orders: tuple[float, ...] = ()
 
-    def of(self, k: int) -> Bias:
+    def of(self, k: int) -> "Bias":
         """Return the covariance parameters of the ``k``-th order of the set."""
         return self._replace(relative=self.orders[k], orders=()) if self.orders else self
 

@@ -1,7 +1,5 @@
 """Checks that refuse data of another engine, parameters without influence on the data, and contradicting data sets."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress

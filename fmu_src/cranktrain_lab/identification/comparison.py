@@ -8,8 +8,6 @@ constant, which is eliminated
 (:mod:`cranktrain_lab.identification.wheel_constants`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
@@ -59,7 +57,7 @@ class Correction(NamedTuple):
         move = inner - self.inner
         return tuple(own + by @ move for own, by in zip(self.values, self.slopes, strict=True))
 
-    def first(self, count: int) -> Correction:
+    def first(self, count: int) -> "Correction":
         """Return the correction of the first ``count`` measured orders."""
         return Correction(self.values[:count], self.inner, self.slopes[:count])
 
@@ -106,7 +104,7 @@ class Comparison:
         """Replace model and data. The covariances of their residuals are estimated anew."""
         self.model, self.data, self.correction, self.biases = model, data, None, {}
 
-    def about(self, model: Answering, data: Data, inner: Array) -> Comparison:
+    def about(self, model: Answering, data: Data, inner: Array) -> "Comparison":
         """Return a comparison of a model with other orders near coordinates u (p,), with bounds half their range wider.
 
         Parameters that the orders do not determine stay at u.

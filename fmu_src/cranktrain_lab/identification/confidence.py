@@ -20,24 +20,20 @@ and bounds as a uniform prior, its free values have
     A = Jᵀ diag(1/τ²) J,     S = (A + diag(12/ln²(high/low)))⁻¹.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2, t
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain_lab.identification.bias import effective_count
 from cranktrain_lab.identification.comparison import Comparison, Piece
 from cranktrain_lab.identification.estimate import Estimate, information_of
 from cranktrain_lab.identification.ladder import linear_move
 
-Integers = NDArray[np.intp]
 LEVEL = 0.95
 """Probability of all confidence intervals."""
 WEAK = 0.3
@@ -144,19 +140,16 @@ def told_apart(information: Array, known: Array, keys: Sequence[str]) -> list[st
     if len(named) <= len(weak):
         return [f"{keys[k]} is not determined: known to {far} from the data alone" for k in named]
     listed = f"{', '.join(keys[k] for k in named[:-1])} and {keys[named[-1]]}"
-    better = _combinations(information, keys, named, len(named) - len(weak))
-    return [f"{listed} cannot be told apart: changed together they keep the data up to {far}; known is {better}"]
-
-
-def _combinations(information: Array, keys: Sequence[str], named: Sequence[int], count: int) -> str:
-    """Describe the ``count`` combinations of some parameters that the data determine best."""
+    # Describe the count combinations of some parameters that the data determine best.
+    count = len(named) - len(weak)
     values, vectors = np.linalg.eigh(information[np.ix_(named, named)])
     texts = []
     for value, parts in list(zip(values.tolist(), vectors.T, strict=True))[: -count - 1 : -1]:
         parts = parts / parts[np.argmax(np.abs(parts))]
         text = " · ".join(f"{keys[k]}^{part:.2g}" for k, part in zip(named, parts, strict=True) if abs(part) > 0.05)
         texts.append(f"{text}, to {100.0 / math.sqrt(max(value, 1e-300)):.2g} %")
-    return "; ".join(texts)
+    better = "; ".join(texts)
+    return [f"{listed} cannot be told apart: changed together they keep the data up to {far}; known is {better}"]
 
 
 def profiles(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[tuple[float, float]]:

@@ -1,7 +1,5 @@
 """Measured sets as arrays: orders over speed, natural frequencies, decays and shapes, with held-out points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -125,7 +123,7 @@ class Data:
     orbits: tuple[Orbit, ...] = ()
     """Orbits of journals. They are compared only after runs in time, see :meth:`with_orbits`."""
 
-    def with_orbits(self) -> Data:
+    def with_orbits(self) -> "Data":
         """Return the data with orbits appended to the strands, after all orders."""
         return replace(self, strands=(*self.strands, *self.orbits), orbits=())
 

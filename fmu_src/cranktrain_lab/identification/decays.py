@@ -1,7 +1,5 @@
 """Damping ratio of a measured free decay, from the samples of a channel over time."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

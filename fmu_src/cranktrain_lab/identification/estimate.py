@@ -1,7 +1,5 @@
 """Estimation of the sought parameters: alternately search the parameters and estimate the residuals' covariance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

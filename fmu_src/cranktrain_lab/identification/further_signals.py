@@ -10,8 +10,6 @@ damper's ring, with the default deviation of the file. The deviation of a freque
 ratio, because its peak is wide.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress

@@ -3,8 +3,6 @@
 A file of ``[targets]`` alone is a calibration, with the same search and with intervals from the targets' tolerances.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,10 +25,10 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.advice import advised, remedy_for
-from cranktrain_lab.identification.bending import Bending, target_scalars, targets_of
+from cranktrain_lab.identification.bending import Bending, targets_of
 from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import Confidence, bootstrap, confidence_of, profiles, told_apart
-from cranktrain_lab.identification.data import MOUNTS, Orbit, read_data
+from cranktrain_lab.identification.data import MOUNTS, TARGET, Orbit, Scalar, read_data
 from cranktrain_lab.identification.ladder import Ask, Climbed, climb
 from cranktrain_lab.identification.model import TIME, TorsionalModel
 from cranktrain_lab.identification.orbit_runs import check_films
@@ -149,7 +147,12 @@ def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> t
     # Measured numbers of the bending crank come last, in the order in which the model computes them.
     mounts = [one for one in data.scalars if one.kind == MOUNTS]
     twist = [one for one in data.scalars if one.kind != MOUNTS]
-    data = replace(data, scalars=(*twist, *target_scalars(targets, data.names), *mounts))
+    # Targets as measured numbers, with their tolerances as standard deviations.
+    found = []
+    for one in targets:
+        name = f"targets.{one.name}" if one.name in data.names else one.name
+        found.append(Scalar(name, TARGET, one.number, one.hz, one.tolerance, False))
+    data = replace(data, scalars=(*twist, *found, *mounts))
     checks.check_data(data.strands)
     damper = base.damper is not None if read.damper is None else read.damper
     engine = with_ratios(base, read, damper, say)

@@ -15,8 +15,6 @@ level, films by Reynolds' equation above the map of impedances, and the next ben
 parameters by each level is added to their covariance, because the residuals of the fitted level do not show it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -9,8 +9,6 @@ derivatives take one run-up per parameter (approximations exact in value and slo
 2001).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

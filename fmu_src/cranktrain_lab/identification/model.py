@@ -9,8 +9,6 @@ Modes are those of the cranktrain with mean rods, free to turn, without its driv
 :mod:`cranktrain.structure.crank.modal`.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Sequence
@@ -19,11 +17,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.core.types import Array, Progress
+from cranktrain.core.types import Array, ComplexArray, Progress
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.settings import Settings
@@ -47,7 +44,6 @@ from cranktrain_lab.variants.models import EngineModel
 from cranktrain_lab.variants.study import ENGINE, Levels, Study, Varied
 from cranktrain_lab.variants.torsional import SolvedOrders, against_frame, solved_orders, structure_of
 
-ComplexArray = NDArray[np.complex128]
 LINEAR, BALANCE, TIME = LEVELS
 _TWISTS = slice(5, None)
 """Coordinates of a torsional crank in a model's matrices: rotation about the axis, and elastic modes."""
@@ -119,7 +115,7 @@ class TorsionalModel:
         self._rows = [np.searchsorted(self.speeds, one.speeds) for one in data.strands]
         self._highest = max([_FEWEST_ORDERS, *(one.order for one in data.strands)])
 
-    def beside(self, data: Data) -> TorsionalModel:
+    def beside(self, data: Data) -> "TorsionalModel":
         """Return a copy of the model for other data, without the bending crank."""
         other = copy(self)
         other.data, other._bending = data, None
@@ -128,7 +124,7 @@ class TorsionalModel:
         other._place(data)
         return other
 
-    def seeking(self, sought: Sequence[Sought]) -> TorsionalModel:
+    def seeking(self, sought: Sequence[Sought]) -> "TorsionalModel":
         """Return a copy of the model for other parameters. Parameters of the engine file must be among the model's."""
         other = copy(self)
         other.sought = tuple(sought)

@@ -16,8 +16,6 @@ An orbit is kept as a Fourier series over the crank angle, so the encoder's zero
 probes (``scale.NAME``) need no further runs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple

@@ -15,8 +15,6 @@ The fit treats an orbit as a complex function z = x + i y of the crank angle, as
 speed. Its bias is correlated over the crank angle (:mod:`cranktrain_lab.identification.bias`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -10,8 +10,6 @@ A parameter with a positive lower bound is sought as its logarithm u = ln θ, so
 one as u = θ/(high − low).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

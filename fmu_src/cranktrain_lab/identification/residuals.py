@@ -1,7 +1,5 @@
 """Residuals of an identification by order and speed, systematic residuals, and held-out speeds with bands."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from typing import Any

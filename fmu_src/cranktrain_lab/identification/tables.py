@@ -52,8 +52,6 @@ A file of ``[targets]`` alone is a calibration and may have ``[derived]``, see
 the six frequencies of the engine as a whole on its mounts.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from msgspec import field

@@ -6,8 +6,6 @@ w, a fit that includes w has w = B⁺ r and the residual r − B B⁺ r. Residua
 is eliminated exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Engine file of an identification: the old text with identified values and their source, date and interval."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The page of ``cranktrain explore`` inside a notebook: ``ct.explore``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -13,8 +13,6 @@ A gap in the wheel also shows the speed, because it recurs after N pulses
 (:func:`cranktrain_lab.measured.wheel.number_teeth`).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Analyses of a measurement by channel names: rotations, orders, pressures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.core.whole_number import whole_number
 from cranktrain.engine.model import Engine
 from cranktrain_lab.measured.aliasing import aliased, check_aliasing
 from cranktrain_lab.measured.channels import Measurement

@@ -5,8 +5,6 @@ Samples stay in the file until they are read, and have the unit of the file. A c
 abscissa and its unit.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -78,7 +76,7 @@ class Channel:
             return self.places(first, last)
         return np.asarray(self.start + self.step * np.arange(first, last, dtype=np.float64))
 
-    def later(self, seconds: float) -> Channel:
+    def later(self, seconds: float) -> "Channel":
         """Return the channel with its times shifted by ``seconds``."""
         own = self.places
         places = None if own is None else (lambda first, last: own(first, last) + seconds)
@@ -120,7 +118,7 @@ class Measurement:
         where = " and ".join(dict.fromkeys(channel.source for channel in self.channels)) or "the measurement"
         raise InputError(f"channel '{name}' is not in {where}; {nearest(name, by_name)}")
 
-    def chosen(self, names: Sequence[str]) -> Measurement:
+    def chosen(self, names: Sequence[str]) -> "Measurement":
         """Return a measurement with only the named channels, in the order of the names."""
         return Measurement(tuple(self[name] for name in names), self.remarks)
 

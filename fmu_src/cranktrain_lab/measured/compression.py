@@ -15,10 +15,8 @@ symmetric flanks too. It is recognised because both flanks together fit no usual
 the engine and heat is released after it.
 """
 
-from __future__ import annotations
-
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,15 +98,6 @@ class Compression(NamedTuple):
         return self.shift - BAND * self.shift_error, self.shift + BAND * self.shift_error
 
 
-def is_motored(angle: Array, pressure: Array) -> bool:
-    """True if a trace (n,) over angles (n,) rad has symmetric flanks about a peak near 0, so no combustion."""
-    wide = max(3, round(math.radians(4.0) / float(angle[1] - angle[0])) | 1)
-    smooth = np.convolve(np.pad(pressure, wide // 2, mode="edge"), np.ones(wide) / wide, mode="valid")
-    peak = float(angle[np.argmax(smooth)])
-    low, before, after = np.interp([peak - math.radians(110.0), peak - HALF_WAY, peak + HALF_WAY], angle, smooth)
-    return bool(abs(peak) < NEAR and after - low < MOTORED_SYMMETRY * (before - low))
-
-
 def fit_compression(
     angle: Array,
     pressure: Array,
@@ -129,7 +118,12 @@ def fit_compression(
     noise : standard deviation of a value of ``pressure``, Pa
     """
     trace = _Trace(angle, pressure, cylinder, speed, intake_temperature, wall_temperature, noise)
-    if not is_motored(angle, pressure):
+    # Symmetric flanks about a peak near 0 mean that there is no combustion.
+    wide = max(3, round(math.radians(4.0) / float(angle[1] - angle[0])) | 1)
+    smooth = np.convolve(np.pad(pressure, wide // 2, mode="edge"), np.ones(wide) / wide, mode="valid")
+    peak = float(angle[np.argmax(smooth)])
+    low, before, after = np.interp([peak - math.radians(110.0), peak - HALF_WAY, peak + HALF_WAY], angle, smooth)
+    if not (abs(peak) < NEAR and after - low < MOTORED_SYMMETRY * (before - low)):
         return _fitted(trace, False)
     motored, refusal = None, InputError("")
     try:
@@ -195,7 +189,13 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
     first = np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0, 0.0])
     found = least_squares(residual, first, "3-point", x_scale=scale, ftol=TIGHT, xtol=TIGHT, gtol=TIGHT)
     x, points = found.x, theta.size
-    errors = _standard_errors(found, points, scale, motored)
+    # Standard errors (7,) of a fit's unknowns, with the wider prior UNSURE of the heat capacity.
+    scaled = found.jac * scale
+    scaled[points + 2 : points + 4] *= CAPACITY[motored] / UNSURE
+    # Unknowns are scaled, because pressures in Pa and changes of a hundredth make an ill-conditioned matrix.
+    covariance = np.linalg.pinv(scaled.T @ scaled) * np.outer(scale, scale)
+    inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 7))
+    errors = np.asarray(np.sqrt(np.diag(covariance) * inflated))
     by = float(x[0])
     left = float(np.sqrt(np.mean((found.fun[:points] / weight) ** 2)))
     pulls = found.fun[points : points + 4]
@@ -213,16 +213,6 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
         by, float(x[1]), exponent, loss, math.exp(float(x[4])), float(errors[0]),
         float(errors[1]), motored, (float(theta[0]), float(theta[-1])), left, doubt,
     )  # fmt: skip
-
-
-def _standard_errors(found: Any, points: int, scale: Array, motored: bool) -> Array:
-    """Return standard errors (7,) of a fit's unknowns, with the wider prior ``UNSURE`` of the heat capacity."""
-    scaled = found.jac * scale
-    scaled[points + 2 : points + 4] *= CAPACITY[motored] / UNSURE
-    # Unknowns are scaled, because pressures in Pa and changes of a hundredth make an ill-conditioned matrix.
-    covariance = np.linalg.pinv(scaled.T @ scaled) * np.outer(scale, scale)
-    inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 7))
-    return np.asarray(np.sqrt(np.diag(covariance) * inflated))
 
 
 def _compressed(angle: Array, pressure: Array, cylinder: Cylinder, motored: bool) -> NDArray[np.bool_]:

@@ -4,8 +4,6 @@ A counter of n bits restarts at 0 after 2ⁿ − 1 ticks, so its times decrease 
 with the smallest usual n for which the interval at each decrease is similar to its neighbours.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

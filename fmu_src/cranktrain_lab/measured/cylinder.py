@@ -1,7 +1,5 @@
 """Geometry of a cylinder for measured pressures: volume, wall area and mean piston speed over the crank angle."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -32,7 +30,7 @@ class Cylinder:
             )
 
     @classmethod
-    def of(cls, engine: Engine, number: int = 1) -> Cylinder:
+    def of(cls, engine: Engine, number: int = 1) -> "Cylinder":
         """Return a cylinder of an engine by its number from 1."""
         offsets = engine.offsets
         if not 1 <= number <= engine.n_cylinders:

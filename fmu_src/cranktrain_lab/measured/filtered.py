@@ -5,8 +5,6 @@ recordings are filtered in pieces that overlap by a few decay times of the filte
 mean speed; half a decay time at either end of a recording is left out.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

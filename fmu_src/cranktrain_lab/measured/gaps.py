@@ -10,8 +10,6 @@ This crossing is late or early by a considerable fraction of a pitch once per re
 The pulses on either side of a gap are therefore compared with a cubic through three teeth on either side.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple

@@ -5,8 +5,6 @@ amplitude, unit, phase_deg, band (half width of the 95 % band, in the same unit)
 as 60-2 if a toothed wheel measured the rotation, whose pitch errors add a constant to whole orders).
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

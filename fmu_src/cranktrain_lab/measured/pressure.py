@@ -6,8 +6,6 @@ charge amplifier) follows from the shape of the fitted compression (:mod:`.compr
 polytropic change, or from the intake pressure.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -206,7 +204,10 @@ def pegged(
         raise InputError(f"pegging '{method}' does not exist; valid: {', '.join(PEGGING)}")
     if method == INTAKE and intake_pressure is None:
         raise InputError("pegging by the intake needs its pressure; give it, absolute")
-    noise = _noise(cycles)
+    # Standard deviation of a value of the mean cycle, Pa, from third differences in the compression.
+    inside = (cycles.angle >= math.radians(-115.0)) & (cycles.angle <= math.radians(-30.0))
+    third = np.diff(cycles.mean[inside], 3)
+    noise = float(np.std(third) / math.sqrt(20.0)) if third.size else 0.0
     try:
         fit = fit_compression(
             cycles.angle,
@@ -266,13 +267,6 @@ def _relative_zeros(cycles: Cycles) -> Array:
         return np.asarray(-np.linalg.lstsq(stacked, right, rcond=None)[0][0])
 
     return cycles.pressure.each(zeros)
-
-
-def _noise(cycles: Cycles) -> float:
-    """Return the standard deviation of a value of the mean cycle, Pa, from third differences in the compression."""
-    inside = (cycles.angle >= math.radians(-115.0)) & (cycles.angle <= math.radians(-30.0))
-    third = np.diff(cycles.mean[inside], 3)
-    return float(np.std(third) / math.sqrt(20.0)) if third.size else 0.0
 
 
 def resonance(cycles: Cycles, cylinder: Cylinder) -> dict[str, float] | None:

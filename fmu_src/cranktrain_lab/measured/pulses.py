@@ -11,8 +11,6 @@ stretch of ``STRETCH`` samples, because the amplitude of inductive pick-ups chan
 range is below ``FAINT`` of the largest, the shaft is at rest.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Reading of measurement files of any kind: recognise the format by content and file extension, select channels."""
 
-from __future__ import annotations
-
 import gc
 import logging
 import math

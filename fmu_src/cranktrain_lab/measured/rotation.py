@@ -222,7 +222,11 @@ def rotation(
     if eccentricity == REMOVE:
         errors = _with_order_one(numbered, angle, errors, wheel)
     elif learn is True:
-        errors = _without_order_one(errors)
+        # Teeth's pitch errors without order 1, which remains in the rotation.
+        lines = np.fft.rfft(errors)
+        if lines.size > 1:
+            lines[1] = 0.0
+        errors = np.asarray(np.fft.irfft(lines, errors.size), dtype=np.float64)
     angle = angle + errors[number] - dead_centre
     recurring, told = _doubts(numbered, angle, errors, wheel, where)
     mean = MeanRotation.of(numbered.times, angle, CYCLE)
@@ -285,14 +289,6 @@ def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Whee
     fit = np.linalg.lstsq(basis, left, rcond=None)[0]
     teeth = np.arange(wheel.teeth) * (math.tau / wheel.teeth)
     return np.asarray(errors - fit[1] * np.cos(teeth) - fit[2] * np.sin(teeth))
-
-
-def _without_order_one(errors: Array) -> Array:
-    """Return the teeth's pitch errors without order 1, which remains in the rotation."""
-    lines = np.fft.rfft(errors)
-    if lines.size > 1:
-        lines[1] = 0.0
-    return np.asarray(np.fft.irfft(lines, errors.size), dtype=np.float64)
 
 
 def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbered, list[str]]:
@@ -388,7 +384,9 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
     if errors.any() or wheel.teeth < 4 or angle[-1] - angle[0] < 16 * CYCLE:
         return np.zeros(0), []
     found = learn_errors(numbered, wheel, None, where)
-    sizes = recurring_orders(found)
+    # Zero-to-peak amplitudes (n,) rad of orders 1 to n of pitch errors (teeth,), n below half the teeth.
+    lines = np.abs(np.fft.rfft(found)) * (2.0 / found.size)
+    sizes = np.asarray(lines[1 : (found.size + 1) // 2], dtype=np.float64)
     share = float(np.std(found)) / (math.tau / wheel.teeth)
     if share < 0.002:
         return sizes, []
@@ -400,12 +398,6 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
         f"({math.degrees(float(np.std(found))):.2g} deg); of that whole orders hold, most of all {largest}, be it of "
         f"teeth or torsion of constant size; learn the teeth from a stretch without torsion, --learn-teeth FROM,TO"
     ]
-
-
-def recurring_orders(errors: Array) -> Array:
-    """Return zero-to-peak amplitudes (n,) rad of orders 1 to n of pitch errors (teeth,), n below half the teeth."""
-    lines = np.abs(np.fft.rfft(errors)) * (2.0 / errors.size)
-    return np.asarray(lines[1 : (errors.size + 1) // 2], dtype=np.float64)
 
 
 def tachos(measurement: Measurement) -> list[dict[str, Any]]:

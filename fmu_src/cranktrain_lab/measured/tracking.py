@@ -18,8 +18,6 @@ gets the noise of a constant amplitude, and an absent line does not disturb the 
 from a fit in which this line has no prior, so it is not biased towards zero.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -28,13 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, ComplexArray
 from cranktrain.core.units import RPM
 from cranktrain_lab.measured.channels import Channel, decimated, integrated
 from cranktrain_lab.measured.rotation import Rotation
 from cranktrain_lab.measured.wheel import CYCLE
 
-ComplexArray = NDArray[np.complex128]
 CYCLES, DEGREE = 4, 2
 STEADY = 0.005
 """Relative change of speed below which the amplitudes of a fit are constant."""
@@ -180,8 +177,14 @@ def track(
     places = _places(points, cycles)
     dense = min(DENSEST, math.ceil((high - low) / width / places.size))
     places = _places(points, cycles, dense)
-    speeds = _speeds_at(rotation, places)
-    bins = np.rint((speeds) / width).astype(np.int64)
+    # Mean speed, (n,) rad/s, at these mean rotations.
+    times = np.interp(places, rotation.mean.angle, rotation.mean.times)
+    reach = CYCLE / 2
+    before = np.interp(places - reach, rotation.mean.angle, rotation.mean.times)
+    after = np.interp(places + reach, rotation.mean.angle, rotation.mean.times)
+    inside = (places - reach >= rotation.mean.angle[0]) & (places + reach <= rotation.mean.angle[-1])
+    speeds = np.where(inside, 2.0 * reach / np.maximum(after - before, 1e-300), rotation.mean.speed(times))
+    bins = np.rint(speeds / width).astype(np.int64)
     members = []
     for key in np.unique(bins):
         own = np.flatnonzero(bins == key)
@@ -243,16 +246,6 @@ def _places(points: Points, cycles: int, dense: int = 1) -> Array:
         raise InputError(f"{points.name}: {np.ptp(points.phase) / CYCLE:.2g} cycles are recorded; a fit spans {cycles}")
     count = max(1, math.floor(dense * (last - first) / half))
     return np.asarray(first + (last - first) / count * np.arange(count + 1)) if last > first else np.array([first])
-
-
-def _speeds_at(rotation: Rotation, phase: Array) -> Array:
-    """Return the mean speed, (n,) rad/s, at these mean rotations."""
-    times = np.interp(phase, rotation.mean.angle, rotation.mean.times)
-    reach = CYCLE / 2
-    before = np.interp(phase - reach, rotation.mean.angle, rotation.mean.times)
-    after = np.interp(phase + reach, rotation.mean.angle, rotation.mean.times)
-    inside = (phase - reach >= rotation.mean.angle[0]) & (phase + reach <= rotation.mean.angle[-1])
-    return np.where(inside, 2.0 * reach / np.maximum(after - before, 1e-300), rotation.mean.speed(times))
 
 
 class Fit(NamedTuple):

@@ -9,8 +9,6 @@ of whole orders with constant amplitude and phase. They are therefore learned on
 torsion (coasting, another recording) or from a whole recording.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -64,7 +62,7 @@ class Wheel:
         return self.teeth - self.gaps * self.missing
 
     @property
-    def sector(self) -> Wheel:
+    def sector(self) -> "Wheel":
         """Sector from one gap to the next as a separate wheel; the wheel itself if it has one gap."""
         return Wheel(self.teeth // self.gaps, self.missing)
 
@@ -280,7 +278,7 @@ class MeanRotation:
     times: Array
 
     @classmethod
-    def of(cls, times: Array, angle: Array, span: float) -> MeanRotation:
+    def of(cls, times: Array, angle: Array, span: float) -> "MeanRotation":
         """Compute a smooth time S over the angle with the same means over ``span`` rad as the times of pulses.
 
         Means are integrals of the straight lines between pulses, so uneven teeth need no resampling, and deviations

@@ -3,8 +3,6 @@
 One module per map, each with ``compute(quick, progress)``; :data:`MAPS` finds it by name and imports it when called.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 

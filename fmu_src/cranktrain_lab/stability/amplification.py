@@ -6,8 +6,6 @@ matrix are the theory for the running model's own steps: R(hλ) for the diagonal
 roots for generalised-α (J. Appl. Mech. 60, 1993).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

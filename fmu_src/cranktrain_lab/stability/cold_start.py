@@ -10,8 +10,6 @@ Theory: a rigid rotor's equilibrium at each speed, from the two-dimensional Reyn
 profile. For comparison, plain Newton steps on the same static equation, from the same places.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -9,8 +9,6 @@ Theory is the same work in plain NumPy: the pressure over the crank's angle from
 by the rule on paper.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -199,23 +197,19 @@ def drawn_work(duration: float, way: tuple[str, str], count: int, phase: float) 
     newest: Array = begins + (turn if scheme == "gauss-seidel" else 0.0)
     samples = [known.pressure(newest - s * turn) for s in range(3)]
     if exchange == OWN:
-        pressures = _polytropic(known, newest, turn, samples, middle)
+        # Pressures (steps, pieces) by the parabola of p Vⁿ through the last samples, held after a jump.
+        g = [p * known.volume(newest - s * turn) ** POLYTROPIC for s, p in enumerate(samples)]
+        smooth = [np.abs(a - b) <= JUMP * np.maximum(a, b) for a, b in ((g[0], g[1]), (g[1], g[2]))]
+        rate = (g[0] - g[1]) / turn
+        bend = np.where(smooth[1], (rate - (g[1] - g[2]) / turn) / (2.0 * turn), 0.0)
+        x = middle - newest[:, None]
+        drawn = g[0][:, None] + x * (rate[:, None] + (x + turn) * bend[:, None])
+        pressures = np.where(smooth[0][:, None], drawn / known.volume(middle) ** POLYTROPIC, samples[0][:, None])
     elif scheme == "gauss-seidel":
         pressures = 0.5 * (samples[0] + samples[1])[:, None] if DEGREES[exchange] else samples[0][:, None]
     else:
         pressures = (samples[0] + 0.5 * DEGREES[exchange] * (samples[0] - samples[1]))[:, None]
     return float(np.sum(np.maximum(pressures, 0.0) * swept))
-
-
-def _polytropic(known: Trace, newest: Array, turn: float, samples: list[Array], at: Array) -> Array:
-    """Return pressures (steps, pieces) by the parabola of p Vⁿ through the last samples, held after a jump."""
-    g = [p * known.volume(newest - s * turn) ** POLYTROPIC for s, p in enumerate(samples)]
-    smooth = [np.abs(a - b) <= JUMP * np.maximum(a, b) for a, b in ((g[0], g[1]), (g[1], g[2]))]
-    rate = (g[0] - g[1]) / turn
-    bend = np.where(smooth[1], (rate - (g[1] - g[2]) / turn) / (2.0 * turn), 0.0)
-    x = at - newest[:, None]
-    drawn = g[0][:, None] + x * (rate[:, None] + (x + turn) * bend[:, None])
-    return np.where(smooth[0][:, None], drawn / known.volume(at) ** POLYTROPIC, samples[0][:, None])
 
 
 Work = Callable[[float, tuple[str, str], int, float], float]

@@ -10,8 +10,6 @@ Found: the running model on the contact as it is. Theory: the same from powers o
 k = 2 √(W N₀)/h_c the slope of N = N₀ ((h_c − h)/h_c)² under the load W.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

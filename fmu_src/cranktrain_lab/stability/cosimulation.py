@@ -5,8 +5,6 @@ motion of slaves with their own integrators, coupled by a minimal master, begins
 (:mod:`cranktrain_lab.stability.two_mass`).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -54,7 +52,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
     for k, coupling in enumerate(DRAWN):
         name = label(coupling)
         progress(f"onset: {name}", k / (len(DRAWN) + 2.0))
-        exact = critical_steps(coupling, ratios)
+        exact = [critical_step(TwoMass(m2=float(ratio)), coupling, LONGEST, 1.0e-7) for ratio in ratios]
         simulated = simulated_steps(coupling, ratios[::every], exact[::every])
         worst = max(worst, deviation(np.array(simulated), np.array(exact[::every])))
         theory.append(curve(name, exact, ratios, "spectral radius 1 of the step with slaves solved exactly"))
@@ -75,11 +73,6 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         explanation=_EXPLANATION,
         failure="coupled motion grows (F/D, Jacobi, hold)",
     )
-
-
-def critical_steps(coupling: Coupling, ratios: Array) -> list[Onset]:
-    """Return the critical communication step of exactly solved slaves for each of k mass ratios."""
-    return [critical_step(TwoMass(m2=float(ratio)), coupling, LONGEST, 1.0e-7) for ratio in ratios]
 
 
 def simulated_steps(coupling: Coupling, ratios: Array, exact: list[Onset]) -> list[Onset]:

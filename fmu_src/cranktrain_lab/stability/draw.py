@@ -3,8 +3,6 @@
 A picture has the stability as background, contours of the measure, and curves of theory and product.
 """
 
-from __future__ import annotations
-
 import textwrap
 from collections import Counter
 from collections.abc import Sequence

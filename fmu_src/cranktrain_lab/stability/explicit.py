@@ -11,8 +11,6 @@ Sources: Hairer & Wanner, Solving Ordinary Differential Equations II, IV.2; Bely
 Elements for Continua and Structures, 6.2.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

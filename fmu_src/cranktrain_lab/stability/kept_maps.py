@@ -4,8 +4,6 @@ A stored map is valid only for the code that made it. Its digest covers all impo
 engines.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path

@@ -16,8 +16,6 @@ then exact (Rubin 1975). The modes of the truncated shaft come from Ritz's metho
 these sums.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

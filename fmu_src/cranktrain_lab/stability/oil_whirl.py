@@ -15,13 +15,10 @@ outwards, so the journal lies nearer to the middle, and the film is linearised a
 (:func:`film_as_seen`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, root
 
 from cranktrain.core.reduced_body import Array
@@ -138,21 +135,17 @@ def running_growth(method: str, step: float, film: LinearFilm, mass: float) -> f
     for _ in range(2):
         # The closed orbit of the numerical method differs slightly from the film's equilibrium.
         start, end = simulation.state, _revolved(simulation, count)
-        matrix = _map(simulation, count, start, end, at, unit)
+        # Matrix of a revolution about an orbit from start to end, scaled by unit.
+        columns = []
+        for k in range(at.size):
+            beside = start.copy()
+            beside[at[k]] += KICK * unit[k]
+            simulation.state = beside
+            columns.append((_revolved(simulation, count) - end)[at] / (KICK * unit))
+        matrix = np.array(columns).T
         start[at] += unit * np.linalg.solve(np.eye(at.size) - matrix, (end - start)[at] / unit)
         simulation.state = start
     return math.log(float(np.abs(np.linalg.eigvals(matrix)).max()))
-
-
-def _map(simulation: Simulation, count: int, start: Array, end: Array, at: NDArray[np.intp], unit: Array) -> Array:
-    """Return the matrix of a revolution about an orbit from ``start`` to ``end``, scaled by ``unit``."""
-    columns = []
-    for k in range(at.size):
-        beside = start.copy()
-        beside[at[k]] += KICK * unit[k]
-        simulation.state = beside
-        columns.append((_revolved(simulation, count) - end)[at] / (KICK * unit))
-    return np.array(columns).T
 
 
 def _revolved(simulation: Simulation, count: int) -> Array:

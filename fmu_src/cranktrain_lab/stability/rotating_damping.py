@@ -11,8 +11,6 @@ own matrices, and the matrix that one whole step of the running model applies. T
 Laval's rotor, which in the frame whirls at ω_n − Ω; that is the frequency that numerical damping acts on.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -137,18 +135,14 @@ def threshold(outer: float, inner: float) -> float:
     return 1.0 + outer / inner
 
 
-def method_radius(method: str, step: float, natural: float, outer: float, inner: float, speed: float) -> float:
-    """Return the spectral radius of a method's step (rad) on Laval's rotor in the frame, per unit mass."""
-    damping = complex(outer + inner, 2.0 * speed)
-    stiffness = complex(natural**2 - speed**2, outer * speed)
-    return radius(integrator_table(method), step / speed, stiffness, damping)
-
-
 def method_onset(method: str, step: float, outer: float, inner: float) -> Onset:
     """Return the ratio of speed to ω_n at which a method first shows instability; dampers over m ω_n."""
 
     def fails(speed: float) -> bool:
-        return method_radius(method, step, 1.0, outer, inner, speed) > 1.0
+        # Spectral radius of a method's step (rad) on Laval's rotor in the frame, per unit mass.
+        damping = complex(outer + inner, 2.0 * speed)
+        stiffness = complex(1.0 - speed**2, outer * speed)
+        return radius(integrator_table(method), step / speed, stiffness, damping) > 1.0
 
     return onset(fails, np.geomspace(1.01, FASTEST, 400), 1e-6, SLOWEST)
 

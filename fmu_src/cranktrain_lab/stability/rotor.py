@@ -5,8 +5,6 @@ uses the running model like any crank: reduced body, film laws, stage solver, in
 mass centre. Bearings are at equal distances on both sides (and at the disc if there are three).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

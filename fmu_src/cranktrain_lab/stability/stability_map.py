@@ -4,8 +4,6 @@ A map sets a *numerical* boundary, found by bisection with the product's kernels
 one from a stability function, an eigenvalue or a closed form. Points of curves are (column value, row value).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -93,7 +91,7 @@ class Onset(float):
     below: bool
     limit: float
 
-    def __new__(cls, value: float, below: bool = False, limit: float = math.inf) -> Onset:
+    def __new__(cls, value: float, below: bool = False, limit: float = math.inf) -> "Onset":
         """Onset at ``value``."""
         self = super().__new__(cls, value)
         self.below, self.limit = below, limit
@@ -104,7 +102,7 @@ class Onset(float):
         """True if the value lies between a stable and a failing test."""
         return math.isfinite(self) and not self.below
 
-    def scaled(self, factor: float) -> Onset:
+    def scaled(self, factor: float) -> "Onset":
         """Return the onset with its values multiplied by ``factor``, for another unit."""
         return Onset(factor * self, self.below, factor * self.limit)
 

@@ -12,8 +12,6 @@ move the journal to its new position. The result is the shortest step that the r
 is no theory for this limit.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

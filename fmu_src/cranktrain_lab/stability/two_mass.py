@@ -17,8 +17,6 @@ techniques for co-simulation methods*, ZAMM 96, 1061–1081; Schweizer, Li, Lu (
 cosimulation methods: stability and convergence analysis*, J. Comput. Nonlinear Dyn. 10, 051007.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

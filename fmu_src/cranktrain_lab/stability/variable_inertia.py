@@ -17,8 +17,6 @@ to turn uniformly, ½ J′ Ω² = ε J₀ Ω² sin 2θ, comes through the shaft,
 them displaced a little, give the monodromy matrix by differences.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 
@@ -85,7 +83,7 @@ class SingleCrank:
     epsilon: float
 
     @classmethod
-    def of(cls, epsilon: float) -> SingleCrank:
+    def of(cls, epsilon: float) -> "SingleCrank":
         """Return a crank of the running model whose mean inertia and shaft give ω_n."""
         engine = rotor_engine()
         engine = replace(engine, crankshaft=replace(engine.crankshaft, throw=THROW))

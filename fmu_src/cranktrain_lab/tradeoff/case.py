@@ -4,8 +4,6 @@ Other methods than the stage solver have an interface here, by which ``benchmark
 measures explicit methods, Radau and SciPy's solvers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

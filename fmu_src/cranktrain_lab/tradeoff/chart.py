@@ -1,7 +1,5 @@
 """Pictures of the study: a chart for each family, and an overall chart with Pareto front."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Recommended choices for an accuracy as text, from the measured points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from cranktrain_lab.tradeoff.point import NUMERICAL, TOP, Point, in_scene

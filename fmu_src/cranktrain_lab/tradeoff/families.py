@@ -5,8 +5,6 @@ crank and the block; ``bearings`` with table and grid; ``coupling`` to a master 
 one that couples the combustion; ``mesh`` of the solid crank; ``pressure``, the resolution of the trace.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Output files of a study, each written completely or not at all; the pages make no network requests."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Study of integrators at a fidelity level: the cases to run, the reference runs with their error, and all results."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ is a separate error. Repeats are interleaved, case after case, because the machi
 median.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

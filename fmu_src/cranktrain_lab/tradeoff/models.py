@@ -5,8 +5,6 @@ flexible block with a crank or bearings that cannot follow it, and films with ti
 tilt.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Measured point of the study: a choice, its cost per simulated second, its errors; and the Pareto front of points."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace

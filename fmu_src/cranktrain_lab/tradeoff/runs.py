@@ -4,8 +4,6 @@ Every run of an engine and speed starts alike, from the motion of a settled cycl
 is left out.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

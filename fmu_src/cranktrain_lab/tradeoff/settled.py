@@ -15,8 +15,6 @@ Fourier series over 720° at the reference's samples. All distances have the sam
 inequality.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import dataclass, replace
@@ -34,7 +32,6 @@ from cranktrain.dynamics.model.state import SHAFT_ANGLE
 from cranktrain.dynamics.motion.film_memory import memory_offset
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.settled.motion import motion_of, put_motion
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.results.strength.recorded_cycle import whole
@@ -124,7 +121,16 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     if job.reference:
         coarse = at_start(made, replace(made.settings, step=math.radians(COARSE_DEG)), job.speed)
         whole(run_cycles(coarse, None, TOLERANCE, None, None))
-        _go_on_from(simulation, coarse)
+        # The run begins with the motion of the coarse run, and with its film memory if the grids agree.
+        state, known = simulation.state, coarse.state
+        put_motion(state, motion_of(known, simulation.model.omega2.size))
+        state[SHAFT_ANGLE] = known[SHAFT_ANGLE]
+        kept, others = (memory_offset(run.model, run.model.bearings.shape[0]) for run in (simulation, coarse))
+        state[kept:] = known[others:]
+        if kept == others:
+            films = memory_offset(simulation.model, 0)
+            state[films:kept] = known[films:kept]
+        simulation.state = state
     begin = time.process_time()
     result = whole(run_cycles(simulation, None, FINE_SETTLE if job.reference else TOLERANCE, None, None))
     seconds = time.process_time() - begin
@@ -141,19 +147,6 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
         "names": np.array(names), "last": last, "after": after,
         "figures": np.array(figures, dtype=float),
     }  # fmt: skip
-
-
-def _go_on_from(simulation: Simulation, other: Simulation) -> None:
-    """Set the state of ``simulation`` to the motion of ``other`` (same model), with film memory if the grids agree."""
-    state, known = simulation.state, other.state
-    put_motion(state, motion_of(known, simulation.model.omega2.size))
-    state[SHAFT_ANGLE] = known[SHAFT_ANGLE]
-    kept, others = (memory_offset(run.model, run.model.bearings.shape[0]) for run in (simulation, other))
-    state[kept:] = known[others:]
-    if kept == others:
-        films = memory_offset(simulation.model, 0)
-        state[films:kept] = known[films:kept]
-    simulation.state = state
 
 
 def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, float]:

@@ -4,8 +4,6 @@ Families of choices are each compared with a reference of their own, whose error
 model and step is compared with the best model, and its error is split into parts.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -189,7 +187,14 @@ def total_study(
     work = _Work(store, say, progress, total + sum(BEST_WEIGHT * top.work for *_, top in plans))
     points, best = list[TotalPoint](), dict[str, Best]()
     for scene, found, top in plans:
-        reference, best[scene.name] = _best_run(work, scene, top, quick)
+        # Last cycle and description of the best model's run; full studies use a fine grid and a fine step.
+        method = Method(FINE, top.usual.step_deg) if quick else top.fine
+        settings = top.at(method)
+        finer = not quick and "bore" in needed_parts(scene.engine, settings)
+        work.say(f"{scene.name}: reference {top.name}")
+        run = settled(Job(scene.engine, scene.speed, settings, reference=True, fine_grid=finer), work.store, work.say)
+        work.advance(BEST_WEIGHT * top.work)
+        reference, best[scene.name] = run.last, Best(top.name, method.integrator, method.step_deg, finer, run.cost)
         points += with_fronts([point for one in found for point in _model_points(work, scene, one, quick, reference)])
     return TotalStudy(tuple(scenes), tuple(points), best)
 
@@ -207,17 +212,6 @@ class _Work:
     def advance(self, weight: float = 1.0) -> None:
         self._done += weight
         self._progress(min(1.0, self._done / self._total))
-
-
-def _best_run(work: _Work, scene: StudyScene, top: Model, quick: bool) -> tuple[Cycle, Best]:
-    """Return last cycle and description of the best model's run; full studies use a fine grid and a fine step."""
-    method = Method(FINE, top.usual.step_deg) if quick else top.fine
-    settings = top.at(method)
-    finer = not quick and "bore" in needed_parts(scene.engine, settings)
-    work.say(f"{scene.name}: reference {top.name}")
-    run = settled(Job(scene.engine, scene.speed, settings, reference=True, fine_grid=finer), work.store, work.say)
-    work.advance(BEST_WEIGHT * top.work)
-    return run.last, Best(top.name, method.integrator, method.step_deg, finer, run.cost)
 
 
 def _model_points(work: _Work, scene: StudyScene, model: Model, quick: bool, reference: Cycle) -> Iterator[TotalPoint]:

@@ -5,8 +5,6 @@ block. A line joins the steps of one model. Right: the choices of the front and 
 parts of their errors.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -40,7 +38,11 @@ def total_figure(study: TotalStudy, scene: str, family: Family) -> Any:
     points = at_scene(study.points, scene)
     own, best = shown(points, family.name), study.best[scene]
     best_of = front(points, family.name)
-    listed = worth_naming(best_of, family.name)
+    # Choices of a Pareto front to label, cheapest first; each must reduce the error by GAIN or more.
+    listed: list[TotalPoint] = []
+    for point in best_of:
+        if not listed or (point.total(family.name) or 0.0) < GAIN * (listed[-1].total(family.name) or 0.0):
+            listed.append(point)
     rows = listed + [p for p in own if p.default and p not in listed]
     height = max(6.0, 0.36 * len(rows) + 2.6)
     figure = Figure(figsize=(14.2, height), dpi=120)
@@ -65,15 +67,6 @@ def total_figure(study: TotalStudy, scene: str, family: Family) -> Any:
     labels = [(p.cost or 0.0, _height(p, family.name), numbers[id(p)]) for p in listed]
     name_points(figure, [(left, labels)], fontsize=8.5)
     return figure
-
-
-def worth_naming(points: Sequence[TotalPoint], family: str) -> list[TotalPoint]:
-    """Return the choices of a Pareto front to label, cheapest first; each must reduce the error by ``GAIN`` or more."""
-    named: list[TotalPoint] = []
-    for point in points:
-        if not named or (point.total(family) or 0.0) < GAIN * (named[-1].total(family) or 0.0):
-            named.append(point)
-    return named
 
 
 def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequence[TotalPoint]) -> None:

@@ -1,7 +1,5 @@
 """Recommended choice for an accuracy: the cheapest one whose total error in an output family is within it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from cranktrain.studies.total_error.families import FAMILIES

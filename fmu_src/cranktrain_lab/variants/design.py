@@ -11,8 +11,6 @@ Source: A. Saltelli et al., Variance based sensitivity analysis of model output,
 (2010), for the last.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

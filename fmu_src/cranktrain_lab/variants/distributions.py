@@ -9,8 +9,6 @@ A point u of the unit interval becomes the value F⁻¹(u), so one design in the
     values       one of several, all equally likely
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

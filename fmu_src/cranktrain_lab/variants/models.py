@@ -7,8 +7,6 @@ variants. The stiffness factor of a crank tuned to the solid crank in motion als
 study has ``retune = true``.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

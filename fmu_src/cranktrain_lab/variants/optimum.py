@@ -10,8 +10,6 @@ Each evaluation is stored like a variant. The search depends only on its seed, s
 ended.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -212,9 +210,14 @@ def find_optimum(
     finally:
         files.close()
     outputs = search._known[values.tobytes()]
+    found = []
+    for one, value in zip(study.varied, values.tolist(), strict=True):
+        low, high = one.distribution.ends
+        if min(value - low, high - value) <= AT_BOUND * (high - low):
+            found.append(one.key)
     return Optimum(
         dict(zip(files.names, values.tolist(), strict=True)), outputs, before, rank < 2.0, search._count,
-        search.resumed, _at_bound(study, values), time.perf_counter() - began,
+        search.resumed, tuple(found), time.perf_counter() - began,
     )  # fmt: skip
 
 
@@ -290,12 +293,3 @@ def _place(distribution: Distribution, value: float) -> float:
     if low > 0.0 and high / low > DECADE:
         return math.log(inside / low) / math.log(high / low)
     return (inside - low) / (high - low)
-
-
-def _at_bound(study: Study, values: Array) -> tuple[str, ...]:
-    found = []
-    for one, value in zip(study.varied, values.tolist(), strict=True):
-        low, high = one.distribution.ends
-        if min(value - low, high - value) <= AT_BOUND * (high - low):
-            found.append(one.key)
-    return tuple(found)

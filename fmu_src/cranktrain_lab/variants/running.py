@@ -5,8 +5,6 @@ hold the interpreter's lock. A worker keeps the model, so nothing is made or com
 are queued for each worker. Finished variants are in the journal of the study's folder before the next one is submitted.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator

@@ -4,8 +4,6 @@ Values are named as in an engine file, ``table.key`` or ``table.key[2]``. ``load
 burn. A name without a dot is an additional value for formulas of ``[derived]``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -27,8 +27,6 @@ minimize = "twist"
 limits = { "damper.heat" = { at_most = "400 W" } }
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field

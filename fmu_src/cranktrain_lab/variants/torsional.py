@@ -16,18 +16,15 @@ cycle unless stated otherwise:
 A nominal stress has no notch factor; fillets are judged by ``cranktrain fatigue``.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.types import Array
-from cranktrain.core.whole_number import whole_number
-from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.structure.assembly import Assembly
@@ -67,18 +64,6 @@ def check_torsional_output(output: str, damper: bool) -> None:
             raise InputError(f"outputs: '{output}': orders are 0.5, 1, … {HIGHEST_ORDER:g}")
     if name in OF_DAMPER and not damper:
         raise InputError(f"outputs: '{output}' needs a damper; give the engine a [damper], or leave the output out")
-
-
-def section_moduli(engine: Engine) -> Array:
-    """Return polar section moduli (mains + 1,) of the crank's pieces as solid circles, m³.
-
-    The diameter of a piece between two mains is the smaller of main and pin, of the front piece the smaller of nose and
-    main, of the rear piece the smaller of flange and main.
-    """
-    c = engine.crankshaft
-    thin = np.full(len(c.main_widths) + 1, min(c.main_diameter, c.pin_diameter))
-    thin[0], thin[-1] = min(c.nose_diameter, c.main_diameter), min(c.flange_diameter, c.main_diameter)
-    return np.asarray(np.pi * thin**3 / 16.0)
 
 
 class SolvedOrders(NamedTuple):
@@ -160,7 +145,13 @@ def torsional_answer(
     if bases & set(OF_SHAFT):
         torques = _piece_torques(made, structure, motion)
         found[SHAFT] = torques.max(axis=1)
-        found[STRESS] = (torques / section_moduli(engine)).max(axis=1)
+        # Polar section moduli (mains + 1,) of the crank's pieces as solid circles, m³. The diameter of a piece
+        # between two mains is the smaller of main and pin, of the front piece the smaller of nose and main, of the
+        # rear piece the smaller of flange and main.
+        c = engine.crankshaft
+        thin = np.full(len(c.main_widths) + 1, min(c.main_diameter, c.pin_diameter))
+        thin[0], thin[-1] = min(c.nose_diameter, c.main_diameter), min(c.flange_diameter, c.main_diameter)
+        found[STRESS] = (torques / np.asarray(np.pi * thin**3 / 16.0)).max(axis=1)
     hz = structure.frequencies_hz() if FREQUENCY in bases else np.zeros(0)
     return {output: _one(output, orders, found, hz, structure) for output in outputs}
 

@@ -11,8 +11,6 @@ with the main mass M). The largest amplitude is exact: its frequency is a root o
 Source: J. P. Den Hartog, Mechanical Vibrations (1956), section 3.3, equation 3.24.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

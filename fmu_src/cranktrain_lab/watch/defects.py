@@ -12,8 +12,6 @@ Two harmless changes look similar to defects: another load (of all cylinders) an
 evaluated together with the defects.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple

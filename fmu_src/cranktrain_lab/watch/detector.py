@@ -22,8 +22,6 @@ proportional to the likelihood of the best severity.
 Source: S. M. Kay, *Fundamentals of Statistical Signal Processing: Detection Theory* (1998), ch. 6.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,13 +1,10 @@
 """Orders of torsion by a torsional crank, for the cases of :mod:`cranktrain_lab.watch.defects`."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cranktrain.core.types import Array, Progress
+from cranktrain.core.types import Array, ComplexArray, Progress
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.model import Engine
@@ -17,7 +14,6 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, frequency_run_up
 from cranktrain_lab.watch.defects import Case
 
-ComplexArray = NDArray[np.complex128]
 TWIST = "twist"
 OUTPUTS = (TORSION, FLYWHEEL, TWIST)
 """Outputs that may be watched."""

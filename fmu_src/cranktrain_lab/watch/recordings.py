@@ -5,8 +5,6 @@ averaged. The change of the model's orders between a file's own speed and the op
 orders, so speeds need not agree exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple

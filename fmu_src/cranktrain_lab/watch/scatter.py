@@ -10,8 +10,6 @@ means by expectation maximisation (Dempster, Laird and Rubin, J. R. Statist. Soc
 contains all model errors.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

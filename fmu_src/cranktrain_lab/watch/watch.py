@@ -1,7 +1,5 @@
 """Watch of an engine by its torsion, from files of measured orders to a report."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -167,7 +165,18 @@ def watch(
         back = np.exp(-1j * zero * read.place.orders)
         read = read._replace(watched=read.watched * back, healthy=read.healthy * back)
         left_out = "" if answers.damper or base.damper is None else "; or the damper is fitted: add --damper"
-        check_engine_of(watched, read.healthy, base.name, left_out)
+        # Refuse healthy recordings (n, s, o) of which the model explains less than half.
+        mean = read.healthy.mean(axis=0)
+        if not np.any(np.abs(mean) > 0.0):
+            raise InputError("the healthy recordings are zero; check their channel")
+        part = 1.0 - watched.model_error(mean) ** 2
+        if part < EXPLAINED:
+            worst = watched.place.orders[int(np.argmax(np.sum(np.abs(mean - watched.own) ** 2, axis=0)))]
+            raise InputError(
+                f"engine '{base.name}' explains {100.0 * max(part, 0.0):.0f} % of the healthy recordings' squared "
+                f"amplitudes, least of order {worst:g}; they are of another engine, load (--load) or reference of "
+                f"phase{left_out}"
+            )
         found = watched.detector(read.healthy, read.watched.shape[0], request.rate, request.seed)
         verdict = found.judge(real_rows(read.watched.mean(axis=0)))
     report = _report(watched, read, found, verdict)
@@ -176,20 +185,6 @@ def watch(
     return report | {
         "engine": base.name, "false_alarms": request.rate, "zero_deg": math.degrees(zero),
     }  # fmt: skip
-
-
-def check_engine_of(watched: Watch, healthy: ComplexArray, name: str, left_out: str = "") -> None:
-    """Raise ``InputError`` for healthy recordings (n, s, o) of which the model explains less than half."""
-    mean = healthy.mean(axis=0)
-    if not np.any(np.abs(mean) > 0.0):
-        raise InputError("the healthy recordings are zero; check their channel")
-    part = 1.0 - watched.model_error(mean) ** 2
-    if part < EXPLAINED:
-        worst = watched.place.orders[int(np.argmax(np.sum(np.abs(mean - watched.own) ** 2, axis=0)))]
-        raise InputError(
-            f"engine '{name}' explains {100.0 * max(part, 0.0):.0f} % of the healthy recordings' squared amplitudes, "
-            f"least of order {worst:g}; they are of another engine, load (--load) or reference of phase{left_out}"
-        )
 
 
 def _report(watched: Watch, read: Recordings, found: Detector, verdict: Verdict) -> dict[str, Any]:

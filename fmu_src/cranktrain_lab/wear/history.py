@@ -15,8 +15,6 @@ of the block is then skipped without cycles.
 Each operating point has its own simulation, which continues from its last state, so its orbits adapt to the shells.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """History of wear of an engine's main bearings by ``cranktrain run-in --hours``, with its file."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -82,7 +80,7 @@ class WearHistory:
         """Largest worn depth of each bearing, m, (s, b) for s times and b bearings."""
         return np.asarray((self.profile - self.profile[0]).max(axis=2))
 
-    def with_row(self, worn: Array, settled: bool, **values: Any) -> WearHistory:
+    def with_row(self, worn: Array, settled: bool, **values: Any) -> "WearHistory":
         """Return the history with one more row; ``values`` have the names of ``OVER_TIME``."""
         added: dict[str, Any] = {
             name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME
@@ -96,7 +94,7 @@ class WearHistory:
         return write_wear(path, datasets, {**self.attributes, "settled": int(self.settled)})
 
     @classmethod
-    def load_file(cls, path: str | Path) -> WearHistory:
+    def load_file(cls, path: str | Path) -> "WearHistory":
         """Read a file that :meth:`save` wrote; raises ``StoreError`` for another or a damaged file."""
         data, attributes = read_wear(path)
         wanted = {one.name for one in fields(cls)} - {"attributes", "settled"}

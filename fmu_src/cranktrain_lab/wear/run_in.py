@@ -10,8 +10,6 @@ smoothed over neighbouring slices. All shells wear equally, because an engine ge
 of :mod:`cranktrain.film.contact.gap` is fitted to the worn shape by least squares.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -7,8 +7,6 @@
 A schedule that is shorter than the requested time is repeated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

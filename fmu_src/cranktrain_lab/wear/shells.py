@@ -6,8 +6,6 @@ deepest meridian all round, g(ζ) = max w over φ, which is the loaded one. Else
 difference between g and w matters less.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cache

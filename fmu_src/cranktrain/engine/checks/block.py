@@ -1,7 +1,5 @@
 """Checks of an engine block and its mounts; faults are refused in one line before any CAD kernel runs."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from functools import partial

@@ -4,8 +4,6 @@ Faults are refused in one line before any CAD kernel runs. For example every cyl
 lie side by side.
 """
 
-from __future__ import annotations
-
 import math
 from functools import partial
 from itertools import accumulate, pairwise

@@ -1,7 +1,5 @@
 """Checks of an oil's constants and of the viscosity that they give."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

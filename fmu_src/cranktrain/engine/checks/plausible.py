@@ -6,8 +6,6 @@ leave room for a model aircraft's single, a motorcycle at 15000 rev/min, a low-s
 compressor.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Iterator, Sequence

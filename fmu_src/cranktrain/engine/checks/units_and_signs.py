@@ -5,8 +5,6 @@ two values, such as the thickness of a steel disc of a body's mass and inertia, 
 engine's torque.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -3,8 +3,6 @@
 This is done once at an installation. Without a C compiler numba compiles each kernel at its first call instead.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -1,7 +1,5 @@
 """Archive of a native FMU: libraries for the platforms, one file of data, model description, documentation."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Sequence
@@ -80,19 +78,15 @@ def native_data(
     about = {"model": product.model, "version": model_version(), "speed": product.interface.speed, **model.about}
     about |= {"arrays": array_table(groups)} if groups else {}
     about |= {"clocks": clock_table(product, variables)} if groups and product.interface.clock else {}
-    about |= _gas(groups)
+    # Entry gas of native.bin, read by fmi3_values.c: references of the pressures' array and of gas.source.
+    places = {group.name: group.members[0].reference for group in groups}
+    about |= {"gas": f"{places[PRESSURES]} {places[SOURCE]}"} if {PRESSURES, SOURCE} <= set(places) else {}
     digest, *films = map(code_digest, model.kind().split("+"))
     about |= {"films": films[0]} if films else {}
     rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
     tables["TEXT"] = texts.table()
     return lambda guid: to_bytes(NativeFile(digest, guid, tables))
-
-
-def _gas(groups: Sequence[Group]) -> dict[str, str]:
-    """Entry ``gas`` of native.bin, read by ``fmi3_values.c``: references of the pressures' array and of gas.source."""
-    places = {group.name: group.members[0].reference for group in groups}
-    return {"gas": f"{places[PRESSURES]} {places[SOURCE]}"} if {PRESSURES, SOURCE} <= set(places) else {}
 
 
 def _guid(product: Product, variables: Sequence[Variable], data: bytes) -> str:

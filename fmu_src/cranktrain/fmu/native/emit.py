@@ -8,8 +8,6 @@ Entries have C's calling convention, ``int64_t entry(void *run, double x)``, and
 Functions have numba's convention, in which :data:`cranktrain.core.kernel.call_kernel` calls them.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -73,7 +71,7 @@ class Emission(Compiling):
         self._stand_ins: dict[tuple[str, str], tuple[int, Loaded]] = {}
         self._context = ExitStack()
 
-    def __enter__(self) -> Emission:
+    def __enter__(self) -> "Emission":
         self._context.enter_context(compiled_by(self))
         self._context.enter_context(texts_alone())
         return self

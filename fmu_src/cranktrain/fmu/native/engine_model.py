@@ -1,7 +1,5 @@
 """Data of an engine for the cranktrain's library: one variant for each different combination of levels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -4,8 +4,6 @@ The emission of a share writes ``SHARE.json``: symbols of entries; symbols of fu
 of the arguments; symbols of kernels that Python calls with ``name|layout|kinds of the results``; the layout of its run.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Exports of each share of the kernels: entry points of a run, and functions that kernels call by address."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 

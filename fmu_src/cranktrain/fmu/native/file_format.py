@@ -19,8 +19,6 @@ one table refer to rows of another by index; leaves, records and slots of a vari
 Equal tables give equal bytes. The C reader is ``c/file.c``; tests compare both.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterable, Mapping
@@ -246,13 +244,9 @@ def to_bytes(file: NativeFile) -> bytes:
         directory.append(_ENTRY.pack(name.encode(), at, len(data), len(rows)))
         at += len(data)
     body = b"".join([*directory, *sections, bytes(-at % 8)])
-    first, second = _sums(body)
-    prefix = _PREFIX.pack(MAGIC, VERSION, BYTE_ORDER, _SUMMED + len(body), digest, guid, first, second)
-    return prefix + body
-
-
-def _sums(body: bytes) -> tuple[int, int]:
-    """Checksums of a file's body: CRC-32, and the sum modulo 2⁶⁴ of its 64-bit words times their numbers from 1 on."""
+    # Checksums of a file's body: CRC-32, and the sum modulo 2⁶⁴ of its 64-bit words times their numbers from 1 on.
     words = np.frombuffer(body, dtype="<u8")
     counts = np.arange(1, words.size + 1, dtype=np.uint64)
-    return zlib.crc32(body), int((words * counts).sum(dtype=np.uint64))
+    first, second = zlib.crc32(body), int((words * counts).sum(dtype=np.uint64))
+    prefix = _PREFIX.pack(MAGIC, VERSION, BYTE_ORDER, _SUMMED + len(body), digest, guid, first, second)
+    return prefix + body

@@ -1,7 +1,5 @@
 """Making of machine code libraries when a run first needs their kernels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 

@@ -4,8 +4,6 @@ A variant is one choice of levels. Variants share arrays of equal contents. Ther
 copies, which each instance has of its own, and constants, which all instances read from the file.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Mapping
 from functools import cache

@@ -1,7 +1,5 @@
 """Tables of a native FMU's interface for the C side: variables, choices, statuses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product

@@ -5,8 +5,6 @@ kind is emitted separately and kept, so an edit of solved films does not recompi
 in the user's cache under a digest of their sources, or are part of the package in ``LIBRARIES``.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import shutil

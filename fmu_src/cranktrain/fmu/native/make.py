@@ -4,8 +4,6 @@ This runs in a process of its own, whose kernels are compiled for the oldest sup
 its standard input closes, that is, with its parent.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import os

@@ -3,8 +3,6 @@
 ``python -m cranktrain.fmu.native.objects PROGRAM PLATFORM OBJECT [fast]`` writes one.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Platforms for which a native FMU can be made."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

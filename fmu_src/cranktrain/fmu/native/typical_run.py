@@ -1,7 +1,5 @@
 """A run of the cranktrain with the array types of every run, only for compiling kernels."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -6,8 +6,6 @@ LLVM text of a kernel is kept unchanged. All kernels reached from an export are 
 drops arguments that a callee does not use.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any

@@ -1,7 +1,5 @@
 """Advance of all cylinders over one communication step, and the outputs at its end."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -18,8 +18,6 @@ N. Watson, A. D. Pilley, M. Marzouk, SAE 800029 (fraction); G. Woschni, F. Anisi
 J. C. Livengood, P. C. Wu, Proc. Combust. Inst. 5 (1955) 347.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -7,8 +7,6 @@ depend only on seed, cylinder and cycle, so a restored state continues with the 
 Source of the hash: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators, OOPSLA (2014).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One cylinder: geometry, and rates of its integrated quantities."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

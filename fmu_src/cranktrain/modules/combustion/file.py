@@ -5,8 +5,6 @@ intake and wall temperature, the angles at which the intake closes and the exhau
 unless the module file states them. :class:`.CycleSettings` lists the table and key of each setting.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from cranktrain.engine.model import Engine

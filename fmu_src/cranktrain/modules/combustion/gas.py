@@ -12,8 +12,6 @@ constant.
 Sources: G. P. Smith et al., GRI-Mech 3.0, thermodynamic data; B. J. McBride et al., NASA TM-4513 (1993).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.core.kernel import inlined_kernel

@@ -14,8 +14,6 @@ Source: S. K. Chen, P. F. Flynn, Development of a Single Cylinder Compression Ig
 (1965).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

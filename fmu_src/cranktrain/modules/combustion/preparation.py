@@ -1,7 +1,5 @@
 """Preparation of a model from a run's numbers: its numbers, firing angles and choices, after a check."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

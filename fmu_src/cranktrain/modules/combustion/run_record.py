@@ -4,8 +4,6 @@ Each kernel returns a status: 0, or a number whose text is in :mod:`.native`. If
 unchanged.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 A state vector is a head, followed for each cylinder by its ``INTEGRATED`` quantities and the ``MEMORY`` of its cycle.
 """
 
-from __future__ import annotations
-
 from cranktrain.modules.crank_angle import HEAD as CRANK_HEAD
 
 GIVEN = (

@@ -7,8 +7,6 @@ estimates are relative to the scales of a charge.
 Source: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

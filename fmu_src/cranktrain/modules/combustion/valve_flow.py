@@ -12,8 +12,6 @@ A_p = n c_p π d²/4. A built-in lift is L (4 s (1 − s))² between opening and
 Source: J. B. Heywood, Internal Combustion Engine Fundamentals (1988), section 6.3 and appendix C.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel

@@ -10,8 +10,6 @@ of the cubic through the last two given values and rates. Without a last step, o
 extrapolation is a straight line.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -10,8 +10,6 @@ Sources: G. Woschni, SAE 670931 (1967); G. P. Merker, C. Schwarz, Grundlagen Ver
 transfer (exponents of the later form).
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel
 
 COMBUSTION_TERM = 3.24e-3

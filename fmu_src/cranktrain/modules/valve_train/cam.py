@@ -13,8 +13,6 @@ Source: D. A. Stoddart, Polydyne cam design, Machine Design 25 (1953), January t
 Manufacturing Handbook (2002), chapters 4, 7 and 12 (radii of curvature and line contact).
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

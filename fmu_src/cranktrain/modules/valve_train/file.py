@@ -5,8 +5,6 @@ combustion module. The other two angles are also in the combustion module's file
 modules. :class:`.TrainSettings` lists the table and key of each setting.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from cranktrain.engine import quantities as q

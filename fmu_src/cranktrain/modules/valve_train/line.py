@@ -9,8 +9,6 @@ Source: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as
 42 (1975) 440, with the exponent 1.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -7,8 +7,6 @@ Source: J. P. Den Hartog, Mechanical Vibrations, 4th ed. (1956), section 4.4 (ba
 Rothbart (ed.), Cam Design Handbook (2004), chapter 12.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -1,7 +1,5 @@
 """Quantities of a valve-train file's values, in addition to the engine's quantities, as annotations of settings."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from cranktrain.engine.quantities import Quantity

@@ -4,8 +4,6 @@ A state vector is a head, followed by ``LINE`` quantities for each line. A line 
 Cylinder i has the lines 2 i (intake) and 2 i + 1 (exhaust).
 """
 
-from __future__ import annotations
-
 from cranktrain.modules.crank_angle import HEAD as CRANK_HEAD
 
 GIVEN = (

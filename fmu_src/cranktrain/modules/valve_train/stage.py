@@ -5,8 +5,6 @@ one unknown. The lines are coupled through the camshaft only and are eliminated 
 remains. The cost of an iteration is one evaluation of every line.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.line import drive_torque, follow_cam, friction_arm, seat_force, train_force

@@ -8,8 +8,6 @@ the step. Work and losses are integrated with the same weights.
 Source: R. Alexander, Diagonally implicit Runge–Kutta methods for stiff O.D.E.'s, SIAM J. Numer. Anal. 14 (1977) 1006.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -15,8 +15,6 @@ pin is not known, so it has no specific load. The load of a master rod's big end
 rods.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,7 +26,7 @@ from scipy.interpolate import CubicSpline
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.articulated_rod import rod_end
-from cranktrain.engine.bearing_limits import BIG_END, MAIN
+from cranktrain.engine.limits import BIG_END, MAIN
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.results.orders.harmonics import CYCLE, Array, ComplexArray

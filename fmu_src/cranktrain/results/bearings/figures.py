@@ -1,7 +1,5 @@
 """Pictures of bearings: polar load diagrams of a cycle, and the worst bearing over speed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,9 +9,9 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.bearing_limits import BIG_END, MAIN, BearingLimits
+from cranktrain.engine.limits import BIG_END, MAIN, BearingLimits
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
-from cranktrain.results.bearings.limits import FAMILIES
+from cranktrain.results.bearings.tables import FAMILIES
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.plots import BLUE, GREY, ORANGE, foot, plot_closed, wrapped

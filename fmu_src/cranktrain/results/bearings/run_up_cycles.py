@@ -5,8 +5,6 @@ largest pressure are extremes of the run itself; their crank angles come from th
 orders are those of a mean cycle, and extremes are taken over all cycles.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -64,7 +62,7 @@ class OrderedCycle:
     outputs: Mapping[str, Array]
 
     @classmethod
-    def of(cls, run_up: RunUp, row: int) -> OrderedCycle:
+    def of(cls, run_up: RunUp, row: int) -> "OrderedCycle":
         """Make the cycle of one speed (row) of a run-up."""
         angle = np.linspace(0.0, CYCLE, SAMPLES + 1)
         return cls(angle / run_up.speeds[row], angle, _Outputs(run_up, row, angle))

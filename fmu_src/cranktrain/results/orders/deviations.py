@@ -1,7 +1,5 @@
 """Deviations of a run-up from measured orders: speed and height of peaks, amplitude and phase over speed."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

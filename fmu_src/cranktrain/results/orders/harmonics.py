@@ -8,17 +8,12 @@ so |a_n| is zero to peak, and a cosine that peaks at θ = 0 has a real, positive
 no leakage, so all orders that its samples resolve are exact.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
-
-ComplexArray = NDArray[np.complex128]
+from cranktrain.core.types import Array, ComplexArray
 
 CYCLE = 4.0 * math.pi
 

@@ -12,8 +12,6 @@ whose rotation was measured). Other files hold curves over speed, such as data s
 (:mod:`cranktrain_lab.measured`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Measured orders at one speed: points with phase and band, and the resulting motion over a cycle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Natural frequencies over speed, and speeds at which orders excite them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -8,8 +8,6 @@ whose minimum is the peak; the half-power points are ζ Ω₀ away from it. The 
 largest amplitude gives speed, height and damping. If it has no minimum there, a parabola of |a| gives speed and height.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -11,8 +11,6 @@ at every angle. Through a resonance of 2 % damping at 100 rev/min per second its
 (``tests/properties/test_orders.py`` asserts 1 %), so no Vold–Kalman filter is needed.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -60,16 +58,7 @@ def tracked_orders(angle: Array, signal: Array, at: Array, highest: float) -> tu
     count = math.ceil(8.0 * highest)
     grid = CYCLE / count * (np.arange(CYCLES * count + 1, dtype=np.float64) - 0.5 * CYCLES * count)
     orders = 0.5 * np.arange(1, math.floor(2.0 * highest + 1e-9) + 1, dtype=np.float64)
-    fit = _fit(grid, orders)
-    samples = CubicSpline(x, signal)(places[:, None] + grid)
-    amplitudes = np.tensordot(fit, samples, axes=(1, 1)).swapaxes(0, 1)
-    # The fit gives phases relative to the angle at its middle; they are referred to crank angle 0.
-    turned = np.exp(-1j * places[:, None] * orders)
-    return orders, amplitudes * turned.reshape(*turned.shape, *([1] * (amplitudes.ndim - 2)))
-
-
-def _fit(grid: Array, orders: Array) -> ComplexArray:
-    """Linear map (o, n) from n samples on a grid of crank angles to o order amplitudes at the grid's middle."""
+    # Linear map (o, n) from n samples on a grid of crank angles to o order amplitudes at the grid's middle.
     span = float(grid[-1])
     powers = (grid / span)[:, None] ** np.arange(DEGREE + 1)
     waves = grid[:, None] * orders
@@ -77,4 +66,9 @@ def _fit(grid: Array, orders: Array) -> ComplexArray:
     basis = np.concatenate([powers] + [powers[:, k : k + 1] * lines for k in range(DEGREE + 1)], axis=1)
     window = np.cos(0.5 * math.pi * grid / span) ** 2
     rows = np.linalg.pinv(window[:, None] * basis)[DEGREE + 1 : DEGREE + 1 + 2 * orders.size] * window
-    return np.asarray(rows[: orders.size] + 1j * rows[orders.size :])
+    fit = np.asarray(rows[: orders.size] + 1j * rows[orders.size :])
+    samples = CubicSpline(x, signal)(places[:, None] + grid)
+    amplitudes = np.tensordot(fit, samples, axes=(1, 1)).swapaxes(0, 1)
+    # The fit gives phases relative to the angle at its middle; they are referred to crank angle 0.
+    turned = np.exp(-1j * places[:, None] * orders)
+    return orders, amplitudes * turned.reshape(*turned.shape, *([1] * (amplitudes.ndim - 2)))

@@ -1,7 +1,5 @@
 """Files of three-dimensional pictures by their ending: still (PNG), animation (GIF, MP4), interactive page (HTML)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from importlib.util import find_spec
 from pathlib import Path

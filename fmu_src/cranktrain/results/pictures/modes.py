@@ -1,17 +1,15 @@
 """Mode shapes of the crankshaft as moving surfaces."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
 import numpy as np
 from scipy.linalg import eigh
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
-from cranktrain.core.whole_number import whole_number
 from cranktrain.engine.model import Engine
 from cranktrain.results.pictures.moving_surface import SHOWN_MOTION, MovingSurface
 from cranktrain.results.pictures.skin import Skin

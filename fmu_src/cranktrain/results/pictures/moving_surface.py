@@ -1,7 +1,5 @@
 """Coloured surface that moves through one cycle, the data of every three-dimensional picture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

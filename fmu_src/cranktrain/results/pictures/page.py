@@ -1,7 +1,5 @@
 """Interactive HTML page of a moving surface with WebGL, without network requests or libraries."""
 
-from __future__ import annotations
-
 import base64
 from importlib.resources import files
 from typing import Any

@@ -3,8 +3,6 @@
 The camera is above the pulley and to the side; the crank axis points to the right.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

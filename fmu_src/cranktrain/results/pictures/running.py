@@ -1,7 +1,5 @@
 """Moving surface of the running crankshaft, coloured by its stress."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

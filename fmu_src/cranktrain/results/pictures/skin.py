@@ -1,7 +1,5 @@
 """Outer surface of a body for pictures: triangles oriented outwards, points duplicated along sharp edges."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -28,7 +26,7 @@ class Skin(NamedTuple):
     origin: NDArray[np.int32]
 
     @classmethod
-    def of(cls, points: Array, triangles: NDArray[np.int32], modes: NDArray[np.float32]) -> Skin:
+    def of(cls, points: Array, triangles: NDArray[np.int32], modes: NDArray[np.float32]) -> "Skin":
         """Make the skin of a closed surface whose triangles have any orientation."""
         facing = outward(points, triangles)
         origin, split = creased(points, facing)

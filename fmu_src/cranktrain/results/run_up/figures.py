@@ -1,9 +1,8 @@
 """Figures of a run-up over its speeds: orders, waterfall, Campbell diagram, parts of the axial motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -218,7 +217,7 @@ def _draw_orders(
     ]  # fmt: skip
     others = [] if beside.orders else [sizes[:, k] for k in np.flatnonzero(~np.isin(run_up.orders, orders))]
     whole = quantity.scale * half_range(run_up, run_up.amplitudes[TWIST]) if quantity.output == TWIST else None
-    colours = dict(zip(orders, plots._colours(len(orders)), strict=True))
+    colours = dict(zip(orders, cycle(plots.ORDER_COLOURS), strict=False))
     labels = []
     for peak in worthy(run_up, quantity, orders, beside):
         rpm = peak.speed / RPM

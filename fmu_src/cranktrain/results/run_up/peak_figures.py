@@ -1,7 +1,5 @@
 """Figures of a run-up at its highest peaks: motion over a cycle, and its orders."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Contents of a run-up's pictures: quantities, additional data, and choice of labelled orders and peaks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -46,7 +44,7 @@ class Quantity(NamedTuple):
     kind: str
 
     @property
-    def peak_to_peak(self) -> Quantity:
+    def peak_to_peak(self) -> "Quantity":
         """Quantity with amplitudes peak to peak, which are twice as large."""
         return self._replace(name=self.name.replace("zero to peak", "peak to peak"), scale=2.0 * self.scale)
 

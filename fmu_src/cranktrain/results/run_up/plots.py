@@ -1,8 +1,7 @@
 """Plots of a run-up, each drawn into the caller's axes; amplitudes are zero to peak."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,7 +102,7 @@ def plot_orders_over_speed(
         top = max(top, largest(whole))
     for amplitudes in others:
         ax.plot(speeds, amplitudes, color="#c9ced6", lw=0.7, zorder=1)
-    for curve, colour in zip(curves, _colours(len(curves)), strict=True):
+    for curve, colour in zip(curves, cycle(ORDER_COLOURS), strict=False):
         ax.plot(curve.speeds, curve.amplitudes, color=colour, lw=1.6, label=f"{curve.order:g}", zorder=3)
         if curve.measured is not None:
             ax.plot(*curve.measured, "o", ms=4.5, mfc="white", mec=colour, mew=1.2, zorder=4)
@@ -125,17 +124,7 @@ def plot_orders_over_speed(
     else:
         row = 1.16 * top
         ax.set(xlim=(speeds[0], speeds[-1]), ylim=(0.0, 1.38 * top if labels else 1.05 * top))
-    _name_peaks(ax, labels, row)
-    ax.set_xlabel("engine speed / rev/min")
-    ax.set_ylabel(f"{quantity} / {unit}")
-    ax.grid(alpha=0.25)
-    ax.legend(
-        frameon=False, fontsize=8.5, title="order", title_fontsize=8.5, loc="upper left", bbox_to_anchor=(1.0, 1.0)
-    )
-
-
-def _name_peaks(ax: Any, labels: Sequence[Label], row: float) -> None:
-    """Draw labels in a row above all curves, each with a line to its peak."""
+    # Draw labels in a row above all curves, each with a line to its peak.
     low, high = ax.get_xlim()
     margin = 0.063 * (high - low)
     places = spread([label.x for label in labels], 2.0 * margin, low + margin, high - margin)
@@ -146,6 +135,12 @@ def _name_peaks(ax: Any, labels: Sequence[Label], row: float) -> None:
             arrowprops={"arrowstyle": "-", "color": label.colour, "lw": 0.7, "shrinkA": 1.0, "shrinkB": 2.0},
         )  # fmt: skip
         text.set_in_layout(False)
+    ax.set_xlabel("engine speed / rev/min")
+    ax.set_ylabel(f"{quantity} / {unit}")
+    ax.grid(alpha=0.25)
+    ax.legend(
+        frameon=False, fontsize=8.5, title="order", title_fontsize=8.5, loc="upper left", bbox_to_anchor=(1.0, 1.0)
+    )
 
 
 def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:
@@ -365,7 +360,3 @@ def plot_harmonics(
     ax.set_ylabel(unit)
     ax.set_title(title, fontsize=9.5, loc="left")
     ax.grid(axis="y", alpha=0.25)
-
-
-def _colours(count: int) -> list[str]:
-    return [ORDER_COLOURS[k % len(ORDER_COLOURS)] for k in range(count)]

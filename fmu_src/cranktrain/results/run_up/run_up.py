@@ -4,8 +4,6 @@ A file holds the finished speeds, so an interrupted run-up can be continued. Spe
 written are in its journal (:mod:`cranktrain.store.journal`), which is read together with the file.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -140,7 +138,7 @@ class RunUp:
         names = [*self.amplitudes, *self.extremes]
         return repr((self.orders.tolist(), names, sorted((name, str(held)) for name, held in self.attributes.items())))
 
-    def _with_rows(self, rows: Sequence[Array]) -> RunUp:
+    def _with_rows(self, rows: Sequence[Array]) -> "RunUp":
         """Run-up with the speeds of a journal added; rows of another length are left out."""
         size = 5 + 2 * self.orders.size * len(self.amplitudes) + 3 * len(self.extremes)
         rows = [row for row in rows if row.size == size]
@@ -158,7 +156,7 @@ class RunUp:
         return merged([self, added])
 
     @classmethod
-    def load(cls, path: str | Path) -> RunUp:
+    def load(cls, path: str | Path) -> "RunUp":
         """Read a file and its journal; ``StoreError`` if it is missing, incomplete, damaged, or of another kind."""
         data, attributes = read_run_up(path)
         values: dict[str, Any] = {name: array for name, (array, _) in data.items()}

@@ -6,8 +6,6 @@ bore the stress is that of a hole in a plate, σ (1 − 2 cos 2φ) − 4 τ sin 
 rule's γ in place of 3 and 4; the worst point counts.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

@@ -9,8 +9,6 @@ Source: W. N. Findley, A theory for the effect of mean stress on fatigue of meta
 or bending, J. Eng. Ind. 81 (1959) 301–306.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import NamedTuple

@@ -13,8 +13,6 @@ The torque in a crank from a table of discs and shafts is that of its shafts, se
 The elastic motion within a piece and moments on a tilting collar are left out.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -58,7 +56,7 @@ class PointLoads:
         moment = self.moments[:, chosen] + np.cross(self.places[:, chosen] - point, force)
         return force.sum(axis=1), moment.sum(axis=1)
 
-    def joined(self, *others: PointLoads) -> PointLoads:
+    def joined(self, *others: "PointLoads") -> "PointLoads":
         """Point loads joined: these loads together with those of ``others``."""
         every = (self, *others)
         return PointLoads(

@@ -15,8 +15,6 @@ stress ratio.
 Source: FKM guideline, Analytical strength assessment, 6th edition (2012), for local stress in steel and cast steel.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

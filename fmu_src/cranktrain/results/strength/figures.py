@@ -1,7 +1,5 @@
 """Pictures of a crankshaft's fatigue: safety factors at its fillets and oil bores, and Haigh's diagram."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

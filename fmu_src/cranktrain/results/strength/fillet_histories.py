@@ -1,7 +1,5 @@
 """Stress histories of fillets and oil bores over a cycle, from the sub-models of the throws."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

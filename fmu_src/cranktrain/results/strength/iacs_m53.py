@@ -14,8 +14,6 @@ Source: IACS Unified Requirement M53, Calculation of crankshafts for I.C. engine
 the empirical formulas lengths are over the pin's diameter D: overlap s, web thickness w and width b, fillet r, bores d.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar

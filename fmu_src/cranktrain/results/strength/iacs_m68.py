@@ -20,8 +20,6 @@ Source: IACS Unified Requirement M68, Dimensions of propulsion shafts and their 
 stresses, Rev. 2 (April 2015), M68.3, M68.5 and M68.6.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Recorded motion of the crank over a periodic cycle: modal coordinates, motion of the frame, and all outputs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -68,7 +66,7 @@ class RecordedCycle:
         shape = self.body.shapes[self.body.index(interface)]
         return np.asarray((self.position, self.velocity, self.change)[rate] @ shape.T)
 
-    def at(self, samples: NDArray[np.integer]) -> RecordedCycle:
+    def at(self, samples: NDArray[np.integer]) -> "RecordedCycle":
         """Cycle with some of its samples, in the order given."""
         names = ("angle", "speed", "acceleration", "position", "velocity", "change")
         return replace(
@@ -84,7 +82,7 @@ class RecordedCycle:
         count = self.angle.size // max(self.settling.repeats, 1)
         return np.asarray(self.angle.size - count + np.argsort(self.crank_angle[-count:]))
 
-    def last(self) -> RecordedCycle:
+    def last(self) -> "RecordedCycle":
         """Last cycle only, from crank angle 0 on."""
         return self.at(self.last_samples)
 

@@ -4,8 +4,6 @@
 centrifugal load, see :mod:`cranktrain.structure.stress.stress_modes`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -63,7 +61,7 @@ class CrankStress:
     features: tuple[tuple[str, ...], NDArray[np.intp]]
 
     @classmethod
-    def of(cls, bare: ReducedBody, surface: StressModes, cycle: RecordedCycle) -> CrankStress:
+    def of(cls, bare: ReducedBody, surface: StressModes, cycle: RecordedCycle) -> "CrankStress":
         """Make the stresses over the last recorded cycle; ``bare`` is the bare crankshaft in all modes."""
         with one_thread():
             modes = surface.of_running(complete_crankshaft(cycle.engine, bare), cycle.body)

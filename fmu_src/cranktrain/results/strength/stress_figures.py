@@ -1,7 +1,5 @@
 """Figures of the crankshaft's surface coloured by von Mises stress, seen from above the pulley."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -6,8 +6,6 @@ discs are placed as if all shafts to their neighbours had equal length, so a bra
 contribute to the torque along the crank.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -9,8 +9,6 @@ Radial means from the crank's axis to the pin. Bending is positive if it presses
 pin towards the axis), which causes tension in the pin's fillets and compression in the journal's.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Result of a library function (verb): a dictionary in engineering units with tables and a short display."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Self

@@ -1,7 +1,5 @@
 """Result of ``modal``: natural frequencies with a figure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

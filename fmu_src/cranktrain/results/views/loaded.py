@@ -1,7 +1,5 @@
 """Reader of result files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from cranktrain.core.errors import InputError, StoreError

@@ -1,7 +1,5 @@
 """Matplotlib figure for notebooks, in a separate module because matplotlib takes half a second to load."""
 
-from __future__ import annotations
-
 from io import BytesIO
 
 from matplotlib.figure import Figure

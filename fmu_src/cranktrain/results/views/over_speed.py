@@ -1,7 +1,5 @@
 """Run-ups and natural frequencies over speed, with methods for users of the library."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -39,7 +37,7 @@ class OrdersOverSpeed(RunUp):
     report: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @classmethod
-    def of(cls, run_up: RunUp, report: Mapping[str, Any] | None = None) -> OrdersOverSpeed:
+    def of(cls, run_up: RunUp, report: Mapping[str, Any] | None = None) -> "OrdersOverSpeed":
         """Make the object from a run-up and its report."""
         return cls(**{own.name: getattr(run_up, own.name) for own in fields(RunUp)}, report=report or {})
 

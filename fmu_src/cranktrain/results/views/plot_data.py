@@ -1,7 +1,5 @@
 """Common functions of results: import of optional packages, tables for notebooks, pictures."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Mapping, Sequence
 from importlib import import_module

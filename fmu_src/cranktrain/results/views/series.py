@@ -1,7 +1,5 @@
 """Array of an output's values with name and unit, and conversion to other units."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -25,7 +23,7 @@ class Series(np.ndarray):
     unit: str
     name: str
 
-    def __new__(cls, values: Any, unit: str = "", name: str = "") -> Series:
+    def __new__(cls, values: Any, unit: str = "", name: str = "") -> "Series":
         """Make a view of an array, without a copy."""
         made = np.asarray(values).view(cls)
         made.unit, made.name = unit, name
@@ -49,7 +47,7 @@ class Series(np.ndarray):
         texts = np.array2string(_plain(self), threshold=8, edgeitems=3, precision=5)
         return f"{self.name or 'values'} / {self.unit or 'no unit'}: {texts}"
 
-    def to(self, unit: str) -> Series:
+    def to(self, unit: str) -> "Series":
         """Convert the values to another unit, such as ``run["pulley.torsion"].to("deg")``.
 
         Raises ``InputError`` for a unit that is unknown or of another dimension.

@@ -1,7 +1,5 @@
 """Outputs of one run over time, with methods for users of the library."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

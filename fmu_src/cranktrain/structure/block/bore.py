@@ -10,8 +10,6 @@ usual proportions (:mod:`cranktrain.structure.block.saddle`) has another geometr
 ``benchmarks/block_bores.py``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

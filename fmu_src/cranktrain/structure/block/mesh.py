@@ -6,8 +6,6 @@ liner's running surface at the piston pin's top and bottom dead centre), ``head[
 cover). Each interface is averaged (RBE3) and referred to its position in the plan.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable
 from dataclasses import asdict

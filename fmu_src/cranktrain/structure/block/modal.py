@@ -8,8 +8,6 @@ Modes are paired with those on ground by the shape of the crank, MAC = (aᵀ M b
 mass (rods included): each mode on ground has the partner that makes the sum of all MAC largest.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

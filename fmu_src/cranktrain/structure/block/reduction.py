@@ -6,8 +6,6 @@ response exact under the loads of a block: films on the bores (across and tiltin
 liners and gas on the heads. The block is a stationary body, so its rotation invariants are not used.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path

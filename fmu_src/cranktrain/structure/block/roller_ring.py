@@ -15,8 +15,6 @@ and so symmetric, S the rollers' springs and B the rollers' approach by the jour
     K = Bᵀ (S⁻¹ + C)⁻¹ B = Bᵀ (I + S C)⁻¹ S B.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any

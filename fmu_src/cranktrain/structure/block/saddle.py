@@ -10,8 +10,6 @@ tetrahedra from the load vectors f_i, so it is symmetric by construction:
     C_ij = ∫ ψ_i u_r(ψ_j) dA = f_iᵀ K⁻¹ f_j,      f_i · v = ∫ ψ_i e_r · v dA
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any

@@ -9,8 +9,6 @@ are masses on the deck. Frame and origin are those of the crankshaft: z along th
 Pieces that only touch at faces are fused last and keep their edges, because these bound the interfaces in the mesh.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

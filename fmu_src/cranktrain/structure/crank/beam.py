@@ -11,8 +11,6 @@ There is no mesh, and six cylinders make 500 degrees of freedom. The reduction t
 is that of the solid crankshaft.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import asdict, replace

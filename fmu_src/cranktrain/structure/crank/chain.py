@@ -10,8 +10,6 @@ twists by Δφ. The damping c leaves out the coupling between modes by C.
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any, NamedTuple

@@ -16,8 +16,6 @@ Sources: E. J. Nestorides, *A Handbook on Torsional Vibration* (1958), phase dia
 *Practical Solution of Torsional Vibration Problems*, vol. 2 (1963).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -5,8 +5,6 @@ crankshaft and one for the running model's. All carry the same flywheel, pulley 
 the engine's cut-off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

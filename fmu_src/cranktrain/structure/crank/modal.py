@@ -20,8 +20,6 @@ are given up to a stated frequency (in reports the cut-off of the engine's runni
 the connecting shaft.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Collection, Iterable

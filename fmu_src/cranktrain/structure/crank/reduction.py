@@ -4,8 +4,6 @@ The stored body is the bare crankshaft in all its Craig–Bampton modes. Flywhee
 roller bearings are rigid parts that are attached afterwards, so changing them needs no new finite-element computation.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace

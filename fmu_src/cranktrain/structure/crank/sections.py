@@ -10,8 +10,6 @@ The width of a web is that of the hull of the circles about main and pin axis, o
 The moments of a web are sums over strips across its throw.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -8,8 +8,6 @@ revolution with its own fillets and touches its neighbours only on plane faces, 
 kernel are simple and no fillet has to be found afterwards.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import MISSING, asdict, dataclass, fields
 from math import asin, atan2, cos, hypot, pi, sin, sqrt

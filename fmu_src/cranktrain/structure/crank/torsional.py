@@ -34,8 +34,6 @@ Sources: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vo
 section 2; E. J. Nestorides, *A Handbook on Torsional Vibration* (BICERA, 1958).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from hashlib import sha256

@@ -14,8 +14,6 @@ References: J. Vance, F. Zeidan and B. Murphy, *Machinery Vibration and Rotordyn
 45° rule; S. Timoshenko and J. Goodier, *Theory of Elasticity* (1970), section 109, for A⁴/(40 I_p).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ and surfaces are defined in a part or an instance, or in the assembly, where the
 match at their tie stay two pieces.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -12,16 +12,14 @@ order, and its errors give no line. This module reads
 Keywords that create or move nodes in other ways are refused, all others are skipped.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import LONGEST_LINE, text_lines
-from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place, check_depth, included_file
 
 TETRAHEDRON = re.compile(r"(C3D|DC3D|AC3D|F3D)(4|10)([A-Z]*)")

@@ -1,7 +1,5 @@
 """Child process for netgen's CAD kernel, which can crash its process on degenerate input."""
 
-from __future__ import annotations
-
 import ctypes
 import json
 import os

@@ -12,16 +12,12 @@ C. Ashcraft and J. Liu, *Applications of the Dulmage–Mendelsohn decomposition 
 improvement*, SIAM J. Matrix Anal. Appl. 19 (1998) 325.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_bipartite_matching
 
-from cranktrain.core.types import Array
-
-Integers = NDArray[np.intp]
+from cranktrain.core.types import Array, Integers
 
 # Fractions of all nodes tried as one side of a cut, in addition to the levels of the breadth-first sweep.
 SHARES = (0.4, 0.45, 0.5, 0.55, 0.6)

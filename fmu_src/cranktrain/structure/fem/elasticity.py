@@ -12,8 +12,6 @@ Reference: Bathe, *Finite Element Procedures*, 2nd ed., sections 4.2 and 6.8; lu
 Earthquake Eng. Struct. Dyn. 4 (1976) 245.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -10,22 +10,17 @@ Reference: I. Duff and J. Reid, *The multifrontal solution of indefinite sparse 
 Math. Softw. 9 (1983) 302; J. Liu, SIAM Review 34 (1992) 82.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.structure.fem.dissection import nested_dissection
-
-Integers = NDArray[np.intp]
 
 # Largest number of nodes (mostly of three unknowns) in the smallest fronts; fewer cost more calls, more cost fill.
 LEAF_NODES = 60

@@ -13,8 +13,6 @@ References: J. Przemieniecki, *Theory of Matrix Structural Analysis* (1968), sec
 of Rotating Machines* (2010), section 5.4; G. Cowper, J. Appl. Mech. 33 (1966) 335.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 

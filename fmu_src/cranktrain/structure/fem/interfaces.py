@@ -10,8 +10,6 @@ is as uniform as balance allows; the surface remains free to deform.
 *Tied* (RBE2): the surface itself is rigid, u = B u_I on it. This stiffens the body and is used only for comparison.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass

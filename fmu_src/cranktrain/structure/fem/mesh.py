@@ -5,8 +5,6 @@ curved surface (straight sides change frequencies by about 1 %). If they would i
 the middle of their edge. Meshes whose elements still have a too small Jacobian are refused.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile
@@ -17,21 +15,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import ElementTetP2, FacetBasis, MeshTet1, MeshTet2
 from skfem.mapping import MappingIsoparametric
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import crank_interfaces, interface_names, stations
 from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
-
-Integers = NDArray[np.integer[Any]]
 
 # Corner pairs of a tetrahedron's six mid-side nodes, in the order of netgen (NETGEN_EDGES), and of VTK, Abaqus and
 # Nastran (VTK_EDGES).

@@ -5,8 +5,6 @@ errors give the line (:mod:`cranktrain.structure.fem.abaqus_assembly`, :mod:`cra
 :mod:`cranktrain.structure.fem.universal_file`).
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections.abc import Callable
@@ -15,18 +13,15 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.core.user_file import check_file, file_exists
 from cranktrain.structure.fem.abaqus_assembly import read_deck
 from cranktrain.structure.fem.mesh_parts import Assembled, MeshParts, assembled, outer_faces
 from cranktrain.structure.fem.named_matrices import held_in
 from cranktrain.structure.fem.nastran_deck import read_bulk
 from cranktrain.structure.fem.universal_file import read_universal
-
-Integers = NDArray[np.integer[Any]]
 
 FORMATS = {
     ".msh": "gmsh", ".inp": "abaqus", ".unv": "universal", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran",

@@ -4,22 +4,17 @@ A surface is defined by triangles, by nodes or by faces of tetrahedra. Readers c
 :func:`assembled` converts them to indices and refuses numbers that do not exist, with the line.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.core.user_file import check_file, file_exists, user_path
-
-Integers = NDArray[np.integer[Any]]
 
 MOST_MEMBERS = 4_000_000
 """Largest number of members of all sets and surfaces of a mesh, which take 160 MB."""

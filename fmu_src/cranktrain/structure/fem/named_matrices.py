@@ -4,8 +4,6 @@ pyNastran also reads both, but its present release requires NumPy 1, and the las
 binary OUTPUT4 files that no other program can read.
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from importlib.util import find_spec

@@ -12,16 +12,14 @@ elements in wide fields, and its errors give no line. This module reads
 Other cards are skipped.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import LONGEST_LINE, text_lines
-from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place, check_depth, included_file
 
 NAMED_PROPERTY = re.compile(r'\$HMNAME\s+(?:PROP|COMP)\S*\s+([0-9]{1,18})\s*"([^"]+)"')

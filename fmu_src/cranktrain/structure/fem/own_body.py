@@ -1,7 +1,5 @@
 """A user's own reduced body: a body stored by this program, or a superelement of another program."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,19 +1,13 @@
 """Checks of a user's own mesh: unit, connectivity, and positions of its surfaces compared with the engine file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
-
-Integers = NDArray[np.integer[Any]]
+from cranktrain.core.types import Array, Integers
 
 UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 """Length in m of each unit of coordinates."""
@@ -26,7 +20,7 @@ class MeshFile(str):
 
     unit: str
 
-    def __new__(cls, path: str | Path, unit: str = "m") -> MeshFile:
+    def __new__(cls, path: str | Path, unit: str = "m") -> "MeshFile":
         """Make a path with a unit; ``InputError`` for an unknown unit."""
         if unit not in UNITS:
             raise InputError(f"mesh unit '{unit}' does not exist; valid: {', '.join(UNITS)}")

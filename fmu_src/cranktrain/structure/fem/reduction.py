@@ -3,8 +3,6 @@
 On request the reduction is compared with the full model, and with the other type of mass matrix.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace

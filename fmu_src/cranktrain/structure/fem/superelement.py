@@ -18,8 +18,6 @@ are
 Reference: R. Craig and A. Kurdila, *Fundamentals of Structural Dynamics* (2006), chapter 17.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

@@ -16,8 +16,6 @@ Paths are relative to the file. Matrices are symmetric: one triangle, or both. N
 modal coordinates.
 """
 
-from __future__ import annotations
-
 import re
 from hashlib import sha256
 from pathlib import Path
@@ -26,11 +24,11 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec import Meta, field
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import Table, record
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import beside, check_file, ending, is_number, read_toml, user_path
-from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.mesh_file import interface_name
 from cranktrain.structure.fem.named_matrices import is_named, named_matrix
 from cranktrain.structure.fem.superelement import Superelement

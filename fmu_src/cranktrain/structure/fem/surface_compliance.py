@@ -3,8 +3,6 @@
 C_ij = f_iᵀ K⁻¹ f_j with the load vectors f_i · v = ∫ p_i e_r · v dA is symmetric by construction.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from hashlib import sha256

@@ -4,14 +4,12 @@ Elements of second order list corners and mid-side nodes alternately. pyuff, whi
 reads at most eight nodes of an element, so ten-node tetrahedra would be lost.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 
+from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import text_lines
-from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 
 NODES, ELEMENTS = (2411, 781, 15), (2412, 780)

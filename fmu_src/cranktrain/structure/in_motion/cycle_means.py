@@ -13,16 +13,14 @@ deflection) and therefore a separate mean law (:mod:`cranktrain.structure.in_mot
 particular the floating collar, use the means of K and C. For a law with constant K and C all these means equal K and C.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
@@ -31,8 +29,6 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
 from cranktrain.structure.in_motion.joint import joint_at_state, joint_stiffness
 from cranktrain.structure.in_motion.linear import ACROSS
-
-ComplexArray = NDArray[np.complex128]
 
 
 class CycleTangents(NamedTuple):

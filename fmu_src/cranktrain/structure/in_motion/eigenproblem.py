@@ -35,8 +35,6 @@ Sources: Friswell, Penny, Garvey & Lees, *Dynamics of Rotating Machines* (2010),
 *Analysis and control of linear periodically time varying systems* (1991).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -47,9 +45,10 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.bodies import locked_on_axis
-from cranktrain.dynamics.model.records import ModelArrays, dimensions
+from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.dynamics.tangents import Tangents
 from cranktrain.engine.model import Engine
@@ -76,8 +75,6 @@ from cranktrain.structure.in_motion.cycle_means import (
 from cranktrain.structure.in_motion.linear import Equations, SmallMotions
 from cranktrain.structure.in_motion.periodic_forces import rod_forces
 from cranktrain.structure.in_motion.residues import order_forces, participations, unit_torques
-
-ComplexArray = NDArray[np.complex128]
 
 SLOWEST_HZ, SLOWEST_SHARE = 60.0, 0.25
 """Lower bound of modes in motion: SLOWEST_HZ, or SLOWEST_SHARE of the first torsional frequency at rest if lower. Below
@@ -277,7 +274,12 @@ def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
     residues = (simulation.model.ends[PULLEY] @ shapes[:turning])[:, None] * taken
     count = engine.n_cylinders
     shares = _shares(simulation, engine, shapes)
-    in_shafts = _in_shafts(simulation.model, equations, values, shapes)
+    # Ratio (k,) of the elastic energy of the drive line's shafts in each mode to the mode's largest kinetic energy.
+    kinetic = np.abs(values) ** 2 * np.einsum("ik,ij,jk->k", shapes.conj(), equations.mass, shapes).real
+    elastic = np.zeros(values.size)
+    for twist, law in zip(simulation.model.shafts, simulation.model.shaft_laws, strict=True):
+        elastic += law[STIFFNESS] * np.abs(twist @ shapes[: twist.size]) ** 2
+    in_shafts = elastic / kinetic
     return ModesInMotion(
         means.speed, values, shapes, shares, in_shafts, residues[:, :count], residues[:, count:], highest
     )
@@ -353,15 +355,6 @@ def _rods(simulation: Simulation, speed: float) -> Rods:
     torques[: body.n_modes] = unit_torques(engine, body)
     loads: ComplexArray = np.hstack((torques, rows.T @ order_forces(forces.forces))).astype(np.complex128)
     return Rods(rows, [tangent.mean(axis=0) for tangent in forces[2:]], loads)
-
-
-def _in_shafts(model: ModelArrays, equations: Equations, values: ComplexArray, shapes: ComplexArray) -> Array:
-    """Ratio (k,) of the elastic energy of the drive line's shafts in each mode to the mode's largest kinetic energy."""
-    kinetic = np.abs(values) ** 2 * np.einsum("ik,ij,jk->k", shapes.conj(), equations.mass, shapes).real
-    elastic = np.zeros(values.size)
-    for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
-        elastic += law[STIFFNESS] * np.abs(twist @ shapes[: twist.size]) ** 2
-    return elastic / kinetic
 
 
 def _shares(simulation: Simulation, engine: Engine, shapes: ComplexArray) -> Array:

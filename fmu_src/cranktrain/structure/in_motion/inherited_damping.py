@@ -18,8 +18,6 @@ Sources: D. J. Ewins, *Modal Testing* (2000), free decay; W. Ker Wilson, *Practi
 Problems*, vol. 2 (1963), equivalent damping per cylinder.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from hashlib import sha256

@@ -13,8 +13,6 @@ and the force at ω is that of the dynamic stiffness (k + iωc) ȳ, where ȳ is 
 teeth that slide in one direction under a steady force have ȳ = 0. The friction limit is taken from the cycle.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 

@@ -28,8 +28,6 @@ Forces at displaced points have moments about the axes of their bodies, with the
 Source: Wereley, *Analysis and control of linear periodically time varying systems* (1991), chapter 3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -38,6 +36,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.tangents import Tangents
@@ -45,7 +44,6 @@ from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
-ComplexArray = NDArray[np.complex128]
 ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """Matrix of the cross product e_z × in the plane."""
 
@@ -255,7 +253,7 @@ class SmallMotions:
             if count > 0:
                 yield first, count, sorted(found, key=lambda s: (abs(s), -s))
 
-    def _measured(self) -> _Terms:
+    def _measured(self) -> "_Terms":
         """What each component measures: ports with their coefficients by harmonics of the crank angle."""
         model, links = self._model, self._model.links
         found: list[tuple[int, int, float, complex]] = []

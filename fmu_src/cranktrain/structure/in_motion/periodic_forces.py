@@ -3,8 +3,6 @@
 In the rotating frame, about the rigid crank at Ω, f = f₀(t) + A(t) ü + B(t) u̇ + C(t) u with the period of the cycle.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

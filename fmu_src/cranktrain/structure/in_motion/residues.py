@@ -13,17 +13,14 @@ harmonic of gas and inertia forces on the rigid crank in the rotating frame, all
 Source: D. J. Ewins, *Modal Testing* (2000), chapter 2, residues of damped systems.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.types import ComplexArray
 from cranktrain.engine.model import Engine
-
-ComplexArray = NDArray[np.complex128]
 
 HIGHEST_ORDER = 24.0
 """Highest order of which amplitudes of forces are computed."""

@@ -4,8 +4,6 @@ Stiffness and mass are those of :mod:`cranktrain.structure.in_motion.linear` wit
 backlash are in contact; with backlash the gears are free, in the middle of their play.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -17,8 +17,6 @@ contain it. Without this motion the remaining compliance would not be positive: 
 pressure widens the bore, and the load path to the shank narrows it.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any

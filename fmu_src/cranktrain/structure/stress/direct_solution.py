@@ -9,8 +9,6 @@ with the modal position q, velocity v and acceleration a of the run. The structu
 like an acceleration, so it is added to a. Loads act on the undeformed body, because stress stiffness is left out.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parts of a crankshaft's surface from its dimensions: fillet, oil hole, journal or web of each surface point."""
 
-from __future__ import annotations
-
 from math import hypot
 
 import numpy as np

@@ -13,23 +13,18 @@ greatest shear stress over 16 T/(π D³) in torsion.
 Source: IACS Unified Requirement M53, Rev. 1 (2004), section 3; its appendix III on factors from finite elements.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.engine.parts import Material
 from cranktrain.structure.crank.sections import bare_outline, web_width
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements
 from cranktrain.structure.fem.factor import factorise, one_thread
 from cranktrain.structure.stress.nodal_stress import NodalStress, principal, von_mises
 from cranktrain.structure.stress.throw_mesh import QuarterThrow
-
-Integers = NDArray[np.integer]
 
 STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 _ON_PLANE = 1e-7

@@ -1,7 +1,5 @@
 """Sub-models of an engine's throws, solved once and stored next to the reduced crankshaft."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from zipfile import BadZipFile

@@ -9,8 +9,6 @@ References: Barlow, Int. J. Num. Meth. Eng. 10 (1976) 243; Zienkiewicz, Taylor a
 7th ed., section 15.3.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,12 +17,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import ElementTetP2, MeshTet2
 
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.engine.parts import Material
 from cranktrain.structure.fem.elasticity import lame
 from cranktrain.structure.fem.mesh import VTK_EDGES
-
-Integers = NDArray[np.integer]
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 """Order of a stress tensor's components in all arrays."""
@@ -48,7 +44,7 @@ class NodalStress:
     material: Material
 
     @classmethod
-    def of(cls, mesh: MeshTet2, material: Material, nodes: Integers) -> NodalStress:
+    def of(cls, mesh: MeshTet2, material: Material, nodes: Integers) -> "NodalStress":
         """Make the gradient operators of a mesh at ``nodes`` (columns of ``mesh.doflocs``)."""
         chosen = np.full(mesh.doflocs.shape[1], -1)
         chosen[nodes] = np.arange(len(nodes))

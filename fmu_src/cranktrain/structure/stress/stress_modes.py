@@ -5,8 +5,6 @@ stress modes repeats the reduction. Stress modes are stored in a separate file n
 stresses do not load them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -93,7 +91,7 @@ class ShapedCrank:
         return NodalStress.of(self.model.mesh, self.model.material, nodes), component_dofs(self.model.basis)
 
     @classmethod
-    def of(cls, engine: Engine, mesh_file: str | Path | None, say: Progress) -> ShapedCrank:
+    def of(cls, engine: Engine, mesh_file: str | Path | None, say: Progress) -> "ShapedCrank":
         """Repeat a body's reduction with mode shapes; a stored body that differs (of another machine) is replaced."""
         task = reduction_task(engine, mesh_file)
         check_kept(task.path)

@@ -20,8 +20,6 @@ their borders: Cook, Malkus, Plesha and Witt, *Concepts and Applications of Fini
 10.12.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +28,7 @@ from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.rigid_slices import skew
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, Integers
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.shape import oil_outlet, pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
@@ -42,8 +40,6 @@ from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import NodalStress
 from cranktrain.structure.stress.throw_mesh import place_fineness, throw_mesh
-
-Integers = NDArray[np.integer]
 
 SLAB = 0.4
 """Half thickness of the slab whose nodes define the motion of a cut, over the main journal's width."""
@@ -117,7 +113,14 @@ def fillet_modes(
     nodes, moved = cut_motion(model.mesh, crankshaft, throw, coarse)
     held, n = dofs[:, nodes].ravel(), coarse[1].shape[2]
     free = np.setdiff1d(np.arange(model.basis.N), held)
-    rigid = cut_rigid_motions(model.mesh, crankshaft, throw, nodes)
+    # Displacements (3 nodes, CUTS) of nodes on the cuts in rigid motions of each cut about its middle.
+    motions = np.zeros((3, len(nodes), CUTS))
+    for first, middle in zip((0, 6), cut_places(crankshaft, throw), strict=True):
+        arm = model.mesh.doflocs[:, nodes] - np.array([[0.0], [0.0], [middle]])
+        on = np.abs(arm[2]) < _ON_PLANE
+        motions[:, on, first : first + 3] = np.eye(3)[:, None]
+        motions[:, on, first + 3 : first + 6] = -skew(arm[:, on].T).transpose(1, 0, 2)
+    rigid = motions.reshape(-1, CUTS)
     known = np.zeros((held.size, n + LOADS + CUTS))
     known[:, :n], known[:, -CUTS:] = moved.reshape(held.size, n), rigid
     loads, halves = throw_loads(model, crankshaft, throw)
@@ -139,17 +142,6 @@ def fillet_modes(
             beyond[part] = (own @ answer - force[held, part]).T @ rigid
     beyond[n + 6 : n + 18] += halves
     return FilletModes(place, throw, modes, beyond, np.ascontiguousarray(model.mesh.doflocs[:, chosen].T))
-
-
-def cut_rigid_motions(mesh: MeshTet2, c: Crankshaft, throw: int, nodes: Integers) -> Array:
-    """Displacements (3 nodes, CUTS) of nodes on the cuts in rigid motions of each cut about its middle."""
-    motions = np.zeros((3, len(nodes), CUTS))
-    for first, middle in zip((0, 6), cut_places(c, throw), strict=True):
-        arm = mesh.doflocs[:, nodes] - np.array([[0.0], [0.0], [middle]])
-        on = np.abs(arm[2]) < _ON_PLANE
-        motions[:, on, first : first + 3] = np.eye(3)[:, None]
-        motions[:, on, first + 3 : first + 6] = -skew(arm[:, on].T).transpose(1, 0, 2)
-    return motions.reshape(-1, CUTS)
 
 
 def cut_places(c: Crankshaft, throw: int) -> tuple[float, float]:

@@ -4,8 +4,6 @@ A throw reaches from the middle of one main journal to the middle of the next. I
 :mod:`cranktrain.structure.crank.shape`, so its surface is that of the crank.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -57,7 +55,7 @@ class QuarterThrow:
     fineness: float = FINENESS
 
     @classmethod
-    def of(cls, crankshaft: Crankshaft, throw: int = 1, fineness: float = FINENESS) -> QuarterThrow:
+    def of(cls, crankshaft: Crankshaft, throw: int = 1, fineness: float = FINENESS) -> "QuarterThrow":
         """Make the quarter with the front web of a throw (numbered from 1) of a parametric crankshaft."""
         c = crankshaft
         return cls(

@@ -11,8 +11,6 @@ pairs of split pins, or of the cylinders where one throw carries all. Order 1 ma
 counterweights then balance it. Source: Köhler and Flierl, *Verbrennungsmotoren*, chapter on mass balance.
 """
 
-from __future__ import annotations
-
 import cmath
 from itertools import pairwise
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """An engine file as values with their units, origins and notes: its text, and the engine that it describes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -56,7 +54,7 @@ class Document(NamedTuple):
     head: tuple[str, ...]
     blocks: tuple[Block, ...]
 
-    def with_blocks(self, *blocks: Block) -> Document:
+    def with_blocks(self, *blocks: Block) -> "Document":
         """Engine file with further TOML tables, which replace tables of the same name."""
         new = {block.name: block for block in blocks}
         kept = [new.pop(block.name, block) for block in self.blocks]

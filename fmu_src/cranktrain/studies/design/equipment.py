@@ -15,8 +15,6 @@ below isolation, which begins at 1/√2 of it. A soft shaft behind holds the gea
 Sources: J. P. Den Hartog, Mechanical Vibrations (1956), sections 3.3 and 3.4; Shin-Etsu, KF-96 (silicone oils).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Values of a new engine file that are fitted on the engine itself: heat, counterweights and flywheel."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -12,8 +12,6 @@ by Köhler and Flierl, *Verbrennungsmotoren*, and Heisler, *Advanced Engine Tech
 line on they go on in the same scheme.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -51,7 +49,7 @@ class Layout(NamedTuple):
         """Number of cylinders."""
         return len(self.firing_deg)
 
-    def with_bank(self, bank_deg: float) -> Layout:
+    def with_bank(self, bank_deg: float) -> "Layout":
         """Layout with another angle between its banks on the same crank; ``InputError`` for a layout without banks.
 
         The second bank fires later by the difference.

@@ -8,8 +8,6 @@ makers' published figures of engines of the kind that the row names; nothing els
 The low-speed two-stroke ``two_stroke_six`` and the reference's engines are files of their own.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Sequence

@@ -3,8 +3,6 @@
 python -m cranktrain.studies.design.library_page docs/engines.md
 """
 
-from __future__ import annotations
-
 import sys
 import warnings
 from pathlib import Path

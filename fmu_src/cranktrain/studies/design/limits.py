@@ -9,8 +9,6 @@ with an alternating nominal stress τ of 50 MPa, which leaves bending its part i
 IACS UR M53 is the verb ``fatigue``).
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.engine.model import Engine

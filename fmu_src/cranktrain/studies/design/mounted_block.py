@@ -6,8 +6,6 @@ the engine the natural frequencies :data:`MOUNT_HZ`. Its mass is that of the blo
 parts.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

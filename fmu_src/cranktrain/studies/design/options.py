@@ -1,7 +1,5 @@
 """Options for equipment of a new engine."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, nearest

@@ -6,8 +6,6 @@ how unevenly the engine turns at its lowest speed; the stand-in springs of the m
 eccentricity. See :mod:`cranktrain.studies.design.sizes` for the proportions.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

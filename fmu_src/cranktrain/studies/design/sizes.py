@@ -10,8 +10,6 @@ of the kind that Heywood, *Internal Combustion Engine Fundamentals*, and Taylor,
 Theory and Practice*, list by fuel.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Modes in motion of an engine at a level and a speed, and the stand-in springs of its films; JSON-able."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

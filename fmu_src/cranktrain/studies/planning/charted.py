@@ -6,8 +6,6 @@ speeds is used. Some scenes are not covered and get no figures: another engine, 
 without a chart, damper, floating big ends, part load, a measured trace, heat balance of films.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

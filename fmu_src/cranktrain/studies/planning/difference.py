@@ -5,8 +5,6 @@ difference over all harmonics up to the frequency, divided by the RMS of the ref
 the runs do not resolve the frequency, it is the RMS over the samples.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Sequence

@@ -5,8 +5,6 @@ the solid crank under ever finer bearings. Next above a pair is the one with the
 bearings.
 """
 
-from __future__ import annotations
-
 from cranktrain.dynamics.model.mains import mains_kind
 from cranktrain.engine.levels import CRANKS, crank_level
 from cranktrain.film.laws.register import DEAREST, bearing_law, usual_level

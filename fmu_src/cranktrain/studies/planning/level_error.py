@@ -1,7 +1,5 @@
 """Total error of a run's levels by the shipped figures, and the cheapest levels with half of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -4,8 +4,6 @@ The last cycle of the wanted outputs is kept under a digest of all its input: en
 speed, cycles, pressure trace and outputs.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from hashlib import sha256

@@ -1,7 +1,5 @@
 """A plan: levels and method for a scene, with predicted errors and time, and reasons."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -15,8 +15,6 @@ kept small. If the next pair has no solid crank yet, the pair after it must be a
 agree with each other. Choices fixed by the scene are not judged, only reported.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path

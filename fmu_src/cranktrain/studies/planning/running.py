@@ -5,8 +5,6 @@ has several speeds) and, under ``levels/``, the last cycle of the wanted outputs
 finished runs.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Bodies, film tables and elastic bores come from the cache or are made at their first use.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Charts as inline SVG, which can be printed; with scripts the page shows the values at the pointer."""
 
-from __future__ import annotations
-
 import base64
 import html
 import json

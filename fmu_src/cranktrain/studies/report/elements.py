@@ -1,7 +1,5 @@
 """Elements of the report's page: paragraphs, tables and pictures as HTML."""
 
-from __future__ import annotations
-
 import base64
 import html
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Contents of a report: frequencies and torsion are computed here, all other results read from files of other verbs."""
 
-from __future__ import annotations
-
 import math
 import shlex
 import time

@@ -1,7 +1,5 @@
 """First page of a report: the engine, the verdict against its limits, and the settings and versions of the report."""
 
-from __future__ import annotations
-
 import math
 import platform
 

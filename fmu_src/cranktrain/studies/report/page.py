@@ -1,7 +1,5 @@
 """The report as one HTML file: without network and libraries, for print, screen and telephone."""
 
-from __future__ import annotations
-
 import html
 
 from cranktrain.results.page_head import filled_page

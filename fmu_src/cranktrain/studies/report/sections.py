@@ -1,7 +1,5 @@
 """The register of a report's sections: each section is one row, with a function that makes it or returns nothing."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Verdict of a report: results compared with the limits in the engine file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -12,10 +10,9 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimits
-from cranktrain.engine.limits import Limits
-from cranktrain.results.bearings.limits import FAMILIES, SAID, judged
+from cranktrain.engine.limits import BIG_END, JUDGED, MAIN, BearingLimits, Limits
 from cranktrain.results.bearings.run_up_cycles import run_up_bearings
+from cranktrain.results.bearings.tables import FAMILIES, SAID, judged
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.run_up.run_up import FLYWHEEL, MEAN, TORSION, half_range
 from cranktrain.results.tables import Table

@@ -1,7 +1,5 @@
 """Sections of a report on torsional and axial vibration: charts and tables of run-ups."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace

@@ -5,8 +5,6 @@ Option("SHARE", "fraction of …")]``. :func:`fields_of` reads the declarations;
 script, :meth:`Field.read` a text of the command line.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 import numbers
@@ -24,7 +22,7 @@ from cranktrain.core.errors import InputError, as_float, nearest, shown, within
 from cranktrain.core.user_file import is_number, user_path
 
 T = TypeVar("T")
-_FIELDS: dict[type[Any], tuple[Field, ...]] = {}
+_FIELDS: "dict[type[Any], tuple[Field, ...]]" = {}
 POSITIVE = Meta(gt=0)
 """Bounds of a number that must be positive."""
 ANY = Meta(extra={"what": "any"})

@@ -1,7 +1,5 @@
 """Options of requests, one type alias for each, and groups of options that several verbs share."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +38,7 @@ def _laws(*kinds: str) -> str:
     return described(LAWS[name] for name in bearing_levels(*kinds))
 
 
-def orders_of(orders: OrdersOf) -> tuple[float, ...]:
+def orders_of(orders: "OrdersOf") -> tuple[float, ...]:
     """Orders of a question, as :func:`order_list` has read them."""
     return order_list(orders) if isinstance(orders, str) else tuple(orders)
 

@@ -10,8 +10,6 @@ with Floquet's exponents, each accompanied by exponents shifted by multiples of 
 from flywheel to pulley is the torsional mode; a peak of torsion lies where an order meets it.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 

@@ -1,7 +1,5 @@
 """Natural frequencies over speed of the crank whose run-up is in a file."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.core.errors import InputError

@@ -5,8 +5,6 @@ belongs to the mode whose residue, by the rods' forces of the peak's order, cont
 the peak's frequency. That mode may bend more than it twists, and different peaks may belong to different modes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

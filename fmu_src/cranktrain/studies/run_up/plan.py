@@ -1,7 +1,5 @@
 """Request for a run-up: its speeds, and the job common to all speeds. All invalid input is refused here."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -4,8 +4,6 @@ It starts from the steady cycle at a speed below the first, so that fits have ro
 the temperature of this start. Measured pressures over speed follow the speed in steps of 1 %.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

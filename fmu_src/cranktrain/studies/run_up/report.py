@@ -1,7 +1,5 @@
 """Report of a run-up: orders over speed in engineering units, resonances and critical speeds of linear modes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -3,8 +3,6 @@
 If a file of the same run exists, the run-up continues from it, and the speeds in the file are not run again.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Sequence of the speeds of a run-up; each is next to a finished speed, whose motion is its initial guess."""
 
-from __future__ import annotations
-
 import bisect
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait

@@ -5,8 +5,6 @@ path of one that was not interrupted. They are rows of a journal, :mod:`cranktra
 its speeds removes them.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -11,8 +11,6 @@ A cycle begins at the shaft angle at which a start from the static equilibrium h
 speed lie at the same angles whichever speeds were finished before it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Workers for the speeds of a run-up: this process, other processes, or the workers of a Dask cluster."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -9,8 +9,6 @@ Connections are linear about the state at rest: films and rollers are their line
 and teeth without backlash are in contact. Steady loads of connections and the weight of unbalanced bodies are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -19,6 +17,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import Parts, build_model
 from cranktrain.dynamics.model.records import ModelArrays
@@ -33,8 +32,6 @@ from cranktrain.structure.additions import read_added
 from cranktrain.structure.in_motion.linear import Equations, SmallMotions
 from cranktrain.studies.added_modes import on_springs
 from cranktrain.studies.torsion.line_link import linear_engine
-
-ComplexArray = NDArray[np.complex128]
 
 _HELD = 1.0e-8
 """Stiffness over Ω² of unit modal mass on each coordinate of added bodies. It keeps equations solvable where nothing

@@ -1,7 +1,5 @@
 """Natural frequencies of a table of discs and shafts, as ``cranktrain modal`` prints them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

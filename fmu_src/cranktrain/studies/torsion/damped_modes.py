@@ -11,8 +11,6 @@ with the damper's C alone: neither structure nor bearings damp here. Which mode 
 pulley.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple

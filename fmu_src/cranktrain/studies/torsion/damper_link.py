@@ -10,8 +10,6 @@ time has one pair of spring and damper for all orders. A shear-thinning fluid is
 same dissipation over the cycle; e is the residual torque of the law.
 """
 
-from __future__ import annotations
-
 from copy import copy
 from typing import Protocol
 
@@ -19,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, ComplexArray
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import COMPLEX_MODULUS, SHEAR_THINNING
@@ -39,8 +37,6 @@ from cranktrain.loads.damper import (
     required_damper,
     shear_layers,
 )
-
-ComplexArray = NDArray[np.complex128]
 
 _SETTLED, _ROUNDS = 1e-8, 100
 
@@ -87,7 +83,7 @@ class DamperLink:
                 for temperature, row in zip(warm, omega, strict=True)
             ])  # fmt: skip
 
-    def at(self, which: NDArray[np.bool_]) -> DamperLink:
+    def at(self, which: NDArray[np.bool_]) -> "DamperLink":
         """Damper at those speeds for which ``which`` (s,) is true."""
         some = copy(self)
         some.omega, some.parameters, some.stiffness = self.omega[which], self.parameters[which], self.stiffness[which]

@@ -20,8 +20,6 @@ Sources: J. P. Den Hartog, Mechanical Vibrations (1956), section 3.3; W. Ker Wil
 Vibration Problems, vol. 4 (1968).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -21,8 +21,6 @@ Motions are given against the frame, as a run gives them. The frame follows the 
 about a steady turn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -33,7 +31,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.core.types import Array
+from cranktrain.core.types import Array, ComplexArray
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
@@ -46,7 +44,6 @@ from cranktrain.studies.run_up.sequence import Failed
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
-ComplexArray = NDArray[np.complex128]
 Fitted = tuple[Engine, Settings]
 
 LINEAR, HARMONIC_BALANCE = RULES = ("linear", "harmonic-balance")
@@ -185,7 +182,7 @@ class _Transfer(NamedTuple):
     friction: Array
 
     @classmethod
-    def of(cls, structure: ShaftOrders, damper: Fitted | None, speeds: Array, known: ComplexArray) -> _Transfer:
+    def of(cls, structure: ShaftOrders, damper: Fitted | None, speeds: Array, known: ComplexArray) -> "_Transfer":
         """Make the transfer at ``speeds`` (s,); ``known`` (s, k, p) are torques on pins of a rigidly rotating crank."""
         friction = structure.friction(speeds)
         whole = structure.transfer(speeds, np.arange(structure.orders.size), friction)
@@ -201,7 +198,7 @@ class _Transfer(NamedTuple):
         motion = motion - held * by_rest[:, :, :, None] * motion[:, :, twist, None]
         return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None, friction)
 
-    def at(self, which: NDArray[np.bool_]) -> _Transfer:
+    def at(self, which: NDArray[np.bool_]) -> "_Transfer":
         """Transfer at those speeds for which ``which`` (s,) is true."""
         link = self.link.at(which) if self.link is not None else None
         return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link, self.friction[which])

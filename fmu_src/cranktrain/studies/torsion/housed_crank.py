@@ -8,8 +8,6 @@ only, sought up to the cut-off. Energy of a ring that moves with it counts for a
 the crank: a ring that swings on its spring is no mode of the crank.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -6,8 +6,6 @@ below a half. A torsional crank has twists only, so it is compared in its rotati
 mostly torsion.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

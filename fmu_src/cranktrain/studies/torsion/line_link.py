@@ -15,23 +15,19 @@ for the twist of all orders together, found by iteration. A run in time has the 
 stiffness and damping for all frequencies, see :mod:`cranktrain.loads.torsional_line`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import ComplexArray
 from cranktrain.engine.drive_line_chain import DriveLineChain
 from cranktrain.engine.line_elements import complex_stiffness
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import Chain
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, TorsionalLine
-
-ComplexArray = NDArray[np.complex128]
 
 _SETTLED, _ROUNDS = 1e-7, 200
 

@@ -14,8 +14,6 @@ modes have the name of the crank's largest fraction of kinetic energy.
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import pairwise

@@ -6,8 +6,6 @@ dissipates as much at the rate of ring against pulley that the mode has where th
 Modes are the eigenvalues of :mod:`cranktrain.studies.torsion.damped_modes`; frequency and rate are found by iteration.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

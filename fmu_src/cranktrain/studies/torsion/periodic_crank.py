@@ -9,8 +9,6 @@ the rods (whose inertia varies as they turn), of the bearings' springs and dampe
 (u × f₀)_z. Gravity is left out.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -10,8 +10,6 @@ and at the angle ψ feels the torque −J ψ̈ − ½ J' ψ̇² − h p A + grav
 :mod:`cranktrain.loads.slider_crank` along the circle; symbols are its own.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -65,7 +63,7 @@ class Rods(NamedTuple):
     joints: tuple[Articulation | None, ...]
 
     @classmethod
-    def of_engine(cls, engine: Engine, body: ReducedBody, gravity: float) -> Rods:
+    def of_engine(cls, engine: Engine, body: ReducedBody, gravity: float) -> "Rods":
         """Make the rods of an engine on the pins of its ``body``."""
         pins = np.array([body.positions[body.index(f"pin[{pin}]"), :2] for pin in engine.cylinders.pins])
         bank = np.array(engine.cylinders.bank_angles, dtype=float)

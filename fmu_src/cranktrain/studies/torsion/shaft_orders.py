@@ -15,8 +15,6 @@ torque of the drive line is sought in its place.
 Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays.build_model`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from copy import copy
@@ -28,6 +26,7 @@ from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.hysteresis import OF_LOSS, OF_SHAFT
@@ -41,8 +40,6 @@ from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, torsional_line
 from cranktrain.studies.torsion.added_orders import AddedOrders
 from cranktrain.studies.torsion.line_link import LineLink, linear_engine
 from cranktrain.studies.torsion.rod_torque import Rods, gas_push
-
-ComplexArray = NDArray[np.complex128]
 
 _MOVES = 1.0e-4
 """Least part of the crank in the shape of a mode that counts as one of the crank."""
@@ -162,13 +159,13 @@ class ShaftOrders:
         self._hysteresis: Array = self._own_twists.T @ (lost[:, None] * self._own_twists)
         self.shafts = (*self.link.names, *(body.shafts[k] for k in found))
 
-    def at_load(self, load: float) -> ShaftOrders:
+    def at_load(self, load: float) -> "ShaftOrders":
         """Copy of the structure at another load, a fraction of the full-load burn."""
         other = copy(self)
         other._burn = np.array([load, *self._burn[1:]])
         return other
 
-    def with_crank(self, squares: Array, damping: Array) -> ShaftOrders:
+    def with_crank(self, squares: Array, damping: Array) -> "ShaftOrders":
         """Structure with other stiffness (m,) 1/s² and damping (m,) 1/s of the crank's own modes.
 
         The m modes are those of its body from the rotation about the axis on.

@@ -1,7 +1,5 @@
 """Output families with a picture in the chart of total error, whose outputs are judged together."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A measured choice of levels and step: cost per simulated second, and parts of its total error."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any

@@ -5,8 +5,6 @@ the engine that they were measured on, and of the sources of the model. Figures 
 of other sources are marked as such.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """Charts of one bearing at one crank angle: orbit, unrolled film, and polar load diagram."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -10,7 +8,7 @@ from bokeh.models import ColorBar, ColumnDataSource, FixedTicker, HoverTool, Lin
 from bokeh.plotting import figure
 
 from cranktrain.core.types import Array
-from cranktrain.engine.bearing_limits import BIG_END
+from cranktrain.engine.limits import BIG_END
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.summary import NOT_RESOLVED
 from cranktrain_lab.explore.charts import COLOURS

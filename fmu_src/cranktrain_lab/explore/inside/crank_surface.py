@@ -1,7 +1,5 @@
 """Surface of the crankshaft with stresses over a cycle for display, in float32 at every few degrees."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,7 +68,7 @@ class CrankSurface:
         return float(values[node]), self.points[node]
 
     @property
-    def reduced(self) -> CrankSurface:
+    def reduced(self) -> "CrankSurface":
         """Return the surface with the same motion, stored with the least number of shapes for display."""
         coordinates, shapes = self._moving.principal_motions()
         return replace(self, coordinates=coordinates, shapes=shapes)

@@ -4,8 +4,6 @@ The surface is sent once. A frame contains the coordinates of its shapes, its ro
 tens of kilobytes.
 """
 
-from __future__ import annotations
-
 from importlib.resources import files
 from typing import Any
 

@@ -4,8 +4,6 @@ A cycle is recorded by a run, or read from a result file of ``simulate``, which 
 result file with the additional attribute ``look``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,7 +16,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
-from cranktrain.engine.bearing_limits import BIG_END
+from cranktrain.engine.limits import BIG_END
 from cranktrain.engine.model import Engine
 from cranktrain.results.bearings.cycle import BearingCycle, Sampled, bearing_report
 from cranktrain.results.files import StoredRun
@@ -135,7 +133,7 @@ class InsideCycle:
                 yield f"surface/{name}", (own.stresses[name], "Pa")
 
     @classmethod
-    def load(cls, path: str | Path, engine: Engine) -> InsideCycle:
+    def load(cls, path: str | Path, engine: Engine) -> "InsideCycle":
         """Read a cycle of an engine, or the last cycle of a result of ``simulate``.
 
         Raises ``StoreError``, ``InputError`` for a file that is missing, damaged, or of another kind or engine.
@@ -212,7 +210,7 @@ class Repeated:
     outputs: Mapping[str, Array]
 
     @classmethod
-    def of(cls, outputs: Mapping[str, Array], chosen: NDArray[np.intp], speed: float) -> Repeated:
+    def of(cls, outputs: Mapping[str, Array], chosen: NDArray[np.intp], speed: float) -> "Repeated":
         """Make the run from ``chosen`` samples of one cycle, in order of crank angle, at a mean speed, rad/s."""
         before = 9
         samples = np.concatenate((chosen[-before:], chosen))

@@ -5,8 +5,6 @@ level ``reynolds`` does not, so its law is evaluated once more at the journal's 
 force from a map or a table have no nodes.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +16,7 @@ from cranktrain.core.kernel import RECORDS
 from cranktrain.core.types import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.engine.bearing_limits import BIG_END, MAIN
+from cranktrain.engine.limits import BIG_END, MAIN
 from cranktrain.film.elastic import grid as elastic
 from cranktrain.film.elastic.height import pressure_unit
 from cranktrain.film.journal import grid as rigid
@@ -60,7 +58,7 @@ class FilmPressure:
         across = self.pressure[frame].astype(float) @ np.diff(self.sides)
         return complex(0.5 * width * radius * (around @ across))
 
-    def at(self, samples: Any) -> FilmPressure:
+    def at(self, samples: Any) -> "FilmPressure":
         """Return the film pressure at some of the crank angles (indices ``samples``)."""
         faces = self.faces if len(self.faces) == 1 else self.faces[samples]
         return FilmPressure(self.pressure[samples], faces, self.sides)

@@ -1,7 +1,5 @@
 """Run at one speed until its cycles repeat, recorded for display."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Part of the page with the view inside: crank, orbit, film and load at one crank angle."""
 
-from __future__ import annotations
-
 import html
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Conversion of named arrays of a file to channels, with search for time arrays and sampling rates."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

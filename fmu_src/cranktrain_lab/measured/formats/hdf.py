@@ -1,7 +1,5 @@
 """Reader of HDF5 with one-dimensional arrays or matrices of columns and units as attributes; also MATLAB 7.3."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from cranktrain.store.plain_arrays import plain_arrays

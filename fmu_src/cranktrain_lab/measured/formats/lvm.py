@@ -6,8 +6,6 @@ column of comments is ignored. Segments of the same channels are parts of one re
 (NI, *Specification for the LabVIEW Measurement File*, 2020.)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -5,8 +5,6 @@ other fields of the structure. Only one variable at a time is in memory, which t
 is read again after samples of another one.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

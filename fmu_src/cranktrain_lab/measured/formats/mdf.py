@@ -4,8 +4,6 @@ asammdf reads a channel of a large group as a whole, even if only a part is need
 are therefore kept in memory, in the type of the file: 0.4 GB for 10⁸ samples of 32 bits.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Reader of Parquet by pyarrow, by row groups; units are in a field's metadata or in brackets after its name."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from pathlib import Path
 from typing import Any

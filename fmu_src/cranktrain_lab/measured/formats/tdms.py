@@ -1,7 +1,5 @@
 """Reader of TDMS by npTDMS, with samples read in blocks."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ The first column is the time if its name or unit shows this. A table without tim
 the header (``rate = 10000 Hz``, ``fs: 1e4``).
 """
 
-from __future__ import annotations
-
 import re
 import tempfile
 from collections.abc import Callable, Iterable

@@ -5,8 +5,6 @@ file into memory to find data sets, so the file size is limited to ``LARGEST``. 
 memory, and is read again when its samples are needed.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import warnings

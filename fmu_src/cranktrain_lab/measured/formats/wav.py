@@ -1,7 +1,5 @@
 """Reader of WAV by scipy, mapped into memory. Integers are fractions of full scale, because the format has no unit."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import Any

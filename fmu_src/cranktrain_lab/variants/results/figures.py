@@ -1,7 +1,5 @@
 """Picture of a study: percentiles over the speed or distributions, sensitivities of outputs, and the Pareto front."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -12,8 +12,6 @@ Jansen, Computer Physics Communications 117 (1999); for ranks A. Saltelli et al.
 Analysis (2000), section 2.3.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Variants of a study as a result, with tables, percentiles, sensitivities, Pareto front and picture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -34,7 +32,7 @@ class Variants:
         self.numbers = files.column(NUMBER).astype(int)
 
     @classmethod
-    def load(cls, folder: str | Path) -> Variants:
+    def load(cls, folder: str | Path) -> "Variants":
         """Load variants from a folder that ``vary`` wrote, complete or not; raises ``StoreError``."""
         return cls(VariantFiles.open(folder))
 
