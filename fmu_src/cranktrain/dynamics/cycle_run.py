@@ -1,7 +1,5 @@
 """Run of a simulation over cycles at constant speed: samples, settling and heat balance."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Mapping

@@ -11,8 +11,6 @@ which is of second order in h. A torque that depends on speed is at most half a 
 little because of the rotor's inertia.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, TypeAlias

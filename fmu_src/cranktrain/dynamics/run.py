@@ -1,7 +1,5 @@
 """Outputs of a run, filled from the state."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.dynamics.model.state import LAST_INTERVAL
 from cranktrain.dynamics.outputs.slots import ADDRESS, END, FIRST, MEMBERS, WANTED

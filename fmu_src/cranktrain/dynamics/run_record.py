@@ -3,8 +3,6 @@
 Drivers in other languages use only this record and these four kernels. Simulations in Python call the same kernels.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -3,8 +3,6 @@
 Both call the same :func:`~cranktrain.dynamics.time.communication.advance`; a test checks that they agree bitwise.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Sequence

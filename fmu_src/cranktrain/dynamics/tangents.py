@@ -9,8 +9,6 @@ rods whose pistons run on the axes of their cylinders, because all are affine in
 derivatives by u and u̇ in axes of the frame; K includes derivatives by velocity times the frame's rotation.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

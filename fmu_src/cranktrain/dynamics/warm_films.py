@@ -12,8 +12,6 @@ length (:func:`cranktrain.film.steady.heat_balance.adiabatic_temperature`).
 The power of a journal's tilting is left out; big ends and the thrust bearing stay at the engine's temperature.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping
 

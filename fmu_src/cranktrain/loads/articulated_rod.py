@@ -12,8 +12,6 @@ across the cylinder. Tangents are exact directional derivatives, with dφ = dx/s
     df = dF + e_x [(h·dF)/s + dx (h·F X/s³ − r·F/s²)]
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

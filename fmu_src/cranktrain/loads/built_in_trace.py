@@ -5,8 +5,6 @@ method. A periodic cubic spline through uniform values f has second derivatives 
 in units of the pitch; the inverse of the left side is √3 Σ λ^|k|, λ = √3 − 2, a recursion from either side.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -1,7 +1,5 @@
 """Volume above a piston over the crank angle, and mean effective pressure."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -31,8 +31,6 @@ Vib. 82 (1982) 465; V. Píštěk, L. Klimeš, T. Mauder, Vibroeng. Procedia (201
 silicone fluids.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

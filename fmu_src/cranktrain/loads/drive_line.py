@@ -12,8 +12,6 @@ the frame follows the crank, :func:`following_motion`. Modes describe small moti
 engine accelerates fast.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -10,8 +10,6 @@ argument is the angle after the firing dead centre of its cylinder, rad.
     pressure = p(angle), p(angle, speed)  a function that returns Pa; speed of the run in rad/s
 """
 
-from __future__ import annotations
-
 import math
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -8,8 +8,6 @@ full-load pressure M is linear in the fraction s of the burn,
 A run burns the fraction s = load (1 − falloff (Ω/Ω_b − 1)²) of the trace, which gives its ``load``.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -17,8 +17,6 @@ with the mass m_s of the rod's small end and the height y_c of the piston's cent
 springs (a piston locked on its axis) N acts on the liner at the height of the pin.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -14,8 +14,6 @@ neighbours.
 Sources: F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238; C. H. Reinsch, Numer. Math. 10 (1967) 177.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Iterator

@@ -10,8 +10,6 @@ intake in its file is a diesel without throttle, so units that give an intake be
 others fit. For a compressor the suction pressure of its file replaces the intake pressure.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

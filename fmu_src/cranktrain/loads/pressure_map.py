@@ -10,8 +10,6 @@ of the map the nearest trace is used.
     1000, 1.0, idle/full_1000.csv
 """
 
-from __future__ import annotations
-
 import math
 import re
 import warnings

@@ -4,8 +4,6 @@ Files of any size are read in parts. Up to ``KEPT`` lines stay in memory; a long
 points are folded into a cycle.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

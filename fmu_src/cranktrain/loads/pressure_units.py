@@ -1,7 +1,5 @@
 """Units of measured pressures, stated by an option or a header."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 

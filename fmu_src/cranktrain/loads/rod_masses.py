@@ -4,8 +4,6 @@ Each pin carries the cycle mean of its rods' masses across the axis, m_b + ½ m_
 oscillating mass takes part in the pin's motion by cos² θ, half on average.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np

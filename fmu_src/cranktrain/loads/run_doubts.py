@@ -1,7 +1,5 @@
 """Warnings of implausible runs: a fired cycle that takes work, a speed without heat, a load that drives or stalls."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

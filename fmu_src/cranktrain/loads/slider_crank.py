@@ -10,8 +10,6 @@ with p the gauge pressure. A piston-pin offset e replaces x by x − e. Gravity 
 Nothing is linearised; the tangents are exact. Source: Lagrange's equations of the slider-crank with a free pin.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

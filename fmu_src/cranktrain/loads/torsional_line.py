@@ -18,8 +18,6 @@ all speeds of the line are then g times as large.
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

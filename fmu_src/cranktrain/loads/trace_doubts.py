@@ -10,8 +10,6 @@ and 1.45 in expansion, an early trace the reverse, and a zero that is too low ra
 degrees multiplies the k-th harmonic of a cycle of Z degrees by sin(x)/x, x = π k W/Z, so the spectrum has zeros.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

@@ -4,8 +4,6 @@
 :func:`cranktrain.dynamics.model.pack.pack` makes the arrays.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Constants of an engine that the preparation of a model reads together with temperatures and parameters."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.dynamics.model.records import Basis

@@ -4,8 +4,6 @@ Mounts are linear and stationary, so their stiffness and damping are part of the
 Displacements count from the engine's position at rest under its own weight, so each mount is preloaded with its part.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.core.errors import InputError

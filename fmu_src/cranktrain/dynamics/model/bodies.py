@@ -5,8 +5,6 @@ in the plane, whose displacement from the undeformed pin is exact at any angle),
 rotor (one rotation each). The block is extended by guided pistons, each with a motion across its cylinder and a tilt.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Numbers of a run from its settings, in the slots of :mod:`cranktrain.dynamics.model.numbers`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from cranktrain.core.reduced_body import Array

@@ -1,7 +1,5 @@
 """Force laws of an engine's own connections, one for each row that :mod:`.ports` lays out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -17,8 +17,6 @@ Loss factors must not become modal damping of a crankshaft alone, because parts 
 Source: S. H. Crandall, J. Sound Vib. 11 (1970) 3, the role of damping in vibration theory.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.core.reduced_body import Array, ReducedBody

@@ -1,7 +1,5 @@
 """Sizes of a model, and rows of force laws that an engine has only once, for kernels; Python uses ``dimensions``."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.topology.slots import MODES, OF_BLOCK, OF_CRANK, PORTS

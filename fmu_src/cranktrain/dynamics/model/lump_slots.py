@@ -1,7 +1,5 @@
 """Slots of the constants behind lumped data, see :mod:`cranktrain.dynamics.model.lumps`."""
 
-from __future__ import annotations
-
 # Slots of ``Lumps.traits`` for the crank:
 # CRANK_MASS, CRANK_CENTRE: mass, kg, and first of three coordinates of the centre of mass, m.
 # TWISTS, LOCKED: 1 if the crank only twists; 1 if its journals are locked on their axis.

@@ -5,8 +5,6 @@ the film tables stay those of the engine file; :mod:`cranktrain.dynamics.model.t
 values into a model. Bounds are those of the engine file's checks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache

@@ -4,8 +4,6 @@ The constants belong to the model with the engine file's values; :mod:`cranktrai
 arrays of other values from them. Only the scratch arrays are ever written to.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

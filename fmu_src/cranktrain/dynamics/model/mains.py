@@ -1,7 +1,5 @@
 """Main bearings of a run: force law, data, and the width over which a journal's tilt has an effect."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

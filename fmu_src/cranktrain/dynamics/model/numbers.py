@@ -5,8 +5,6 @@ The numbers are one float64 array, NUMBERS and then MOUNT_NUMBERS for each mount
 slot do not depend on the modules that make the numbers.
 """
 
-from __future__ import annotations
-
 # Numbers of gas, cylinders and surroundings:
 # SET_GAS_LOAD, SET_CRANKCASE: fraction of the burn's pressure rise, and pressure in the crankcase, Pa.
 # SET_BORE, SET_COMPRESSION: bore, m, and compression ratio.

@@ -5,8 +5,6 @@ engine into the plain values of a :class:`Cranktrain`; a topology alone makes a 
 frames that turn at the given speed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial

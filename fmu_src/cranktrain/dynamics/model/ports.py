@@ -28,8 +28,6 @@ stationary body act on the *relative* motion of their ports, see :mod:`cranktrai
 module uses this order, because each connection and each cylinder has its ports in its row.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple

@@ -4,8 +4,6 @@
 left there, so the result depends on its arguments alone.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

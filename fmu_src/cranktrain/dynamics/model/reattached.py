@@ -11,8 +11,6 @@ The result is exact if the crank has all its modes. For a truncated crank the ke
 the new modes as well as the old ones.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as at
 from cranktrain.dynamics.model import numbers as to

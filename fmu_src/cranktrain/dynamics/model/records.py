@@ -1,7 +1,5 @@
 """Records of the running model: all arrays that kernels of a run read, and the parts of which they consist."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

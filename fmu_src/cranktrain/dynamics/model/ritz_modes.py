@@ -6,8 +6,6 @@ rotations then make them orthogonal in the stiffness too.
 Source: G. H. Golub, C. F. Van Loan, *Matrix Computations*, section 8.5 (cyclic Jacobi).
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

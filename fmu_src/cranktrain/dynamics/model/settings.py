@@ -1,7 +1,5 @@
 """Settings of one run, their defaults for an engine, and checks of the chosen levels."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

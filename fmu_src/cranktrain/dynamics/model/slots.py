@@ -3,8 +3,6 @@
 Nothing is imported here, so that kernels which read a slot do not depend on the modules that make the arrays.
 """
 
-from __future__ import annotations
-
 # Columns of ``ModelArrays.cylinders``, one row for each cylinder:
 # M_SMALL, M_BIG: masses of the rod at its small end and at its big end (0 if the big end is free), kg.
 # M_OSC: mass of the piston and the rod's small end, kg.

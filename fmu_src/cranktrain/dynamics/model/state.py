@@ -8,8 +8,6 @@ the step. There may be room at the end for both ends of an internal step that re
 that get, set and serialise need.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 
 # Slots of the header, which holds scalars.

@@ -10,8 +10,6 @@ preparation is left. With the engine file's values the arrays are identical to t
 * Values of rods, pistons, connecting shaft, mounts, clearances, oil and damper follow the formulas of the builder.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -4,8 +4,6 @@ With q = T q' shapes become Φ T, loads Tᵀ f, matrices Tᵀ G T (:mod:`.reatta
 has the shape 1/√m and the load √m.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

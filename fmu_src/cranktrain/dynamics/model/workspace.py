@@ -1,7 +1,5 @@
 """Workspace of a running model, which the caller owns."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -13,8 +13,6 @@ The equations are those of the crank (:mod:`cranktrain.core.reduced_body`) with 
 α″Ω² + α′Ω̇ and the acceleration of its origin, o″Ω² + o′Ω̇.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

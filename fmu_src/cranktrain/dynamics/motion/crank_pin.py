@@ -4,8 +4,6 @@ With φ the rotation of the pin relative to its frame and X its undeformed posit
 its displacement u holds φ e_z×X, the rotation in the first order.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel

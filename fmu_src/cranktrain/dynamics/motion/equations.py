@@ -14,8 +14,6 @@ the body's mass times acceleration, which the equations of translation contain a
 at half a millimetre would twist pins against journals by 50 N m, and do work.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import block_port_count, crank_modes, term_row, turning_modes

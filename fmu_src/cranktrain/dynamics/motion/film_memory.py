@@ -4,8 +4,6 @@ The order of calls in a step is ``open_step``, then for each stage ``open_stage`
 ``close_stage``, and ``close_step`` at the end. If no law has a memory, they do nothing.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -11,8 +11,6 @@ bore is at rest. Other laws use axes of the frame. The rod leans by ψ with sin 
 big end from the axis of its cylinder, and rotates at ψ̇ = ṡ/(L cos ψ).
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

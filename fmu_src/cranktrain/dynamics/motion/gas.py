@@ -15,8 +15,6 @@ A trace phased to the frame instead of the crank would act on the drive line lik
 2.9 kN m/rad for the six at 2000 rev/min. The derivative of the torque by the pin's own angle has no mean over a cycle.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

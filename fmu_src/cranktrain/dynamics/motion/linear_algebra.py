@@ -1,7 +1,5 @@
 """Small dense linear algebra for the stage solver, as kernels without allocation."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.vectors import LANES, load, store, subtract_1x4, subtract_4x4, subtract_column, unpack
 

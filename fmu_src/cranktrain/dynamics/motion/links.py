@@ -9,8 +9,6 @@ Forces act at the displaced points: a force f on an interface that is displaced 
 mass also has the moment (u × f)_z on the body. Gravity and inertia act at that centre.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

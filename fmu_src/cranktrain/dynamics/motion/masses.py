@@ -6,8 +6,6 @@ pin and liner, so they are not part of the stage's Newton iteration. Ports that 
 loaded without tangents.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.crank_pin import accelerate, in_space

@@ -4,8 +4,6 @@ Components of terms come first, those of one body alone before others, since the
 body; then come the components that are ports. Only components of crank and block fill the matrix.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model import slots as at

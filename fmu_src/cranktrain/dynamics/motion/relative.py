@@ -9,8 +9,6 @@ because it is only Ω c_q/c_v, about a hundredth, of the others.
 On rigid ground there are no pairs, so relative motion is a copy of the ports' motion.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import block_port_count, turning_ports

@@ -13,8 +13,6 @@ for a low-speed engine whose crank is 0.8 degrees ahead of its frame. Up to ``LE
 correction is left out, because rods alone are soft.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.crank_pin import turn

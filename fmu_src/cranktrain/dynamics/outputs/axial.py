@@ -5,8 +5,6 @@ faces, and stretch of the crank between collar and pulley, by axial forces and, 
 bending.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import block_modes, collar_port, joint_row, turning_modes

@@ -6,8 +6,6 @@ outputs are 0. The load of a master rod's big end includes that of the articulat
 articulated rod is that of its knuckle pin.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.crank_pin import X, Y

@@ -1,7 +1,5 @@
 """Outputs of the crank as a whole, of torques, of gas work and of the solver."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel, law_kernel

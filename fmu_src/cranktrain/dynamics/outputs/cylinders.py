@@ -3,8 +3,6 @@
 Motion and forces are across and along the cylinder. Values that a level does not model are 0.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import law_kernel

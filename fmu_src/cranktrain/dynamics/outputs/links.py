@@ -1,7 +1,5 @@
 """Outputs of added bodies and connections, and their part in the energy balance."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel

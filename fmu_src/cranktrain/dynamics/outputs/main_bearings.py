@@ -7,8 +7,6 @@ and their least gap is that of the journal's middle. In an elastic bore, film_th
 deformed bore; gap.side and gap.rate are those of the rigid shell.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel, law_kernel

@@ -9,8 +9,6 @@ Names do not depend on levels, because the FMU's description is fixed before lev
 not model are 0.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field

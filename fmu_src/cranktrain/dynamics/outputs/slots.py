@@ -3,8 +3,6 @@
 They are in a file of their own, so that kernels which call the families do not depend on the register.
 """
 
-from __future__ import annotations
-
 # ADDRESS: address of the kernel that fills the family's values.
 # FIRST, END: index of the family's first value, and index after its last value.
 # MEMBERS, WANTED: number of members of the family; 1 if its values are wanted.

@@ -3,8 +3,6 @@
 Axes are at rest, x across the engine, y upwards, z along the crank. Values that a level does not model are 0.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import damper_row, turning_modes

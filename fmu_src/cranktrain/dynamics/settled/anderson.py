@@ -12,8 +12,6 @@ running.
 Source: D. G. Anderson, Iterative procedures for nonlinear integral equations, J. ACM 12, 1965.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -11,8 +11,6 @@ is learned from successive pairs of a change of the start and the change after t
 and carried over to the next speed, because S changes little with speed.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

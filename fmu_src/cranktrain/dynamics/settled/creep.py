@@ -7,8 +7,6 @@ sign. Then all modes settle together by Anderson's method (:mod:`anderson`). Wit
 that method is used.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.dynamics.model.records import ModelArrays, dimensions

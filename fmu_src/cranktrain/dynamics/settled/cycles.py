@@ -8,8 +8,6 @@ cycles then show after how many cycles p it comes nearest to itself, and from th
 M.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

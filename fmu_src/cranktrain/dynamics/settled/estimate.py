@@ -8,8 +8,6 @@ sizes of both parts are added, by the triangle inequality. States are measured b
 outputs that need it, else of crank and pistons.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

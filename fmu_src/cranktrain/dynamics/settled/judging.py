@@ -1,7 +1,5 @@
 """Settling error of each output family: RMS of the difference over RMS of the alternating part."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

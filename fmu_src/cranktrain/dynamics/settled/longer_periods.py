@@ -5,8 +5,6 @@ chaotic, the difference grows by the factor e^λ per cycle on average, with the 
 cycles, each compared with the most similar one, show this (after Rosenstein, Collins and De Luca, Physica D 65, 1993).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

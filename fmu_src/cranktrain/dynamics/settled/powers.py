@@ -1,7 +1,5 @@
 """Samples of the powers in the last cycle of a run, for its energy balance."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cranktrain.core.reduced_body import Array

@@ -1,7 +1,5 @@
 """Samples of a run with their times and crank angles, passed on to a sink that stores them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Protocol
 

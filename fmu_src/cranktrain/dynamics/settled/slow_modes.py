@@ -16,8 +16,6 @@ with K, C of the mounts, M of block, crank, rods and pistons, and the gyroscopic
 between its two tilts, R. A motion is split into slow modes and a rest by momentum; the rest has no such momentum.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Protocol

@@ -6,8 +6,6 @@ real motion to save the run the slow decay of the drive line's own vibration. Th
 rolls on its mounts under the mean and rocks under the alternating part, as a rigid body, with crank and pistons.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

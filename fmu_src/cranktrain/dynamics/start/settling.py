@@ -1,7 +1,5 @@
 """Initial state of a run: static equilibrium from any position, then velocities and accelerations of motion."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import crank_modes, turning_modes

@@ -1,7 +1,5 @@
 """Start of a run from its inputs alone, as one kernel that Python and every other driver call."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

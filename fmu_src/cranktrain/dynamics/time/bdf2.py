@@ -1,7 +1,5 @@
 """Step of the two-step backward differentiation formula: 3 v₁ = 4 v₀ − v₋₁ + 2h a₁, 3 q₁ = 4 q₀ − q₋₁ + 2h v₁."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, AUXILIARY, HISTORY, POSITION, STEP_LAST, VELOCITY, offset

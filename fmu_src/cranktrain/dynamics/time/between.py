@@ -16,8 +16,6 @@ on. The inputs are not kept, because they belong to communication points.
 Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), section II.6.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import (

@@ -15,8 +15,6 @@ If a step that reaches beyond the point fails, the communication step is repeate
 So a run fails only where a run that steps to every point fails.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -5,8 +5,6 @@ motion, over the RMS of their alternating part (averaged with a memory that fade
 and the thrust collar, over their clearance. A method without an embedded solution cannot adapt its step.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import call_kernel, kernel

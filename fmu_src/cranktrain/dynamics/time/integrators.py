@@ -4,8 +4,6 @@ Command line, FMU interface and studies read their lists of integrators here. A 
 its coefficients; a family is a file with its kernels and one row more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache

@@ -4,8 +4,6 @@ Extremes are taken at communication points, so that a partner that reads the spe
 degrees apart miss at most 1 − cos(n · 2.5°) of the amplitude of order n: 0.1 % of order 1, 0.9 % of order 3.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model.state import (
     IRREGULARITY,

@@ -3,8 +3,6 @@
 q₁ = q₀ + h v₀ + h² [(½−β) ā₀ + β ā₁] and v₁ = v₀ + h [(1−γ) ā₀ + γ ā₁] with (1−α_m) ā₁ + α_m ā₀ = (1−α_f) a₁ + α_f a₀.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import turning_modes

@@ -26,8 +26,6 @@ inputs that would need both are held. A communication step up to :data:`SLIVER` 
 they are, so that the next step includes it.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -6,8 +6,6 @@ q by one product. Terms that S lacks because the frame turns at Ω ≠ Ω₀ are
 with linearised forces, whose error the contraction estimate bounds.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -1,7 +1,5 @@
 """Status of a step or a preparation: the integers that kernels return, with their causes and remedies for a user."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED, WORK_SPENT, TOO_LONG = range(7)

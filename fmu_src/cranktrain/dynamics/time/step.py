@@ -6,8 +6,6 @@ in ``work.port[STATE_U]`` and the two rows after it, frame and pressures of stag
 ``work.pressures``; q, v and a of a solved stage in ``work.stage[i]``.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel

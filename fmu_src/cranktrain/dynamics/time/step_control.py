@@ -8,8 +8,6 @@ length. A step is halved if films close fast, after a failure, and with adaptive
 the tolerance or an event lies within it. It grows again when the error allows.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel

@@ -6,8 +6,6 @@ each stage follows, a_ij (strictly lower part used) with c_i in the last column.
 last row with the differences of the weights, b − b̂.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 
 HEAD, FIRST_STAGE = 0, 1

@@ -18,8 +18,6 @@ In a stage of every method here q = Q + c_q a and v = V + c_v a, where the true 
 * ``bdf2``, two steps: c_q = (2h/3)², c_v = 2h/3. After a change of the step Taylor's series replaces the last step.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -11,8 +11,6 @@ A stage that does not reach this error fails, and the communication step fails w
 iterations than the limit plus LAST_ITERATIONS for each stage that is not solved when the limit is reached.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
 

@@ -5,8 +5,6 @@ holds adds all its six components as ports, on crank and block too. The matrices
 wide as the largest body; those of a body start at its offset.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ Along the axis the law is that of a drive line's joint (:mod:`cranktrain.film.la
 teeth. About the axis it is a spring and damper, T = −k φ − c φ̇. The spring's torque presses the teeth together.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

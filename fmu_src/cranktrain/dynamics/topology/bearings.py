@@ -3,8 +3,6 @@
 The first end is the rotating body of the bearing, and the law is evaluated in the axes of its frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

@@ -9,8 +9,6 @@ with the tension T₀ at rest. ε is a hundredth of T₀ and rounds the corner w
 pulleys and the mass of the belt are neglected.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Arrays of added bodies: matrices and shapes one after the other, with bodies of a group in common modes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

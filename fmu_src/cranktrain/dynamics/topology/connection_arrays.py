@@ -1,7 +1,5 @@
 """Arrays of added connections: addresses of laws, terms of components, and couplings between components."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

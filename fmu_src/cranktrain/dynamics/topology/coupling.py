@@ -9,8 +9,6 @@ to the motion above the slip speed ω_s, and viscous far below it. A table T(φ)
 extrapolated beyond them.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

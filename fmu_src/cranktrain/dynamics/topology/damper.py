@@ -5,8 +5,6 @@ speed for which a run is prepared (action WARM); before that, the one at the fir
 of the engine's own damper are prepared with the model.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -14,8 +14,6 @@ offset e, and l the rod's length,
 both rotated by the cylinder's bank angle. All derivatives are by the crank angle θ.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

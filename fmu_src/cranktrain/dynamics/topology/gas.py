@@ -4,8 +4,6 @@ The pressure is that of one of the engine's cylinders, or a trace of its own ove
 points and periodic.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -14,8 +14,6 @@ Sources: DIN 3990/ISO 6336-1 for the forces' directions; A. Kahraman and R. Sing
 the mesh as a spring with a gap.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

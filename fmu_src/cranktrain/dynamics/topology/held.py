@@ -4,8 +4,6 @@ A rigid motion of the bodies that moves no component of any connection is held b
 do not hold, and a liner holds across its cylinder. A body that turns may be free to turn about its own axis.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

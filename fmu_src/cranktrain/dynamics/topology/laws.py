@@ -6,8 +6,6 @@ record, a class of data in :mod:`cranktrain.engine.connections`, and one row. Be
 be used too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields

@@ -4,8 +4,6 @@ The layers are those of :mod:`cranktrain.loads.piston_guidance`. Components are 
 layer across the cylinder, and the motion along it.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ A kernel is made for each law, when a model first needs its address. Records hol
 the exchanged data: last displacement and velocity, the forces found there, and whether the last call failed.
 """
 
-from __future__ import annotations
-
 import ctypes
 import dis
 import math

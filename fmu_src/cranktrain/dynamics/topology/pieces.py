@@ -1,7 +1,5 @@
 """Pieces of a connection, each with up to four components of motion and their force law."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

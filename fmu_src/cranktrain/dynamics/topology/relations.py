@@ -12,8 +12,6 @@ The crank may lead a group. Its first six modes remain the rigid motions of the 
 group turn in the ratios of their frames; other free motions follow, then elastic modes by frequency.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple

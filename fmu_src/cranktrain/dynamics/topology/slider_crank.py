@@ -11,8 +11,6 @@ the liner and its springs normal to it. An engine on soft mounts leans by a degr
 component of 2 kN across.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

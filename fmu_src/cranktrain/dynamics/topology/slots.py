@@ -1,7 +1,5 @@
 """Slots of the arrays of bodies and of connections by terms; nothing is imported here."""
 
-from __future__ import annotations
-
 # Rows of ``Bodies.rows``: the crank with all that turns with it, the block, then all other bodies.
 OF_CRANK, OF_BLOCK, OTHERS = range(3)
 # Columns of ``Bodies.rows``:

@@ -1,7 +1,5 @@
 """Force laws of springs and dampers along three axes at rest, and of a load given over the crank angle."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

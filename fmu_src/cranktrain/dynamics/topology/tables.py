@@ -1,7 +1,5 @@
 """Topology of an engine file, and names of the outputs of all added bodies and connections."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

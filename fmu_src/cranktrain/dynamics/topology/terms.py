@@ -12,8 +12,6 @@ If a body's end slides over a body at rest, as a piston over its block, the cont
 A rotation φ of that body then adds the motion φ×ρ at this point. Such terms are c(θ) times x or y of ρ.
 """
 
-from __future__ import annotations
-
 import cmath
 from typing import NamedTuple
 

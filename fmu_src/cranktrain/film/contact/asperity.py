@@ -19,8 +19,6 @@ Source: J. A. Greenwood, J. H. Tripp, The Contact of Two Nominally Flat Rough Su
 (1970) 625.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

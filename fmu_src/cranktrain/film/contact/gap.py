@@ -20,8 +20,6 @@ one of the two, surfaces in contact would pump oil without limit.
 Source of h_T: N. Patir, H. S. Cheng, J. Lubr. Technol. 100 (1978) 12.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

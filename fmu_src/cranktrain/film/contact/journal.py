@@ -16,8 +16,6 @@ contact and the coefficient μ on the pressure; it acts on the journal as a torq
 centres.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import NamedTuple

@@ -20,8 +20,6 @@ Sources: J. F. Archard, J. Appl. Phys. 24 (1953) 981; ηβσ of about 0.05 on su
 J. H. Tripp, Proc. Inst. Mech. Eng. 185 (1970) 625. The exponential form, r, ℓ and h_e are chosen.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -25,8 +25,6 @@ the mean gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal di
 small gap; its load is carried by contact. The matrix ∂R/∂u is an M-matrix by columns.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

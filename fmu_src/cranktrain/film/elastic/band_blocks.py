@@ -8,8 +8,6 @@ Layout: ``a[i, width + k]`` is A[i, i + k] for k = −width..width, followed by 
 multiple of four, see :func:`band_columns`.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.core.vectors import LANES, load, store
 

@@ -7,8 +7,6 @@ a small dense system in δ. If the ring of columns has no gap, one column of nod
 work on the mean gap h(H) of rough surfaces, so it is multiplied by dh/dH, like the squeeze.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -17,8 +17,6 @@ which are orthonormal in this mean. There are two kinds of shapes:
   contains all of the above effects; it cannot generate energy.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -17,8 +17,6 @@ only, so its error, O(h²) away from fronts, costs no oil.
 Source: C. Bolley, M. Crouzeix, R.A.I.R.O. Analyse numérique 12 (1978) 237.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.film.contact.gap import CLEAR, open_gap

@@ -21,8 +21,6 @@ The dependence of viscosity and density on pressure is that of :mod:`cranktrain.
 the bore, which is at rest. Gauge pressure is zero at both ends, and supply nodes have the supply pressure.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ least film of a tilted journal lies at an end. Supply acts at nodes. A circumfer
 spacing is a line. A small hole is a single node; its flow depends on the grid, because its size is the node's area.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Film height between journal and deformed bore, mean gap of rough surfaces, and contact pressure."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four
 from cranktrain.core.vectors import LANES, load, unpack

@@ -6,8 +6,6 @@ per bearing, because Roelands' law depends on the viscosity at ambient pressure.
 the exact slopes r/f. Beyond ``HIGHEST`` the viscosity is constant, because the laws are not supported by measurements.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

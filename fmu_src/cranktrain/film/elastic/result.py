@@ -1,7 +1,5 @@
 """Outputs of a converged elastic film: forces, least film, peak pressure, flows, friction, contact."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

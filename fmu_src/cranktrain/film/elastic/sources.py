@@ -3,8 +3,6 @@
 These follow from the factors of ∂R/∂H computed by :func:`cranktrain.film.elastic.balance.oil_balance`.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.core.vectors import LANES, load, store
 from cranktrain.film.elastic import grid as at

@@ -24,8 +24,6 @@ exact. The resulting error is the relative change of the film within a step time
 rule.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.contact.gap import open_gap
 from cranktrain.film.elastic.balance import side_conductance

@@ -13,8 +13,6 @@ coupled, the last column becomes a border (Schur complement), which triples the 
 Axial rows are padded with unit rows to a multiple of :data:`LANES`.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from cranktrain.core.kernel import kernel

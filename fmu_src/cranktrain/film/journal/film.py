@@ -28,8 +28,6 @@ Grid: node-centred finite volumes with midpoint faces on the nodes of :mod:`cran
 Source of the half-speed form: Booker, J. Basic Eng. 87 (1965) 537; of the substitution: Sommerfeld 1904.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -8,8 +8,6 @@ quadrature of fourth order. For the parabola of a short bearing the force would 
 as much too high with the second (which also changes the solution); with the mean only the next order remains.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import NamedTuple

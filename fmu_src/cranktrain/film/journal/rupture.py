@@ -6,8 +6,6 @@ positive surplus therefore reaches the unique solution from any initial guess. T
 the four unit solutions A λ = g.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four, put_four
 from cranktrain.film.journal.blocks import Ring, factor_ring, solve_ring, solve_ring_four

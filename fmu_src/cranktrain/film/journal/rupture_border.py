@@ -12,8 +12,6 @@ to zero at x*, h (½ + r) from the last node: the conductance of that face is di
 1938). As r reaches 1 the node joins the film at r = 0 with the same border, so the tangents pass smoothly.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four, put_four
 from cranktrain.film.journal.blocks import Ring, factor_ring, solve_ring_four

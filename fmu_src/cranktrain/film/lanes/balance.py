@@ -3,8 +3,6 @@
 Viscosity may depend on pressure, but the oil is incompressible.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import all_eight, choose, eight, most_of, put_eight
 from cranktrain.film.elastic import grid as one

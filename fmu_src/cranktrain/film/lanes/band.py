@@ -4,8 +4,6 @@ Each lane computes the same as :mod:`cranktrain.film.elastic.band_blocks` for on
 lanes are skipped, which does not change the result of any lane.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import all_eight, any_lane, choose, eight, minus_product, put_eight
 

@@ -1,7 +1,5 @@
 """Preparation of a step and of a solution of films in lanes: ring cuts, gaps, oil in voids, pressure weights."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -4,8 +4,6 @@ Generalised forces have the same numbers: 0..3 for x, y, a, b (−cos φ, −sin
 the bore.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import (
     add_to,

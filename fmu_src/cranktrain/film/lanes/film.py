@@ -5,8 +5,6 @@ result. A film's result therefore does not depend on the other lanes. Films that
 compressible oil, are solved by the solver of single films.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import (
     all_eight,

@@ -1,7 +1,5 @@
 """Mean gaps and contact of rough surfaces in lanes, read from a table of :mod:`cranktrain.film.contact.gap`."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import all_eight, any_lane, choose, eight, least_of, looked_up, most_of, put_eight
 from cranktrain.film.contact.asperity import HIGHEST

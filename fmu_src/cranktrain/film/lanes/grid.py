@@ -8,8 +8,6 @@ The ring of columns of every lane is cut where its film is ruptured. Columns are
 the geometry of a lane is rotated accordingly.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

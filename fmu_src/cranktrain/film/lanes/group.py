@@ -1,7 +1,5 @@
 """Solution of a group of up to eight elastic films at a stage of a step, including transfer from and to memory."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED

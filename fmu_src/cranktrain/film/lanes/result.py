@@ -1,7 +1,5 @@
 """Forces and, on request, other outputs of films in lanes, as :mod:`cranktrain.film.elastic.result`."""
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel

@@ -16,8 +16,6 @@ A bolted joint has F_max = ∞, so z is the displacement of the flywheel against
 Source: P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1 (1968).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Assembly of a model's bearings: makes a registered law's data, compiles its kernel, stores the addresses of both."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

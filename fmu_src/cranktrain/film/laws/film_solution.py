@@ -4,8 +4,6 @@ Films that were lined up are solved together at the first call for one of them; 
 :mod:`cranktrain.film.laws.films`. A film that fails in its lane is solved alone.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.elastic.content import begin_content, content_rates, stage_content
 from cranktrain.film.elastic.film import CONVERGED, elastic_film

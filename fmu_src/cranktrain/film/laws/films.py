@@ -25,8 +25,6 @@ Laws with the trait TOGETHER solve films side by side. Before the first call of 
 passes the motion of its journal to each film. FORCE and CLOSE_STAGE then return the solution at this motion.
 """
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Sequence
 from typing import NamedTuple

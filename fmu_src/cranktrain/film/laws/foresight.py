@@ -6,8 +6,6 @@ A node that changed between full and ruptured keeps its last value. The guess sa
 their tolerance.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.laws.films import ELAPSED, GAIN, STAGE
 

@@ -20,8 +20,6 @@ mobility method (Booker 1965; Childs, Moes, van Leeuwen 1977); ω_J + ω_B − 2
 (1976).
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -1,7 +1,5 @@
 """Transformations of elastic films between the axes of the frame (journals) and of the bore."""
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four
 from cranktrain.film.elastic.grid import CLEARANCE, DAMPING, N_PHI, N_SHAPES, N_Z, PROFILE, STIFFNESS, ZETA

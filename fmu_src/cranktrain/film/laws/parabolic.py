@@ -17,8 +17,6 @@ Source of the axial profile: the classical short-to-finite Galerkin approximatio
 mode).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -11,8 +11,6 @@ if ruptured or at an end of the bore). The drop is 1 for a single line, and (s/w
 parabola of half width w. It is evaluated when the pressure is the largest of the cycle.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -5,8 +5,6 @@ law: every property of a law that a run needs is in its row. A new law needs one
 (:mod:`cranktrain.film.laws.films` describes the arguments of a kernel) and one row.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 

@@ -23,8 +23,6 @@ References: Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., ch. 6 and 7 
 distribution); ISO/TS 16281 (slices, profile); ISO 76 (static rating at 4000 MPa).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -18,8 +18,6 @@ Main bearings without clearance go with a closed thrust bearing: a spring of its
 Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

@@ -5,8 +5,6 @@ M-matrix by columns, which needs no pivoting. This is the main cost of every fil
 [unknown, right-hand side], so that the inner loops run over them.
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 
 

@@ -24,8 +24,6 @@ Sources: Elrod, J. Lubr. Technol. 103 (1981) 350 (fill transported upwind); Giac
 041702 (complementarity); Rheinboldt, J. Math. Anal. Appl. 32 (1970) 274 (M-functions).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

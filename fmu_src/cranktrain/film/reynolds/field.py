@@ -18,8 +18,6 @@ they create. Assumptions: laminar, isothermal, thin film; viscosity constant acr
 liquid is compressible: θ of a full film is ρ(p)/ρ(0), and volumes are those at p = 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -16,8 +16,6 @@ range of H the pressure factor keeps its value at the edge. For H → ∞ φ_x �
 Sources: N. Patir, H. S. Cheng, J. Lubr. Technol. 100 (1978) 12 and 101 (1979) 220.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -13,8 +13,6 @@ Source: Almqvist and Wall, in Advances in Tribology (2016), doi 10.5772/63533 (c
 density and viscosity by pressure); Bertocchi et al., Tribol. Int. 67 (2013) 61.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Outputs of a solved film: flows through edges and grooves, largest pressure, shear on both surfaces."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

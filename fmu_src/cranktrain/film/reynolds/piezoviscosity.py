@@ -5,8 +5,6 @@ constant viscosity with the same rupture (q ≥ 0 where p ≥ 0), whatever the l
 If f grows fast, q has a limit (1/α for Barus' law f = exp αp); a rigid film that needs a larger q has no solution.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -8,8 +8,6 @@ The flow through a face and the oil in a volume follow from the nominal film h, 
 and with 1/γ across. h_T is the mean gap between Gaussian surfaces. Both surfaces have the same pattern γ.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Boundary conditions of a film's pressure: edges, feeding grooves and holes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

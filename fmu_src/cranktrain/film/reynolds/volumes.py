@@ -5,8 +5,6 @@ nodes: a face lies half way between nodes and has the mean film (second order). 
 cell between nodes: a face crosses two cells, and h³ and h are summed over its halves, so steps on node lines are exact.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

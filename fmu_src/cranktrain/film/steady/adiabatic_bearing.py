@@ -5,8 +5,6 @@ The viscosity at each angle follows from the oil temperature at this angle, unif
 temperature changes by more than ``SETTLED``. Stiffness and damping are those for a fixed temperature field.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -23,8 +23,6 @@ Sources: A. Cameron, The Principles of Lubrication (Longmans, 1966), adiabatic b
 (1949) 201.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -17,8 +17,6 @@ rotation. ``none`` leaves reformation to Reynolds' condition: attitude up to 4.4
 L/D = 1, less than 0.5 % in load from ε = 0.4 on. ``two-axial`` are two grooves at ±90° to the load.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ The motion is steady. A rate of the eccentricity is an instantaneous one, with u
 comes from the supply only; a gap without rotation is initially full.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ bracket; the bracket is halved if a secant would leave it.
 Source: DIN 31652 (ISO 7902-1), heat balance of a bearing cooled by its oil.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

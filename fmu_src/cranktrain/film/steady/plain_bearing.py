@@ -5,8 +5,6 @@ Films between smooth rigid surfaces with constant oil properties and without oil
 :mod:`cranktrain.film.steady.mixed_bearing`, which combines all effects.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields

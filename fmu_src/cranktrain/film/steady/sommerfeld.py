@@ -11,8 +11,6 @@ The friction is that of the journal: shear of the whole circumference plus half 
 Butenschön (1976), whose tables of steady rotation have p = 0 on the line of the widest gap.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ density η of the asperities and the radius β of their tips. Both forms are acc
 Missing values are those of the engine files (:class:`cranktrain.engine.parts.PlainBearing`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any

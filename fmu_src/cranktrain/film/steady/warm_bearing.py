@@ -1,7 +1,5 @@
 """Steady bearing whose viscosity follows from its friction heat: equilibrium and heat balance solved together."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

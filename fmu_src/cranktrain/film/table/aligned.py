@@ -3,8 +3,6 @@
 Conventions, transition and status are those of :mod:`cranktrain.film.table.law`, with two degrees of freedom.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

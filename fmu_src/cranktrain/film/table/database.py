@@ -28,8 +28,6 @@ and moment error over |F| L/2, against films of twice as many nodes):
   films solved instead of tabled). The damping of a pure tilt rate is 15 % too large.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

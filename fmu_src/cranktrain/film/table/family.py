@@ -28,8 +28,6 @@ LEVER and SPREAD are chosen for least error over states of a running six-cylinde
 shells relieved by 0.15 clearances (``python benchmarks/film_table.py`` prints the remaining error).
 """
 
-from __future__ import annotations
-
 from cranktrain.core.kernel import kernel
 
 CENTRED_TURN = 0.15

@@ -13,8 +13,6 @@ Splines are cubic in x and y (C²), quadratic in A and B (C¹). Coefficients of 
 that four functions are evaluated at once.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -11,8 +11,6 @@ tangents are therefore continuous, and nothing is extrapolated. The status is :d
 :data:`SOLVED`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

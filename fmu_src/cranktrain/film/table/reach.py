@@ -6,8 +6,6 @@ a_max(ε) is that whose least gap is one roughness below zero. In a straight she
 within the circle of radius ρ(ε). ρ is approximated by a polynomial, and the table is made for this polynomial.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

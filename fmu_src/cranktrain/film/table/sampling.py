@@ -4,8 +4,6 @@ Tilted films are extrapolated (Richardson) from two axial divisions; their veloc
 :mod:`cranktrain.film.table.family`.
 """
 
-from __future__ import annotations
-
 import math
 
 from cranktrain.core.kernel import kernel

@@ -4,8 +4,6 @@ Two points of the sampled family represent any velocity (:mod:`cranktrain.film.t
 state to the stored quarter of the table.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
