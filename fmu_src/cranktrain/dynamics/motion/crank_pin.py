@@ -8,7 +8,16 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.film.laws.films import ACCELERATION, TWIST, TWIST_CHANGE, TWIST_RATE, WHIRL, WHIRL_CHANGE
+from cranktrain.film.laws.films import (
+    ACCELERATION,
+    TWIST,
+    TWIST_CHANGE,
+    TWIST_COS,
+    TWIST_RATE,
+    TWIST_SIN,
+    WHIRL,
+    WHIRL_CHANGE,
+)
 
 # Motion of a point in a plane: position X, Y, velocity VX, VY, acceleration AX, AY. MORE: what rotation adds to the
 # displacement of a pin beyond the first order.
@@ -29,9 +38,18 @@ def turn(phi):
 
 
 @inlined_kernel
-def pin_place(pin, x, y, phi):
-    """Position in the frame of a ``pin`` (2,) that is displaced by x and y (m) and has rotated by ``phi`` (rad)."""
-    cos, sin = turn(phi)
+def tell_twist(phi, rate, change, numbers):
+    """Write the rotation (rad) of a first end in its frame and its derivatives to the ``numbers`` of a law."""
+    numbers[TWIST] = phi
+    numbers[TWIST_RATE] = rate
+    numbers[TWIST_CHANGE] = change
+    numbers[TWIST_COS], numbers[TWIST_SIN] = turn(phi)
+
+
+@inlined_kernel
+def pin_place(pin, x, y, numbers):
+    """Position in the frame of a ``pin`` (2,) that is displaced by x and y (m), with its rotation in ``numbers``."""
+    cos, sin, phi = numbers[TWIST_COS], numbers[TWIST_SIN], numbers[TWIST]
     return cos * pin[0] - sin * pin[1] + x + phi * pin[1], sin * pin[0] + cos * pin[1] + y - phi * pin[0]
 
 
@@ -73,7 +91,8 @@ def pin_motion(pin, place, velocity, numbers, out):
     more_ax = 0.0
     more_ay = 0.0
     if numbers[TWIST] != 0.0 or rate != 0.0:
-        cos, sin = turn(numbers[TWIST])
+        cos = numbers[TWIST_COS]
+        sin = numbers[TWIST_SIN]
         turned_x = cos * x0 - sin * y0
         turned_y = sin * x0 + cos * y0
         more_x = turned_x - x0 + numbers[TWIST] * y0

@@ -28,12 +28,11 @@ from cranktrain.dynamics.motion.film_ports import (
     place_pair,
     tell_law,
 )
-from cranktrain.dynamics.motion.gas import find_pressures
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.links import link_forces
 from cranktrain.dynamics.motion.masses import eye_force, mass_force
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
-from cranktrain.film.laws.films import FORCE, FRICTION, INERTANCE, MASS, RATIO, RUBBING, SPEED, film_call
+from cranktrain.film.laws.films import FORCE, FRICTION, FROZEN, INERTANCE, MASS, RATIO, RUBBING, SPEED, film_call
 from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 
@@ -114,7 +113,6 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     model.laws.numbers[RATIO] = ratio
     model.laws.numbers[INERTANCE] = 1.0 / c_q
     frame[at.GIVEN_POWER] = 0.0
-    find_pressures(model, work, frame, u, pressures, False)
     line_up_laws(model, work, frame)
     for k in range(term_row(model)):
         if model.laws.traits[k, MASS] > 0.0:
@@ -182,7 +180,8 @@ def journal_force(model, work, frame, k, ratio):
     laws.numbers[SPEED] = frame[at.OMEGA] + work.port[at.UD, spin]
     laws.numbers[RUBBING] = laws.numbers[SPEED]
     status = film_call(laws, FORCE, k, out, out)
-    pairs_block(out, ratio, whirl, work.blocks[k])
+    if laws.numbers[FROZEN] == 0.0:
+        pairs_block(out, ratio, whirl, work.blocks[k])
     torque = hand_pair(first, frame[at.CRANK_X], frame[at.CRANK_Y], out, u, f, 0.0)
     if tilts:
         torque = hand_pair(second, 0.0, 0.0, out[2:], u, f, torque)

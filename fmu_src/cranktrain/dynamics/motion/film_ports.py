@@ -15,7 +15,7 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.crank_pin import VX, VY, X, Y, cylinder_axes, in_space, pin_motion
+from cranktrain.dynamics.motion.crank_pin import VX, VY, X, Y, cylinder_axes, in_space, pin_motion, tell_twist
 from cranktrain.film.laws.films import (
     ANGLE,
     BY_PLACE,
@@ -28,9 +28,6 @@ from cranktrain.film.laws.films import (
     SPEED,
     TOGETHER,
     TURN,
-    TWIST,
-    TWIST_CHANGE,
-    TWIST_RATE,
     WHIRL,
     WHIRL_CHANGE,
     film_call,
@@ -107,9 +104,7 @@ def place_eye(model, k, u, ud, omega, pin_speed):
     velocity = model.laws.velocity[k]
     numbers[WHIRL] = omega
     numbers[WHIRL_CHANGE] = 0.0
-    numbers[TWIST] = u[row[at.SPIN]]
-    numbers[TWIST_RATE] = ud[row[at.SPIN]]
-    numbers[TWIST_CHANGE] = 0.0
+    tell_twist(u[row[at.SPIN]], ud[row[at.SPIN]], 0.0, numbers)
     i = row[at.FIRST]
     in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
     pin_motion(centre, place, velocity, numbers, pin)
@@ -189,8 +184,7 @@ def hand_forces(row, frame, out, u, f):
         y = 0.0
     if row[at.SPIN] >= 0:
         torque += out[FRICTION]
-    if row[at.TURNED] >= 0:
-        f[row[at.TURNED]] += torque
+    f[row[at.TURNED]] += torque
 
 
 @inlined_kernel

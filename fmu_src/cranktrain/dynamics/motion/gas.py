@@ -20,7 +20,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
-from cranktrain.dynamics.motion.crank_pin import cylinder_axes, pin_place, turn
+from cranktrain.dynamics.motion.crank_pin import cylinder_axes, pin_place
 from cranktrain.loads.articulated_rod import hung_pin
 from cranktrain.loads.gas_pressure import gas_pressures, gas_slopes
 
@@ -40,35 +40,32 @@ def gas_force(rod, scalars, pressure):
     return (pressure - scalars[at.CRANKCASE]) * rod[at.AREA] * rod[at.OWN_ROD]
 
 
-@kernel
-def find_pressures(model, work, frame, u, pressures, measured):
-    """Set the first half of ``pressures`` (2c,) to those at the cylinders' own angles, with the ports at u (m,).
+@inlined_kernel
+def find_pressure(model, work, frame, u, pressures, k, measured):
+    """Set the pressure of a cylinder to that at its own angle, with the ports at u (m,); k is the row of its rod.
 
-    The second half has pressures given over time. Fills ``work.gas`` as well, volumes only if they count or if they are
-    to be ``measured``.
+    The first half of ``pressures`` (2c,) is set, the second half has pressures given over time. The rotation of the
+    rod's pin is in the ``numbers`` of the force laws. Fills ``work.gas``, the volume only if it counts or is to be
+    ``measured``.
     """
-    cylinders = model.cylinders.shape[0]
-    for c in range(cylinders):
-        rod = model.cylinders[c]
-        end = int(rod[at.END_PORT])
-        pin = int(rod[at.PIN_PORT])
-        if end >= 0:
-            x, y = model.pins[c, 0] + u[end], model.pins[c, 1] + u[end + 1]
-        elif pin >= 0:
-            x, y = pin_place(model.pins[c], u[pin], u[pin + 1], u[int(rod[at.PIN_TURN])])
-        else:
-            cos, sin = turn(u[int(rod[at.PIN_TURN])])
-            x = cos * model.pins[c, 0] - sin * model.pins[c, 1]
-            y = sin * model.pins[c, 0] + cos * model.pins[c, 1]
-        found = work.gas[c]
-        if measured or frame[at.BURN] < 0.0:
-            found[at.VOLUME] = volume_over(rod, piston_height(model, frame, u, x, y, c) - work.rises[c, 0])
-        found[at.OWN_ANGLE] = own_angle(model, frame, u, x, y, c)
-        pressures[c], slope = cylinder_pressure(
-            model, work, frame, c, found[at.OWN_ANGLE], found[at.VOLUME], pressures[cylinders + c]
-        )
-        # With a block on mounts the gas has no tangent: head and liner have none, and the pin's force must match.
-        found[at.SLOPE] = slope if rod[at.LINER_PORT] < 0.0 else 0.0
+    row = model.connections[k]
+    c = row[at.OF_CYLINDER]
+    rod = model.cylinders[c]
+    numbers = model.laws.numbers
+    pin = model.pins[c]
+    i = row[at.FIRST]
+    if row[at.PAIRS] == 0:
+        x, y = pin_place(pin, u[i], u[i + 1], numbers)
+    else:
+        x, y = pin_place(pin, -u[i] * pin[1], u[i] * pin[0], numbers)
+    found = work.gas[c]
+    if measured or frame[at.BURN] < 0.0:
+        found[at.VOLUME] = volume_over(rod, piston_height(model, frame, u, x, y, c) - work.rises[c, 0])
+    found[at.OWN_ANGLE] = own_angle(model, frame, u, x, y, c)
+    given = pressures[model.cylinders.shape[0] + c]
+    pressures[c], slope = cylinder_pressure(model, work, frame, c, found[at.OWN_ANGLE], found[at.VOLUME], given)
+    # With a block on mounts the gas has no tangent: head and liner have none, and the pin's force must match.
+    found[at.SLOPE] = slope if row[at.FOLLOWED] < 0 else 0.0
 
 
 @inlined_kernel

@@ -14,7 +14,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import term_row, turning_ports
-from cranktrain.dynamics.motion.crank_pin import accelerate, in_space
+from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twist
 from cranktrain.dynamics.motion.film_ports import frame_numbers
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
@@ -35,9 +35,6 @@ from cranktrain.film.laws.films import (
     SIN,
     SLOPE,
     SPEED,
-    TWIST,
-    TWIST_CHANGE,
-    TWIST_RATE,
     WHIRL,
     WHIRL_CHANGE,
     film_call,
@@ -286,9 +283,8 @@ def tell_motion(model, work, frame, k):
     in_space(place[0], place[1], vx, vy, numbers, place, model.laws.velocity[k])
     accelerate(vx, vy, component(model, work, first, udd), component(model, work, first + 1, udd), place, numbers)
     spin = row[at.SPIN]
-    numbers[TWIST] = row[at.SENSE_A] * work.port[at.U, spin]
-    numbers[TWIST_RATE] = row[at.SENSE_A] * work.port[at.UD, spin]
-    numbers[TWIST_CHANGE] = row[at.SENSE_A] * udd[spin]
+    sense = row[at.SENSE_A]
+    tell_twist(sense * work.port[at.U, spin], sense * work.port[at.UD, spin], sense * udd[spin], numbers)
 
 
 @inlined_kernel

@@ -8,16 +8,16 @@ loaded without tangents.
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.crank_pin import accelerate, in_space
+from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twist
 from cranktrain.dynamics.motion.film_ports import (
     ROW,
     frame_again,
     frame_numbers,
-    hand_forces,
+    hand_pair,
     pairs_block,
     place_eye,
 )
-from cranktrain.dynamics.motion.gas import gas_force
+from cranktrain.dynamics.motion.gas import find_pressure, gas_force
 from cranktrain.film.laws.films import (
     ACCELERATION,
     BY_PLACE,
@@ -25,6 +25,7 @@ from cranktrain.film.laws.films import (
     FOLLOWED,
     FORCE,
     FRICTION,
+    FROZEN,
     GAS_POWER,
     GRAVITY,
     INERTANCE,
@@ -32,9 +33,6 @@ from cranktrain.film.laws.films import (
     PRESSURE,
     RATIO,
     SLOPE,
-    TWIST,
-    TWIST_CHANGE,
-    TWIST_RATE,
     WALL,
     WHIRL,
     WHIRL_CHANGE,
@@ -55,16 +53,22 @@ def mass_force(model, work, frame, pressures, k, c_q, c_v):
     row = model.connections[k]
     out = model.laws.out
     f = work.port[at.FORCES]
-    tell_mass(model, work, frame, pressures, k, at.U)
+    tell_mass(model, work, frame, pressures, k, at.U, False)
     inner = row[at.INNER] >= 0
     status = inner_force(model, work, k, c_q, c_v) if inner else film_call(model.laws, FORCE, k, out, out)
-    hand_forces(row, frame, out, work.port[at.U], f)
+    if row[at.PAIRS] < 0:
+        f[row[at.FIRST]] += out[0]
+    else:
+        torque = hand_pair(row[at.FIRST], frame[at.CRANK_X], frame[at.CRANK_Y], out, work.port[at.U], f, out[FRICTION])
+        if row[at.TURNED] >= 0:
+            f[row[at.TURNED]] += torque
     for j in range(3 if row[at.FOLLOWED] >= 0 else 0):
         f[row[at.FOLLOWED] + j] += out[FOLLOWED + j]
-    block = work.blocks[k]
-    for r in range(0, 2 * ROW, ROW):
-        for s in range(2):
-            block[r + s] = out[BY_PLACE + r + s]
+    if model.laws.numbers[FROZEN] == 0.0:
+        block = work.blocks[k]
+        for r in range(0, 2 * ROW, ROW):
+            for s in range(2):
+                block[r + s] = out[BY_PLACE + r + s]
     if frame[at.BURN] < 0.0:
         c = row[at.OF_CYLINDER]
         head = gas_force(model.cylinders[c], model.scalars, pressures[c]) * work.rises[c, 1]
@@ -73,10 +77,11 @@ def mass_force(model, work, frame, pressures, k, c_q, c_v):
 
 
 @inlined_kernel
-def tell_mass(model, work, frame, pressures, k, moved):
+def tell_mass(model, work, frame, pressures, k, moved, known):
     """Pass the motion of all its ports to the law of connection k, whose first end turns with the crank's frame.
 
-    The motion is in row ``moved`` of ``work.port`` (displacement) and in the two rows of rate and acceleration.
+    The motion is in row ``moved`` of ``work.port`` (displacement) and in the two rows of rate and acceleration. The gas
+    pressure is found as well, unless it is ``known``.
     """
     row = model.connections[k]
     numbers = model.laws.numbers
@@ -93,9 +98,10 @@ def tell_mass(model, work, frame, pressures, k, moved):
         in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
         accelerate(ud[i], ud[i + 1], udd[i], udd[i + 1], place, numbers)
     i = row[at.SPIN]
-    numbers[TWIST] = u[i] if i >= 0 else 0.0
-    numbers[TWIST_RATE] = ud[i] if i >= 0 else 0.0
-    numbers[TWIST_CHANGE] = udd[i] if i >= 0 else 0.0
+    if i >= 0:
+        tell_twist(u[i], ud[i], udd[i], numbers)
+    else:
+        tell_twist(0.0, 0.0, 0.0, numbers)
     i = row[at.INNER]
     if i >= 0:
         numbers[ACCELERATION + 2] = udd[i]
@@ -109,6 +115,8 @@ def tell_mass(model, work, frame, pressures, k, moved):
             numbers[WALL + 3 + j] = ud[i + j]
         numbers[WALL + 6] = frame[at.BLOCK_X]
         numbers[WALL + 7] = frame[at.BLOCK_Y]
+    if not known:
+        find_pressure(model, work, frame, u, pressures, k, False)
     c = row[at.OF_CYLINDER]
     numbers[PRESSURE] = pressures[c] - model.scalars[at.CRANKCASE]
     numbers[SLOPE] = work.gas[c, at.SLOPE]
@@ -165,7 +173,7 @@ def observe_mass(model, work, k):
     frame = work.frames[0]
     numbers = model.laws.numbers
     frame_numbers(frame, numbers)
-    tell_mass(model, work, frame, work.pressures[0], k, at.STATE_U)
+    tell_mass(model, work, frame, work.pressures[0], k, at.STATE_U, True)
     numbers[RATIO] = 0.0
     numbers[INERTANCE] = 0.0
     numbers[COUPLE] = 0.0

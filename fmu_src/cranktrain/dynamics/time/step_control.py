@@ -36,13 +36,14 @@ from cranktrain.dynamics.model.state import (
     offset,
 )
 from cranktrain.dynamics.motion.bodies import factor_stage, to_ports
+from cranktrain.dynamics.motion.crank_pin import tell_twist
 from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, motion_size, open_step
 from cranktrain.dynamics.motion.gas import (
     built_in,
     burn_share,
     crank_rotation,
     encoder_end,
-    find_pressures,
+    find_pressure,
     given_pressure,
 )
 from cranktrain.dynamics.motion.linear_algebra import dot
@@ -188,7 +189,11 @@ def pressures_at_state(model, work, state):
         for c in range(model.cylinders.shape[0]):
             for k in range(2):
                 work.rises[c, k] = dot(model.block.heads[c], state[first + k * n :], model.block.preload.shape[0])
-    find_pressures(model, work, frame, u, work.pressures[0], True)
+    for c in range(model.cylinders.shape[0]):
+        rod = int(model.cylinders[c, at.END_ROW])
+        spin = model.connections[rod, at.SPIN]
+        tell_twist(u[spin] if spin >= 0 else 0.0, 0.0, 0.0, model.laws.numbers)
+        find_pressure(model, work, frame, u, work.pressures[0], rod, True)
 
 
 @inlined_kernel

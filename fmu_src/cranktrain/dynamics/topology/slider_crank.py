@@ -42,6 +42,7 @@ from cranktrain.film.laws.films import (
     ECCENTRICITY,
     FOLLOWED,
     FRICTION,
+    FROZEN,
     GAS_POWER,
     GRAVITY,
     INERTANCE,
@@ -66,7 +67,9 @@ from cranktrain.loads.slider_crank import (
     BY_ACCELERATION,
     BY_VX,
     BY_X,
+    PISTON,
     PISTON_ACCELERATION,
+    PISTON_VELOCITY,
     pin_tangent,
     remainder_inertia,
     rod_force,
@@ -160,7 +163,7 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
         hang(rod[at.JOINT :], end, own.room[OF_MASTER:])
     for k in range(ECCENTRICITY):
         out[k] = 0.0
-    lean = piston_forces(own, i, place, velocity, numbers, action, out)
+    side, reach = piston_forces(own, i, place, velocity, numbers, action, out)
     g_x = numbers[GRAVITY] * own.up[i, 0]
     g_y = numbers[GRAVITY] * own.up[i, 1]
     m_b = rod[at.M_BIG]
@@ -168,11 +171,12 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
     found[1] -= m_b * (end[AY] + g_y)
     found[BY_ACCELERATION] -= m_b
     found[BY_ACCELERATION + 3] -= m_b
-    out[KINETIC] += 0.5 * m_b * (end[VX] * end[VX] + end[VY] * end[VY])
     tangent = out[BY_PLACE:]
     if action == OBSERVE:
         out[KNUCKLE] = found[0]
         out[KNUCKLE + 1] = found[1]
+    elif numbers[FROZEN] != 0.0:
+        pass
     elif hung:
         knuckle_tangent(rod[at.JOINT :], own.room[OF_MASTER:], numbers, found, cos, sin, tangent)
     else:
@@ -181,8 +185,8 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
         found[0], found[1], share = force_on_pin(rod[at.JOINT :], own.room[OF_MASTER:], found)
         if action == OBSERVE:
             out[HELD] = share
-    if numbers[SLOPE] != 0.0 and action != OBSERVE:
-        gas_tangent(own, rod, numbers[SLOPE], lean, cos, sin, tangent)
+    if numbers[SLOPE] != 0.0 and numbers[FROZEN] == 0.0 and action != OBSERVE:
+        gas_tangent(own, rod, numbers[SLOPE], side / reach, cos, sin, tangent)
     force_x = cos * found[0] + sin * found[1]
     force_y = cos * found[1] - sin * found[0]
     if action == OBSERVE:
@@ -207,122 +211,130 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
 def piston_forces(own, i, place, velocity, numbers, action, out):
     """Force of rod i without its big end, into its room, and the forces and figures of its piston, into ``out``.
 
-    Returns the tangent of the rod's angle to its cylinder.
+    Returns the distance (m) of the rod's end from the cylinder's axis or its guided piston, and that of the piston's
+    pin above the rod's end.
+    """
+    rod = own.rods[i]
+    end = own.room[OF_END:]
+    found = own.room[OF_ROD:]
+    guided = rod[at.PISTON_PORT] >= 0.0
+    side = end[X] - rod[at.OFFSET]
+    rate = end[VX]
+    change = end[AX]
+    gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
+    g_y = numbers[GRAVITY] * own.up[i, 1]
+    down = gas
+    if guided:
+        side -= place[2]
+        rate -= velocity[2]
+        change -= numbers[ACCELERATION + 2]
+        down = skirt_forces(own, i, (side, rate), place, velocity, numbers, action, out)
+    rod_force(
+        side + rod[at.OFFSET], end[Y], rate, end[VY], change, end[AY], down, rod[at.ROD], 0.0, rod[at.M_OSC],
+        rod[at.DELTA_J], rod[at.OFFSET], 0.0, g_y, found,
+    )  # fmt: skip
+    reach = found[PISTON] - end[Y]
+    # The friction torque of the big end's film on the rod is balanced by forces at the piston's guide and the big end.
+    balance = numbers[COUPLE] / reach if numbers[COUPLE] != 0.0 else 0.0
+    if guided:
+        weight = found[PISTON_ACCELERATION] + g_y
+        out[2] -= found[0] + balance
+        out[3] += weight * (own.guidance[UNBALANCE] * place[3] - rod[at.OFFSET] * rod[at.M_SMALL])
+        out[3] -= rod[at.OFFSET] * found[1]
+        if action != OBSERVE:
+            of_rod = found[BY_X] + numbers[RATIO] * found[BY_VX] + numbers[INERTANCE] * found[BY_ACCELERATION]
+            out[BY_PLACE + 10] += of_rod
+    else:
+        out[SIDE] = -found[0] - rod[at.M_OSC] * numbers[GRAVITY] * own.up[i, 0]
+        out[GAS_POWER] = -gas * found[PISTON_VELOCITY]
+        if action == OBSERVE:
+            out[RISING] = found[PISTON_VELOCITY]
+    found[0] += balance
+    out[HEIGHT] = found[PISTON]
+    out[SPEED] = found[PISTON_VELOCITY]
+    if action == OBSERVE:
+        swing = rate / reach
+        moving = rod[at.M_OSC] * out[SPEED] * out[SPEED] + rod[at.M_BIG] * (end[VX] * end[VX] + end[VY] * end[VY])
+        out[KINETIC] = 0.5 * (moving + rod[at.DELTA_J] * swing * swing)
+    return side, reach
+
+
+@inlined_kernel
+def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
+    """Forces of skirt and liner on guided piston i, and of these on the liner, into ``out``, and their tangents.
+
+    ``end_motion`` is the distance (m) of the rod's end from the piston across the cylinder, and its rate. Returns the
+    force (N) down the cylinder on the rod, of gas, friction and a leaning liner.
     """
     rod = own.rods[i]
     law = own.guidance
     end = own.room[OF_END:]
-    found = own.room[OF_ROD:]
     layer = own.room[OF_LAYER:]
-    guided = rod[at.PISTON_PORT] >= 0.0
-    followed = rod[at.LINER_PORT] >= 0.0
     wall = numbers[WALL:]
+    followed = rod[at.LINER_PORT] >= 0.0
+    side, side_rate = end_motion
+    gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
     lower = own.liners[i, 1]
     length = own.liners[i, 0] - lower
-    side = end[X] - rod[at.OFFSET]
-    side_rate = end[VX]
-    side_change = end[AX]
-    if guided:
-        side -= place[2]
-        side_rate -= velocity[2]
-        side_change -= numbers[ACCELERATION + 2]
     reach = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
     height = end[Y] + reach
     rate = end[VY] - side * side_rate / reach
-    gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
-    g_y = numbers[GRAVITY] * own.up[i, 1]
     slope = 0.0
     turning = 0.0
     if followed:
         slope = (wall[0] - wall[1]) / length
         turning = (wall[RATES] - wall[RATES + 1]) / length
     pressing = 0.0
-    first = 0.0
+    upper = 0.0
     tilting = 0.0
-    across_by = 0.0
-    tilt_by = 0.0
-    both_by = 0.0
     lost = 0.0
-    for k in range(2 if guided else 0):
-        at_height = law[LAYER_HEIGHT + k]
-        gap = place[2] - place[3] * at_height
-        gap_rate = velocity[2] - velocity[3] * at_height
+    for k in range(2):
+        above = law[LAYER_HEIGHT + k]
+        gap = place[2] - place[3] * above
+        gap_rate = velocity[2] - velocity[3] * above
         if followed:
             # Position of the piston along the liner, which has moved itself.
-            share = (height + at_height - wall[RISE] - lower) / length
+            share = (height + above - wall[RISE] - lower) / length
             gap -= share * wall[0] + (1.0 - share) * wall[1]
             gap_rate -= share * wall[RATES] + (1.0 - share) * wall[RATES + 1]
             gap_rate -= slope * (rate - wall[RATES + RISE])
         layer_force(law, k, gap, gap_rate, layer)
         if k == 0:
-            first = layer[0]
+            upper = layer[0]
         pressing += layer[0]
-        tilting += at_height * layer[0]
+        tilting += above * layer[0]
         lost -= layer[0] * gap_rate
         by = layer[1] + numbers[RATIO] * layer[2]
-        across_by += by
-        both_by -= at_height * by
-        tilt_by += at_height * at_height * by
-    rubbing = liner_friction(law, first, pressing - first, rate) if guided else 0.0
+        out[BY_PLACE + 10] += by
+        out[BY_PLACE + 11] -= above * by
+        out[BY_PLACE + 14] -= above * by
+        out[BY_PLACE + 15] += above * above * by
+    rubbing = liner_friction(law, upper, pressing - upper, rate)
     push = gas - rubbing
     down = push + slope * pressing
-    rod_force(
-        side + rod[at.OFFSET], end[Y], side_rate, end[VY], side_change, end[AY], down, rod[at.ROD], 0.0, rod[at.M_OSC],
-        rod[at.DELTA_J], rod[at.OFFSET], 0.0, g_y, found,
-    )  # fmt: skip
-    swing = side_rate / reach
-    out[KINETIC] = 0.5 * (rod[at.M_OSC] * rate * rate + rod[at.DELTA_J] * swing * swing)
-    rising = rate
-    lateral = 0.0
-    tilt = 0.0
-    if guided:
-        lateral = place[2]
-        tilt = place[3]
-        if followed:
-            foot = ((wall[0] - wall[1]) * -lower) / length + wall[1]
-            foot_rate = ((wall[RATES] - wall[RATES + 1]) * -lower) / length + wall[RATES + 1]
-            rising += slope * (velocity[2] - foot_rate - turning * height) + turning * (place[2] - foot)
-            lateral -= foot + slope * height
-            tilt += slope
-    # The friction torque of the big end's film on the rod is balanced by forces at the piston's guide and the big end.
-    balance = numbers[COUPLE] / reach
-    out[HEIGHT] = height
-    out[SPEED] = rate
-    out[GAS_POWER] = -gas * rising
+    foot = wall[1] - slope * lower if followed else 0.0
+    foot_rate = wall[RATES + 1] - turning * lower if followed else 0.0
+    rising = rate + slope * (velocity[2] - foot_rate - turning * height) + turning * (place[2] - foot)
+    across = pressing - slope * push
+    out[2] = across
+    out[3] = -tilting
     out[SIDE] = -pressing
-    if guided:
-        weight = found[PISTON_ACCELERATION] + g_y
-        across = -found[0] - balance - slope * push + pressing
-        out[2] = across
-        out[3] = weight * (law[UNBALANCE] * place[3] - rod[at.OFFSET] * rod[at.M_SMALL])
-        out[3] -= rod[at.OFFSET] * found[1] + tilting
-        if action != OBSERVE:
-            of_rod = found[BY_X] + numbers[RATIO] * found[BY_VX] + numbers[INERTANCE] * found[BY_ACCELERATION]
-            out[BY_PLACE + 10] = of_rod + across_by
-            out[BY_PLACE + 11] = both_by
-            out[BY_PLACE + 14] = both_by
-            out[BY_PLACE + 15] = tilt_by
-    else:
-        out[SIDE] = -found[0] - rod[at.M_OSC] * numbers[GRAVITY] * own.up[i, 0]
+    out[GAS_POWER] = -gas * rising
     if followed:
         # Reaction on the block of the forces of liner and gas on the piston, with its moment about the block's axis.
-        across = pressing - slope * push
-        moment = height * slope * push - place[2] * down - height * pressing - tilting
         block_x = wall[AXIS] * rod[at.COS_BANK] + wall[AXIS + 1] * rod[at.SIN_BANK]
         block_y = wall[AXIS + 1] * rod[at.COS_BANK] - wall[AXIS] * rod[at.SIN_BANK]
-        moment += block_x * down + block_y * across
-        upper = (moment + lower * across) / length
-        out[FOLLOWED] = upper
-        out[FOLLOWED + 1] = -across - upper
+        moment = (block_x - place[2]) * down + block_y * across - height * across - tilting
+        out[FOLLOWED] = (moment + lower * across) / length
+        out[FOLLOWED + 1] = -across - out[FOLLOWED]
         out[FOLLOWED + 2] = down - gas
-    found[0] += balance
     if action == OBSERVE:
         out[RISING] = rising
-        out[LATERAL] = lateral
-        out[TILT] = tilt
+        out[LATERAL] = place[2] - foot - slope * height
+        out[TILT] = place[3] + slope
         out[FRICTION_ALONG] = -rubbing
         out[SKIRT_LOSS] = lost
-    return side / reach
+    return down
 
 
 @inlined_kernel

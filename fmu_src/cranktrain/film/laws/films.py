@@ -62,7 +62,7 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM,
 # COS, SIN: cosine and sine of the frame's angle, relative to the bore if TURN is not 0.
 # ELAPSED, STEP: time from the step's start to the stage (s), length of the step (s).
 # GAIN, STAGE: g (s) of the stage's rule δ̇ = (δ − Δ)/g, and number of the stage.
-# FROZEN: 1 if the law may keep its last tangents.
+# FROZEN: 1 if the law may keep its last tangents, or leave them out.
 # ANGLE: angle of the frame, whole revolutions included (rad).
 # VISCOSITY, TOLERANCE: for OIL, viscosity at ambient pressure (Pa s), and Newton tolerance of the ports (clearances).
 # PRESSURE: gas pressure less crankcase pressure (Pa), for laws of a cylinder.
@@ -74,6 +74,7 @@ SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, 
 # Further columns, for laws with the trait MASS:
 # ACCELERATION: first of three accelerations in space, of the first two components and of the first inner one, m/s².
 # TWIST, TWIST_RATE, TWIST_CHANGE: rotation of the first end in its frame (rad), and its derivatives by time.
+# TWIST_COS, TWIST_SIN: cosine and sine of this rotation.
 # WHIRL, WHIRL_CHANGE: speed (rad/s) and acceleration (rad/s²) of the law's axes in space.
 # RATIO, INERTANCE: ∂u̇/∂u = c_v/c_q (1/s) and ∂ü/∂u = 1/c_q (1/s²) of the stage's rule; 0 outside a stage.
 # GRAVITY: acceleration due to gravity, m/s².
@@ -82,7 +83,7 @@ SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, 
 # WALL: first of three displacements (m) of the ports that the law follows, of their three rates (m/s), and of the
 # displacement x and y (m) of the axis of their body.
 ACCELERATION, TWIST, TWIST_RATE, TWIST_CHANGE, WHIRL, WHIRL_CHANGE, RATIO, INERTANCE, GRAVITY = 15, *range(18, 26)
-SLOPE, COUPLE, WALL, NUMBERS = 26, 27, 28, 36
+SLOPE, COUPLE, TWIST_COS, TWIST_SIN, WALL, NUMBERS = 26, 27, 28, 29, 30, 38
 
 # Traits of a law:
 # MEMORY: number of values that one film keeps in the state.
