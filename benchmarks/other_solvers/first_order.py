@@ -39,7 +39,7 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, pin_motion
+from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, pin_motion, tell_twist
 from cranktrain.dynamics.motion.equations import external_force
 from cranktrain.dynamics.motion.film_memory import memory_offset
 from cranktrain.dynamics.motion.film_ports import frame_numbers, hand_forces, place_law, tell_law
@@ -50,9 +50,6 @@ from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, SLIP, WIND
 from cranktrain.film.laws.films import (
     FORCE,
     MASS,
-    TWIST,
-    TWIST_CHANGE,
-    TWIST_RATE,
     WHIRL,
     WHIRL_CHANGE,
     film_call,
@@ -297,21 +294,18 @@ def _rod_forces(model, s):
     f = s.port[FORCES]
     r = s.out
     numbers = model.laws.numbers
-    numbers[WHIRL], numbers[WHIRL_CHANGE], numbers[TWIST_CHANGE] = s.frame[at.OMEGA], s.frame[at.OMEGA_DOT], 0.0
+    numbers[WHIRL], numbers[WHIRL_CHANGE] = s.frame[at.OMEGA], s.frame[at.OMEGA_DOT]
     for k in range(model.cylinders.shape[0]):
         rod = model.cylinders[k]
         # With ü = 0: the force without the pin's relative acceleration.
         first = int(rod[at.PIN_PORT])
         phi = s.port[PLACE, int(rod[at.PIN_TURN])]
-        numbers[TWIST] = phi
-        numbers[TWIST_RATE] = s.port[PACE, int(rod[at.PIN_TURN])]
+        tell_twist(phi, s.port[PACE, int(rod[at.PIN_TURN])], 0.0, numbers)
         place, velocity = model.laws.place[int(rod[at.PIN_ROW])], model.laws.velocity[int(rod[at.PIN_ROW])]
         vx, vy = s.port[PACE, first], s.port[PACE, first + 1]
         in_space(s.port[PLACE, first], s.port[PLACE, first + 1], vx, vy, numbers, place, velocity)
         accelerate(vx, vy, 0.0, 0.0, place, numbers)
-        pin_motion(model.pins[k], place, velocity, numbers, r)
-        x, y, vx, vy = four(r, 0)
-        ax, ay, more_x, more_y = four(r, 4)
+        x, y, vx, vy, ax, ay, more_x, more_y = pin_motion(model.pins[k], place, velocity, numbers)
         # A force acts at the lever of the whole displacement; turning alone carries the pin along.
         lever_x, lever_y = x - model.pins[k, 0], y - model.pins[k, 1]
         s.levers[k, 0] = lever_x

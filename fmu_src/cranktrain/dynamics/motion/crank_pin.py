@@ -19,9 +19,6 @@ from cranktrain.film.laws.films import (
     WHIRL_CHANGE,
 )
 
-# Motion of a point in a plane: position X, Y, velocity VX, VY, acceleration AX, AY. MORE: what rotation adds to the
-# displacement of a pin beyond the first order.
-X, Y, VX, VY, AX, AY, MORE = range(7)
 SMALL = 0.1
 """Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
 
@@ -72,18 +69,19 @@ def accelerate(vx, vy, ax, ay, place, numbers):
 
 
 @inlined_kernel
-def pin_motion(pin, place, velocity, numbers, out):
-    """Absolute motion (6,) of a ``pin`` (2,) along the axes of its frame, and MORE (2,), into ``out``.
+def pin_motion(pin, place, velocity, numbers):
+    """Absolute position, velocity and acceleration of a ``pin`` (2,) along the axes of its frame.
 
     ``place`` is its displacement, ``velocity`` the displacement's rate in space; rotation and accelerations are in the
-    ``numbers`` of a law with masses.
+    ``numbers`` of a law with masses. The last two results are what rotation adds to the displacement of the pin beyond
+    the first order.
     """
     whirl = numbers[WHIRL]
     change = numbers[WHIRL_CHANGE]
     rate = numbers[TWIST_RATE]
     x0 = pin[0]
     y0 = pin[1]
-    # First and second derivative of MORE in the frame's axes; both are 0 for a pin without rotation.
+    # First and second derivative of what rotation adds, in the frame's axes; both are 0 for a pin without rotation.
     more_x = 0.0
     more_y = 0.0
     more_vx = 0.0
@@ -91,10 +89,8 @@ def pin_motion(pin, place, velocity, numbers, out):
     more_ax = 0.0
     more_ay = 0.0
     if numbers[TWIST] != 0.0 or rate != 0.0:
-        cos = numbers[TWIST_COS]
-        sin = numbers[TWIST_SIN]
-        turned_x = cos * x0 - sin * y0
-        turned_y = sin * x0 + cos * y0
+        turned_x = numbers[TWIST_COS] * x0 - numbers[TWIST_SIN] * y0
+        turned_y = numbers[TWIST_SIN] * x0 + numbers[TWIST_COS] * y0
         more_x = turned_x - x0 + numbers[TWIST] * y0
         more_y = turned_y - y0 - numbers[TWIST] * x0
         more_vx = -rate * (turned_y - y0)
@@ -103,25 +99,14 @@ def pin_motion(pin, place, velocity, numbers, out):
         more_ay = numbers[TWIST_CHANGE] * (turned_x - x0) - rate * rate * turned_y
     x0 += more_x
     y0 += more_y
-    out[X] = x0 + place[0]
-    out[Y] = y0 + place[1]
-    out[VX] = velocity[0] + more_vx - whirl * y0
-    out[VY] = velocity[1] + more_vy + whirl * x0
-    out[AX] = numbers[ACCELERATION] + more_ax - 2.0 * whirl * more_vy - change * y0 - whirl * whirl * x0
-    out[AY] = numbers[ACCELERATION + 1] + more_ay + 2.0 * whirl * more_vx + change * x0 - whirl * whirl * y0
-    out[MORE] = more_x
-    out[MORE + 1] = more_y
+    vx = velocity[0] + more_vx - whirl * y0
+    vy = velocity[1] + more_vy + whirl * x0
+    ax = numbers[ACCELERATION] + more_ax - 2.0 * whirl * more_vy - change * y0 - whirl * whirl * x0
+    ay = numbers[ACCELERATION + 1] + more_ay + 2.0 * whirl * more_vx + change * x0 - whirl * whirl * y0
+    return x0 + place[0], y0 + place[1], vx, vy, ax, ay, more_x, more_y
 
 
 @inlined_kernel
 def cylinder_axes(rod, cos, sin):
     """Cosine and sine of the frame's angle relative to a rod's cylinder, from those of the frame's angle."""
     return cos * rod[at.COS_BANK] + sin * rod[at.SIN_BANK], sin * rod[at.COS_BANK] - cos * rod[at.SIN_BANK]
-
-
-@inlined_kernel
-def across_cylinder(motion, cos, sin, cross):
-    """Rotate a motion (six values) into axes of a cylinder, by cosine and sine of the frame's angle relative to it."""
-    for j in range(X, MORE, 2):
-        cross[j] = cos * motion[j] - sin * motion[j + 1]
-        cross[j + 1] = sin * motion[j] + cos * motion[j + 1]

@@ -15,7 +15,7 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.crank_pin import VX, VY, X, Y, cylinder_axes, in_space, pin_motion, tell_twist
+from cranktrain.dynamics.motion.crank_pin import cylinder_axes, in_space, pin_motion, tell_twist
 from cranktrain.film.laws.films import (
     ANGLE,
     BY_PLACE,
@@ -99,7 +99,6 @@ def place_eye(model, k, u, ud, omega, pin_speed):
     rod = model.cylinders[row[at.OF_CYLINDER]]
     centre = model.pins[row[at.OF_CYLINDER]]
     numbers = model.laws.numbers
-    pin = model.laws.out
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
     numbers[WHIRL] = omega
@@ -107,17 +106,17 @@ def place_eye(model, k, u, ud, omega, pin_speed):
     tell_twist(u[row[at.SPIN]], ud[row[at.SPIN]], 0.0, numbers)
     i = row[at.FIRST]
     in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
-    pin_motion(centre, place, velocity, numbers, pin)
+    pin_x, pin_y, pin_vx, pin_vy, _, _, _, _ = pin_motion(centre, place, velocity, numbers)
     i = row[at.FIRST + 2]
     in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
     x = centre[0] + place[0]
     y = centre[1] + place[1]
     vx = velocity[0] - omega * centre[1]
     vy = velocity[1] + omega * centre[0]
-    place[0] = pin[X] - x
-    place[1] = pin[Y] - y
-    velocity[0] = pin[VX] - vx
-    velocity[1] = pin[VY] - vy
+    place[0] = pin_x - x
+    place[1] = pin_y - y
+    velocity[0] = pin_vx - vx
+    velocity[1] = pin_vy - vy
     cos, sin = cylinder_axes(rod, numbers[COS], numbers[SIN])
     side = cos * x - sin * y - rod[at.OFFSET]
     height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)

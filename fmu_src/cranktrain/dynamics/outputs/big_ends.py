@@ -8,12 +8,11 @@ articulated rod is that of its knuckle pin.
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.crank_pin import X, Y
 from cranktrain.dynamics.motion.film_memory import recalling_call
 from cranktrain.dynamics.motion.film_ports import frame_again, frame_numbers, place_eye
 from cranktrain.dynamics.motion.masses import observe_mass
 from cranktrain.dynamics.topology.slider_crank import KNUCKLE, ON_PIN
-from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX
+from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX, X, Y
 from cranktrain.film.laws.parameters import CLEARANCE
 
 FORCE_X, FORCE_Y, POSITION_X, POSITION_Y, ECCENTRIC, FILM_MIN, PRESSURE_MAX, FRICTION_TORQUE, OIL_FLOW = range(9)

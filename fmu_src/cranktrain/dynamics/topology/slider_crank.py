@@ -19,20 +19,7 @@ import numpy as np
 from cranktrain.core.kernel import inlined_kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.crank_pin import (
-    AX,
-    AY,
-    MORE,
-    VX,
-    VY,
-    X,
-    Y,
-    accelerate,
-    across_cylinder,
-    cylinder_axes,
-    in_space,
-    pin_motion,
-)
+from cranktrain.dynamics.motion.crank_pin import accelerate, cylinder_axes, in_space, pin_motion
 from cranktrain.engine.connections import SliderCrank
 from cranktrain.film.laws.films import (
     ACCELERATION,
@@ -88,9 +75,9 @@ HEIGHT, SPEED, SIDE = P_MAX, P_MAX + 1, P_MAX + 2
 # ON_PIN: force (2) on the crank pin along the axes of its frame, N.
 RISING, LATERAL, TILT, FRICTION_ALONG, SKIRT_LOSS, KNUCKLE = range(BY_PLACE, BY_PLACE + 6)
 HELD, ON_PIN = KNUCKLE + 2, KNUCKLE + 3
-# Positions in a record's room: motion of the pin in its frame, motion of the rod's end in axes of its cylinder,
-# motion of the pin in axes of the master's cylinder, result of rod_force, and of a spring layer.
-OF_END, OF_MASTER, OF_ROD, OF_LAYER, ROOM = 8, 14, 26, 39, 42
+# Positions in a record's room: motion of an articulated rod's end in axes of its cylinder, motion of the pin in axes of
+# the master's cylinder, result of rod_force, and of a spring layer.
+OF_END, OF_MASTER, OF_ROD, OF_LAYER, ROOM = 0, 6, 18, 31, 34
 ROW = 4
 """Values in a row of the law's tangents."""
 RISE, RATES, AXIS = 2, 3, 6
@@ -143,32 +130,37 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
     """
     own = _read(record)
     rod = own.rods[i]
-    pin = own.room
-    end = own.room[OF_END:]
     found = own.room[OF_ROD:]
     held = rod[at.PIN_PORT] < 0.0
     if held:
         # The one component is the rotation, which the numbers hold as well.
-        x = own.pins[i, 0]
-        y = own.pins[i, 1]
+        x0 = own.pins[i, 0]
+        y0 = own.pins[i, 1]
         turned = numbers[TWIST], numbers[TWIST_RATE], numbers[TWIST_CHANGE]
-        in_space(-turned[0] * y, turned[0] * x, -turned[1] * y, turned[1] * x, numbers, place, velocity)
-        accelerate(-turned[1] * y, turned[1] * x, -turned[2] * y, turned[2] * x, place, numbers)
-    pin_motion(own.pins[i], place, velocity, numbers, pin)
+        in_space(-turned[0] * y0, turned[0] * x0, -turned[1] * y0, turned[1] * x0, numbers, place, velocity)
+        accelerate(-turned[1] * y0, turned[1] * x0, -turned[2] * y0, turned[2] * x0, place, numbers)
+    x, y, vx, vy, ax, ay, more_x, more_y = pin_motion(own.pins[i], place, velocity, numbers)
     hung = rod[at.MASTER] >= 0.0
     bank = own.rods[int(rod[at.MASTER])] if hung else rod
     cos, sin = cylinder_axes(bank, numbers[COS], numbers[SIN])
-    across_cylinder(pin, cos, sin, end)
+    # Motion of the rod's end across and along its cylinder.
+    across, along = cos * x - sin * y, sin * x + cos * y
+    across_v, along_v = cos * vx - sin * vy, sin * vx + cos * vy
+    across_a, along_a = cos * ax - sin * ay, sin * ax + cos * ay
     if hung:
+        end = own.room[OF_END:]
+        end[0], end[1], end[2], end[3], end[4], end[5] = across, along, across_v, along_v, across_a, along_a
         hang(rod[at.JOINT :], end, own.room[OF_MASTER:])
+        across, along, across_v, along_v, across_a, along_a = end[0], end[1], end[2], end[3], end[4], end[5]
+    end_motion = across, along, across_v, along_v, across_a, along_a
     for k in range(ECCENTRICITY):
         out[k] = 0.0
-    side, reach = piston_forces(own, i, place, velocity, numbers, action, out)
+    side, reach = piston_forces(own, i, end_motion, place, velocity, numbers, action, out)
     g_x = numbers[GRAVITY] * own.up[i, 0]
     g_y = numbers[GRAVITY] * own.up[i, 1]
     m_b = rod[at.M_BIG]
-    found[0] -= m_b * (end[AX] + g_x)
-    found[1] -= m_b * (end[AY] + g_y)
+    found[0] -= m_b * (across_a + g_x)
+    found[1] -= m_b * (along_a + g_y)
     found[BY_ACCELERATION] -= m_b
     found[BY_ACCELERATION + 3] -= m_b
     tangent = out[BY_PLACE:]
@@ -186,41 +178,41 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
         if action == OBSERVE:
             out[HELD] = share
     if numbers[SLOPE] != 0.0 and numbers[FROZEN] == 0.0 and action != OBSERVE:
-        gas_tangent(own, rod, numbers[SLOPE], side / reach, cos, sin, tangent)
+        gas_tangent(own, rod, numbers[SLOPE], side / reach, (x, y), cos, sin, tangent)
     force_x = cos * found[0] + sin * found[1]
     force_y = cos * found[1] - sin * found[0]
     if action == OBSERVE:
         out[ON_PIN] = force_x
         out[ON_PIN + 1] = force_y
     if held:
-        out[0] = pin[X] * force_y - pin[Y] * force_x
+        out[0] = x * force_y - y * force_x
         if action != OBSERVE:
             # The pin moves along its circle, while the force keeps its direction.
-            by_x = pin[X] * tangent[ROW] - pin[Y] * tangent[0]
-            by_y = pin[X] * tangent[ROW + 1] - pin[Y] * tangent[1]
-            tangent[0] = pin[X] * by_y - pin[Y] * by_x - pin[X] * force_x - pin[Y] * force_y
+            by_x = x * tangent[ROW] - y * tangent[0]
+            by_y = x * tangent[ROW + 1] - y * tangent[1]
+            tangent[0] = x * by_y - y * by_x - x * force_x - y * force_y
         out[FRICTION] = 0.0
         return 0
     out[0] = force_x
     out[1] = force_y
-    out[FRICTION] = pin[MORE] * force_y - pin[MORE + 1] * force_x
+    out[FRICTION] = more_x * force_y - more_y * force_x
     return 0
 
 
 @inlined_kernel
-def piston_forces(own, i, place, velocity, numbers, action, out):
+def piston_forces(own, i, end_motion, place, velocity, numbers, action, out):
     """Force of rod i without its big end, into its room, and the forces and figures of its piston, into ``out``.
 
-    Returns the distance (m) of the rod's end from the cylinder's axis or its guided piston, and that of the piston's
-    pin above the rod's end.
+    ``end_motion`` is the motion of the rod's end across and along its cylinder. Returns the distance (m) of the rod's
+    end from the cylinder's axis or its guided piston, and that of the piston's pin above the rod's end.
     """
     rod = own.rods[i]
-    end = own.room[OF_END:]
+    across, along, across_v, along_v, across_a, along_a = end_motion
     found = own.room[OF_ROD:]
     guided = rod[at.PISTON_PORT] >= 0.0
-    side = end[X] - rod[at.OFFSET]
-    rate = end[VX]
-    change = end[AX]
+    side = across - rod[at.OFFSET]
+    rate = across_v
+    change = across_a
     gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
     g_y = numbers[GRAVITY] * own.up[i, 1]
     down = gas
@@ -228,12 +220,12 @@ def piston_forces(own, i, place, velocity, numbers, action, out):
         side -= place[2]
         rate -= velocity[2]
         change -= numbers[ACCELERATION + 2]
-        down = skirt_forces(own, i, (side, rate), place, velocity, numbers, action, out)
+        down = skirt_forces(own, i, (side, rate, along, along_v), place, velocity, numbers, action, out)
     rod_force(
-        side + rod[at.OFFSET], end[Y], rate, end[VY], change, end[AY], down, rod[at.ROD], 0.0, rod[at.M_OSC],
+        side + rod[at.OFFSET], along, rate, along_v, change, along_a, down, rod[at.ROD], 0.0, rod[at.M_OSC],
         rod[at.DELTA_J], rod[at.OFFSET], 0.0, g_y, found,
     )  # fmt: skip
-    reach = found[PISTON] - end[Y]
+    reach = found[PISTON] - along
     # The friction torque of the big end's film on the rod is balanced by forces at the piston's guide and the big end.
     balance = numbers[COUPLE] / reach if numbers[COUPLE] != 0.0 else 0.0
     if guided:
@@ -254,7 +246,7 @@ def piston_forces(own, i, place, velocity, numbers, action, out):
     out[SPEED] = found[PISTON_VELOCITY]
     if action == OBSERVE:
         swing = rate / reach
-        moving = rod[at.M_OSC] * out[SPEED] * out[SPEED] + rod[at.M_BIG] * (end[VX] * end[VX] + end[VY] * end[VY])
+        moving = rod[at.M_OSC] * out[SPEED] * out[SPEED] + rod[at.M_BIG] * (across_v * across_v + along_v * along_v)
         out[KINETIC] = 0.5 * (moving + rod[at.DELTA_J] * swing * swing)
     return side, reach
 
@@ -263,22 +255,22 @@ def piston_forces(own, i, place, velocity, numbers, action, out):
 def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
     """Forces of skirt and liner on guided piston i, and of these on the liner, into ``out``, and their tangents.
 
-    ``end_motion`` is the distance (m) of the rod's end from the piston across the cylinder, and its rate. Returns the
-    force (N) down the cylinder on the rod, of gas, friction and a leaning liner.
+    ``end_motion`` is the distance (m) of the rod's end from the piston across the cylinder, its rate, and place and
+    rate of the end along the cylinder. Returns the force (N) down the cylinder on the rod, of gas, friction and a
+    leaning liner.
     """
     rod = own.rods[i]
     law = own.guidance
-    end = own.room[OF_END:]
     layer = own.room[OF_LAYER:]
     wall = numbers[WALL:]
     followed = rod[at.LINER_PORT] >= 0.0
-    side, side_rate = end_motion
+    side, side_rate, along, along_v = end_motion
     gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
     lower = own.liners[i, 1]
     length = own.liners[i, 0] - lower
     reach = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
-    height = end[Y] + reach
-    rate = end[VY] - side * side_rate / reach
+    height = along + reach
+    rate = along_v - side * side_rate / reach
     slope = 0.0
     turning = 0.0
     if followed:
@@ -359,12 +351,12 @@ def knuckle_tangent(joint, pin, numbers, found, cos, sin, tangent):
 
 
 @inlined_kernel
-def gas_tangent(own, rod, slope, lean, cos, sin, tangent):
+def gas_tangent(own, rod, slope, lean, pin, cos, sin, tangent):
     """Add to a rod's tangent the change of gas force; ``slope`` (Pa/rad) is over the angle of its pin.
 
-    ``lean`` is the tangent of the rod's angle to its cylinder.
+    ``lean`` is the tangent of the rod's angle to its cylinder, ``pin`` the place (2) of the pin, m.
     """
-    pin = own.room
+    x, y = pin
     push = own.room[OF_LAYER:]
     # Force on the rod's end by unit force on its piston.
     push[0] = lean
@@ -373,10 +365,10 @@ def gas_tangent(own, rod, slope, lean, cos, sin, tangent):
     push_y = -1.0
     if rod[at.MASTER] >= 0.0:
         push_x, push_y, _ = force_on_pin(rod[at.JOINT :], own.room[OF_MASTER:], push)
-    gain = slope * rod[at.AREA] * rod[at.OWN_ROD] / (pin[X] * pin[X] + pin[Y] * pin[Y])
+    gain = slope * rod[at.AREA] * rod[at.OWN_ROD] / (x * x + y * y)
     force_x = gain * (cos * push_x + sin * push_y)
     force_y = gain * (cos * push_y - sin * push_x)
-    tangent[0] -= force_x * pin[Y]
-    tangent[1] += force_x * pin[X]
-    tangent[ROW] -= force_y * pin[Y]
-    tangent[ROW + 1] += force_y * pin[X]
+    tangent[0] -= force_x * y
+    tangent[1] += force_x * x
+    tangent[ROW] -= force_y * y
+    tangent[ROW + 1] += force_y * x
