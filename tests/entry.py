@@ -538,12 +538,13 @@ def retuned(model, mode, omega):
 def let_go(run, big_ends=None):
     """Take the drive line's springs and dampers off; with ``big_ends`` (c,), kg, rods and pistons are these on pins."""
     model = run.model
-    cylinders, scalars = model.cylinders.copy(), model.scalars.copy()
+    scalars = model.scalars.copy()
     scalars[[at.SHAFT_K, at.SHAFT_C]] = 0.0
     if big_ends is not None:
-        cylinders[:, at.M_BIG] = big_ends
-        cylinders[:, [at.M_OSC, at.DELTA_J]] = 0.0
-    run.model = model._replace(cylinders=cylinders, scalars=scalars, shaft_laws=0.0 * model.shaft_laws)
+        # In place, since the law of the rods shares this array.
+        model.cylinders[:, at.M_BIG] = big_ends
+        model.cylinders[:, [at.M_OSC, at.DELTA_J]] = 0.0
+    run.model = model._replace(scalars=scalars, shaft_laws=0.0 * model.shaft_laws)
     make_anew(run)
 
 

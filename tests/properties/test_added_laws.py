@@ -596,7 +596,7 @@ WRONG = [
     ("thrust", COLLAR | {"contact_height": 1.5e-4}, REST, "contact_height: two of 0.15 mm"),
     ("thrust", COLLAR, ct.Frame("g", 1.0, axis=(0.4, -0.2)), "row of pads, which does not turn"),
     ("thrust", {key: COLLAR[key] for key in COLLAR if key != "pads"}, REST, "needs 'pads'"),
-    ("damper", RING, REST, "give both frames the same ratio"),
+    ("damper", RING, REST, "one end is at rest; join the other to a body that turns with the crank"),
     ("damper", RING | {"temperatures": (430.0,)}, ct.Frame("g", 2.0), "hotter than the damper's law is valid"),
     ("damper", RING | {"kind": "viscous"}, ct.Frame("g", 2.0), "viscosity: is missing"),
     ("damper", RING | {"loss_factr": 0.1}, ct.Frame("g", 2.0), "has no 'loss_factr'; did you mean 'loss_factor'"),

@@ -53,7 +53,7 @@ CASES = [(module, engine) for module in SIMULATIONS for engine in ("i6", "v8")]
 def parts_of(module):
     """Settings, run record and interface of a module."""
     package = f"cranktrain.modules.{MODULES[module].folder.name}"
-    names = {name: import_module(f"{package}.{name}") for name in ("file", "settings", "run_record", "native")}
+    names = {name: import_module(f"{package}.{name}") for name in ("file", "settings", "run_record", "simulation")}
     return SimpleNamespace(**names)
 
 
@@ -90,7 +90,7 @@ def test_the_interface_is_that_of_the_fmu(module, engine):
     """Inputs, outputs, parameters and choices of the run are those of interface.toml; all parameters are tried here."""
     settings = shipped(module, engine)
     parts, known = parts_of(module), variables(module, settings)
-    interface, run = parts.native.native_interface(settings), parts.settings.make_run(settings)
+    interface, run = parts.simulation.native_interface(settings), parts.settings.make_run(settings)
     for causality in ("input", "output"):
         names, array = (getattr(record, f"{causality}s") for record in (interface, run))
         assert sorted(names) == sorted(v.name for v in known if v.causality == causality)
@@ -112,7 +112,7 @@ def test_the_interface_is_that_of_the_fmu(module, engine):
 def test_a_run_prepared_for_other_parameters_is_one_made_for_them(module, engine):
     """Model and run to the bit; arrays that are called constant stay the very same, and there and back leads home."""
     settings, parts = shipped(module, engine), parts_of(module)
-    interface, chosen = parts.native.native_interface(settings), OTHERS[module]
+    interface, chosen = parts.simulation.native_interface(settings), OTHERS[module]
     run, home = (parts.settings.make_run(settings) for _ in range(2))
     other = parts.settings.make_run(with_chosen(settings, chosen))
     set_parameters(run, interface, chosen)
@@ -152,7 +152,7 @@ REFUSED_NUMBERS = [
 def test_every_status_of_numbers_is_met_here():
     """Two kinds of statuses have their own tests: numbers that are none, and choices that are not known."""
     for module in SIMULATIONS:
-        known = parts_of(module).native.native_interface(shipped(module, "i6")).statuses
+        known = parts_of(module).simulation.native_interface(shipped(module, "i6")).statuses
         met = {status_of(module, status) for name, _, status, _ in REFUSED_NUMBERS if name == module}
         assert met == {code for code in known if 20 <= code < 100}
 
@@ -167,7 +167,7 @@ def status_of(module, name):
 def test_numbers_are_refused_alike_by_status_and_by_error(module, chosen, status, words):
     settings, parts = shipped(module, "i6"), parts_of(module)
     code = status_of(module, status)
-    interface, run = parts.native.native_interface(settings), parts.settings.make_run(settings)
+    interface, run = parts.simulation.native_interface(settings), parts.settings.make_run(settings)
     before = {name: array.copy() for name, array in arrays(run.model).items()}
     set_parameters(run, interface, chosen)
     assert parts.run_record.prepare(run) == code
@@ -185,7 +185,7 @@ def test_numbers_are_refused_alike_by_status_and_by_error(module, chosen, status
 def test_numbers_that_are_none_and_choices_that_are_not_known(module):
     settings, parts = shipped(module, "i6"), parts_of(module)
     names = {"inputs_at": "inputs.at", "tolerance": "solver.tolerance"}
-    interface = parts.native.native_interface(settings, names)
+    interface = parts.simulation.native_interface(settings, names)
     run = parts.settings.make_run(settings)
     for slot, name in enumerate(interface.numbers):
         kept = run.numbers[slot]
@@ -241,7 +241,7 @@ def test_steps_are_refused_alike_by_status_and_by_error(module, case):
     for place, value in inputs.items():
         simulation.inputs[place] = value
     assert parts.run_record.advance_run(run, t_end) == code
-    kind, text = parts.native.native_interface(simulation.settings).statuses[code]
+    kind, text = parts.simulation.native_interface(simulation.settings).statuses[code]
     assert kind == REFUSED and text.partition(" ")[0] == words.partition(" ")[0]
     with pytest.raises(InputError, match=re.escape(words)):
         simulation.step(t_end)
@@ -277,7 +277,7 @@ def test_a_step_that_fails_is_named_and_the_state_stays(module):
     simulation.state = state
     before = simulation.outputs.copy()
     assert parts.run_record.advance_run(simulation._run, 1e-4) == code
-    kind, told = parts.native.native_interface(simulation.settings).statuses[code]
+    kind, told = parts.simulation.native_interface(simulation.settings).statuses[code]
     assert kind == FAILED and told.startswith(text)
     with pytest.raises(SolverError, match=words):
         simulation.step(1e-4)

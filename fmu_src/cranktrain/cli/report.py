@@ -123,7 +123,7 @@ def report(named: str | Path | Engine, ask: Report) -> VerbResult:
     gas = Request(speed_rpm=engine.best_speed / RPM, load=asked.load, **choices).gas(engine, option_of)
     links, found = _links(path), None
 
-    def written(made: Findings) -> Findings:
+    def written(made: "Findings") -> "Findings":
         made = replace(made, links=links)
         with whole_file(path, REPORT) as temporary:
             temporary.write_text(page(made), encoding="utf-8")

@@ -32,21 +32,24 @@ def check_held(topology: Topology) -> None:
     reach = max((float(np.ptp(body.reduced.positions, axis=0).max()) for body in bodies), default=0.0)
     rows = np.array(_motions(topology, bodies, first)).reshape(-1, 6 * len(bodies))
     rows[:, [k for k in range(6 * len(bodies)) if k % 6 > 2]] /= max(reach, 1e-3)
-    unit = np.eye(6 * len(bodies))
-    turning = [first[body.name] + 5 for body in bodies if topology.frame(body.frame).slider is None]
-    rows = np.vstack((rows, unit[turning]))
-    # A body is told the fewest ways in which it must be held, tilts before displacements.
+    # Tilts that nothing prevents are told first; a displacement counts as free if it is so without these.
+    tilts = dict[str, list[int]]()
     for body in bodies:
-        loose = set()
-        for way in (3, 4, 5, 0, 1, 2):
-            more = np.vstack((rows, unit[first[body.name] + way]))
+        tilts[body.name] = []
+        for way in (3, 4):
+            more = np.vstack((rows, np.eye(6 * len(bodies))[first[body.name] + way]))
             if np.linalg.matrix_rank(more, HELD) > np.linalg.matrix_rank(rows, HELD):
-                loose.add(way)
+                tilts[body.name].append(way)
                 rows = more
+    _, sizes, vectors = np.linalg.svd(np.vstack((rows, np.zeros((6 * len(bodies), 6 * len(bodies))))))
+    free = np.abs(vectors[sizes <= HELD]).max(axis=0, initial=0.0) > math.sqrt(HELD)
+    for body in bodies:
+        ways = (0, 1, 2) if topology.frame(body.frame).slider is None else (0, 1, 2, 5)
+        loose = sorted([*tilts[body.name], *(way for way in ways if free[first[body.name] + way])])
         if loose:
             raise InputError(
-                f"body '{body.name}': no connection holds it {', '.join(WAYS[way] for way in sorted(loose))}; add one, "
-                "such as a film, a spring, or a thrust"
+                f"body '{body.name}': no connection holds it {', '.join(WAYS[way] for way in loose)}; add one, such as "
+                "a film, a spring, or a thrust"
             )
 
 

@@ -1,6 +1,6 @@
 """Record of a combustion run, and the four kernels that operate it, from Python or from a library without Python.
 
-Each kernel returns a status: 0, or a number whose text is in :mod:`.native`. If it is not 0, model and state are
+Each kernel returns a status: 0, or a number whose text is in :mod:`.simulation`. If it is not 0, model and state are
 unchanged.
 """
 

@@ -42,6 +42,7 @@ from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.tangents import Tangents
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import coefficients_at
+from cranktrain.film.laws.films import MASS
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
 ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -162,7 +163,7 @@ class SmallMotions:
                 rows = components[numbers]
                 if np.any(rows):
                     parts.add(rows, tangents, 1j * band * speed if band else 0.0)
-            if k < int(self._model.layout[at.TERM_ROW]) and row[at.SPIN] >= 0:
+            if row[at.SHAPE] == at.OF_PORTS and row[at.SPIN] >= 0 and self._model.laws.traits[k, MASS] == 0.0:
                 self._journal_moments(parts, row, tangents[1:], laws, self.components()[numbers])
         self._interface_moments(parts, laws)
         return parts
