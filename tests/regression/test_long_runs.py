@@ -108,12 +108,12 @@ def test_an_interrupt_leaves_what_was_computed(tmp_path, capsys, monkeypatch, ta
 def test_an_interrupted_run_that_settles_keeps_its_last_cycle(tmp_path, monkeypatch):
     take, cycles = Recorder.take, []
 
-    def interrupted(recorder, rows, first=0):
+    def interrupted(recorder, rows, first=0, **more):
         cycles.append(first)
         if len(cycles) > 3:
-            take(recorder, rows[:20], first)
+            take(recorder, rows[:20], first, **more)
             raise KeyboardInterrupt
-        take(recorder, rows, first)
+        take(recorder, rows, first, **more)
 
     monkeypatch.setattr(Recorder, "take", interrupted)
     path = tmp_path / "run.h5"

@@ -29,6 +29,7 @@ from cranktrain.film.laws.films import (
     GAS_POWER,
     GRAVITY,
     INERTANCE,
+    INNER,
     OBSERVE,
     PRESSURE,
     RATIO,
@@ -39,6 +40,8 @@ from cranktrain.film.laws.films import (
     film_call,
 )
 
+BY_INNER = BY_PLACE + ROW * INNER + INNER
+"""First slot of the tangents of inner components by themselves."""
 INNER_STEPS = 12
 INNER_TOLERANCE = 1.0e-15
 """Most Newton steps of inner ports, and the change (m, rad) at which the iteration ends."""
@@ -106,8 +109,8 @@ def tell_mass(model, work, frame, pressures, k, moved, known):
     if i >= 0:
         numbers[ACCELERATION + 2] = udd[i]
         for j in range(2):
-            place[2 + j] = u[i + j]
-            velocity[2 + j] = ud[i + j]
+            place[INNER + j] = u[i + j]
+            velocity[INNER + j] = ud[i + j]
     i = row[at.FOLLOWED]
     if i >= 0:
         for j in range(3):
@@ -143,12 +146,12 @@ def inner_force(model, work, k, c_q, c_v):
     for _ in range(INNER_STEPS):
         laws.numbers[ACCELERATION + 2] = (u[i] - u_q[i]) / c_q
         for j in range(2):
-            place[2 + j] = u[i + j]
-            velocity[2 + j] = u_v[i + j] + c_v * ((u[i + j] - u_q[i + j]) / c_q)
+            place[INNER + j] = u[i + j]
+            velocity[INNER + j] = u_v[i + j] + c_v * ((u[i + j] - u_q[i + j]) / c_q)
         status = film_call(laws, FORCE, k, out, out)
         # r = u_free + c_q M⁻¹ f − u, and I − c_q M⁻¹ ∂f/∂u.
-        across, moment = out[2], out[3]
-        xx, xt, tx, tt = out[BY_PLACE + 10], out[BY_PLACE + 11], out[BY_PLACE + 14], out[BY_PLACE + 15]
+        across, moment = out[INNER], out[INNER + 1]
+        xx, xt, tx, tt = out[BY_INNER], out[BY_INNER + 1], out[BY_INNER + ROW], out[BY_INNER + ROW + 1]
         r_x = u_free[i] + c_q * (inverse[0, 0] * across + inverse[0, 1] * moment) - u[i]
         r_t = u_free[i + 1] + c_q * (inverse[1, 0] * across + inverse[1, 1] * moment) - u[i + 1]
         a = 1.0 - c_q * (inverse[0, 0] * xx + inverse[0, 1] * tx)
@@ -162,8 +165,8 @@ def inner_force(model, work, k, c_q, c_v):
         u[i + 1] += move_t
         if abs(move_x) + abs(move_t) < INNER_TOLERANCE:
             break
-    work.port[at.FORCES, i] = out[2]
-    work.port[at.FORCES, i + 1] = out[3]
+    work.port[at.FORCES, i] = out[INNER]
+    work.port[at.FORCES, i + 1] = out[INNER + 1]
     return status
 
 

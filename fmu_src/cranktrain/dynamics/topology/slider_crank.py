@@ -33,6 +33,7 @@ from cranktrain.film.laws.films import (
     GAS_POWER,
     GRAVITY,
     INERTANCE,
+    INNER,
     KINETIC,
     OBSERVE,
     P_MAX,
@@ -47,7 +48,7 @@ from cranktrain.film.laws.films import (
     WHIRL,
     WHIRL_CHANGE,
 )
-from cranktrain.loads.articulated_rod import force_change, force_on_pin, hang
+from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_change, force_on_pin, hang
 from cranktrain.loads.piston_guidance import HEIGHT as LAYER_HEIGHT
 from cranktrain.loads.piston_guidance import UNBALANCE, layer_force, liner_friction
 from cranktrain.loads.slider_crank import (
@@ -80,6 +81,8 @@ HELD, ON_PIN = KNUCKLE + 2, KNUCKLE + 3
 OF_END, OF_MASTER, OF_ROD, OF_LAYER, ROOM = 0, 6, 18, 31, 34
 ROW = 4
 """Values in a row of the law's tangents."""
+BY_INNER = BY_PLACE + ROW * INNER + INNER
+"""First slot of the tangents of a guided piston's own two components."""
 RISE, RATES, AXIS = 2, 3, 6
 """Positions in what the law is told of its liner: its rise, rates, and place of the block's axis."""
 
@@ -149,9 +152,9 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
     across_a, along_a = cos * ax - sin * ay, sin * ax + cos * ay
     if hung:
         end = own.room[OF_END:]
-        end[0], end[1], end[2], end[3], end[4], end[5] = across, along, across_v, along_v, across_a, along_a
+        end[X], end[Y], end[VX], end[VY], end[AX], end[AY] = across, along, across_v, along_v, across_a, along_a
         hang(rod[at.JOINT :], end, own.room[OF_MASTER:])
-        across, along, across_v, along_v, across_a, along_a = end[0], end[1], end[2], end[3], end[4], end[5]
+        across, along, across_v, along_v, across_a, along_a = end[X], end[Y], end[VX], end[VY], end[AX], end[AY]
     end_motion = across, along, across_v, along_v, across_a, along_a
     for k in range(ECCENTRICITY):
         out[k] = 0.0
@@ -217,8 +220,8 @@ def piston_forces(own, i, end_motion, place, velocity, numbers, action, out):
     g_y = numbers[GRAVITY] * own.up[i, 1]
     down = gas
     if guided:
-        side -= place[2]
-        rate -= velocity[2]
+        side -= place[INNER]
+        rate -= velocity[INNER]
         change -= numbers[ACCELERATION + 2]
         down = skirt_forces(own, i, (side, rate, along, along_v), place, velocity, numbers, action, out)
     rod_force(
@@ -230,12 +233,12 @@ def piston_forces(own, i, end_motion, place, velocity, numbers, action, out):
     balance = numbers[COUPLE] / reach if numbers[COUPLE] != 0.0 else 0.0
     if guided:
         weight = found[PISTON_ACCELERATION] + g_y
-        out[2] -= found[0] + balance
-        out[3] += weight * (own.guidance[UNBALANCE] * place[3] - rod[at.OFFSET] * rod[at.M_SMALL])
-        out[3] -= rod[at.OFFSET] * found[1]
+        out[INNER] -= found[0] + balance
+        out[INNER + 1] += weight * (own.guidance[UNBALANCE] * place[INNER + 1] - rod[at.OFFSET] * rod[at.M_SMALL])
+        out[INNER + 1] -= rod[at.OFFSET] * found[1]
         if action != OBSERVE:
             of_rod = found[BY_X] + numbers[RATIO] * found[BY_VX] + numbers[INERTANCE] * found[BY_ACCELERATION]
-            out[BY_PLACE + 10] += of_rod
+            out[BY_INNER] += of_rod
     else:
         out[SIDE] = -found[0] - rod[at.M_OSC] * numbers[GRAVITY] * own.up[i, 0]
         out[GAS_POWER] = -gas * found[PISTON_VELOCITY]
@@ -282,8 +285,8 @@ def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
     lost = 0.0
     for k in range(2):
         above = law[LAYER_HEIGHT + k]
-        gap = place[2] - place[3] * above
-        gap_rate = velocity[2] - velocity[3] * above
+        gap = place[INNER] - place[INNER + 1] * above
+        gap_rate = velocity[INNER] - velocity[INNER + 1] * above
         if followed:
             # Position of the piston along the liner, which has moved itself.
             share = (height + above - wall[RISE] - lower) / length
@@ -297,33 +300,33 @@ def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
         tilting += above * layer[0]
         lost -= layer[0] * gap_rate
         by = layer[1] + numbers[RATIO] * layer[2]
-        out[BY_PLACE + 10] += by
-        out[BY_PLACE + 11] -= above * by
-        out[BY_PLACE + 14] -= above * by
-        out[BY_PLACE + 15] += above * above * by
+        out[BY_INNER] += by
+        out[BY_INNER + 1] -= above * by
+        out[BY_INNER + ROW] -= above * by
+        out[BY_INNER + ROW + 1] += above * above * by
     rubbing = liner_friction(law, upper, pressing - upper, rate)
     push = gas - rubbing
     down = push + slope * pressing
     foot = wall[1] - slope * lower if followed else 0.0
     foot_rate = wall[RATES + 1] - turning * lower if followed else 0.0
-    rising = rate + slope * (velocity[2] - foot_rate - turning * height) + turning * (place[2] - foot)
+    rising = rate + slope * (velocity[INNER] - foot_rate - turning * height) + turning * (place[INNER] - foot)
     across = pressing - slope * push
-    out[2] = across
-    out[3] = -tilting
+    out[INNER] = across
+    out[INNER + 1] = -tilting
     out[SIDE] = -pressing
     out[GAS_POWER] = -gas * rising
     if followed:
         # Reaction on the block of the forces of liner and gas on the piston, with its moment about the block's axis.
         block_x = wall[AXIS] * rod[at.COS_BANK] + wall[AXIS + 1] * rod[at.SIN_BANK]
         block_y = wall[AXIS + 1] * rod[at.COS_BANK] - wall[AXIS] * rod[at.SIN_BANK]
-        moment = (block_x - place[2]) * down + block_y * across - height * across - tilting
+        moment = (block_x - place[INNER]) * down + block_y * across - height * across - tilting
         out[FOLLOWED] = (moment + lower * across) / length
         out[FOLLOWED + 1] = -across - out[FOLLOWED]
         out[FOLLOWED + 2] = down - gas
     if action == OBSERVE:
         out[RISING] = rising
-        out[LATERAL] = place[2] - foot - slope * height
-        out[TILT] = place[3] + slope
+        out[LATERAL] = place[INNER] - foot - slope * height
+        out[TILT] = place[INNER + 1] + slope
         out[FRICTION_ALONG] = -rubbing
         out[SKIRT_LOSS] = lost
     return down
