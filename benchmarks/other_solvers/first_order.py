@@ -303,7 +303,7 @@ def _rod_forces(model, s):
         tell_twist(phi, s.port[PACE, int(rod[at.PIN_TURN])], 0.0, numbers)
         place, velocity = model.laws.place[int(rod[at.PIN_ROW])], model.laws.velocity[int(rod[at.PIN_ROW])]
         vx, vy = s.port[PACE, first], s.port[PACE, first + 1]
-        in_space(s.port[PLACE, first], s.port[PLACE, first + 1], vx, vy, numbers, place, velocity)
+        in_space(s.port[PLACE, first], s.port[PLACE, first + 1], vx, vy, numbers[WHIRL], place, velocity)
         accelerate(vx, vy, 0.0, 0.0, place, numbers)
         x, y, vx, vy, ax, ay, more_x, more_y = pin_motion(model.pins[k], place, velocity, numbers)
         # A force acts at the lever of the whole displacement; turning alone carries the pin along.

@@ -51,12 +51,12 @@ def pin_place(pin, x, y, numbers):
 
 
 @inlined_kernel
-def in_space(x, y, vx, vy, numbers, place, velocity):
-    """Write a displacement in axes that turn and its rate in space to ``place`` and ``velocity``."""
+def in_space(x, y, vx, vy, whirl, place, velocity):
+    """Write a displacement in axes that turn at ``whirl`` (rad/s) to ``place``, its rate in space to ``velocity``."""
     place[0] = x
     place[1] = y
-    velocity[0] = vx - numbers[WHIRL] * y
-    velocity[1] = vy + numbers[WHIRL] * x
+    velocity[0] = vx - whirl * y
+    velocity[1] = vy + whirl * x
 
 
 @inlined_kernel

@@ -17,16 +17,15 @@ at half a millimetre would twist pins against journals by 50 N m, and do work.
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import block_port_count, crank_modes, term_row, turning_modes
+from cranktrain.dynamics.motion.crank_pin import in_space
 from cranktrain.dynamics.motion.film_ports import (
+    call_at_ports,
     frame_numbers,
     hand_forces,
     hand_pair,
     law_block,
     line_up_laws,
     pairs_block,
-    place_law,
-    place_pair,
-    tell_law,
 )
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.links import link_forces
@@ -146,9 +145,7 @@ def law_force(model, work, frame, k, ratio):
     """
     row = model.connections[k]
     laws = model.laws
-    place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
-    tell_law(model, frame, k, work.port[at.U], work.port[at.UD])
-    status = film_call(laws, FORCE, k, laws.out, laws.out)
+    status = call_at_ports(model, work, frame, FORCE, k, laws.out)
     hand_forces(row, frame, laws.out, work.port[at.U], work.port[at.FORCES])
     law_block(laws.out, row[at.COUPLED], row[at.PAIRS], ratio, frame[at.WHIRL], work.blocks[k])
     return status
@@ -174,9 +171,9 @@ def journal_force(model, work, frame, k, ratio):
     first = row[at.FIRST]
     tilts = row[at.COUPLED] > 2
     second = row[at.FIRST + 2]
-    place_pair(first, d, dd, whirl, place, velocity)
+    in_space(d[first], d[first + 1], dd[first], dd[first + 1], whirl, place, velocity)
     if tilts:
-        place_pair(second, d, dd, whirl, place[2:], velocity[2:])
+        in_space(d[second], d[second + 1], dd[second], dd[second + 1], whirl, place[2:], velocity[2:])
     laws.numbers[SPEED] = frame[at.OMEGA] + work.port[at.UD, spin]
     laws.numbers[RUBBING] = laws.numbers[SPEED]
     status = film_call(laws, FORCE, k, out, out)

@@ -59,18 +59,8 @@ def place_law(model, k, u, ud, whirl):
         velocity[r] = ud[port]
     if pairs >= 0:
         for r in range(pairs, size, 2):
-            place_pair(row[at.FIRST + r], u, ud, whirl, place[r:], velocity[r:])
-
-
-@inlined_kernel
-def place_pair(port, u, ud, whirl, place, velocity):
-    """Write displacement and velocity in space of a pair of components, from ``port`` on."""
-    x = u[port]
-    y = u[port + 1]
-    place[0] = x
-    place[1] = y
-    velocity[0] = ud[port] - whirl * y
-    velocity[1] = ud[port + 1] + whirl * x
+            i = row[at.FIRST + r]
+            in_space(u[i], u[i + 1], ud[i], ud[i + 1], whirl, place[r:], velocity[r:])
 
 
 @inlined_kernel
@@ -93,7 +83,7 @@ def place_eye(model, k, u, ud, omega, pin_speed):
 
     Sets speeds and axes of the rod in the ``numbers``, which must hold the frame's axes; :func:`frame_again` restores
     these. u and ud (m,) are the ports' motion, ``omega`` is the speed of the frame and ``pin_speed`` of the pin, rad/s.
-    Returns the height (m) of the small end above the big end, and the speed of the rod (rad/s).
+    Returns the speed of the rod, rad/s.
     """
     row = model.connections[k]
     rod = model.cylinders[row[at.OF_CYLINDER]]
@@ -105,10 +95,10 @@ def place_eye(model, k, u, ud, omega, pin_speed):
     numbers[WHIRL_CHANGE] = 0.0
     tell_twist(u[row[at.SPIN]], ud[row[at.SPIN]], 0.0, numbers)
     i = row[at.FIRST]
-    in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
+    in_space(u[i], u[i + 1], ud[i], ud[i + 1], omega, place, velocity)
     pin_x, pin_y, pin_vx, pin_vy, _, _, _, _ = pin_motion(centre, place, velocity, numbers)
     i = row[at.FIRST + 2]
-    in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
+    in_space(u[i], u[i + 1], ud[i], ud[i + 1], omega, place, velocity)
     x = centre[0] + place[0]
     y = centre[1] + place[1]
     vx = velocity[0] - omega * centre[1]
@@ -128,7 +118,7 @@ def place_eye(model, k, u, ud, omega, pin_speed):
     numbers[COS] = cos * lean_cos + sin * lean_sin
     numbers[SIN] = sin * lean_cos - cos * lean_sin
     numbers[TURN] = rod_speed
-    return height, rod_speed
+    return rod_speed
 
 
 @inlined_kernel

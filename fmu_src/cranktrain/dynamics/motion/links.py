@@ -27,6 +27,7 @@ from cranktrain.film.laws.films import (
     COUPLE,
     FORCE,
     FRICTION,
+    GAS_POWER,
     GRAVITY,
     INPUT,
     MASS,
@@ -103,6 +104,8 @@ def link_forces(model, work, frame, pressures, ratio):
     for k in range(term_row(model), model.connections.shape[0]):
         status |= link_law(model, work, frame, pressures, k, FORCE, work.scratch)
         row = model.connections[k]
+        if model.laws.traits[k, MASS] > 0.0 and frame[at.BURN] < 0.0:
+            frame[at.GIVEN_POWER] += out[GAS_POWER]
         first = row[at.GAP]
         for r in range(row[at.COUPLED]):
             gaps[top.F, first + r] = out[r]
@@ -280,7 +283,7 @@ def tell_motion(model, work, frame, k):
     udd = work.port[at.UDD]
     place = model.laws.place[k]
     vx, vy = work.links.gaps[top.DD, first], work.links.gaps[top.DD, first + 1]
-    in_space(place[0], place[1], vx, vy, numbers, place, model.laws.velocity[k])
+    in_space(place[0], place[1], vx, vy, numbers[WHIRL], place, model.laws.velocity[k])
     accelerate(vx, vy, component(model, work, first, udd), component(model, work, first + 1, udd), place, numbers)
     spin = row[at.SPIN]
     sense = row[at.SENSE_A]

@@ -11,15 +11,15 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twist
 from cranktrain.dynamics.motion.film_ports import (
     ROW,
-    frame_again,
+    call_at_ports,
     frame_numbers,
     hand_pair,
     pairs_block,
-    place_eye,
 )
 from cranktrain.dynamics.motion.gas import find_pressure, gas_force
 from cranktrain.film.laws.films import (
     ACCELERATION,
+    BY_INNER,
     BY_PLACE,
     COUPLE,
     FOLLOWED,
@@ -40,8 +40,6 @@ from cranktrain.film.laws.films import (
     film_call,
 )
 
-BY_INNER = BY_PLACE + ROW * INNER + INNER
-"""First slot of the tangents of inner components by themselves."""
 INNER_STEPS = 12
 INNER_TOLERANCE = 1.0e-15
 """Most Newton steps of inner ports, and the change (m, rad) at which the iteration ends."""
@@ -56,7 +54,9 @@ def mass_force(model, work, frame, pressures, k, c_q, c_v):
     row = model.connections[k]
     out = model.laws.out
     f = work.port[at.FORCES]
-    tell_mass(model, work, frame, pressures, k, at.U, False)
+    tell_mass(model, work, frame, k, at.U)
+    find_pressure(model, work, frame, work.port[at.U], pressures, k, False)
+    tell_gas(model, work, pressures, k)
     inner = row[at.INNER] >= 0
     status = inner_force(model, work, k, c_q, c_v) if inner else film_call(model.laws, FORCE, k, out, out)
     if row[at.PAIRS] < 0:
@@ -80,11 +80,10 @@ def mass_force(model, work, frame, pressures, k, c_q, c_v):
 
 
 @inlined_kernel
-def tell_mass(model, work, frame, pressures, k, moved, known):
+def tell_mass(model, work, frame, k, moved):
     """Pass the motion of all its ports to the law of connection k, whose first end turns with the crank's frame.
 
-    The motion is in row ``moved`` of ``work.port`` (displacement) and in the two rows of rate and acceleration. The gas
-    pressure is found as well, unless it is ``known``.
+    The motion is in row ``moved`` of ``work.port`` (displacement) and in the two rows of rate and acceleration.
     """
     row = model.connections[k]
     numbers = model.laws.numbers
@@ -98,7 +97,7 @@ def tell_mass(model, work, frame, pressures, k, moved, known):
     numbers[GRAVITY] = model.scalars[at.GRAVITY]
     i = row[at.FIRST]
     if row[at.PAIRS] == 0:
-        in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers, place, velocity)
+        in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers[WHIRL], place, velocity)
         accelerate(ud[i], ud[i + 1], udd[i], udd[i + 1], place, numbers)
     i = row[at.SPIN]
     if i >= 0:
@@ -118,9 +117,13 @@ def tell_mass(model, work, frame, pressures, k, moved, known):
             numbers[WALL + 3 + j] = ud[i + j]
         numbers[WALL + 6] = frame[at.BLOCK_X]
         numbers[WALL + 7] = frame[at.BLOCK_Y]
-    if not known:
-        find_pressure(model, work, frame, u, pressures, k, False)
-    c = row[at.OF_CYLINDER]
+
+
+@inlined_kernel
+def tell_gas(model, work, pressures, k):
+    """Pass the gas pressure, and the friction of a big end's film on the rod, to the law of connection k."""
+    numbers = model.laws.numbers
+    c = model.connections[k, at.OF_CYLINDER]
     numbers[PRESSURE] = pressures[c] - model.scalars[at.CRANKCASE]
     numbers[SLOPE] = work.gas[c, at.SLOPE]
     numbers[COUPLE] = work.gas[c, at.COUPLE]
@@ -176,7 +179,8 @@ def observe_mass(model, work, k):
     frame = work.frames[0]
     numbers = model.laws.numbers
     frame_numbers(frame, numbers)
-    tell_mass(model, work, frame, work.pressures[0], k, at.STATE_U, True)
+    tell_mass(model, work, frame, k, at.STATE_U)
+    tell_gas(model, work, work.pressures[0], k)
     numbers[RATIO] = 0.0
     numbers[INERTANCE] = 0.0
     numbers[COUPLE] = 0.0
@@ -194,9 +198,7 @@ def eye_force(model, work, frame, k, ratio):
     u = work.port[at.U]
     f = work.port[at.FORCES]
     spin = row[at.SPIN]
-    place_eye(model, k, u, work.port[at.UD], frame[at.OMEGA], frame[at.OMEGA] + work.port[at.UD, spin])
-    status = film_call(model.laws, FORCE, k, out, out)
-    frame_again(model.laws.numbers, frame[at.COS], frame[at.SIN])
+    status = call_at_ports(model, work, frame, FORCE, k, out)
     place = model.laws.place[k]
     end = row[at.FIRST + 2]
     couple = out[FRICTION] + place[0] * out[1] - place[1] * out[0]

@@ -53,7 +53,7 @@ def observe_floating(model, work, state, c, row):
     film = int(model.cylinders[c, at.PIN_ROW])
     pin_speed = frame[at.OMEGA] + ud[int(model.cylinders[c, at.PIN_TURN])]
     frame_numbers(frame, model.laws.numbers)
-    _, rod_speed = place_eye(model, film, u, ud, frame[at.OMEGA], pin_speed)
+    rod_speed = place_eye(model, film, u, ud, frame[at.OMEGA], pin_speed)
     recalling_call(model, state, OBSERVE, film, model.laws.out)
     frame_again(model.laws.numbers, frame[at.COS], frame[at.SIN])
     found, place, velocity = model.laws.out, model.laws.place[film], model.laws.velocity[film]

@@ -81,10 +81,8 @@ class DriveLine:
 
     def __init__(self, model: ModelArrays, speed: float, motions: Array | None = None) -> None:
         """See :meth:`.Line.of` for ``motions``, by default one of zero."""
-        line, t = (
-            Line.of(model, np.zeros((1, 2, model.omega2.size)) if motions is None else motions),
-            model.ports.shape[1],
-        )
+        line = Line.of(model, np.zeros((1, 2, model.omega2.size)) if motions is None else motions)
+        t = model.ports.shape[1]
         self._count = m = len(line.turns)
         self._turn = np.zeros((model.omega2.size, m))
         self._turn[:t] = line.turns.T

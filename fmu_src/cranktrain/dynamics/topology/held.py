@@ -23,7 +23,7 @@ HELD = 1.0e-9
 
 
 def check_held(topology: Topology) -> None:
-    """Raise ``InputError`` for a body that no connection holds, and for rigid gears that turn a body once more."""
+    """Raise ``InputError`` for a body that nothing holds, and for rigid gears between bodies that others join."""
     _check_relations(topology)
     bodies = topology.bodies
     if not bodies:

@@ -23,6 +23,7 @@ from cranktrain.dynamics.motion.crank_pin import accelerate, cylinder_axes, in_s
 from cranktrain.engine.connections import SliderCrank
 from cranktrain.film.laws.films import (
     ACCELERATION,
+    BY_INNER,
     BY_PLACE,
     COS,
     COUPLE,
@@ -81,8 +82,6 @@ HELD, ON_PIN = KNUCKLE + 2, KNUCKLE + 3
 OF_END, OF_MASTER, OF_ROD, OF_LAYER, ROOM = 0, 6, 18, 31, 34
 ROW = 4
 """Values in a row of the law's tangents."""
-BY_INNER = BY_PLACE + ROW * INNER + INNER
-"""First slot of the tangents of a guided piston's own two components."""
 RISE, RATES, AXIS = 2, 3, 6
 """Positions in what the law is told of its liner: its rise, rates, and place of the block's axis."""
 
@@ -117,7 +116,10 @@ def slider_crank_record(given: SliderCrank, sense: float, pin: Array) -> SliderC
 
 
 def own_rods(rods: Array, pins: Array, liners: Array, guidance: Array, up: Array | None = None) -> SliderCrankRecord:
-    """Record of rods, which shares these arrays. ``up`` is along the engine's y by default."""
+    """Record of rods that shares the arrays given, so that what a run changes in them holds for the law.
+
+    Without ``up`` (r, 2) the engine's y points upwards.
+    """
     own = np.ascontiguousarray(rods[:, [at.SIN_BANK, at.COS_BANK]]) if up is None else up
     return SliderCrankRecord(rods, pins, own, liners, guidance, np.zeros(ROOM))
 
@@ -140,7 +142,7 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
         x0 = own.pins[i, 0]
         y0 = own.pins[i, 1]
         turned = numbers[TWIST], numbers[TWIST_RATE], numbers[TWIST_CHANGE]
-        in_space(-turned[0] * y0, turned[0] * x0, -turned[1] * y0, turned[1] * x0, numbers, place, velocity)
+        in_space(-turned[0] * y0, turned[0] * x0, -turned[1] * y0, turned[1] * x0, numbers[WHIRL], place, velocity)
         accelerate(-turned[1] * y0, turned[1] * x0, -turned[2] * y0, turned[2] * x0, place, numbers)
     x, y, vx, vy, ax, ay, more_x, more_y = pin_motion(own.pins[i], place, velocity, numbers)
     hung = rod[at.MASTER] >= 0.0

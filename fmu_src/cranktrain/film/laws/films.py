@@ -48,10 +48,11 @@ X, Y, END_X, END_Y = range(4)
 # GAS_POWER, KINETIC: power of the gas on the law's own parts, W, and their kinetic energy, J; with the trait MASS.
 # FOLLOWED: first of three forces on ports that the law follows, N; with the trait MASS.
 # INNER: first of two components, among the four of a law with the trait MASS, that act on no other connection.
+# BY_INNER: first slot of the tangents by position of these two by themselves.
 BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES = 4, 20, 36, 37, 38
 P_MAX, FLOW, GAP, GAP_ANGLE, GAS_POWER, KINETIC, FOLLOWED = range(39, 46)
 SIZE = FOLLOWED + 3
-INNER = 2
+INNER, BY_INNER = 2, BY_PLACE + 10
 
 # Indices of the result of a law without tilt, see :func:`widen`: forces (2), tangents by place and velocity (2 × 2).
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
