@@ -96,7 +96,8 @@ NO_PORT = -1.0
 # SLOPE: derivative of the pressure by the angle of the cylinder's own pin, Pa/rad.
 # VOLUME, OWN_ANGLE: volume above the piston, m³, where it is needed, and the crank angle of the own pin, rad.
 # COUPLE: friction torque on the rod by the film of a floating big end, N m.
-SLOPE, VOLUME, OWN_ANGLE, COUPLE, GAS = range(5)
+# SEEN: 1 if the row of ``Work.rods`` is that of the state for which the pressure was found last.
+SLOPE, VOLUME, OWN_ANGLE, COUPLE, SEEN, GAS = range(6)
 # Columns of ``Work.frames``, one row for each stage, part 1:
 # THETA, OMEGA, OMEGA_DOT: angle, speed and acceleration of the crank's frame, rad, rad/s, rad/s².
 # LEAD, LEAD_RATE: lead of the frame relative to the shaft of given speed, rad, and its rate.

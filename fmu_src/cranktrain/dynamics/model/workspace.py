@@ -16,6 +16,7 @@ from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.dynamics.topology.records import Linear, LinkWork, linear_work, link_work
+from cranktrain.film.laws.films import SIZE
 
 
 @record
@@ -54,6 +55,7 @@ class Work(NamedTuple):
     counters: Array  # (COUNTERS,) counts of steps, stages, iterations and others, see dynamics.model.slots
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     gas: Array  # (c, GAS) see dynamics.model.slots
+    rods: Array  # (c, SIZE) result of each rod's law at the state, see film.laws.films
     pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given pressures as functions of time
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as applied in the present stage
     rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
@@ -100,6 +102,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         counters=z(at.COUNTERS),
         frames=z((MAX_STAGES, at.FRAME_SIZE)),
         gas=z((d.cylinders, at.GAS)),
+        rods=z((d.cylinders, SIZE)),
         pressures=z((MAX_STAGES, 2 * d.cylinders)),
         heads=z(d.cylinders),
         rises=z((d.cylinders, 2)),

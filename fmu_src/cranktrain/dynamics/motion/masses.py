@@ -174,17 +174,22 @@ def inner_force(model, work, k, c_q, c_v):
 
 
 @kernel
-def observe_mass(model, work, k):
-    """Call the law of connection k with OBSERVE at the state, without friction of a film on its rod."""
+def observe_rod(model, work, c):
+    """Fill ``work.rods[c]`` by the law of rod c at the state, once a state, without friction of a film on the rod."""
+    if work.gas[c, at.SEEN] > 0.0:
+        return
+    work.gas[c, at.SEEN] = 1.0
+    k = int(model.cylinders[c, at.END_ROW])
     frame = work.frames[0]
     numbers = model.laws.numbers
+    found = work.rods[c]
     frame_numbers(frame, numbers)
     tell_mass(model, work, frame, k, at.STATE_U)
     tell_gas(model, work, work.pressures[0], k)
     numbers[RATIO] = 0.0
     numbers[INERTANCE] = 0.0
     numbers[COUPLE] = 0.0
-    film_call(model.laws, OBSERVE, k, model.laws.out, model.laws.out)
+    film_call(model.laws, OBSERVE, k, found, found)
 
 
 @kernel

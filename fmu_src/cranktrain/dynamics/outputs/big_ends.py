@@ -10,7 +10,7 @@ from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.film_memory import recalling_call
 from cranktrain.dynamics.motion.film_ports import frame_again, frame_numbers, place_eye
-from cranktrain.dynamics.motion.masses import observe_mass
+from cranktrain.dynamics.motion.masses import observe_rod
 from cranktrain.dynamics.topology.slider_crank import KNUCKLE, ON_PIN
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX, X, Y
 from cranktrain.film.laws.parameters import CLEARANCE
@@ -33,12 +33,12 @@ def observe_big_ends(model, work, state, members, out):
             observe_floating(model, work, state, c, row)
         else:
             rod = model.cylinders[c]
-            observe_mass(model, work, int(rod[at.END_ROW]))
-            to_space(model.laws.out[KNUCKLE:], rod[at.COS_BANK], rod[at.SIN_BANK], row[FORCE_X:])
+            observe_rod(model, work, c)
+            to_space(work.rods[c, KNUCKLE:], rod[at.COS_BANK], rod[at.SIN_BANK], row[FORCE_X:])
             master = int(rod[at.MASTER])
             if master >= 0:  # a master rod has a lower number than its articulated rods
-                share = model.laws.out[ON_PIN:]
-                to_space(share, work.frames[0, at.COS], work.frames[0, at.SIN], share)
+                share = model.laws.out
+                to_space(work.rods[c, ON_PIN:], work.frames[0, at.COS], work.frames[0, at.SIN], share)
                 out[BIG_END_OUTPUTS * master + FORCE_X] += share[X]
                 out[BIG_END_OUTPUTS * master + FORCE_Y] += share[Y]
     return 0

@@ -8,7 +8,7 @@ import math
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.gas import crank_rotation, gas_force, rigid_volume, trace_angle
-from cranktrain.dynamics.motion.masses import observe_mass
+from cranktrain.dynamics.motion.masses import observe_rod
 from cranktrain.dynamics.topology.slider_crank import (
     FRICTION_ALONG,
     HEIGHT,
@@ -31,13 +31,13 @@ LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)
 def observe_cylinders(model, work, state, members, out):
     """Gas volume, its deviation from rigid parts, rates of both, piston position, and own crank angle of a cylinder."""
     frame = work.frames[0]
-    found = model.laws.out
     work.powers[at.GAS_POWER] = 0.0
     work.powers[at.GAS_WORK] = 0.0
     _, rate, _ = crank_rotation(model, state)
     for c in range(members):
         rod = model.cylinders[c]
-        observe_mass(model, work, int(rod[at.END_ROW]))
+        observe_rod(model, work, c)
+        found = work.rods[c]
         angle = trace_angle(model, c, work.gas[c, at.OWN_ANGLE])
         rigid, slope = rigid_volume(model, c, frame[at.CRANK])
         row = out[CYLINDER_OUTPUTS * c : CYLINDER_OUTPUTS * (c + 1)]
@@ -58,13 +58,13 @@ def observe_cylinders(model, work, state, members, out):
 @law_kernel
 def observe_pistons(model, work, state, members, out):
     """Piston motion in the liner, across at the height of the pin and in tilt; forces on it, across and along."""
-    found = model.laws.out
     work.powers[at.LINERS_FRICTION] = 0.0
     work.powers[at.LINERS_LOSS] = 0.0
     work.powers[at.SKIRTS_LOSS] = 0.0
     for c in range(members):
         row = out[PISTON_OUTPUTS * c : PISTON_OUTPUTS * (c + 1)]
-        observe_mass(model, work, int(model.cylinders[c, at.END_ROW]))
+        observe_rod(model, work, c)
+        found = work.rods[c]
         row[LATERAL] = found[FOUND_LATERAL]
         row[TILT] = found[FOUND_TILT]
         row[SIDE_FORCE] = found[SIDE]
