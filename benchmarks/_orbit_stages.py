@@ -23,7 +23,7 @@ from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, FIRST_STAGE, HEA
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.elastic.grid import FILM_MIN, OIL, SIDE_FLOW, SUPPLY_FLOW
-from cranktrain.film.lanes.grid import lane_work
+from cranktrain.film.elastic.workspace import lane_work
 from cranktrain.film.laws.bearings import enter
 from cranktrain.film.laws.ehd import ElasticBore, elastic_bore, elastic_law, film_size
 from cranktrain.film.laws.films import (
@@ -144,7 +144,7 @@ class StagedFilms:
     def __init__(self, orbits: Orbits, lanes: bool = False) -> None:
         self.orbits, bore = orbits, orbits.bore
         count = len(bore.viscosities)
-        self.bore = bore._replace(lanes=lane_work(bore.film, count if lanes else 0))
+        self.bore = bore._replace(lanes=lane_work(bore.film, count if lanes else 0, singles=True))
         films = no_films(count)
         films.numbers[SPEED] = films.numbers[RUBBING] = orbits.speed
         films.numbers[COS], films.numbers[SIN] = 1.0, 0.0

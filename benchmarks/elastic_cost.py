@@ -30,24 +30,15 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
-from cranktrain.film.elastic.balance import Rates, film_rates, film_start, oil_balance
-from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
-from cranktrain.film.elastic.border import border_equations, film_tangents, present_loads, solution_loads
-from cranktrain.film.elastic.grid import (
-    FACE_OPEN,
-    FILM,
-    KNOWN,
-    OUT_SIZE,
-    PACE,
-    PLACE,
-    SHIFT,
-    START_PLACE,
-    START_SHIFT,
-    ElasticGrid,
-)
-from cranktrain.film.elastic.height import face_films, node_films, open_films
-from cranktrain.film.elastic.result import film_result
-from cranktrain.film.elastic.sources import shape_sources
+from cranktrain.film.elastic.balance import oil_balance
+from cranktrain.film.elastic.band import factor_lanes, solve_lanes
+from cranktrain.film.elastic.begin import begin_solution, prepare_step
+from cranktrain.film.elastic.border import border_equations, present_loads, shape_sources, solution_loads
+from cranktrain.film.elastic.film import arrange, film_tangents
+from cranktrain.film.elastic.gaps import open_gaps
+from cranktrain.film.elastic.grid import ROUGHNESS, ElasticGrid
+from cranktrain.film.elastic.result import film_figures, film_forces
+from cranktrain.film.elastic.workspace import FAILED
 from cranktrain.film.laws.ehd import FINE as GRID
 from cranktrain.film.laws.ehd import ElasticBore, pressure_peaks
 from cranktrain.film.laws.film_solution import EVALUATIONS, PASSES, TANGENTS
@@ -161,107 +152,102 @@ def _microseconds(call: Callable[..., Any], *arguments: Any) -> float:
 
 
 @compiled
-def _start(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+def _start(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        film_start(film, work.vectors[START_PLACE], work.vectors[START_SHIFT], start, rates, work.nodes, work.faces)
-        film_rates(film, work.vectors[PLACE], work.vectors[PACE], work.vectors[KNOWN], rates.per_gain, work.nodes)
+        prepare_step(film, work, 0, own.start)
+        begin_solution(film, work, 0, rates[0], rates[1])
 
 
 @compiled
-def _heights(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+def _gaps(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        node_films(film, work.vectors[PLACE], work.vectors[SHIFT], work.nodes[FILM])
-        face_films(film, work.vectors[PLACE], work.vectors[SHIFT], work.faces[FACE_OPEN])
-        open_films(film, film.constants[8], work.nodes, work.faces)
+        open_gaps(film, work, 0, film.constants[ROUGHNESS])
 
 
 @compiled
-def _balance(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+def _balance(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        oil_balance(film, rates, work.nodes, work.faces, 0, work.band, work.residual)
+        width = arrange(film, work, 0, rates[0])
+        oil_balance(film, work, 0, width, rates[0])
 
 
 @compiled
-def _sources(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+def _sources(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        shape_sources(film, rates.per_gain, work.nodes, work.faces, 0, 0, work.columns[0])
+        shape_sources(film, work, 0, rates[1])
 
 
 @compiled
-def _copies(calls: int, band: Array, columns: Array, work: Any, n_z: int) -> None:
+def _factors(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
+    width = arrange(film, work, 0, rates[0])
     for _ in range(calls):
-        work.band[:, :] = band
+        oil_balance(film, work, 0, width, rates[0])
+        factor_lanes(work.band, work.columns.shape[0], width, work.lane, FAILED)
 
 
 @compiled
-def _factors(calls: int, band: Array, columns: Array, work: Any, n_z: int) -> None:
+def _solves(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
+    width = arrange(film, work, 0, rates[0])
     for _ in range(calls):
-        work.band[:, :] = band
-        factor_blocks(work.band, work.band.shape[0], n_z)
+        solve_lanes(work.band, work.columns.shape[0], width, work.columns, 0)
 
 
 @compiled
-def _solves(calls: int, band: Array, columns: Array, work: Any, n_z: int) -> None:
+def _loads(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        work.columns[0, :, :] = columns
-        solve_blocks(work.band, work.band.shape[0], n_z, work.columns[0])
+        solution_loads(film, work, 0, 0, 0)
 
 
 @compiled
-def _loads(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+def _present(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        solution_loads(film, 0, work.band.shape[0], 0, 1, work)
+        present_loads(film, work, 0, True)
 
 
 @compiled
-def _present(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+def _border(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        present_loads(film, work)
+        border_equations(film, work, 1, 0)
 
 
 @compiled
-def _border(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
+def _tangents(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
+    width = arrange(film, work, 0, rates[0])
     for _ in range(calls):
-        border_equations(film, 0, False, work.band.shape[0], 1, 0, work)
+        film_tangents(film, work, 0, width, own.out)
 
 
 @compiled
-def _tangents(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
-    out = np.zeros(OUT_SIZE)
+def _result(calls: int, film: Any, work: Any, own: Any, rates: Any) -> None:
     for _ in range(calls):
-        film_tangents(film, 0, False, work, out)
+        film_forces(film, work, 0, own.out)
+        film_figures(film, work, 0, own.out)
 
 
-@compiled
-def _result(calls: int, film: Any, rates: Rates, work: Any, start: Array) -> None:
-    out = np.zeros(OUT_SIZE)
-    for _ in range(calls):
-        film_result(film, 2.0 * rates.half_speed, rates.per_gain, work, out)
+PARTS = {
+    "start of a solution": _start,
+    "gaps": _gaps,
+    "balance of oil with its matrix": _balance,
+    "sources of the shapes": _sources,
+    "factors": _factors,
+    "solution of eight right-hand sides": _solves,
+    "loads of eight solutions": _loads,
+    "loads of the present pressure": _present,
+    "border": _border,
+    "tangents": _tangents,
+    "result of a solution": _result,
+}
 
 
 def parts(bore: ElasticBore, run: Simulation) -> dict[str, float]:
     """Microseconds of a film's parts at the last state of its run, whose films were solved one by one.
 
-    Once a solution, once an iteration, and tangents.
+    Once a solution, once an iteration, and tangents. Factors overwrite the matrix, which is made anew for each.
     """
-    work = bore.scratch
     per_step = SPEED / run.settings.step
-    rates = Rates(0.5 * SPEED, per_step, per_step / 0.2929)
-    given = (bore.film, rates, work, bore.memory.start[-1])
-    found = {"start of a solution": _microseconds(_start, *given)}
-    found["heights"] = _microseconds(_heights, *given)
-    found["balance of oil with its matrix"] = _microseconds(_balance, *given)
-    found["sources of eight shapes"] = _microseconds(_sources, *given)
-    band, columns = work.band.copy(), work.columns[0].copy()
-    solving = (band, columns, work, GRID.n_z)
-    copy = _microseconds(_copies, *solving)
-    found["factors"] = _microseconds(_factors, *solving) - copy
-    found["solution of eight right-hand sides"] = _microseconds(_solves, *solving) - copy
-    found["loads of eight solutions"] = _microseconds(_loads, *given)
-    found["loads of the present pressure"] = _microseconds(_present, *given)
-    found["border"] = _microseconds(_border, *given)
-    found["tangents"] = _microseconds(_tangents, *given)
-    found["result of a solution"] = _microseconds(_result, *given)
+    given = (bore.film, bore.scratch, bore.memory, (per_step, per_step / 0.2929))
+    found = {name: _microseconds(part, *given) for name, part in PARTS.items()}
+    found["factors"] -= found["balance of oil with its matrix"]
     return {name: round(value, 2) for name, value in found.items()}
 
 

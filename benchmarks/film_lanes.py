@@ -20,7 +20,7 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
-from cranktrain.film.lanes.grid import lane_work
+from cranktrain.film.elastic.workspace import lane_work
 from cranktrain.film.laws.film_solution import EVALUATIONS, GROUP_PASSES, GROUPS, PASSES
 from cranktrain.structure.assembly import assemble
 
@@ -36,7 +36,7 @@ def cost(bearings: str, alone: bool = False) -> dict[str, Any]:
     run.initialize()
     record = None if made.parts.bore is None else RECORDS[int(run.model.films.entry[0, 1])]
     if alone:
-        record = record._replace(lanes=lane_work(record.film, 0))
+        record = record._replace(lanes=lane_work(record.film, 0, singles=True))
         run.model.films.entry[:, 1] = keep_record(record, run.model.laws.entry)
     length = 4.0 * math.pi / SPEED
     step = communication_step(SPEED, made.settings.step)

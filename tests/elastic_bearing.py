@@ -2,19 +2,21 @@
 
 import numpy as np
 
+from cranktrain.film.elastic.content import CONTENT
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import (
     DAMPING,
     FILL_MEAN,
     FORCE,
     OIL,
-    OUT_SIZE,
     SIDE_FLOW,
     STIFFNESS,
     SUPPLY_FLOW,
     ElasticGrid,
-    FilmHistory,
 )
+from cranktrain.film.elastic.grid import VISCOSITY as VISCOSITY_AT
+from cranktrain.film.elastic.workspace import WEIGHT, lane_work
+from cranktrain.film.laws.ehd import elastic_memory
 
 DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4
 GRID, STEP = ElasticGrid(48, 7), np.radians(1.0)
@@ -44,18 +46,25 @@ class Bearing:
         self.film = grid.film(
             **sizes, shapes=bore_shapes(grid, count), compliance=softness * COMPLIANCE[:count], **options
         )
-        self.work = grid.work(count)
-        self.start, self.start_delta, self.start_position = np.zeros(grid.size), np.zeros(count), np.zeros(4)
-        self.unknowns, self.delta, self.out = np.zeros(grid.size), np.zeros(count), np.zeros(OUT_SIZE)
+        self.work = lane_work(self.film)
+        made = elastic_memory(self.film, 1)
+        self.memory = made._replace(known=made.start_shapes, content=np.zeros((1, CONTENT, 0)))
+        self.start, self.start_delta, self.start_position = (
+            rows[0] for rows in (made.start, made.start_shapes, made.start_place)
+        )
+        self.unknowns, self.delta, self.out = made.unknowns[0], made.shapes[0], made.out[0]
 
     def solve(self, position, velocity=(0, 0, 0, 0), speed=SPEED, dt=np.inf, gain=None, tangents=True):
         """Solve at a position (m) and velocity (m/s); the result's status."""
-        history = FilmHistory(
-            self.start, self.start_position, self.start_delta, self.start_delta, self.unknowns, self.delta
-        )
-        clock = float(speed), float(dt), float(dt if gain is None else gain)
-        motion = np.array([position, velocity], float)
-        return elastic_film(self.film, motion, clock, history, self.work, self.out, tangents)
+        self.memory.motions[0], self.memory.speeds[0] = [position, velocity], speed
+        clock = float(dt), float(dt if gain is None else gain)
+        viscosity = float(self.film.constants[VISCOSITY_AT])
+        return elastic_film(self.film, self.work, 0, clock, self.memory, viscosity, tangents)
+
+    @property
+    def weights(self):
+        """Weights of the pressure along ζ at all lines, (n_phi, n_z + 2)."""
+        return self.work.nodes[0, WEIGHT].reshape(self.grid.n_phi, -1).copy()
 
     def settle(self, *args, **options):
         """Solve and insist on convergence; forces (4,)."""

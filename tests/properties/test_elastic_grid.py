@@ -11,8 +11,9 @@ from one_line import one_line
 from cranktrain.engine.checks.engine import check_bearings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.balance import side_conductance
-from cranktrain.film.elastic.grid import WEIGHT, ElasticGrid
-from cranktrain.film.elastic.weights import film_weights
+from cranktrain.film.elastic.begin import prepare_step, turn_geometry
+from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.elastic.workspace import START_PLACE, WEIGHT, lane_work
 from cranktrain.film.laws.ehd import FINE, IN_LOOP, elastic_arrays
 from cranktrain.structure.block.saddle import bore_compliance
 
@@ -53,14 +54,21 @@ def test_lines_that_do_not_fit_are_refused_in_one_line(lands):
         ElasticGrid(48, 8, lands=lands)
 
 
+def start_weights(film, place):
+    """Weights of all lines, (48, n_z + 2), of a full film whose journal is at ``place`` in clearances."""
+    work = lane_work(film)
+    turn_geometry(film, work, 0, 0, 0)
+    work.wide[START_PLACE : START_PLACE + 4] = place
+    prepare_step(film, work, 0, np.zeros((1, film.supply.size)))
+    return work.nodes[0, WEIGHT].reshape(48, -1).copy()
+
+
 def weights(n_z, edge, groove, fed, place=(0.0, 0.0, 0.0, 0.0)):
     """Weights of all lines, of the nodes at which there is supply or not, for a journal at ``place`` in clearances."""
     grid = ElasticGrid(48, n_z, edge, groove)
     across = np.abs(grid.zetas[1:-1]) <= groove + 1e-9
     film = grid.film(0.085, 0.03, 4e-5, 0.01, supply=np.outer(np.arange(48) < 24, across).astype(float))
-    work = grid.work(0)
-    film_weights(film, np.array(place), np.zeros(8), work.nodes)
-    return grid.zetas, work.nodes[WEIGHT].reshape(48, -1)[0 if fed else 30].copy()
+    return grid.zetas, start_weights(film, place)[0 if fed else 30]
 
 
 @pytest.mark.parametrize(("n_z", "edge", "groove"), GRIDS)
@@ -100,10 +108,8 @@ def test_sums_are_exact_where_pressure_falls_along_a_wedge():
     """Flow without a source between lines of a wedge: the integral of p(ζ), whatever the spacing."""
     grid = ElasticGrid(48, 8, 0.7)
     film = grid.film(0.085, 0.03, 4e-5, 0.01)
-    work = grid.work(0)
     tilt = 0.9
-    film_weights(film, np.array([0.0, 0.0, tilt, 0.0]), np.zeros(8), work.nodes)
-    own = work.nodes[WEIGHT].reshape(48, -1)[0]
+    own = start_weights(film, (0.0, 0.0, tilt, 0.0))[0]
     h = 1.0 - tilt * grid.zetas
     # From 1 at ζ = −1 to 0 at ζ = 1 with H³ p′ constant: p is linear in 1/H².
     last = 1.0 / h[-1] ** 2

@@ -14,13 +14,13 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic import grid as one
-from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED, elastic_film
-from cranktrain.film.elastic.grid import LIMITS, OUT_SIZE, FilmHistory
+from cranktrain.film.elastic.begin import choose_cut, set_lane, turn_geometry
+from cranktrain.film.elastic.content import CONTENT
+from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED, elastic_film, solve_group
+from cranktrain.film.elastic.grid import LIMITS
 from cranktrain.film.elastic.oil import oil_tables
-from cranktrain.film.lanes import grid as lanes
-from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
-from cranktrain.film.lanes.group import solve_group
-from cranktrain.film.laws.ehd import IN_LOOP, elastic_arrays
+from cranktrain.film.elastic.workspace import lane_work
+from cranktrain.film.laws.ehd import IN_LOOP, ElasticMemory, elastic_arrays, elastic_memory
 from cranktrain.structure.assembly import assemble
 
 pytestmark = pytest.mark.slow
@@ -63,47 +63,41 @@ class Films:
         )
         self.next = self.places + 0.5 * h * self.paces
 
+    def _memory(self) -> ElasticMemory:
+        """Memory of the films at the start of the stage, without content."""
+        memory = elastic_memory(self.film, self.count)._replace(content=np.zeros((self.count, CONTENT, 0)))
+        memory.start[:], memory.unknowns[:] = self.start, self.start
+        memory.start_place[:], memory.speeds[:] = self.places, self.speed
+        memory.motions[:, 0], memory.motions[:, 1] = self.next, self.paces
+        for rows in (memory.start_shapes, memory.known, memory.shapes):
+            rows[:] = self.shapes
+        return memory
+
     def alone(self, i: int, limits: tuple[float, ...] = LIMITS) -> np.ndarray:
-        """Results of film i by the solver of single films."""
-        constants = self.film.constants
-        constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = limits
-        constants[one.VISCOSITY], constants[one.OIL_ROW] = self.bore.viscosities[i], i
-        out = np.zeros(OUT_SIZE)
-        history = FilmHistory(
-            self.start[i], self.places[i], self.shapes[i], self.shapes[i].copy(), self.start[i].copy(),
-            self.shapes[i].copy(),
-        )  # fmt: skip
-        motion = np.array([self.next[i], self.paces[i]])
-        status = elastic_film(
-            self.film, motion, (self.speed, self.elapsed, self.gain), history, self.bore.scratch, out, True
-        )
-        assert status == CONVERGED
-        return out
+        """Results of film i in doubles."""
+        self.film.constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = limits
+        memory, clock = self._memory(), (self.elapsed, self.gain)
+        viscosity = float(self.bore.viscosities[i])
+        assert elastic_film(self.film, self.bore.scratch, i, clock, memory, viscosity, True) == CONVERGED
+        return memory.out[i]
 
     def together(self, which: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Results, unknowns and shapes of the films in lanes; lane k has film ``which[k]``.
 
         None is refused but those whose oil hardly flows under its pressure; these keep no result.
         """
-        constants = self.film.constants
-        constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, 1.0e-5, 1.0e-9)
-        work = lanes.lane_work(self.film, 8)
-        outs, unknowns, shapes = np.zeros((self.count, OUT_SIZE)), self.start.copy(), self.shapes.copy()
+        self.film.constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, 1.0e-5, 1.0e-9)
+        work, memory = lane_work(self.film, 8, singles=True), self._memory()
         for lane in range(8):
             i = which[lane] if lane < len(which) else which[0]
-            work.own[lane] = i
             work.wanted[lane] = work.tangents[lane] = float(lane < len(which))
             turn_geometry(self.film, work, 0, lane, choose_cut(self.film, self.start[i]))
-            lane_units(self.film, work, lane, self.bore.viscosities[i], float(i))
-            motion = np.array([self.next[i], self.paces[i]])
-            past = self.places[i], self.shapes[i], self.shapes[i], self.shapes[i]
-            lane_motion(self.film, work, lane, motion, self.speed, past)
-        memory = self.start, unknowns, shapes, outs, np.zeros((self.count, 4, 0))
+            set_lane(self.film, work, lane, i, self.bore.viscosities[i], memory)
         solve_group(self.film, work, 0, (self.elapsed, self.gain, 1.0), memory)
         for lane, i in enumerate(which):
             stiff = self.thick and self.alone(i)[one.PRESSURE_MAX] > THICK
             assert work.status[lane] == (NOT_CONVERGED if stiff else CONVERGED)
-        return outs, unknowns, shapes
+        return memory.out, memory.unknowns, memory.shapes
 
 
 def _turned(pairs: np.ndarray, cos: float, sin: float) -> np.ndarray:

@@ -9,9 +9,12 @@ from bodies import free_six
 
 import cranktrain as ct
 from cranktrain.film.contact.asperity import contact_constants
+from cranktrain.film.elastic.content import CONTENT
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
-from cranktrain.film.elastic.grid import FILM_MIN, OUT_SIZE, PRESSURE_MAX, ElasticGrid, FilmHistory
+from cranktrain.film.elastic.grid import FILM_MIN, PRESSURE_MAX, ElasticGrid
 from cranktrain.film.elastic.oil import oil_tables
+from cranktrain.film.elastic.workspace import lane_work
+from cranktrain.film.laws.ehd import elastic_memory
 from cranktrain.film.reynolds.rough_gap import Roughness
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
 from cranktrain.film.steady.mixed_bearing import MixedBearing, Surroundings
@@ -94,10 +97,10 @@ def test_an_elastic_bore_is_that_of_the_film_of_a_run():
         0.085, 0.030, 40e-6, JOURNAL.viscosity, shapes=BORE.shapes(grid.angles, grid.zetas), compliance=BORE.compliance,
         load_coupling=BORE.load_coupling, supply=line, contact=ROUGH[1], oil=oil_tables(OIL, np.array([0.0143])),
     )  # fmt: skip
-    zeros = np.zeros(7)
-    history = FilmHistory(np.zeros(grid.size), np.zeros(4), zeros, zeros, np.zeros(grid.size), np.zeros(7))
-    out, motion = np.zeros(OUT_SIZE), np.array([[0, -place * 40e-6, 0, 0], [0.0, 0, 0, 0]])
-    assert elastic_film(film, motion, (209.4, math.inf, math.inf), history, grid.work(7), out, False) == CONVERGED
+    memory = elastic_memory(film, 1)._replace(content=np.zeros((1, CONTENT, 0)))
+    memory.motions[0, 0, 1], memory.speeds[0] = -place * 40e-6, 209.4
+    assert elastic_film(film, lane_work(film), 0, (math.inf, math.inf), memory, JOURNAL.viscosity, False) == CONVERGED
+    out = memory.out[0]
     # The film of a run knows no flow factors: a per cent of the gap at six times the roughness.
     assert state.load == pytest.approx(math.hypot(*out[:2]), rel=0.03)
     assert state.largest_pressure == pytest.approx(out[PRESSURE_MAX], rel=0.03)

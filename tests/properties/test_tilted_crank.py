@@ -14,8 +14,8 @@ from some import some
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Parts, simulate
+from cranktrain.film.elastic.workspace import lane_work
 from cranktrain.film.journal.grid import NODE_GRADING
-from cranktrain.film.lanes.grid import lane_work
 from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
@@ -61,7 +61,7 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
     if choices.get("bearings") == "ehd":
         # Solved alone: films in lanes are of single precision, tests/properties/test_film_lanes.py.
         record = entry.film_record(simulation)
-        entry.use_films(simulation, record._replace(lanes=lane_work(record.film, 0)))
+        entry.use_films(simulation, record._replace(lanes=lane_work(record.film, 0, singles=True)))
     simulation.step(math.radians(3) / SPEED)
     tangent, sizes = entry.tangents_at(simulation), entry.scales(simulation.model)
     scale = np.abs(tangent).max(axis=1)

@@ -1,9 +1,10 @@
-"""Vectors of eight single-precision numbers, with one film (or other object) in each lane.
+"""Vectors of the same number of several objects: eight singles, one object in each lane, or one double of one object.
 
-The last axis of an array of singles counts in groups of eight, one number per lane, so a compiler knows all distances
-along it. Kernels compute with such vectors by + - * /, compare them to get masks, and select by masks, see
-:mod:`cranktrain.core.vector_types`. Lanes are independent: the value in a lane does not depend on its neighbours. Sums
-that must not lose digits are kept in doubles (:data:`add_to`).
+A kernel written with these functions serves both: an array of singles holds eight objects, and its last axis counts in
+groups of eight, one number per lane, so that a compiler knows all distances along it; an array of doubles holds one
+object. Kernels compute with such vectors by + - * /, compare them to get masks, and select by masks, see
+:mod:`cranktrain.core.vector_types`. Numbers may take the place of vectors. Lanes are independent: the value in a lane
+does not depend on its neighbours. Sums that must not lose digits are kept in doubles (:data:`add_to`).
 
 Arrays must be of layout C; the caller checks the bounds.
 """
@@ -23,30 +24,47 @@ def _types() -> Any:
     return vector_types
 
 
-def _whole_place(context: Any, builder: Any, array: Any, kind: Any, value: Any, index: Any) -> Any:
-    """Address of lane 0 of an array entry, for an index whose last axis counts in groups of eight."""
-    integer, numba = compiler().types.intp, compiler()
+def _one(kind: Any) -> bool:
+    """True for arrays of doubles, which hold one object, and for numbers."""
+    return getattr(kind, "dtype", kind) != compiler().types.float32 and kind not in (_types().EIGHT, _types().MASK)
+
+
+def _place(context: Any, builder: Any, array: Any, kind: Any, value: Any, index: Any, lanes: int) -> Any:
+    """Address of lane 0 of an array entry, for an index whose last axis counts in groups of ``lanes``."""
+    numba = compiler()
+    if lanes == 1:
+        return entry_place(context, builder, numba.types.void(array, kind), (value, index))
+    integer = numba.types.intp
     whole = isinstance(kind, numba.types.BaseTuple)
     parts = list(kind) if whole else [kind]
     values = [builder.extract_value(index, k) for k in range(len(parts))] if whole else [index]
     last = context.cast(builder, values[-1], parts[-1], integer)
-    eights = builder.mul(last, context.get_constant(integer, SINGLES))
+    eights = builder.mul(last, context.get_constant(integer, lanes))
     tuple_kind = numba.types.Tuple((*parts[:-1], integer))
     packed = context.make_tuple(builder, tuple_kind, [*values[:-1], eights])
     return entry_place(context, builder, numba.types.void(array, tuple_kind), (value, packed))
 
 
+def _checked(array: Any) -> bool:
+    """Refuse arrays of other types than singles and doubles of layout C. Return True for doubles."""
+    one = _one(array)
+    contiguous(array, kind="float64" if one else "float32")
+    return one
+
+
 def _loading() -> Any:
-    found = _types()
+    found, numba = _types(), compiler()
 
     def load(typing_context: Any, array: Any, at: Any) -> Any:
-        contiguous(array, kind="float32")
+        one = _checked(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            address = _whole_place(context, builder, array, at, *values)
+            address = _place(context, builder, array, at, values[0], values[1], 1 if one else SINGLES)
+            if one:
+                return builder.load(address)
             return builder.load(builder.bitcast(address, found.SINGLE_VECTOR.as_pointer()), align=4)
 
-        return found.EIGHT(array, at), generate
+        return (numba.types.float64 if one else found.EIGHT)(array, at), generate
 
     return load
 
@@ -55,14 +73,17 @@ def _storing() -> Any:
     found, numba = _types(), compiler()
 
     def store(typing_context: Any, array: Any, at: Any, vector: Any) -> Any:
-        contiguous(array, kind="float32")
+        one = _checked(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            address = _whole_place(context, builder, array, at, values[0], values[1])
-            builder.store(values[2], builder.bitcast(address, found.SINGLE_VECTOR.as_pointer()), align=4)
+            address = _place(context, builder, array, at, values[0], values[1], 1 if one else SINGLES)
+            if one:
+                builder.store(values[2], address)
+            else:
+                builder.store(values[2], builder.bitcast(address, found.SINGLE_VECTOR.as_pointer()), align=4)
             return context.get_dummy_value()
 
-        return numba.types.void(array, at, found.EIGHT), generate
+        return numba.types.void(array, at, numba.types.float64 if one else found.EIGHT), generate
 
     return store
 
@@ -75,15 +96,19 @@ def _adding() -> Any:
 
     def add_to(typing_context: Any, array: Any, at: Any, vector: Any) -> Any:
         contiguous(array)
+        one = _one(vector)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            address = _whole_place(context, builder, array, at, values[0], values[1])
-            pointer = builder.bitcast(address, wide.as_pointer())
-            total = builder.fadd(builder.load(pointer, align=8), builder.fpext(values[2], wide))
-            builder.store(total, pointer, align=8)
+            address = _place(context, builder, array, at, values[0], values[1], 1 if one else SINGLES)
+            if one:
+                builder.store(builder.fadd(builder.load(address), values[2]), address)
+            else:
+                pointer = builder.bitcast(address, wide.as_pointer())
+                total = builder.fadd(builder.load(pointer, align=8), builder.fpext(values[2], wide))
+                builder.store(total, pointer, align=8)
             return context.get_dummy_value()
 
-        return numba.types.void(array, at, found.EIGHT), generate
+        return numba.types.void(array, at, numba.types.float64 if one else found.EIGHT), generate
 
     return add_to
 
@@ -91,18 +116,21 @@ def _adding() -> Any:
 def _rounding() -> Any:
     from llvmlite import ir
 
-    found = _types()
+    found, numba = _types(), compiler()
     wide = ir.VectorType(ir.DoubleType(), SINGLES)
 
-    def rounded(typing_context: Any, array: Any, at: Any) -> Any:
+    def rounded(typing_context: Any, array: Any, at: Any, like: Any) -> Any:
         contiguous(array)
+        one = _one(like)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            address = _whole_place(context, builder, array, at, *values)
+            address = _place(context, builder, array, at, values[0], values[1], 1 if one else SINGLES)
+            if one:
+                return builder.load(address)
             doubles = builder.load(builder.bitcast(address, wide.as_pointer()), align=8)
             return builder.fptrunc(doubles, found.SINGLE_VECTOR)
 
-        return found.EIGHT(array, at), generate
+        return (numba.types.float64 if one else found.EIGHT)(array, at, like), generate
 
     return rounded
 
@@ -110,76 +138,111 @@ def _rounding() -> Any:
 def _spreading() -> Any:
     found, numba = _types(), compiler()
 
-    def all_eight(typing_context: Any, value: Any) -> Any:
+    def spread(typing_context: Any, number: Any, like: Any) -> Any:
+        one = _one(like)
+
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return found.all_lanes(builder, values[0], found.SINGLE_VECTOR)
+            return values[0] if one else found.all_lanes(builder, values[0], found.SINGLE_VECTOR)
 
-        return found.EIGHT(numba.types.float64), generate
+        return (numba.types.float64 if one else found.EIGHT)(numba.types.float64, like), generate
 
-    return all_eight
+    return spread
 
 
-def _choosing() -> Any:
-    found = _types()
+def _alone() -> Any:
+    numba = compiler()
 
-    def choose(typing_context: Any, mask: Any, one: Any, other: Any) -> Any:
+    def alone(typing_context: Any, like: Any) -> Any:
+        one = _one(like)
+
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return builder.select(*values)
+            return context.get_constant(numba.types.boolean, one)
 
-        return found.EIGHT(found.MASK, found.EIGHT, found.EIGHT), generate
+        return numba.types.boolean(like), generate
 
-    return choose
+    return alone
 
 
-def _fusing(negative: bool) -> Callable[[], Any]:
+def _of_lanes(make: Callable[..., Any], masked: bool = False) -> Callable[[], Any]:
+    """Make a function of two or three vectors or numbers, after a mask if ``masked``: ``make(builder, *values)``."""
+
     def making() -> Any:
-        from llvmlite import ir
+        found, double = _types(), compiler().types.float64
 
-        found = _types()
-        vector = found.SINGLE_VECTOR
+        def typed(kinds: tuple[Any, ...]) -> Any:
+            operands = kinds[masked:]
+            vectors = [kind == found.EIGHT for kind in operands]
+            answer = found.EIGHT if any(vectors) or (masked and kinds[0] == found.MASK) else double
+            taken = [found.EIGHT if vector else double for vector in vectors]
+            mask = [found.MASK if kinds[0] == found.MASK else compiler().types.boolean] if masked else []
 
-        def product(typing_context: Any, total: Any, one: Any, other: Any) -> Any:
             def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-                known = ir.FunctionType(vector, [vector] * 3)
-                function = builder.module.globals.get("llvm.fmuladd.v8f32")
-                if function is None:
-                    function = ir.Function(builder.module, known, "llvm.fmuladd.v8f32")
-                total, one, other = values
-                return builder.call(function, [builder.fneg(one) if negative else one, other, total])
+                rest = [
+                    value if kind == answer else found.all_lanes(builder, value, found.SINGLE_VECTOR)
+                    for kind, value in zip(taken, values[masked:], strict=True)
+                ]
+                return make(builder, *values[:masked], *rest)
 
-            return found.EIGHT(found.EIGHT, found.EIGHT, found.EIGHT), generate
+            return answer(*mask, *taken), generate
 
-        return product
+        def two(typing_context: Any, one: Any, other: Any) -> Any:
+            return typed((one, other))
+
+        def three(typing_context: Any, first: Any, one: Any, other: Any) -> Any:
+            return typed((first, one, other))
+
+        return two if make is _least or make is _most else three
 
     return making
 
 
-def _extreme(sign: str) -> Callable[[], Any]:
-    def making() -> Any:
-        found = _types()
+def _choice(builder: Any, mask: Any, one: Any, other: Any) -> Any:
+    return builder.select(mask, one, other)
 
-        def extreme(typing_context: Any, one: Any, other: Any) -> Any:
-            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-                return builder.select(builder.fcmp_ordered(sign, values[0], values[1]), values[0], values[1])
 
-            return found.EIGHT(found.EIGHT, found.EIGHT), generate
+def _least(builder: Any, one: Any, other: Any) -> Any:
+    return builder.select(builder.fcmp_ordered("<", one, other), one, other)
 
-        return extreme
 
-    return making
+def _most(builder: Any, one: Any, other: Any) -> Any:
+    return builder.select(builder.fcmp_ordered(">", one, other), one, other)
+
+
+def _plus(builder: Any, total: Any, one: Any, other: Any) -> Any:
+    from llvmlite import ir
+
+    vector = total.type
+    if vector == ir.DoubleType():
+        return builder.fadd(total, builder.fmul(one, other))
+    function = builder.module.globals.get("llvm.fmuladd.v8f32")
+    if function is None:
+        function = ir.Function(builder.module, ir.FunctionType(vector, [vector] * 3), "llvm.fmuladd.v8f32")
+    return builder.call(function, [one, other, total])
+
+
+def _minus(builder: Any, total: Any, one: Any, other: Any) -> Any:
+    from llvmlite import ir
+
+    if total.type == ir.DoubleType():
+        return builder.fsub(total, builder.fmul(one, other))
+    return _plus(builder, total, builder.fneg(one), other)
 
 
 def _reducing() -> Any:
     from llvmlite import ir
 
-    found, numba = _types(), compiler()
+    numba = compiler()
 
     def any_lane(typing_context: Any, mask: Any) -> Any:
+        one = _one(mask)
+
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            if one:
+                return values[0]
             bits = builder.bitcast(values[0], ir.IntType(SINGLES))
             return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(SINGLES), 0))
 
-        return numba.types.boolean(found.MASK), generate
+        return numba.types.boolean(mask), generate
 
     return any_lane
 
@@ -187,52 +250,59 @@ def _reducing() -> Any:
 def _looking_up() -> Any:
     from llvmlite import ir
 
-    found = _types()
+    found, numba = _types(), compiler()
     whole = ir.IntType(32)
 
     def looked_up(typing_context: Any, table: Any, place: Any, column: Any) -> Any:
-        """Entries of one column of a table at eight rows, whose numbers are the integer parts of ``place``."""
-        contiguous(table, kind="float32")
+        """Entries of one column of a table at the rows whose numbers are the integer parts of ``place``."""
+        one = _checked(table)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            integer = compiler().types.intp
+            integer = numba.types.intp
+            kind = numba.types.UniTuple(integer, 2)
+
+            def entry(row: Any) -> Any:
+                packed = context.make_tuple(builder, kind, [builder.sext(row, ir.IntType(64)), values[2]])
+                return builder.load(entry_place(context, builder, numba.types.void(table, kind), (values[0], packed)))
+
+            if one:
+                return entry(builder.fptosi(values[1], whole))
             rows = builder.fptosi(values[1], ir.VectorType(whole, SINGLES))
             out = ir.Constant(found.SINGLE_VECTOR, ir.Undefined)
-            kind = compiler().types.UniTuple(integer, 2)
             for lane in range(SINGLES):
                 at = ir.Constant(whole, lane)
-                row = builder.sext(builder.extract_element(rows, at), ir.IntType(64))
-                packed = context.make_tuple(builder, kind, [row, values[2]])
-                address = entry_place(context, builder, compiler().types.void(table, kind), (values[0], packed))
-                out = builder.insert_element(out, builder.load(address), at)
+                out = builder.insert_element(out, entry(builder.extract_element(rows, at)), at)
             return out
 
-        return found.EIGHT(table, found.EIGHT, compiler().types.intp), generate
+        vector = numba.types.float64 if one else found.EIGHT
+        return vector(table, vector, numba.types.intp), generate
 
     return looked_up
 
 
-eight: Any = Intrinsic(_loading)
-"""``(array, index)``: read eight singles of an array; the last axis of the index counts in groups of eight."""
-put_eight: Any = Intrinsic(_storing)
-"""``(array, index, vector)``: write eight singles."""
+get: Any = Intrinsic(_loading)
+"""``(array, index)``: read the vector at an index whose last axis counts in groups of lanes."""
+put: Any = Intrinsic(_storing)
+"""``(array, index, vector)``: write a vector."""
 add_to: Any = Intrinsic(_adding)
-"""``(array of doubles, index, vector)``: add eight singles to eight doubles."""
+"""``(array of doubles, index, vector)``: add a vector to the doubles of its lanes."""
 rounded: Any = Intrinsic(_rounding)
-"""``(array of doubles, index)``: read eight doubles, rounded to singles."""
-all_eight: Any = Intrinsic(_spreading)
-"""``(number)``: vector with one number in all lanes."""
-choose: Any = Intrinsic(_choosing)
+"""``(array of doubles, index, array)``: read the doubles of all lanes, rounded to the type of the second array."""
+spread: Any = Intrinsic(_spreading)
+"""``(number, array)``: vector with one number in all lanes, of the type of an array's vectors."""
+alone: Any = Intrinsic(_alone)
+"""``(array)``: True, known when a kernel is compiled, if the array holds one object in doubles."""
+choose: Any = Intrinsic(_of_lanes(_choice, masked=True))
 """``(mask, one, other)``: in each lane ``one`` where the mask is true, else ``other``."""
-plus_product: Any = Intrinsic(_fusing(False))
-"""``(total, one, other)``: total + one · other, rounded once if the processor can do so, else twice."""
-minus_product: Any = Intrinsic(_fusing(True))
-"""``(total, one, other)``: total − one · other, rounded once if the processor can do so, else twice."""
-least_of: Any = Intrinsic(_extreme("<"))
+plus_product: Any = Intrinsic(_of_lanes(_plus))
+"""``(total, one, other)``: total + one · other; singles are rounded once if the processor can do so."""
+minus_product: Any = Intrinsic(_of_lanes(_minus))
+"""``(total, one, other)``: total − one · other; singles are rounded once if the processor can do so."""
+least_of: Any = Intrinsic(_of_lanes(_least))
 """``(one, other)``: smaller number in each lane; ``other`` if either number is NaN."""
-most_of: Any = Intrinsic(_extreme(">"))
+most_of: Any = Intrinsic(_of_lanes(_most))
 """``(one, other)``: larger number in each lane; ``other`` if either number is NaN."""
 any_lane: Any = Intrinsic(_reducing)
 """``(mask)``: True if the mask is true in any lane."""
 looked_up: Any = Intrinsic(_looking_up)
-"""``(table, place, column)``: entries of a column of a table (n, m) of singles at eight rows, ⌊place⌋ ≥ 0."""
+"""``(table, place, column)``: entries of a column of a table (n, m) at the rows ⌊place⌋ ≥ 0 of all lanes."""

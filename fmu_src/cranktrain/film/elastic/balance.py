@@ -23,314 +23,188 @@ For oil that depends on pressure, Π is the reduced pressure, and θ of a full n
 With backward Euler the fill lies in [0, 1] at any step, because it is a mean of the previous fill and the inflow. H is
 the mean gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal displaced beyond its bore still has a
 small gap; its load is carried by contact. The matrix ∂R/∂u is an M-matrix by columns.
+
+Masks of 0 and 1 replace branches for nodes that were void, are full, or have supply pressure.
 """
 
 import math
-from typing import NamedTuple
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.vectors import LANES, load, splat, store, unpack
-from cranktrain.film.contact.gap import open_gap
-from cranktrain.film.elastic import grid as at
-from cranktrain.film.elastic.content import GAINED, PREDICTED_ROOM, PREDICTED_VOID
-from cranktrain.film.elastic.height import node_films
-
-
-class Rates(NamedTuple):
-    """Factors of the rates in the oil balance, 1/s."""
-
-    half_speed: float  # ½ω of the journal
-    per_step: float  # 1/Δt with the time Δt from the step's start to the stage
-    per_gain: float  # 1/g of the stage's rule
-
-
-class Flow(NamedTuple):
-    """Factors of the flow through faces."""
-
-    around: float
-    across: float
-    forward: float
-    backward: float
-
-
-@kernel
-def film_start(film, place, shift, start, rates, nodes, faces):
-    """Write the state at the step's start: oil θH and mask of void nodes, second-order correction of transport."""
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    lines = n_z + 2
-    mass = nodes[at.START_MASS]
-    was_void = nodes[at.WAS_VOID]
-    extra = faces[at.FACE_EXTRA]
-    void = False
-    for k in range(n_phi * n_z):
-        extra[k] = 0.0
-        if start[k] < 0.0:
-            void = True
-    for k in range(n_phi * lines):
-        was_void[k] = 0.0
-        mass[k] = 0.0
-    if not void:
-        return
-    node_films(film, place, shift, mass)
-    for i in range(n_phi):
-        for j in range(n_z):
-            u = start[i * n_z + j]
-            q = i * lines + j + 1
-            mass[q], _, _ = open_gap(mass[q], film.constants[at.ROUGHNESS])
-            if u < 0.0:
-                was_void[q] = 1.0
-    _sharpen(film, start, rates, mass, extra)
-    for i in range(n_phi):
-        for j in range(n_z):
-            u = start[i * n_z + j]
-            if u < 0.0:
-                mass[i * lines + j + 1] *= 1.0 + u if u > -1.0 else 0.0
-            else:
-                mass[i * lines + j + 1] = 0.0
-
-
-@kernel
-def take_content(film, content, rates, nodes, faces):
-    """Replace the oil and transport correction of :func:`film_start` by the content (CONTENT, n) of a stage."""
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    mass = nodes[at.START_MASS]
-    room = nodes[at.OPEN]
-    for f in range(n_phi * n_z):
-        room[f + 2 * (f // n_z) + 1] = content[PREDICTED_ROOM, f]
-        faces[at.FACE_EXTRA, f] = 0.0
-    _sharpen(film, content[PREDICTED_VOID], rates, room, faces[at.FACE_EXTRA])
-    for f in range(n_phi * n_z):
-        mass[f + 2 * (f // n_z) + 1] += content[GAINED, f]
-
-
-@kernel
-def _sharpen(film, start, rates, room, extra):
-    """Compute the second-order flux correction (1/s) to upwind transport, with the monotonised central limiter.
-
-    ``start`` (n,) are voids, ``room`` mean gaps. The correction is explicit, so it does not change the matrix; it is
-    zero if oil would pass more than one node in the step.
-    """
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    lines = n_z + 2
-    _, _, per_angle = grid_factors(film.constants)
-    rate = rates.half_speed * per_angle
-    if not abs(rate) < rates.per_step:
-        return
-    share = 2.0 - 2.0 * abs(rate) / rates.per_step
-    rate *= 0.5 * share if share < 1.0 else 0.5
-    for i in range(n_phi):
-        down = i + 1 if i + 1 < n_phi else 0
-        from_column = i if rate > 0.0 else down
-        to_column = down if rate > 0.0 else i
-        behind = i - 1 if rate > 0.0 else down + 1
-        if behind < 0 or behind >= n_phi:
-            behind = n_phi - 1 if behind < 0 else 0
-        for j in range(n_z):
-            donor = start[from_column * n_z + j]
-            if donor >= 0.0:
-                continue
-            taker = start[to_column * n_z + j]
-            upstream = start[behind * n_z + j]
-            ahead = (taker if taker < 0.0 else 0.0) - donor
-            past = donor - (upstream if upstream < 0.0 else 0.0)
-            if ahead * past <= 0.0:
-                continue
-            change = 0.5 * (ahead + past)
-            if abs(2.0 * ahead) < abs(change):
-                change = 2.0 * ahead
-            if abs(2.0 * past) < abs(change):
-                change = 2.0 * past
-            mean = 0.5 * (room[i * lines + j + 1] + room[down * lines + j + 1])
-            extra[i * n_z + j] = rate * mean * change
-
-
-@kernel
-def film_rates(film, place, pace, known, per_gain, nodes):
-    """Write to row DRIVEN the part of ∂H/∂t (1/s) that is independent of H: journal velocity, −H_Δ/g of bore shapes."""
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    driven = nodes[at.DRIVEN]
-    node_films(film, place, known, driven)
-    for i in range(n_phi):
-        cos = film.trig[i, at.COS]
-        sin = film.trig[i, at.SIN]
-        middle = -pace[at.X] * cos - pace[at.Y] * sin
-        tilt = pace[at.A] * cos + pace[at.B] * sin
-        for j in range(1, n_z + 1):
-            q = i * (n_z + 2) + j
-            driven[q] = middle - tilt * film.lines[j, at.ZETA] - per_gain * driven[q]
+from cranktrain.core.singles import alone, choose, get, most_of, put, spread
+from cranktrain.film.elastic import grid as one
+from cranktrain.film.elastic import workspace as at
 
 
 @kernel
 def grid_factors(constants):
     """Return grid factors of the balance: 1/Δφ² and (D/L)² of pressure flow around and across, 1/Δφ of transport."""
-    per_angle = constants[at.N_PHI] / (2.0 * math.pi)
-    ratio = 2.0 * constants[at.RADIUS] / constants[at.WIDTH]
+    per_angle = constants[one.N_PHI] / (2.0 * math.pi)
+    ratio = 2.0 * constants[one.RADIUS] / constants[one.WIDTH]
     return per_angle * per_angle, ratio * ratio, per_angle
 
 
 @kernel
-def flow_factors(constants, half_speed):
-    """Return the factors of the flow through faces. The factors of the flow carried by the surfaces have unit 1/s."""
-    around, across, per_angle = grid_factors(constants)
-    drive = half_speed * per_angle
-    return Flow(around, across, max(drive, 0.0), max(-drive, 0.0))
+def oil_balance(film, work, group, width, per_step):
+    """Compute minus the residual of every node as right-hand side 0, the band of ∂R/∂u, and the factors of ∂R/∂H.
 
-
-@kernel
-def oil_balance(film, rates, nodes, faces, first, band, residual):
-    """Compute the residual R (n_phi n_z,) of every node's balance (1/s), the band of ∂R/∂u, and the factors of ∂R/∂H.
-
-    Rows of the band start at the grid column ``first`` and follow the sense of rotation once around. The entries that
-    couple the last column with the first are stored where the band would continue, and band solvers do not read them.
-    ``rates`` is a :class:`Rates`.
+    ``width`` is the half width of the band; entries outside it, which couple the ends of a cut ring, are left out.
+    ``per_step`` is 1/Δt with the time Δt over which voids change, 1/s.
     """
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    flow = flow_factors(film.constants, rates.half_speed)
-    for i in range(n_phi):
-        down = i + 1 if i + 1 < n_phi else 0
-        if film.constants[at.COMPRESSIBLE] > 0.0:
-            for j in range(n_z):
-                h = faces[at.FACE_OPEN, i * n_z + j]
-                q = i * (n_z + 2) + j + 1
-                ahead = compression_ahead(film, flow, nodes, h, q, down * (n_z + 2) + j + 1)
-                faces[at.FACE_AHEAD, i * n_z + j] = ahead
-        _face_flows(film, flow, i, down, nodes, faces)
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    around, across, _ = grid_factors(film.constants)
+    thickens = film.constants[one.OIL_STEP] > 0.0
+    compressible = film.constants[one.COMPRESSIBLE] > 0.0
     for position in range(n_phi):
-        i = first + position
-        if i >= n_phi:
-            i -= n_phi
-        # The last group of four lines may overlap the group before; the overlap is computed twice.
-        for line in range(0, n_z, LANES):
-            where = (i, min(line, n_z - LANES), position)
-            _four_balances(film, rates, flow, where, nodes, faces, band, residual)
+        _face_flows(work, group, position, n_phi, n_z, around, thickens, compressible)
+    for position in range(n_phi):
+        _column(work, group, position, n_phi, n_z, width, (around, across, per_step), thickens, compressible)
 
 
 @inlined_kernel
-def _face_flows(film, flow, i, down, nodes, faces):
-    """Compute the flow (1/s) from column ``i`` to the next one, and its derivative by the distance of the surfaces."""
-    n_z = int(film.constants[at.N_Z])
-    q = i * (n_z + 2) + 1
-    q_down = down * (n_z + 2) + 1
-    up = q if flow.forward > 0.0 else q_down
-    beyond = q_down if flow.forward > 0.0 else q
-    drive = flow.forward - flow.backward
-    for line in range(0, n_z, LANES):
-        j = min(line, n_z - LANES)
-        f = i * n_z + j
-        h = load(faces, (at.FACE_OPEN, f))
-        area = flow.around * (h * h)
-        drop = load(nodes, (at.REDUCED, q + j)) - load(nodes, (at.REDUCED, q_down + j))
-        held = load(nodes, (at.COMPRESSED, up + j))
-        ahead = load(faces, (at.FACE_AHEAD, f)) * (load(nodes, (at.COMPRESSED, beyond + j)) - held)
-        content = drive * (splat(1.0) + load(nodes, (at.VOID, up + j)) + held + ahead)
-        pressed = area * drop
-        store(faces, (at.FACE_FLOW, f), h * (pressed + content) + load(faces, (at.FACE_EXTRA, f)))
-        store(faces, (at.FACE_FLUX, f), load(faces, (at.FACE_SLOPE, f)) * (3.0 * pressed + content))
+def _face_flows(work, group, position, n_phi, n_z, around, thickens, compressible):
+    """Compute the flow (1/s) from a column to the next, and its derivative by the distance of the surfaces at faces."""
+    nodes = work.nodes[group]
+    faces = work.faces[group]
+    forward = get(work.lane, at.FORWARD)
+    backward = get(work.lane, at.BACKWARD)
+    q = position * (n_z + 2) + 1
+    q_down = (position + 1 if position + 1 < n_phi else 0) * (n_z + 2) + 1
+    potential = at.REDUCED if thickens else at.PRESSURE
+    for j in range(n_z):
+        f = position * n_z + j
+        h = get(faces, (at.FACE_OPEN, f))
+        drop = get(nodes, (potential, q + j)) - get(nodes, (potential, q_down + j))
+        content = forward * (1.0 + get(nodes, (at.VOID, q + j)))
+        content = content - backward * (1.0 + get(nodes, (at.VOID, q_down + j)))
+        pressed = around * (h * h) * drop
+        if alone(nodes) and compressible:
+            ahead = _compression_ahead(nodes, forward, backward, around * h * h, q + j, q_down + j)
+            put(faces, (at.FACE_AHEAD, f), ahead)
+            content = content + compression_carried(nodes, forward, backward, ahead, q + j, q_down + j)
+        put(faces, (at.FACE_FLOW, f), h * (pressed + content) + get(faces, (at.FACE_EXTRA, f)))
+        put(faces, (at.FACE_FLUX, f), get(faces, (at.FACE_SLOPE, f)) * (3.0 * pressed + content))
 
 
 @inlined_kernel
-def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
-    """Compute the residual, factors of ∂R/∂H and band rows of four axially neighbouring nodes.
-
-    ``where`` is the column, the first line, and the position of the column in the band. Masks of 0 and 1 replace
-    branches for nodes that were void, are full, or have supply pressure.
-    """
-    i, j, position = where
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    i_up = i - 1 if i > 0 else n_phi - 1
-    i_down = i + 1 if i + 1 < n_phi else 0
-    f = i * n_z + j
-    f_up = i_up * n_z + j
-    q = i * (n_z + 2) + j + 1
-    q_up = i_up * (n_z + 2) + j + 1
-    q_down = i_down * (n_z + 2) + j + 1
-    one = splat(1.0)
-    free = one - load(film.supply, f)
-    # Flow across the bore, and its derivatives by the distance of the surfaces.
-    is_open = load(nodes, (at.OPEN, q))
-    p = load(nodes, (at.REDUCED, q))
-    per_after = flow.across * load(film.sides, (at.AFTER_SIDE, j + 1))
-    per_before = flow.across * load(film.sides, (at.BEFORE_SIDE, j + 1))
-    after, by_own, by_after = side_conductance(is_open, load(nodes, (at.OPEN, q + 1)))
-    before, by_own_too, by_before = side_conductance(is_open, load(nodes, (at.OPEN, q - 1)))
-    after = per_after * after
-    before = per_before * before
-    to_after = p - load(nodes, (at.REDUCED, q + 1))
-    to_before = p - load(nodes, (at.REDUCED, q - 1))
-    total = load(faces, (at.FACE_FLOW, f)) - load(faces, (at.FACE_FLOW, f_up)) + (after * to_after + before * to_before)
-    to_after = per_after * to_after
-    to_before = per_before * to_before
-    slope = load(nodes, (at.SLOPE, q))
-    own = slope * (to_after * by_own + to_before * by_own_too)
-    store(nodes, (at.AFTER, q), free * (to_after * by_after * load(nodes, (at.SLOPE, q + 1))))
-    store(nodes, (at.BEFORE, q), free * (to_before * by_before * load(nodes, (at.SLOPE, q - 1))))
-    # Growth of the oil stored in a node; the formula depends on whether the node was void at the step's start.
-    void = load(nodes, (at.VOID, q))
-    dense = load(nodes, (at.DENSE, q))
-    held = one + load(nodes, (at.COMPRESSED, q))
-    was_void = load(nodes, (at.WAS_VOID, q))
-    was_full = one - was_void
-    storing = rates.per_step * is_open
-    growth = was_full * (load(nodes, (at.DRIVEN, q)) + rates.per_gain * load(nodes, (at.FILM, q)))
-    gained = void + load(nodes, (at.COMPRESSED, q)) - load(nodes, (at.START_COMPRESSED, q))
-    kept = was_void * (held + void) + was_full * gained
-    total = total + (slope * held * growth + kept * storing - rates.per_step * load(nodes, (at.START_MASS, q)))
-    own = own + (load(nodes, (at.BEND, q)) * held * growth + rates.per_step * (kept * slope))
-    store(nodes, (at.OWN, q), free * own)
-    store(nodes, (at.SQUEEZE, q), free * (was_full * (slope * held)))
-    store(residual, f, free * total)
-    # Derivatives of the balance by the unknown of the node and by the unknowns of its neighbours.
-    h = load(faces, (at.FACE_OPEN, f))
-    h_up = load(faces, (at.FACE_OPEN, f_up))
-    ahead = load(faces, (at.FACE_AHEAD, f))
-    ahead_up = load(faces, (at.FACE_AHEAD, f_up))
-    g = flow.around * (h * h * h)
-    g_up = flow.around * (h_up * h_up * h_up)
-    full = load(nodes, (at.FULL, q))
-    mobility = load(nodes, (at.MOBILITY, q))
-    out = h * (flow.forward * (one - ahead) - flow.backward * ahead)
-    into = h_up * (flow.forward * ahead_up - flow.backward * (one - ahead_up))
-    answer = (g + g_up + (after + before)) * mobility + (out - into + storing) * dense
-    swelling = free * full * (slope * growth * dense)
-    answer = full * answer + (one - full) * (storing + flow.forward * h + flow.backward * h_up)
-    answer = free * answer + (one - free)
-    full = load(nodes, (at.FULL, q_up))
-    into = flow.forward * (one - ahead_up) - flow.backward * ahead_up
-    into = g_up * load(nodes, (at.MOBILITY, q_up)) + h_up * into * load(nodes, (at.DENSE, q_up))
-    by_up = free * (full * into + (one - full) * (flow.forward * h_up))
-    full = load(nodes, (at.FULL, q_down))
-    out = flow.forward * ahead - flow.backward * (one - ahead)
-    out = g * load(nodes, (at.MOBILITY, q_down)) - h * out * load(nodes, (at.DENSE, q_down))
-    by_down = free * (full * out + (one - full) * (flow.backward * h))
-    before = free * (before * load(nodes, (at.MOBILITY, q - 1)) * load(nodes, (at.FULL, q - 1)))
-    after = free * (after * load(nodes, (at.MOBILITY, q + 1)) * load(nodes, (at.FULL, q + 1)))
-    rows = (unpack(answer), unpack(swelling), unpack(by_up), unpack(before), unpack(after), unpack(by_down))
-    _put_rows(band, position * n_z + j, j, n_z, rows)
-
-
-@inlined_kernel
-def _put_rows(band, row, j, n_z, entries):
-    """Write four rows of the band: diagonal entries with their terms of compression, and entries of the neighbours."""
-    answer, swelling, by_up, before, after, by_down = entries
-    for k in range(LANES):
-        own = band[row + k]
-        for column in range(0, own.shape[0] - LANES, LANES):
-            store(own, column, splat(0.0))
-        store(own, own.shape[0] - LANES, splat(0.0))
-        # Compression in a closing film reduces the diagonal; the limit keeps it positive far from the solution.
-        own[n_z] = answer[k] + max(swelling[k], -0.5 * answer[k])
-        own[0] = -by_up[k]
-        own[2 * n_z] = -by_down[k]
-        if j + k > 0:
-            own[n_z - 1] = -before[k]
-        if j + k < n_z - 1:
-            own[n_z + 1] = -after[k]
+def _column(work, group, position, n_phi, n_z, width, factors, thickens, compressible):
+    """Compute the residual, the factors of ∂R/∂H and the band rows of one column."""
+    around, across, per_step = factors
+    nodes = work.nodes[group]
+    faces = work.faces[group]
+    band = work.band
+    lines = n_z + 2
+    up = position - 1 if position > 0 else n_phi - 1
+    down = position + 1 if position + 1 < n_phi else 0
+    at_row = work.rows[position] * n_z
+    to_up = width + work.rows[up] * n_z - at_row
+    to_down = width + work.rows[down] * n_z - at_row
+    forward = get(work.lane, at.FORWARD)
+    backward = get(work.lane, at.BACKWARD)
+    first = position * lines
+    q_up = up * lines
+    q_down = down * lines
+    potential = at.REDUCED if thickens else at.PRESSURE
+    own_open = get(nodes, (at.OPEN, first + 1))
+    last, by_own_last, by_last = side_conductance(own_open, get(nodes, (at.OPEN, first)))
+    p_before = get(nodes, (potential, first))
+    p = get(nodes, (potential, first + 1))
+    for line in range(1, n_z + 1):
+        q = first + line
+        f = position * n_z + line - 1
+        f_up = up * n_z + line - 1
+        row = at_row + line - 1
+        free = 1.0 - get(work.supply[group], f)
+        full = get(nodes, (at.FULL, q))
+        # Flow across the bore, and its derivatives by the distance of the surfaces.
+        next_open = get(nodes, (at.OPEN, q + 1))
+        p_after = get(nodes, (potential, q + 1))
+        over, by_own, by_next = side_conductance(own_open, next_open)
+        per_after = spread(across * work.lines[line, at.AFTER_SIDE], nodes)
+        per_before = spread(across * work.lines[line, at.BEFORE_SIDE], nodes)
+        after = per_after * over
+        before = per_before * last
+        to_after = p - p_after
+        to_before = p - p_before
+        flow = get(faces, (at.FACE_FLOW, f)) - get(faces, (at.FACE_FLOW, f_up))
+        flow = flow + (after * to_after + before * to_before)
+        to_after = per_after * to_after
+        to_before = per_before * to_before
+        slope = get(nodes, (at.SLOPE, q))
+        own = slope * (to_after * by_own + to_before * by_own_last)
+        put(nodes, (at.AFTER, q), free * (to_after * by_next * get(nodes, (at.SLOPE, q + 1))))
+        put(nodes, (at.BEFORE, q), free * (to_before * by_last * get(nodes, (at.SLOPE, q - 1))))
+        # Growth of the oil stored in a node; the formula depends on whether the node was void at the step's start.
+        void = get(nodes, (at.VOID, q))
+        was_void = get(nodes, (at.WAS_VOID, q))
+        was_full = 1.0 - was_void
+        growth = was_full * get(nodes, (at.GROWTH, q))
+        kept = was_void + void
+        squeeze = was_full * slope
+        if alone(nodes) and compressible:
+            dense = get(nodes, (at.COMPRESSED, q))
+            kept = kept + (dense - was_full * get(nodes, (at.START_COMPRESSED, q)))
+            growth = (1.0 + dense) * growth
+            squeeze = (1.0 + dense) * squeeze
+        flow = flow + (slope * growth + per_step * (kept * own_open - get(nodes, (at.MASS, q))))
+        own = own + (get(nodes, (at.BEND, q)) * growth + per_step * (kept * slope))
+        put(nodes, (at.OWN, q), free * own)
+        put(nodes, (at.SQUEEZE, q), free * squeeze)
+        put(work.columns, (row, 0), 0.0 - free * flow)
+        # Derivatives of the balance by the unknown of the node and by the unknowns of its neighbours.
+        h = get(faces, (at.FACE_OPEN, f))
+        h_up = get(faces, (at.FACE_OPEN, f_up))
+        g = around * (h * h * h)
+        g_up = around * (h_up * h_up * h_up)
+        pressing = g + g_up + (after + before)
+        by_up = g_up
+        by_down = g
+        by_before = before
+        by_after = after
+        if thickens:
+            pressing = pressing * get(nodes, (at.MOBILITY, q))
+            by_up = by_up * get(nodes, (at.MOBILITY, q_up + line))
+            by_down = by_down * get(nodes, (at.MOBILITY, q_down + line))
+            by_before = by_before * get(nodes, (at.MOBILITY, q - 1))
+            by_after = by_after * get(nodes, (at.MOBILITY, q + 1))
+        if alone(nodes) and compressible:
+            dense = get(nodes, (at.DENSE, q))
+            ahead = get(faces, (at.FACE_AHEAD, f))
+            ahead_up = get(faces, (at.FACE_AHEAD, f_up))
+            out = h * (forward * (1.0 - ahead) - backward * ahead)
+            into = h_up * (forward * ahead_up - backward * (1.0 - ahead_up))
+            pressing = pressing + (out - into + per_step * own_open) * dense
+            # Compression in a closing film reduces the diagonal; the limit keeps it positive far from the solution.
+            swelling = slope * (was_full * get(nodes, (at.GROWTH, q))) * dense
+            pressing = pressing + most_of(swelling, -0.5 * pressing)
+            into = h_up * (forward * (1.0 - ahead_up) - backward * ahead_up)
+            by_up = by_up + into * get(nodes, (at.DENSE, q_up + line))
+            out = h * (forward * ahead - backward * (1.0 - ahead))
+            by_down = by_down - out * get(nodes, (at.DENSE, q_down + line))
+        emptying = per_step * own_open + forward * h + backward * h_up
+        answer = full * pressing + (1.0 - full) * emptying
+        answer = free * answer + (1.0 - free)
+        beside = get(nodes, (at.FULL, q_up + line))
+        by_up = free * (beside * by_up + (1.0 - beside) * (forward * h_up))
+        beside = get(nodes, (at.FULL, q_down + line))
+        by_down = free * (beside * by_down + (1.0 - beside) * (backward * h))
+        for column in range(2 * width + 1):
+            put(band, (row, column), spread(0.0, nodes))
+        put(band, (row, width), answer)
+        if 0 <= to_up <= 2 * width:
+            put(band, (row, to_up), 0.0 - by_up)
+        if 0 <= to_down <= 2 * width:
+            put(band, (row, to_down), 0.0 - by_down)
+        if line > 1:
+            put(band, (row, width - 1), 0.0 - free * (by_before * get(nodes, (at.FULL, q - 1))))
+        if line < n_z:
+            put(band, (row, width + 1), 0.0 - free * (by_after * get(nodes, (at.FULL, q + 1))))
+        last = over
+        by_own_last = by_next
+        by_last = by_own
+        own_open = next_open
+        p_before = p
+        p = p_after
 
 
 @inlined_kernel
@@ -348,31 +222,71 @@ def side_conductance(h, beside):
     return value, twice * beside - common, twice * h - common
 
 
-@kernel
-def carried(flow, nodes, ahead, q, q_down):
-    """Return the flow carried by the surfaces from node q to ``q_down``, over the film of the face, 1/s.
+@inlined_kernel
+def compression_carried(nodes, forward, backward, ahead, q, q_down):
+    """Return the additional content, 1/s, that compression adds to the flow carried from node q to ``q_down``.
 
-    Voids are those of the upstream node. Compression is a weighted mean of both nodes; ``ahead`` is the weight of the
-    downstream node, 0 without compression.
+    Compression is a weighted mean of both nodes; ``ahead`` is the weight of the downstream node.
     """
-    up = q if flow.forward > 0.0 else q_down
-    content = 1.0 + nodes[at.VOID, up]
-    if ahead > 0.0:
-        down = q_down if flow.forward > 0.0 else q
-        content += nodes[at.COMPRESSED, up] + ahead * (nodes[at.COMPRESSED, down] - nodes[at.COMPRESSED, up])
-    return (flow.forward - flow.backward) * content
+    here = get(nodes, (at.COMPRESSED, q))
+    rise = get(nodes, (at.COMPRESSED, q_down)) - here
+    return forward * (here + ahead * rise) - backward * (here + (1.0 - ahead) * rise)
 
 
-@kernel
-def compression_ahead(film, flow, nodes, h, q, q_down):
-    """Return the weight of the downstream node's compression in the flow carried through a face of film ``h``.
+@inlined_kernel
+def _compression_ahead(nodes, forward, backward, area, q, q_down):
+    """Return the weight of the downstream node's compression in the flow carried through a face of H²/Δφ² ``area``.
 
     The weight is a half (second order) as long as pressure drives more flow through the face than compression carries,
     and less beyond, so that the matrix keeps its signs.
     """
-    if film.constants[at.COMPRESSIBLE] == 0.0:
-        return 0.0
-    k = q_down if flow.forward > 0.0 else q
-    pressed = flow.around * h * h * nodes[at.MOBILITY, k]
-    compressed = (flow.forward + flow.backward) * nodes[at.DENSE, k]
-    return pressed / compressed if 0.5 * compressed > pressed else 0.5
+    ahead = forward > 0.0
+    mobile = choose(ahead, get(nodes, (at.MOBILITY, q_down)), get(nodes, (at.MOBILITY, q)))
+    dense = choose(ahead, get(nodes, (at.DENSE, q_down)), get(nodes, (at.DENSE, q)))
+    pressed = area * mobile
+    compressed = (forward + backward) * dense
+    less = 0.5 * compressed > pressed
+    return choose(less, pressed / choose(less, compressed, 1.0), 0.5)
+
+
+@kernel
+def take_sides(film, work, group, unknowns):
+    """Compute pressure and void fraction of nodes from ``unknowns`` (b, N n), except of lanes marked RESIDENT."""
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    lines = n_z + 2
+    lanes = work.own.shape[0]
+    nodes = work.nodes[group]
+    for lane in range(lanes):
+        resident = work.marks[group, lane, at.RESIDENT]
+        work.lane[lanes * at.DONE + lane] = resident
+        if resident > 0.0:
+            continue
+        cut = int(work.marks[group, lane, at.CUT])
+        mine = unknowns[int(work.own[lane])]
+        for position in range(n_phi):
+            i = cut + position
+            if i >= n_phi:
+                i -= n_phi
+            for j in range(n_z):
+                u = mine[i * n_z + j]
+                nodes[at.CHANGE, lanes * (position * lines + j + 1) + lane] = u
+    resident = get(work.lane, at.DONE) > 0.0
+    supply = get(work.lane, at.SUPPLY)
+    none = spread(0.0, nodes)
+    one_ = spread(1.0, nodes)
+    for position in range(n_phi):
+        for line in range(lines):
+            q = position * lines + line
+            if line == 0 or line == lines - 1:
+                put(nodes, (at.FULL, q), one_)
+                put(nodes, (at.PRESSURE, q), none)
+                put(nodes, (at.VOID, q), none)
+                continue
+            held = get(work.supply[group], position * n_z + line - 1) > 0.0
+            u = choose(held, supply, get(nodes, (at.CHANGE, q)))
+            full = u >= 0.0
+            full_value = choose(full, one_, none)
+            put(nodes, (at.FULL, q), choose(resident, get(nodes, (at.FULL, q)), full_value))
+            put(nodes, (at.PRESSURE, q), choose(resident, get(nodes, (at.PRESSURE, q)), most_of(u, none)))
+            put(nodes, (at.VOID, q), choose(resident, get(nodes, (at.VOID, q)), choose(full, none, u)))

@@ -22,35 +22,40 @@ from cranktrain.core.lanes import four
 from cranktrain.film.contact.gap import CLEAR, open_gap
 from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.height import combined, node_films
+from cranktrain.film.elastic.workspace import FILM, GROWTH, OPEN
 
 GAINED, PREDICTED_VOID, PREDICTED_ROOM, HELD, DISTANCE, PACE = 0, 1, 2, 3, 4, 5
 """Rows of a film's content, over the clearance. At a stage: h Σ a_ij ṁ_j, predicted void fraction (≤ 0), predicted mean
 gap. At the step's start: θH of void nodes (else 0), distance of the surfaces, its rate (1/s)."""
 CONTENT = 6
+PLACE, SHIFT = 0, 1
+"""Rows of LaneWork.vectors."""
 
 
 @kernel
 def begin_content(film, work, past, content):
     """Set the rows of a film's content (CONTENT, n) that stay constant through a step.
 
+    ``work`` is the workspace of a film in doubles; its nodes are overwritten.
     ``past``: unknowns (n,), place (4,) and velocity (4,) of the journal, shapes (k,) and their rates (k,), all at the
     step's start; m and m/s.
     """
     start, place, pace, shapes, shape_rates = past
     n_z = int(film.constants[at.N_Z])
     sigma = film.constants[at.ROUGHNESS]
-    nodes = work.nodes
-    _distances(film, work.vectors, place, shapes, nodes[at.FILM])
-    _distances(film, work.vectors, pace, shape_rates, nodes[at.DRIVEN])
+    distances = work.nodes[0, FILM]
+    rates = work.nodes[0, GROWTH]
+    _distances(film, work.vectors, place, shapes, distances)
+    _distances(film, work.vectors, pace, shape_rates, rates)
     for i in range(int(film.constants[at.N_PHI])):
         for j in range(n_z):
             f = i * n_z + j
             q = i * (n_z + 2) + j + 1
-            content[DISTANCE, f] = nodes[at.FILM, q]
-            content[PACE, f] = nodes[at.DRIVEN, q] - 1.0 - film.lines[j + 1, at.PROFILE]
+            content[DISTANCE, f] = distances[q]
+            content[PACE, f] = rates[q] - 1.0 - film.lines[j + 1, at.PROFILE]
             content[HELD, f] = 0.0
             if -1.0 < start[f] < 0.0:
-                room, _, _ = open_gap(nodes[at.FILM, q], sigma)
+                room, _, _ = open_gap(distances[q], sigma)
                 content[HELD, f] = room * (1.0 + start[f])
 
 
@@ -104,10 +109,10 @@ def content_rates(film, work, start, solved, gain, content, rates, ends):
     unknowns, motion, shapes, shape_rates = solved
     n_z = int(film.constants[at.N_Z])
     sigma = film.constants[at.ROUGHNESS]
-    distances = work.nodes[at.FILM]
+    distances = work.nodes[0, FILM]
     _distances(film, work.vectors, motion[0], shapes, distances)
     _to_vectors(film, work.vectors, motion[1], shape_rates)
-    rooms = work.nodes[at.OPEN]
+    rooms = work.nodes[0, OPEN]
     for q in range(distances.shape[0]):
         rooms[q] = distances[q]
     _open(rooms, sigma)
@@ -139,7 +144,7 @@ def _open(distances, sigma):
 def _distances(film, vectors, place, shapes, out):
     """Compute the distance of the surfaces over the clearance at all nodes and both ends, in ``out``."""
     _to_vectors(film, vectors, place, shapes)
-    node_films(film, vectors[at.PLACE], vectors[at.SHIFT], out)
+    node_films(film, vectors[PLACE], vectors[SHIFT], out)
 
 
 @kernel
@@ -147,18 +152,18 @@ def _to_vectors(film, vectors, place, shapes):
     """Write position and shapes (or their rates) over the clearance to ``vectors``, padded with zeros."""
     per_clearance = 1.0 / film.constants[at.CLEARANCE]
     for k in range(4):
-        vectors[at.PLACE, k] = place[k] * per_clearance
+        vectors[PLACE, k] = place[k] * per_clearance
     for k in range(vectors.shape[1]):
-        vectors[at.SHIFT, k] = 0.0
+        vectors[SHIFT, k] = 0.0
     for k in range(shapes.shape[0]):
-        vectors[at.SHIFT, k + 1] = shapes[k] * per_clearance
+        vectors[SHIFT, k + 1] = shapes[k] * per_clearance
 
 
 @inlined_kernel
 def _node_rate(film, vectors, i, line):
     """Return the rate (1/s) of the distance over the clearance at a node, from the rates in ``vectors``."""
     zeta = film.lines[line, at.ZETA]
-    x, y, a, b = four(vectors[at.PLACE], 0)
+    x, y, a, b = four(vectors[PLACE], 0)
     q = i * (int(film.constants[at.N_Z]) + 2) + line
-    by_shapes = combined(film.shapes, q, vectors[at.SHIFT], film.shapes.shape[1])
+    by_shapes = combined(film.shapes, q, vectors[SHIFT], film.shapes.shape[1])
     return by_shapes - (x + zeta * a) * film.trig[i, at.COS] - (y + zeta * b) * film.trig[i, at.SIN]

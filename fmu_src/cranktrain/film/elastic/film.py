@@ -11,11 +11,15 @@ refilling are those of :mod:`cranktrain.film.elastic.balance`; p_c(h) is Greenwo
 
 Solution: a semi-smooth Newton method solves node unknowns and shapes together. The balance is a band matrix; the shapes
 are its border. A node changes between full and ruptured when its unknown changes sign. For a fixed film this active-set
-method converges from any start, because the matrix is an M-matrix. The ring of columns is cut inside a ruptured region
-whose transport within Δt does not reach around. Without such a region one column of nodes joins the border. A Newton
-step may close the film by at most a fraction of its thickness. The converged set is solved once more, so the result
-depends on the initial guess only within the tolerances of the film (STEP_LIMIT and those after it). Tangents of the
-converged set follow from the implicit function theorem and include the response of the shapes.
+method converges from any start, because the matrix is an M-matrix. A Newton step may close the film by at most a
+fraction of its thickness. The converged set is solved once more, so the result depends on the initial guess only within
+the tolerances of the film (STEP_LIMIT and those after it). Tangents of the converged set follow from the implicit
+function theorem and include the response of the shapes.
+
+Films are solved eight at once in singles, or one in doubles (:mod:`cranktrain.core.singles`). A converged lane keeps
+the state of its last matrix while other lanes iterate, so repeated computations give the same result: a film's result
+does not depend on the other lanes. Films that do not converge in singles, films of compressible oil, and films of a
+tolerance that singles do not reach are solved in doubles.
 
 The dependence of viscosity and density on pressure is that of :mod:`cranktrain.film.elastic.oil`. The axes are those of
 the bore, which is at rest. Gauge pressure is zero at both ends, and supply nodes have the supply pressure.
@@ -25,147 +29,168 @@ import math
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel
-from cranktrain.film.elastic import grid as at
-from cranktrain.film.elastic.balance import (
-    Rates,
-    film_rates,
-    film_start,
-    grid_factors,
-    oil_balance,
-    take_content,
-)
-from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.singles import alone, any_lane, choose, get, least_of, most_of, plus_product, put, rounded, spread
+from cranktrain.film.elastic import grid as one
+from cranktrain.film.elastic import workspace as at
+from cranktrain.film.elastic.balance import oil_balance, take_sides
+from cranktrain.film.elastic.band import factor_lanes, solve_lanes
+from cranktrain.film.elastic.begin import begin_solution, prepare_stage, prepare_step, set_lane, turn_geometry
 from cranktrain.film.elastic.border import (
     border_equations,
     eliminate,
-    film_tangents,
+    film_area,
+    motion_sources,
     present_loads,
+    shape_sources,
     solution_loads,
 )
-from cranktrain.film.elastic.height import combined, face_films, node_films, open_films, pressure_unit
-from cranktrain.film.elastic.oil import oil_state, pressure_change, start_compression
-from cranktrain.film.elastic.result import film_result
-from cranktrain.film.elastic.sources import shape_sources
-from cranktrain.film.elastic.weights import film_weights
+from cranktrain.film.elastic.gaps import oil_state, open_gaps
+from cranktrain.film.elastic.grid import BLOCK
+from cranktrain.film.elastic.result import film_figures, film_forces
 
-CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
+CONVERGED, NOT_CONVERGED = 0, 1
 
-MOST_ITERATIONS = np.int64(30)
+MOST_PASSES, MOST_ITERATIONS = np.int64(12), np.int64(30)
+"""Limits of Newton iterations in singles and in doubles; a film in singles that needs more usually does not converge at
+all. The np.int64 type avoids that numba compiles :func:`solve_films` for each literal."""
 ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, np.int64(20), np.int64(60)
 """Continuation if plain Newton fails: first roughness over the clearance, its factor from solution to solution, Newton
-iterations of an intermediate and of the last solution. The np.int64 type avoids that numba compiles :func:`_newton` for
-each literal."""
+iterations of an intermediate and of the last solution."""
 LEAST = 2.0e-3
 """Lower bound, over the clearance, of the film thickness in the relative size of a Newton step."""
 CLOSING = 0.7
 """Largest fraction of the film thickness by which a Newton step may close the film."""
-TINY = 1.0e-30
-"""Void fraction that marks a node that has just ruptured."""
-SWITCH = 1.0e-11
+TINY, TINY_SINGLE = 1.0e-30, 1.0e-20
+"""Void fraction that marks a node that has just ruptured, in doubles and in singles."""
+SWITCH, SWITCH_SINGLE = 1.0e-11, 1.0e-6
 """Limit below which a change of sign is rounding, for the void fraction and for pressure over the largest."""
+LEAST_SIDE = 1.0e-5
+"""Least SIDE_LIMIT that singles can meet."""
+LEAST_MOBILITY = 1.0e-3
+"""Mobility of oil below which a film is solved in doubles. Tangents of films in singles have an error of 2e-4 at a
+mobility of 0.04 and are useless at 1e-7."""
+JUDGE, TAKE = 0, 1
 
 
 @kernel
-def elastic_film(film, motion, clock, history, work, out, tangents):
-    """Solve one film for a stage of the step.
+def solve_group(film, work, group, clock, own):
+    """Solve the films of a group's lanes, which :func:`cranktrain.film.elastic.begin.set_lane` has set up.
+
+    On entry ``work.wanted`` is 1 for requested lanes, ``work.tangents`` for lanes with tangents. On return
+    ``work.status`` holds CONVERGED or NOT_CONVERGED; nothing else is written for a film that did not converge. Returns
+    the Newton iterations of the group.
 
     Parameters
     ----------
-    film, work
-        :class:`~cranktrain.film.elastic.grid.ElasticFilm`, :class:`~cranktrain.film.elastic.grid.ElasticWork`
-    motion : (2, 4) x, y, a, b (m; a, b the axis' displacement by tilt at ζ = +1) and their rates (m/s)
-    clock : journal speed, rad/s; time over which voids change, s (g of the stage, or the time from the step's start if
-        ``history`` has no content; infinite for a steady film); g in δ̇ = (δ − Δ)/g, s, infinite for a steady bore
-    history : FilmHistory; ``unknowns`` and ``shapes`` are written
-    out : (OUT_SIZE,) out: forces (F_x, F_y, Q_x, Q_y) with Q = ∫ζ dF conjugate to (a, b), their derivatives by position
-        (N/m) and velocity (N s/m), row-major 4 × 4, and the entries named in :mod:`cranktrain.film.elastic.grid`
-    tangents : bool
-        if False, ``out`` keeps the tangents of the previous call
-
-    Returns
-    -------
-    int : CONVERGED, NOT_CONVERGED or SINGULAR; ``unknowns`` and ``shapes`` of a failure are those of the last attempt
+    clock : time over which voids change, s; g of the stage's rule, s; 1 if values for outputs are requested
+    own : memory of the films, with the arrays ``start`` (b, N n), unknowns at the step's start; ``unknowns`` (b, N n)
+        and ``shapes`` (b, k), m, in: initial guess, out: solution; ``out`` (b, OUT_SIZE), the results named in
+        :mod:`cranktrain.film.elastic.grid`; ``content`` (b, CONTENT, N n) of the stage, or without nodes for backward
+        Euler from the step's start; and those of :func:`cranktrain.film.elastic.begin.set_lane`
     """
-    constants = film.constants
-    speed, dt, gain = clock
-    rates = Rates(0.5 * speed, 1.0 / dt, 1.0 / gain)
-    _scaled_vectors(constants, motion, history, work.vectors)
-    vectors = work.vectors
-    start_compression(film, history.start, work.nodes)
-    film_start(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], history.start, rates, work.nodes, work.faces)
-    if history.content.shape[1] > 0:
-        take_content(film, history.content, rates, work.nodes, work.faces)
-    film_weights(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], work.nodes)
-    film_rates(film, vectors[at.PLACE], vectors[at.PACE], vectors[at.KNOWN], rates.per_gain, work.nodes)
-    status, passes, first, ring = _newton(film, constants[at.ROUGHNESS], rates, MOST_ITERATIONS, history.unknowns, work)
-    if status != CONVERGED:
-        status, again, first, ring = _lowered(film, rates, history, work)
+    elapsed, gain, figures = clock
+    per_step = 1.0 / elapsed
+    per_gain = 1.0 / gain
+    wanted = work.wanted
+    if work.marks[group, 0, at.PREPARED] == 0.0:
+        prepare_step(film, work, group, own.start)
+    if work.marks[group, 0, at.STAGED] == 0.0 and own.content.shape[2] > 0:
+        prepare_stage(film, work, group, own.content)
+    take_sides(film, work, group, own.unknowns)
+    begin_solution(film, work, group, per_step, per_gain)
+    sigma = film.constants[one.ROUGHNESS]
+    most = MOST_ITERATIONS if alone(work.nodes) else MOST_PASSES
+    passes, width = solve_films(film, work, group, sigma, (per_step, per_gain), most)
+    if alone(work.nodes) and work.status[0] == 0.0:
+        again, width = _lowered(film, work, group, (per_step, per_gain), own)
         passes += again
-    for k in range(history.shapes.shape[0]):
-        history.shapes[k] = vectors[at.SHIFT, k + 1] * constants[at.CLEARANCE]
-    out[at.ITERATIONS] = passes
-    if status != CONVERGED:
-        return status
+        if work.status[0] > 0.0:
+            work.status[0] = float(passes)
+    tangents = False
+    for c in range(wanted.shape[0]):
+        good = work.status[c] > 0.0 and (alone(work.nodes) or _flows(film, work, group, c))
+        work.asked[c] = wanted[c]
+        if not good:
+            wanted[c] = 0.0
+            work.tangents[c] = 0.0
+        if wanted[c] > 0.0:
+            own.out[int(work.own[c]), one.ITERATIONS] = work.status[c]
+        tangents = tangents or work.tangents[c] > 0.0
+        work.status[c] = float(CONVERGED if good else NOT_CONVERGED)
     if tangents:
-        film_tangents(film, first, ring, work, out)
-    oil_state(film, work.nodes)
-    out[at.CLIPPED] = _keep_filled(film, history.unknowns, work.nodes[at.VOID])
-    film_result(film, speed, rates.per_gain, work, out)
-    return status
+        film_tangents(film, work, group, width, own.out)
+    take_last_step(film, work, group)
+    film_forces(film, work, group, own.out)
+    if figures > 0.0:
+        film_figures(film, work, group, own.out)
+    _write(film, work, group, own, figures > 0.0)
+    return float(passes)
 
 
 @kernel
-def _scaled_vectors(constants, motion, history, vectors):
-    """Write positions, velocities and shapes over the clearance to ``vectors``, padded with zeros."""
-    per_clearance = 1.0 / constants[at.CLEARANCE]
-    for row in range(at.VECTORS):
-        vectors[row, :] = 0.0
-    for k in range(4):
-        vectors[at.PLACE, k] = motion[0, k] * per_clearance
-        vectors[at.PACE, k] = motion[1, k] * per_clearance
-        vectors[at.START_PLACE, k] = history.start_place[k] * per_clearance
-    for k in range(history.shapes.shape[0]):
-        vectors[at.SHIFT, k + 1] = history.shapes[k] * per_clearance
-        vectors[at.START_SHIFT, k + 1] = history.start_shapes[k] * per_clearance
-        vectors[at.KNOWN, k + 1] = history.known[k] * per_clearance
+def elastic_film(film, work, i, clock, own, viscosity, tangents):
+    """Solve film ``i`` of the memory ``own`` in doubles. Return CONVERGED or NOT_CONVERGED.
+
+    Parameters
+    ----------
+    film, work : ElasticFilm and LaneWork of a film in doubles
+    clock : time over which voids change, s (g of the stage, or the time from the step's start if the memory has no
+        content; infinite for a steady film); g in δ̇ = (δ − Δ)/g, s, infinite for a steady bore
+    own : memory of films, see :func:`solve_group`
+    viscosity : Pa s
+    tangents : bool
+        if False, ``own.out`` keeps the tangents of the previous call
+    """
+    set_lane(film, work, 0, i, viscosity, own)
+    turn_geometry(film, work, 0, 0, 0)
+    work.marks[0, 0, at.PREPARED] = 0.0
+    work.marks[0, 0, at.RESIDENT] = 0.0
+    work.wanted[0] = 1.0
+    work.tangents[0] = 1.0 if tangents else 0.0
+    solve_group(film, work, 0, (clock[0], clock[1], 1.0), own)
+    return int(work.status[0])
 
 
 @kernel
-def _lowered(film, rates, history, work):
-    """Solve by continuation from rougher surfaces, in at most two attempts. Return status, iterations, cut and ring.
+def _lowered(film, work, group, rates, own):
+    """Solve a film by continuation from rougher surfaces, in at most two attempts. Return iterations and band's width.
 
     If surfaces overlap far, the mean gap is so small that no pressure drives out the oil, and Newton's method does not
     converge. A larger roughness gives a larger mean gap, so the bore can open first.
     """
-    sigma = film.constants[at.ROUGHNESS]
-    unknowns = history.unknowns
+    sigma = film.constants[one.ROUGHNESS]
     passes = 0
-    status = NOT_CONVERGED
-    first = 0
-    ring = True
+    width = 0
     for attempt in range(2):
-        for k in range(unknowns.shape[0]):
-            unknowns[k] = history.start[k]
-        for k in range(history.shapes.shape[0]):
-            work.vectors[at.SHIFT, k + 1] = work.vectors[at.KNOWN, k + 1]
+        for k in range(own.known.shape[1]):
+            work.shifts[at.SHIFT, k] = work.shifts[at.KNOWN, k]
+        take_sides(film, work, group, own.start)
+        begin_solution(film, work, group, rates[0], rates[1])
         raised = ROUGHEST
         while raised > sigma:
-            _, again, first, ring = _newton(film, raised, rates, EASING, unknowns, work)
-            passes += again
+            passes += solve_films(film, work, group, raised, rates, EASING)[0]
             raised *= LOWERING if attempt == 0 else math.sqrt(LOWERING)
-        status, again, first, ring = _newton(film, sigma, rates, LAST, unknowns, work)
+        again, width = solve_films(film, work, group, sigma, rates, LAST)
         passes += again
-        if status == CONVERGED:
+        if work.status[0] > 0.0:
             break
-    return status, passes, first, ring
+    return passes, width
 
 
 @kernel
-def _cut(film, rates, nodes):
-    """Return the column at which the band begins, and whether its last column must join the border."""
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
+def arrange(film, work, group, per_step):
+    """Choose the order of columns in the matrix. Return the half width of its band.
+
+    Eight films in singles have their columns in the order from their cuts, and the matrix neglects the flow through the
+    cut. The ring of a film in doubles is cut inside a ruptured region whose transport within Δt does not reach around.
+    Without such a region the ring stays closed: columns enter from both sides in turn, so that neighbours are at most
+    two places apart.
+    """
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    if not alone(work.nodes):
+        return n_z
     lines = n_z + 2
     best = 0
     length = 0
@@ -175,252 +200,328 @@ def _cut(film, rates, nodes):
         i = k if k < n_phi else k - n_phi
         ruptured = True
         for j in range(1, n_z + 1):
-            if nodes[at.FULL, i * lines + j] > 0.0:
+            if work.nodes[group, at.FULL, i * lines + j] > 0.0:
                 ruptured = False
                 break
-        if not ruptured:
-            run = 0
-            continue
-        run += 1
+        run = run + 1 if ruptured else 0
         if run > length:
             length = run
             best = i
-    if length < 3 or rates.half_speed < 0.0:
-        return 0, True
-    if length >= n_phi:
-        length = n_phi
-    # Oil that flows into the second ruptured column is reduced by this factor in every column up to the last one.
-    _, _, per_angle = grid_factors(film.constants)
-    courant = rates.half_speed * per_angle / rates.per_step if rates.per_step > 0.0 else 1.0e300
-    weakened = (length - 1) * math.log(courant / (1.0 + courant)) if courant > 0.0 else -1.0e300
-    begin = best - length + 2
-    if begin < 0:
-        begin += n_phi
-    return begin, weakened > math.log(film.constants[at.AROUND_LIMIT])
+    length = min(length, n_phi)
+    drive = work.lane[at.FORWARD] - work.lane[at.BACKWARD]
+    if length >= 3 and drive >= 0.0:
+        # Oil that flows into the second ruptured column is reduced by this factor in every column up to the last one.
+        courant = drive / per_step if per_step > 0.0 else 1.0e300
+        weakened = (length - 1) * math.log(courant / (1.0 + courant)) if courant > 0.0 else -1.0e300
+        if weakened <= math.log(film.constants[one.AROUND_LIMIT]):
+            first = best - length + 2
+            for i in range(n_phi):
+                work.rows[i] = (i - first) % n_phi
+            return n_z
+    for i in range(n_phi):
+        work.rows[i] = 2 * i if 2 * i < n_phi else 2 * (n_phi - i) - 1
+    return 2 * n_z
 
 
 @kernel
-def _take_sides(film, unknowns, nodes):
-    """Compute pressure, void fraction and full mask of every node from its unknown."""
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    supply = film.constants[at.SUPPLY_PRESSURE] / pressure_unit(film.constants)
-    for i in range(n_phi):
-        for j in range(n_z):
-            f = i * n_z + j
-            q = i * (n_z + 2) + j + 1
-            if film.supply[f] > 0.0:
-                unknowns[f] = supply
-            u = unknowns[f]
-            is_full = u >= 0.0
-            nodes[at.FULL, q] = 1.0 if is_full else 0.0
-            nodes[at.PRESSURE, q] = u if is_full else 0.0
-            nodes[at.VOID, q] = 0.0 if is_full else u
+def solve_films(film, work, group, sigma, rates, most):
+    """Iterate Newton's method to convergence; the last step of every lane is computed but not yet applied.
 
-
-@kernel
-def _newton(film, sigma, rates, most, unknowns, work):
-    """Iterate to convergence and keep the factors of the last matrix in ``work``. Return status and iterations."""
-    constants = film.constants
-    n_phi = int(constants[at.N_PHI])
-    n_z = int(constants[at.N_Z])
-    n_shapes = int(constants[at.N_SHAPES])
-    lines = n_z + 2
-    size = n_phi * n_z
-    nodes = work.nodes
-    faces = work.faces
-    vectors = work.vectors
-    shift = vectors[at.SHIFT]
-    step = vectors[at.STEP]
-    for i in range(n_phi):
-        for end in range(2):
-            q = i * lines + end * (n_z + 1)
-            nodes[at.FULL, q] = 1.0
-            nodes[at.PRESSURE, q] = 0.0
-            nodes[at.VOID, q] = 0.0
-    _take_sides(film, unknowns, nodes)
-    node_films(film, vectors[at.PLACE], shift, nodes[at.FILM])
-    for passes in range(1, most + 1):
-        face_films(film, vectors[at.PLACE], shift, faces[at.FACE_OPEN])
-        open_films(film, sigma, nodes, faces)
-        oil_state(film, nodes)
-        first, ring = _cut(film, rates, nodes)
-        oil_balance(film, rates, nodes, faces, first, work.band, work.residual)
-        chain = size - n_z if ring else size
-        blocks = (1 + n_shapes + (n_z if ring else 0) + 7) // 8
-        _sources(film, rates.per_gain, first, ring, blocks, work)
-        if factor_blocks(work.band, chain, n_z) != 0:
-            return SINGULAR, passes, first, ring
+    Only lanes in ``work.wanted`` iterate. ``work.status`` returns the iterations of each lane, 0 if it failed. Returns
+    the iterations of the group and the half width of the last band. ``sigma`` is the roughness of the mean gap over the
+    clearance, ``rates`` 1/Δt and 1/g.
+    """
+    per_step, per_gain = rates
+    n_z = int(film.constants[one.N_Z])
+    size = int(film.constants[one.N_PHI]) * n_z
+    blocks = work.border.shape[0] // BLOCK
+    lane = work.lane
+    put(lane, at.ACTIVE, rounded(work.wanted, 0, lane))
+    put(lane, at.FAILED, spread(0.0, lane))
+    put(lane, at.DONE, spread(0.0, lane))
+    for c in range(work.status.shape[0]):
+        work.status[c] = 0.0
+    width = n_z
+    for done in range(1, most + 1):
+        if done > 1:
+            _advance(film, work, group, TAKE)
+            _move_gaps(film, work, group, per_gain)
+        open_gaps(film, work, group, sigma)
+        oil_state(film, work, group)
+        width = arrange(film, work, group, per_step)
+        oil_balance(film, work, group, width, per_step)
+        shape_sources(film, work, group, per_gain)
+        factor_lanes(work.band, size, width, lane, at.FAILED)
         for block in range(blocks):
-            solve_blocks(work.band, chain, n_z, work.columns[block])
-        solution_loads(film, first, chain, 0, blocks, work)
-        present_loads(film, work)
-        border_equations(film, first, ring, chain, 1, 0, work)
-        if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
-            return SINGULAR, passes, first, ring
-        # The step is limited so that the film does not close at any node.
-        share = 1.0
-        largest = 0.0
-        if n_shapes > 0:
-            for k in range(n_shapes):
-                step[k + 1] = work.border[k, n_shapes + n_z]
-            share, largest = _reach(film, step, nodes)
-            for k in range(n_shapes):
-                step[k + 1] *= share
-                shift[k + 1] += step[k + 1]
-            for q in range(nodes.shape[1]):
-                nodes[at.FILM, q] += share * nodes[at.CHANGE, q]
-            if share < 1.0 and ring:
-                # The border's column of nodes is solved again for the reduced step of the shapes.
-                border_equations(film, first, ring, chain, 1, 0, work)
-                for k in range(n_shapes):
-                    for column in range(n_shapes + n_z):
-                        work.border[k, column] = 1.0 if k == column else 0.0
-                    work.border[k, n_shapes + n_z] = step[k + 1]
-                if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
-                    return SINGULAR, passes, first, ring
-        changed, moved = _advance(film, first, ring, step, unknowns, work)
-        if changed == 0 and share == 1.0 and largest < constants[at.STEP_LIMIT] and moved < constants[at.MOVE_LIMIT]:
-            return CONVERGED, passes, first, ring
-    return NOT_CONVERGED, most, first, ring
+            solve_lanes(work.band, size, width, work.columns, BLOCK * block)
+            solution_loads(film, work, group, BLOCK * block, BLOCK * block)
+        _step(film, work, group, float(done))
+        if not any_lane(get(lane, at.ACTIVE) * (1.0 - get(lane, at.FAILED)) > 0.0):
+            return done, width
+    return most, width
 
 
 @kernel
-def _sources(film, per_gain, first, ring, blocks, work):
-    """Write the right-hand sides of a Newton step: the residual, the shapes, and the border's column of nodes."""
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    n_shapes = int(film.constants[at.N_SHAPES])
-    size = n_phi * n_z
-    columns = work.columns
-    of_shapes = film.shapes.shape[1] // 8
-    for block in range(blocks):
-        if block < of_shapes:
-            shape_sources(film, per_gain, work.nodes, work.faces, first, block, columns[block])
-        else:
-            for row in range(size):
-                for r in range(8):
-                    columns[block, row, r] = 0.0
-    for position in range(n_phi):
-        i = first + position
-        if i >= n_phi:
-            i -= n_phi
-        for j in range(n_z):
-            columns[0, position * n_z + j, 0] = -work.residual[i * n_z + j]
-    if ring:
-        for j in range(n_z):
-            slot = 1 + n_shapes + j
-            block = slot // 8
-            r = slot - 8 * block
-            columns[block, j, r] -= work.band[j, 0]
-            columns[block, size - 2 * n_z + j, r] -= work.band[size - 2 * n_z + j, 2 * n_z]
+def _step(film, work, group, passes):
+    """Compute the Newton step of active lanes, and end lanes whose step is below the limits."""
+    lane = work.lane
+    right = work.border.shape[0]
+    lanes = work.own.shape[0]
+    present_loads(film, work, group, True)
+    border_equations(film, work, 1, 0)
+    eliminate(film, work, 1)
+    active = get(lane, at.ACTIVE) > 0.0
+    for k in range(int(film.constants[one.N_SHAPES])):
+        step = get(work.border, (k, right))
+        put(work.steps, (at.STEP, k), choose(active, step, get(work.steps, (at.STEP, k))))
+    _reach(film, work, group)
+    _judge(film, work, group)
+    for c in range(lanes):
+        if lane[lanes * at.DONE + c] > 0.0 and work.status[c] == 0.0 and lane[lanes * at.FAILED + c] == 0.0:
+            work.status[c] = passes
 
 
 @kernel
-def _reach(film, step, nodes):
-    """Return the fraction of a shape step that keeps the film open, and the largest relative change of the film.
+def _reach(film, work, group):
+    """Compute the fraction of the step that keeps each film open, in SHARE, and multiply the step by this fraction.
 
-    Writes the change of the film by the full step to CHANGE of every node.
+    Writes the change of the gap of every node to CHANGE, and the largest relative change to MOST.
     """
-    columns = film.shapes.shape[1]
-    share = 1.0
-    largest = 0.0
-    for q in range(nodes.shape[1]):
-        change = combined(film.shapes, q, step, columns)
-        nodes[at.CHANGE, q] = change
-        h = nodes[at.OPEN, q]
-        if h < LEAST:
-            h = LEAST
+    n_shapes = int(film.constants[one.N_SHAPES])
+    nodes = work.nodes[group]
+    shapes = work.shapes[group]
+    lane = work.lane
+    one_ = spread(1.0, lane)
+    none = spread(0.0, lane)
+    share = one_
+    largest = none
+    active = get(lane, at.ACTIVE) > 0.0
+    for q in range(nodes.shape[1] // work.own.shape[0]):
+        change = none
+        for k in range(n_shapes):
+            change = plus_product(change, get(shapes, (q, k)), get(work.steps, (at.STEP, k)))
+        put(nodes, (at.CHANGE, q), choose(active, change, get(nodes, (at.CHANGE, q))))
+        h = most_of(get(nodes, (at.OPEN, q)), LEAST)
         relative = change / h
-        if -relative * share > CLOSING and nodes[at.FILM, q] > 0.0:
-            share = min(share, -CLOSING / relative)
-        if abs(relative) > largest:
-            largest = abs(relative)
-    return share, largest
+        closing = (relative < 0.0) & (get(nodes, (at.FILM, q)) > 0.0)
+        most = none - CLOSING / choose(closing, relative, one_)
+        share = choose(closing & (none - relative * share > CLOSING), most, share)
+        largest = most_of(most_of(relative, none - relative), largest)
+    share = choose(active, share, one_)
+    put(lane, at.SHARE, share)
+    put(lane, at.MOST, largest)
+    if not any_lane(share < 1.0):
+        return
+    for k in range(n_shapes):
+        put(work.steps, (at.STEP, k), share * get(work.steps, (at.STEP, k)))
+    for q in range(nodes.shape[1] // work.own.shape[0]):
+        put(nodes, (at.CHANGE, q), share * get(nodes, (at.CHANGE, q)))
 
 
 @kernel
-def _advance(film, first, ring, step, unknowns, work):
-    """Add the Newton step to the unknowns; a change of sign switches a node between full and ruptured.
+def _judge(film, work, group):
+    """Compute the change of every unknown, and end lanes whose changes are below the limits."""
+    lane = work.lane
+    constants = film.constants
+    none = spread(0.0, lane)
+    highest = none
+    nodes = work.nodes[group]
+    for q in range(nodes.shape[1] // work.own.shape[0]):
+        highest = most_of(get(nodes, (at.PRESSURE, q)), highest)
+    put(lane, at.HIGHEST_PRESSURE, highest)
+    put(lane, at.CHANGED, none)
+    put(lane, at.MOVED, none)
+    _advance(film, work, group, JUDGE)
+    active = get(lane, at.ACTIVE) > 0.0
+    still = active & (get(lane, at.CHANGED) < 0.5) & (get(lane, at.SHARE) >= 1.0)
+    still = still & (get(lane, at.MOST) < constants[one.STEP_LIMIT])
+    still = still & (get(lane, at.MOVED) < constants[one.MOVE_LIMIT])
+    put(lane, at.ACTIVE, choose(still, none, get(lane, at.ACTIVE)))
+    put(lane, at.DONE, choose(still, 1.0, get(lane, at.DONE)))
 
-    Returns the number of switched nodes and the largest change of pressure (over the highest) or of a void fraction.
-    """
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    n_shapes = int(film.constants[at.N_SHAPES])
+
+@kernel
+def _advance(film, work, group, mode):
+    """Compute the changes of unknowns of active lanes (``mode`` JUDGE), or apply them (``mode`` TAKE)."""
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    nodes = work.nodes[group]
     columns = work.columns
-    answer = work.border
-    right = n_shapes + n_z
-    # The solution for the residual has factor one; the solutions for shapes and border have factors from ``border``.
-    step[0] = 1.0
-    for k in range(1 + n_shapes, step.shape[0]):
-        step[k] = answer[k - 1, right] if ring and k <= right else 0.0
-    blocks = (1 + n_shapes + (n_z if ring else 0) + 7) // 8
-    highest = 0.0
-    for f in range(unknowns.shape[0]):
-        if unknowns[f] > highest:
-            highest = unknowns[f]
-    slack = SWITCH * highest
-    beyond = film.constants[at.SIDE_LIMIT]
-    changed = 0
-    moved = 0.0
-    emptied = 0.0
+    lane = work.lane
+    none = spread(0.0, lane)
+    one_ = spread(1.0, lane)
+    highest = get(lane, at.HIGHEST_PRESSURE)
+    tiny = TINY if alone(lane) else TINY_SINGLE
+    switch = SWITCH if alone(lane) else SWITCH_SINGLE
+    slack = none - switch * highest
+    limit = max(film.constants[one.SIDE_LIMIT], 0.0 if alone(lane) else LEAST_SIDE)
+    beyond = none - limit * highest
+    per_highest = 1.0 / choose(highest > 0.0, highest, one_)
+    active = get(lane, at.ACTIVE) > 0.0
+    thickens = film.constants[one.OIL_STEP] > 0.0
+    changed = get(lane, at.CHANGED)
+    moved = get(lane, at.MOVED)
+    n_shapes = int(film.constants[one.N_SHAPES])
     for position in range(n_phi):
-        i = first + position
-        if i >= n_phi:
-            i -= n_phi
+        row = work.rows[position] * n_z
         for j in range(n_z):
-            node = position * n_z + j
-            f = i * n_z + j
-            q = i * (n_z + 2) + j + 1
-            if film.supply[f] > 0.0:
-                continue
-            if ring and position == n_phi - 1:
-                change = answer[n_shapes + j, right]
+            f = position * n_z + j
+            q = position * (n_z + 2) + j + 1
+            full = get(nodes, (at.FULL, q)) > 0.0
+            p = get(nodes, (at.PRESSURE, q))
+            void = get(nodes, (at.VOID, q))
+            if mode == JUDGE:
+                change = get(columns, (row + j, 0))
+                for k in range(n_shapes):
+                    change = plus_product(change, get(columns, (row + j, k + 1)), get(work.steps, (at.STEP, k)))
+                if thickens:
+                    fall = none - get(nodes, (at.THICKENING, q)) * change
+                    change = choose(full & (fall > 0.0), change / (1.0 + 0.5 * fall), change)
+                change = choose(get(work.supply[group], f) > 0.0, none, change)
+                put(nodes, (at.NEXT, q), choose(active, change, get(nodes, (at.NEXT, q))))
+                size = most_of(change, none - change)
+                moved = most_of(choose(full, size * per_highest, size), moved)
+                after = choose(full, p, void) + change
+                turned = choose(full, choose(after < beyond, one_, none), choose(after > limit, one_, none))
+                changed = most_of(turned, changed)
             else:
-                change = combined(columns[0], node, step, 8)
-                for block in range(1, blocks):
-                    change += combined(columns[block], node, step[8 * block :], 8)
-            if work.nodes[at.FULL, q] > 0.0:
-                change = pressure_change(change, work.nodes[at.THICKENING, q])
-                u = work.nodes[at.PRESSURE, q] + change
-                moved = max(moved, abs(change))
-                if u < -slack:
-                    if u < -beyond * highest:
-                        changed += 1
-                    u = -TINY
-                elif u < 0.0:
-                    u = 0.0
-            else:
-                u = work.nodes[at.VOID, q] + change
-                emptied = max(emptied, abs(change))
-                if u > SWITCH:
-                    if u > beyond:
-                        changed += 1
-                    u = 0.0
-                elif u > -TINY:
-                    u = -TINY
-            unknowns[f] = u
-            is_full = u >= 0.0
-            work.nodes[at.FULL, q] = 1.0 if is_full else 0.0
-            work.nodes[at.PRESSURE, q] = u if is_full else 0.0
-            work.nodes[at.VOID, q] = 0.0 if is_full else u
-    for k in range(1 + n_shapes, step.shape[0]):
-        step[k] = 0.0
-    if highest > 0.0:
-        moved /= highest
-    return changed, max(moved, emptied)
+                after = choose(full, p, void) + get(nodes, (at.NEXT, q))
+                emptied = choose(after < slack, -tiny, most_of(after, none))
+                filled = choose(after > switch, none, least_of(after, -tiny))
+                after = choose(full, emptied, filled)
+                is_full = after >= 0.0
+                put(nodes, (at.FULL, q), choose(active, choose(is_full, one_, none), get(nodes, (at.FULL, q))))
+                put(nodes, (at.PRESSURE, q), choose(active, most_of(after, none), p))
+                put(nodes, (at.VOID, q), choose(active, choose(is_full, none, after), void))
+    put(lane, at.CHANGED, changed)
+    put(lane, at.MOVED, moved)
 
 
 @kernel
-def _keep_filled(film, unknowns, void):
-    """Limit void fractions to 1, in the unknowns and in ``void``. Return the number of clipped nodes."""
-    n_z = int(film.constants[at.N_Z])
-    clipped = 0
-    for f in range(unknowns.shape[0]):
-        if unknowns[f] < -1.0:
-            unknowns[f] = -1.0
-            i = f // n_z
-            void[i * (n_z + 2) + f - i * n_z + 1] = -1.0
-            clipped += 1
-    return clipped
+def _move_gaps(film, work, group, per_gain):
+    """Add the step of active lanes to the gaps at nodes and faces and to the shapes."""
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    n_shapes = int(film.constants[one.N_SHAPES])
+    nodes = work.nodes[group]
+    faces = work.faces[group]
+    shapes = work.shapes[group]
+    lane = work.lane
+    active = get(lane, at.ACTIVE)
+    _move_shapes(work, n_shapes, at.ACTIVE)
+    for q in range(nodes.shape[1] // work.own.shape[0]):
+        change = active * get(nodes, (at.CHANGE, q))
+        put(nodes, (at.FILM, q), get(nodes, (at.FILM, q)) + change)
+        put(nodes, (at.GROWTH, q), get(nodes, (at.GROWTH, q)) + per_gain * change)
+    first = n_phi * (n_z + 2)
+    for f in range(n_phi * n_z):
+        change = spread(0.0, lane)
+        for k in range(n_shapes):
+            change = plus_product(change, get(shapes, (first + f, k)), get(work.steps, (at.STEP, k)))
+        put(faces, (at.FACE_FILM, f), get(faces, (at.FACE_FILM, f)) + active * change)
+
+
+@inlined_kernel
+def _move_shapes(work, n_shapes, mask):
+    """Add the step of lanes with a mark in row ``mask`` to their shapes."""
+    lanes = work.own.shape[0]
+    for k in range(n_shapes):
+        for c in range(lanes):
+            work.shifts[at.SHIFT, lanes * k + c] += work.lane[lanes * mask + c] * work.steps[at.STEP, lanes * k + c]
+
+
+@kernel
+def take_last_step(film, work, group):
+    """Apply the last step of converged lanes, after the tangents, which belong to the state before this step."""
+    n_shapes = int(film.constants[one.N_SHAPES])
+    nodes = work.nodes[group]
+    done = get(work.lane, at.DONE)
+    put(work.lane, at.ACTIVE, done)
+    _advance(film, work, group, TAKE)
+    _move_shapes(work, n_shapes, at.DONE)
+    for q in range(nodes.shape[1] // work.own.shape[0]):
+        change = done * get(nodes, (at.CHANGE, q))
+        put(nodes, (at.FILM, q), get(nodes, (at.FILM, q)) + change)
+        contact = get(nodes, (at.CONTACT, q))
+        pressed = contact + get(nodes, (at.CONTACT_SLOPE, q)) * change
+        put(nodes, (at.CONTACT, q), choose(contact > 0.0, pressed, contact))
+        slope = get(nodes, (at.SLOPE, q)) + get(nodes, (at.BEND, q)) * change
+        put(nodes, (at.SLOPE, q), slope)
+
+
+@kernel
+def film_tangents(film, work, group, width, outs):
+    """Compute derivatives of the forces by position and velocity of lanes in ``work.tangents``, in ``outs``."""
+    n_z = int(film.constants[one.N_Z])
+    lanes = work.own.shape[0]
+    last = work.border.shape[0]
+    motion_sources(film, work, group)
+    solve_lanes(work.band, int(film.constants[one.N_PHI]) * n_z, width, work.columns, 0)
+    solution_loads(film, work, group, 0, last)
+    border_equations(film, work, BLOCK, 4)
+    eliminate(film, work, BLOCK)
+    for m in range(4):
+        for t in range(BLOCK):
+            # The part through the shapes of the bore.
+            total = get(work.loads, (m, last + t))
+            for k in range(int(film.constants[one.N_SHAPES])):
+                by_shape = get(work.loads, (m, 1 + k)) + get(work.touching, (m, 4 + k))
+                total = plus_product(total, by_shape, get(work.border, (k, last + t)))
+            put(work.loads, (m, last + t), total)
+    for c in range(lanes):
+        if work.tangents[c] > 0.0:
+            unit = work.wide[lanes * at.UNIT + c] * film_area(film.constants) / film.constants[one.CLEARANCE]
+            out = outs[int(work.own[c])]
+            for m in range(4):
+                for t in range(4):
+                    change = work.loads[m, lanes * (last + t) + c] + work.touching[m, lanes * t + c]
+                    out[one.STIFFNESS + 4 * m + t] = unit * change
+                    out[one.DAMPING + 4 * m + t] = unit * work.loads[m, lanes * (last + 4 + t) + c]
+
+
+@kernel
+def _flows(film, work, group, c):
+    """True if the oil is mobile enough at all nodes; else single precision cannot resolve neighbouring pressures."""
+    if film.constants[one.OIL_STEP] == 0.0:
+        return True
+    nodes = work.nodes[group]
+    lanes = work.own.shape[0]
+    flows = True
+    for q in range(nodes.shape[1] // lanes):
+        flows = flows and nodes[at.MOBILITY, lanes * q + c] >= LEAST_MOBILITY
+    return flows
+
+
+@kernel
+def _write(film, work, group, own, whole):
+    """Write the shapes of converged films and, if ``whole``, the unknowns, with void fractions limited to 1."""
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    lines = n_z + 2
+    lanes = work.own.shape[0]
+    nodes = work.nodes[group]
+    for c in range(lanes):
+        if work.wanted[c] == 0.0:
+            continue
+        i_film = int(work.own[c])
+        work.marks[group, c, at.RESIDENT] = 1.0
+        for k in range(own.shapes.shape[1]):
+            own.shapes[i_film, k] = work.shifts[at.SHIFT, lanes * k + c] * film.constants[one.CLEARANCE]
+        if not whole:
+            continue
+        cut = int(work.marks[group, c, at.CUT])
+        clipped = 0
+        for position in range(n_phi):
+            i = cut + position
+            if i >= n_phi:
+                i -= n_phi
+            for j in range(n_z):
+                q = lanes * (position * lines + j + 1) + c
+                u = float(nodes[at.PRESSURE, q])
+                if nodes[at.FULL, q] == 0.0:
+                    u = float(nodes[at.VOID, q])
+                    if u < -1.0:
+                        u = -1.0
+                        clipped += 1
+                own.unknowns[i_film, i * n_z + j] = u
+        own.out[i_film, one.CLIPPED] = float(clipped)

@@ -17,7 +17,6 @@ from cranktrain.core.types import Array
 from cranktrain.film.contact.asperity import CONSTANTS as CONTACT_CONSTANTS
 from cranktrain.film.contact.asperity import contact_table
 from cranktrain.film.contact.gap import STRAIGHT, relief
-from cranktrain.film.elastic.band_blocks import BLOCK, band_columns
 
 # Indices of a film's constants: grid sizes, dimensions, oil, supply pressure and roughness, in SI units.
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)
@@ -42,37 +41,13 @@ LIMITS = (1.0e-4, 1.0e-3, 1.0e-11, 1.0e-9)
 SMOOTH = 5.0e-4
 """Roughness over the clearance used for smooth surfaces, so that overlapping surfaces still have a gap."""
 
-# Rows of ElasticWork.vectors, over the clearance:
-# PLACE, PACE, SHIFT: journal position, journal velocity (1/s), bore shapes.
-# START_PLACE, START_SHIFT: journal position and bore shapes at the step's start.
-# KNOWN: Δ of the stage's rule δ̇ = (δ − Δ)/g. STEP: last Newton step of the shapes. SUMS: one sum for each shape.
-PLACE, PACE, SHIFT, START_PLACE, START_SHIFT, KNOWN, STEP, SUMS = 0, 1, 2, 3, 4, 5, 6, 7
-VECTORS = 8
-
-# Rows of ElasticWork.nodes (both ends included) and ElasticWork.faces (circumferential).
-FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
-OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11, 12, 13, 14, 15, 16
-# Rows of the oil in ElasticWork.nodes, with pressures over p₀:
-# REDUCED, MOBILITY: reduced pressure and its derivative by pressure.
-# COMPRESSED, DENSE: ρ/ρ₀ − 1 and its derivative by pressure. START_COMPRESSED: ρ/ρ₀ − 1 at the step's start.
-# THICKENING: relative increase of viscosity with pressure.
-REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19, 20, 21, 22
-# Row of the weight of film pressure along ζ, see cranktrain.film.elastic.weights.
-WEIGHT = 23
-# Rows of ElasticWork.faces:
-# FACE_OPEN, FACE_SLOPE: mean gap and its derivative by the distance of the surfaces.
-# FACE_FLUX, FACE_EXTRA, FACE_FLOW: derivative of the flow by this distance, flux correction, flow.
-# FACE_AHEAD: weight of the downstream node's compression in the carried flow.
-FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA, FACE_FLOW, FACE_AHEAD = range(6)
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
 ZETA, LINE_WIDTH, PROFILE = range(3)
 # Rows of ElasticFilm.sides: 1/(Δζ w) towards the next and towards the previous line.
 AFTER_SIDE, BEFORE_SIDE = 0, 1
-# Indices of position and velocity of a journal, and of the sources of its motion.
-X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
-NODE_FIELDS = 24
-FACE_FIELDS = 6
+BLOCK = 8
+"""Number of right-hand sides that are solved together."""
 
 
 class ElasticFilm(NamedTuple):
@@ -107,40 +82,6 @@ class OilTables(NamedTuple):
     step: float  # pressure spacing, Pa
     values: Array  # (b, n, 2): q (Pa) and r/f
     compressible: bool
-
-
-class ElasticWork(NamedTuple):
-    """Scratch memory of the kernels, owned by the caller; shared by all films of the same size."""
-
-    band: Array
-    """(n, ·) matrix of the balance, see :mod:`cranktrain.film.elastic.band_blocks`."""
-    columns: Array
-    """(blocks, n, 8) right-hand sides and solutions."""
-    nodes: Array
-    faces: Array
-    loads: Array
-    """(4 + k, 8 blocks) generalised forces of every solution."""
-    border: Array
-    """(k + n_z, k + n_z + 9) equations of the shapes, and of one column of nodes if the ring has no gap."""
-    touching: Array
-    """(4 + k, 6 + k) columns: derivatives of generalised forces at fixed film pressure, contact forces, film forces."""
-    vectors: Array
-    """(VECTORS, ·) vectors of position, velocity and shapes, see PLACE."""
-    residual: Array
-    """(n,) residual of the oil balance."""
-
-
-class FilmHistory(NamedTuple):
-    """Memory of a film within a step, and its solution; n nodes, k shapes."""
-
-    start: Array  # (n,) node unknowns at the step's start, see cranktrain.film.elastic.balance; zeros: full
-    start_place: Array  # (4,) journal position at the step's start, m
-    start_shapes: Array  # (k,) shapes at the step's start, m
-    known: Array  # (k,) Δ of the stage's rule δ̇ = (δ − Δ)/g, m
-    unknowns: Array  # (n,) in: initial guess; out: solution
-    shapes: Array  # (k,) δ, m; in: initial guess; out: solution
-    content: Array = np.zeros((3, 0))
-    """(CONTENT, n), see cranktrain.film.elastic.content; (CONTENT, 0) for backward Euler from the step's start."""
 
 
 @dataclass(frozen=True)
@@ -216,23 +157,6 @@ class ElasticGrid:
     def _gathered(self, s: Array) -> Array:
         """Return ζ of lines at even parameters s, from 0 (middle) to 1 (end)."""
         return (1.0 - self.edge) * s + self.edge * np.sin(0.5 * math.pi * s)
-
-    def work(self, shapes: int) -> ElasticWork:
-        """Make scratch memory for films of this grid with ``shapes`` bore shapes."""
-        unknowns = 1 + shapes + self.n_z
-        blocks = (unknowns + BLOCK - 1) // BLOCK + 1
-        border = shapes + self.n_z
-        return ElasticWork(
-            np.zeros((self.size, band_columns(self.n_z))),
-            np.zeros((blocks, self.size, BLOCK)),
-            np.zeros((NODE_FIELDS, self.n_phi * (self.n_z + 2))),
-            np.zeros((FACE_FIELDS, self.size)),
-            np.zeros((4 + shapes, BLOCK * blocks)),
-            np.zeros((border, border + 1 + BLOCK)),
-            np.zeros((4 + shapes, 6 + shapes)),
-            np.zeros((VECTORS, BLOCK * blocks)),
-            np.zeros(self.size),
-        )
 
     def film(
         self,

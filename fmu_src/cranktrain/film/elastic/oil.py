@@ -6,23 +6,17 @@ per bearing, because Roelands' law depends on the viscosity at ambient pressure.
 the exact slopes r/f. Beyond ``HIGHEST`` the viscosity is constant, because the laws are not supported by measurements.
 """
 
-import math
-
 import numpy as np
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.lubricant import CONSTANT, density_factor, pressure_constants, pressure_factor
 from cranktrain.engine.parts import Oil
-from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.grid import OilTables
-from cranktrain.film.elastic.height import pressure_unit
 
 HIGHEST = 1.0e9
 """Pressure (Pa) above which the viscosity is constant."""
 INTERVALS = 256
-SMALL_FALL = 0.01
-"""Largest pressure decrease of a Newton step, over the decrease that divides viscosity by e, that is not reduced."""
 GAUSS = tuple((float(point), float(weight)) for point, weight in zip(*np.polynomial.legendre.leggauss(6), strict=True))
 """Points and weights of Gauss' rule that integrates the reduced pressure q over a table interval."""
 
@@ -85,49 +79,3 @@ def reduced_pressure(table, step, pressure):
     slope = rise + (1.0 - 2.0 * t) * bend + t * (1.0 - t) * (b - a)
     curve = 2.0 * (1.0 - 2.0 * t) * (b - a) - 2.0 * bend
     return q, slope / step, curve / (step * step)
-
-
-@kernel
-def pressure_change(change, thickening):
-    """Return the Newton ``change`` of pressure, reduced if it is a large decrease, for exponential viscosity."""
-    fall = -thickening * change
-    return change * math.log(1.0 + fall) / fall if fall > SMALL_FALL else change
-
-
-@kernel
-def start_compression(film, start, nodes):
-    """Compute ρ/ρ₀ − 1 at the step's start from the node unknowns ``start`` (n,), in ``nodes``."""
-    if film.constants[at.COMPRESSIBLE] == 0.0:
-        return
-    n_z = int(film.constants[at.N_Z])
-    unit = pressure_unit(film.constants)
-    for f in range(start.shape[0]):
-        i = f // n_z
-        nodes[at.START_COMPRESSED, i * (n_z + 2) + f - i * n_z + 1] = density_factor(start[f] * unit)[0] - 1.0
-
-
-@kernel
-def oil_state(film, nodes):
-    """Compute reduced pressure over p₀, its slope, compression and viscosity increase of every node, in ``nodes``."""
-    step = film.constants[at.OIL_STEP]
-    if step == 0.0:
-        for k in range(nodes.shape[1]):
-            nodes[at.REDUCED, k] = nodes[at.PRESSURE, k]
-            nodes[at.MOBILITY, k] = 1.0
-        return
-    unit = pressure_unit(film.constants)
-    table = film.oil[int(film.constants[at.OIL_ROW])]
-    compressible = film.constants[at.COMPRESSIBLE] > 0.0
-    for k in range(nodes.shape[1]):
-        p = nodes[at.PRESSURE, k] * unit
-        q, slope, curve = reduced_pressure(table, step, p)
-        nodes[at.REDUCED, k] = q / unit
-        nodes[at.MOBILITY, k] = slope
-        nodes[at.THICKENING, k] = -curve / slope * unit
-        nodes[at.COMPRESSED, k] = 0.0
-        nodes[at.DENSE, k] = 0.0
-        if compressible and nodes[at.FULL, k] > 0.0:
-            density, by_pressure = density_factor(p)
-            nodes[at.COMPRESSED, k] = density - 1.0
-            # The density law has a kink at p = 0; a full node has the slope of the side p > 0.
-            nodes[at.DENSE, k] = by_pressure * unit

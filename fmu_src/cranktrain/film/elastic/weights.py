@@ -24,86 +24,100 @@ exact. The resulting error is the relative change of the film within a step time
 rule.
 """
 
-from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.film.contact.gap import open_gap
+from cranktrain.core.kernel import inlined_kernel
+from cranktrain.core.singles import choose, get, least_of, put, spread
+from cranktrain.film.elastic import workspace as at
 from cranktrain.film.elastic.balance import side_conductance
-from cranktrain.film.elastic.grid import CHANGE, FILM, N_PHI, N_Z, ROUGHNESS, WEIGHT, ZETA
-from cranktrain.film.elastic.height import node_films
 
 NEAR, FAR = 0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5
 """Points of Gauss's two-point rule on [0, 1]."""
 
 
-@kernel
-def film_weights(film, place, shift, nodes):
-    """Compute the weights of all nodes and both ends, in ``nodes[WEIGHT]``, for a film at ``place`` (4,) and ``shift``.
-
-    Arguments are as in :func:`cranktrain.film.elastic.height.node_films`. Rows FILM and CHANGE are overwritten.
-    """
-    n_z = int(film.constants[N_Z])
-    lines = n_z + 2
-    h = nodes[FILM]
-    conductance = nodes[CHANGE]
-    weights = nodes[WEIGHT]
-    node_films(film, place, shift, h)
-    for q in range(h.shape[0]):
-        h[q], _, _ = open_gap(h[q], film.constants[ROUGHNESS])
-        weights[q] = 0.0
-    for i in range(int(film.constants[N_PHI])):
-        first = i * lines
-        for line in range(n_z + 1):
-            q = first + line
-            over, _, _ = side_conductance(h[q], h[q + 1])
-            conductance[q] = over / (film.lines[line + 1, ZETA] - film.lines[line, ZETA])
-        for line in range(n_z + 1):
-            # The flow jumps at a supply, so its change is taken from neighbours on the same side of the supply.
-            before = line > 0 and film.supply[i * n_z + line - 1] == 0.0
-            after = line < n_z and film.supply[i * n_z + line] == 0.0
-            _add_spacing(film, first, line, line - 1 if before else line, line + 1 if after else line, nodes)
+@inlined_kernel
+def column_weights(work, group, position, n_z):
+    """Compute the weights of a column's pressures along ζ at the step's start, in row WEIGHT; row OPEN has the gaps."""
+    nodes = work.nodes[group]
+    lines = work.lines
+    first = position * (n_z + 2)
+    supply = work.supply[group]
+    none = spread(0.0, nodes)
+    for line in range(n_z + 2):
+        put(nodes, (at.CHANGE, first + line), none)
+        # Weight of each line without the term of the flow's slope q′, by which a line loses at most half of its weight.
+        h = get(nodes, (at.OPEN, first + line))
+        part = none
+        if line > 0:
+            nearer = get(nodes, (at.OPEN, first + line - 1))
+            part = (lines[line, at.ZETA] - lines[line - 1, at.ZETA]) * h / (h + nearer)
+        if line <= n_z:
+            beyond = get(nodes, (at.OPEN, first + line + 1))
+            part = part + (lines[line + 1, at.ZETA] - lines[line, at.ZETA]) * h / (h + beyond)
+            over = side_conductance(h, beyond)[0] / spread(lines[line + 1, at.ZETA] - lines[line, at.ZETA], nodes)
+            put(nodes, (at.CHANGE, first + line), over)
+        put(nodes, (at.AFTER, first + line), part)
+        put(nodes, (at.WEIGHT, first + line), part)
+    for line in range(n_z + 1):
+        # The flow jumps at a supply, whose position differs between lanes.
+        f = position * n_z + line
+        before = none
+        after = none
+        if line > 0:
+            before = 1.0 - get(supply, f - 1)
+        if line < n_z:
+            after = 1.0 - get(supply, f)
+        _bend(work, group, first, line, before, after, n_z)
 
 
 @inlined_kernel
-def _add_spacing(film, first, line, low, high, nodes):
-    """Add the weights of the interval after a ``line``; intervals ``low`` and ``high`` give the flow's slope q′."""
-    h = nodes[FILM]
-    weights = nodes[WEIGHT]
-    conductance = nodes[CHANGE]
+def _bend(work, group, first, line, before, after, n_z):
+    """Add the flow slope's term for the spacing after a line; ``before``, ``after`` are 1 if that neighbour counts."""
+    nodes = work.nodes[group]
+    lines = work.lines
     q = first + line
-    own = h[q]
-    beyond = h[q + 1]
-    zeta = film.lines[line, ZETA]
-    length = film.lines[line + 1, ZETA] - zeta
-    share = own / (own + beyond)
-    weights[q] += length * share
-    weights[q + 1] += length * (1.0 - share)
-    if low == high:
-        return
+    own = get(nodes, (at.OPEN, q))
+    beyond = get(nodes, (at.OPEN, q + 1))
+    zeta = lines[line, at.ZETA]
+    length = lines[line + 1, at.ZETA] - zeta
     near = own + NEAR * (beyond - own)
     far = own + FAR * (beyond - own)
     near = near * near * near
     far = far * far * far
-    variance = near * far / (3.0 * (near + far) * (near + far))
-    apart = film.lines[high, ZETA] + film.lines[high + 1, ZETA] - film.lines[low, ZETA] - film.lines[low + 1, ZETA]
-    bend = 2.0 * length * length * variance / (conductance[q] * apart)
+    both = near + far
+    variance = near * far / (3.0 * both * both)
+    over = get(nodes, (at.CHANGE, q))
+    last = line - 1 if line > 0 else line
+    next_one = line + 1 if line < n_z else line
+    at_low = zeta + lines[line + 1, at.ZETA]
+    apart = after * (lines[next_one, at.ZETA] + lines[min(next_one + 1, n_z + 1), at.ZETA] - at_low)
+    apart = apart + before * (at_low - (lines[last, at.ZETA] + lines[last + 1, at.ZETA]))
+    counts = apart > 0.0
+    low_over = choose(before > 0.0, get(nodes, (at.CHANGE, first + last)), over)
+    high_over = choose(after > 0.0, get(nodes, (at.CHANGE, first + next_one)), over)
+    high_part = choose(after > 0.0, get(nodes, (at.AFTER, first + min(next_one + 1, n_z + 1))),
+                       get(nodes, (at.AFTER, q + 1)))  # fmt: skip
+    low_part = choose(before > 0.0, get(nodes, (at.AFTER, first + last)), get(nodes, (at.AFTER, q)))
+    bend = 2.0 * length * length * variance / (over * choose(counts, apart, 1.0))
     # Both flows have equal and opposite weights, so a uniform flow adds nothing. The bound keeps weights positive.
-    bend = min(bend, 0.5 * _wedge_weight(film, h, first, high + 1) / conductance[first + high])
-    bend = min(bend, 0.5 * _wedge_weight(film, h, first, low) / conductance[first + low])
-    by_high = bend * conductance[first + high]
-    by_low = bend * conductance[first + low]
-    weights[first + high] += by_high
-    weights[first + high + 1] -= by_high
-    weights[first + low] -= by_low
-    weights[first + low + 1] += by_low
+    bend = least_of(bend, 0.5 * high_part / high_over)
+    bend = least_of(bend, 0.5 * low_part / low_over)
+    bend = choose(counts, bend, 0.0)
+    by_high = bend * high_over
+    by_low = bend * low_over
+    # With a single supply pattern this is weights[high] += by_high, weights[high + 1] -= by_high, and for ``low`` with
+    # opposite signs.
+    after_high = choose(after > 0.0, by_high, 0.0)
+    here_high = by_high - after_high
+    before_low = choose(before > 0.0, by_low, 0.0)
+    here_low = by_low - before_low
+    _add(nodes, first + next_one, after_high)
+    if line < n_z:
+        _add(nodes, first + next_one + 1, 0.0 - after_high)
+    _add(nodes, q, here_high - here_low)
+    _add(nodes, q + 1, here_low - here_high)
+    _add(nodes, first + last, 0.0 - before_low)
+    _add(nodes, first + last + 1, before_low)
 
 
 @inlined_kernel
-def _wedge_weight(film, h, first, line):
-    """Return the weight of a line from the spacings on both sides, without the term of the flow's slope q′."""
-    n_z = int(film.constants[N_Z])
-    q = first + line
-    weight = 0.0
-    if line > 0:
-        weight += (film.lines[line, ZETA] - film.lines[line - 1, ZETA]) * h[q] / (h[q] + h[q - 1])
-    if line <= n_z:
-        weight += (film.lines[line + 1, ZETA] - film.lines[line, ZETA]) * h[q] / (h[q] + h[q + 1])
-    return weight
+def _add(nodes, q, value):
+    put(nodes, (at.WEIGHT, q), get(nodes, (at.WEIGHT, q)) + value)

@@ -50,11 +50,10 @@ from cranktrain.film.elastic.grid import (
     STEP_LIMIT,
     ElasticFilm,
     ElasticGrid,
-    ElasticWork,
 )
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
 from cranktrain.film.elastic.oil import OilTables, fill_oil_table, oil_tables
-from cranktrain.film.lanes.grid import MOST_SHAPES, LaneWork, lane_work
+from cranktrain.film.elastic.workspace import LaneWork, lane_work
 from cranktrain.film.laws.film_solution import (
     ASKED,
     CALLS,
@@ -146,13 +145,13 @@ class ElasticBore(NamedTuple):
     """Record of the law: data, scratch and memory of the films of b journals."""
 
     film: ElasticFilm
-    scratch: ElasticWork
+    scratch: LaneWork  # workspace of one film in doubles
     memory: ElasticMemory
     contact_height: Array  # (1,) lower bound of the gap (m) in the relative rate of closing
     viscosities: Array  # (b,) Pa s
     swings: Array  # (1,) 1 if the axes of motions and forces swing with the bore, see _axes
     oil_law: Array  # (2,) pressure dependence of the viscosity: kind and slope (1/Pa), see engine.lubricant
-    lanes: LaneWork  # workspace of films solved side by side; without groups if each film is solved alone
+    lanes: LaneWork  # workspace of films solved side by side in singles; without groups if each film is solved alone
 
 
 def elastic_bore(
@@ -169,17 +168,16 @@ def elastic_bore(
     """
     tables = None if oil is None else oil_tables(oil, viscosities)
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
-    count, shapes = len(viscosities), len(bore.compliance)
+    count = len(viscosities)
     return ElasticBore(
-        film, grid.work(shapes), elastic_memory(film, count), np.array([bearing.contact_height]),
+        film, lane_work(film), elastic_memory(film, count), np.array([bearing.contact_height]),
         np.array(viscosities, dtype=float), np.array([float(swings)]), _oil_law(oil), lanes_of(film, count),
     )  # fmt: skip
 
 
 def lanes_of(film: ElasticFilm, count: int) -> LaneWork:
     """Return the workspace of films solved side by side, without groups if the oil is compressible."""
-    alone = film.constants[COMPRESSIBLE] > 0.0 or film.constants[N_SHAPES] > MOST_SHAPES
-    return lane_work(film, 0 if alone else count)
+    return lane_work(film, 0 if film.constants[COMPRESSIBLE] > 0.0 else count, singles=True)
 
 
 def _oil_law(oil: Oil | None) -> Array:
@@ -276,8 +274,8 @@ def _staged(film: ElasticFilm) -> int:
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
 _read = record_reader(
     ElasticBore(
-        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(2),
-        lane_work(_SMALL, 0),
+        _SMALL, lane_work(_SMALL, 0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(2),
+        lane_work(_SMALL, 0, singles=True),
     )
 )  # fmt: skip
 

@@ -5,12 +5,11 @@ Films that were lined up are solved together at the first call for one of them; 
 """
 
 from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.film.elastic import workspace as lanes
+from cranktrain.film.elastic.begin import choose_cut, set_lane, turn_geometry
 from cranktrain.film.elastic.content import begin_content, content_rates, stage_content
-from cranktrain.film.elastic.film import CONVERGED, elastic_film
-from cranktrain.film.elastic.grid import ITERATIONS, OIL_ROW, VISCOSITY, FilmHistory
-from cranktrain.film.lanes import grid as lanes
-from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
-from cranktrain.film.lanes.group import solve_group
+from cranktrain.film.elastic.film import CONVERGED, elastic_film, solve_group
+from cranktrain.film.elastic.grid import ITERATIONS
 from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE, STEP
 from cranktrain.film.laws.foresight import foresee
 
@@ -125,16 +124,9 @@ def stage_closed(bore, i, numbers):
 def solve_alone(bore, i, numbers, tangents):
     """Solve film i at a stage, write the result to ``memory.out[i]`` and return the status."""
     own = bore.memory
-    # The films differ in viscosity only; all other data are shared.
-    bore.film.constants[VISCOSITY] = bore.viscosities[i]
-    bore.film.constants[OIL_ROW] = i
-    history = FilmHistory(
-        own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i],
-        own.content[i],
-    )  # fmt: skip
-    clock = own.speeds[i], _time_of_voids(own, numbers), numbers[GAIN]
+    clock = _time_of_voids(own, numbers), numbers[GAIN]
     _not_resident(bore, i)
-    status = elastic_film(bore.film, own.motions[i], clock, history, bore.scratch, own.out[i], tangents)
+    status = elastic_film(bore.film, bore.scratch, i, clock, own, bore.viscosities[i], tangents)
     _count(own, i, tangents)
     if status != CONVERGED:
         # The next attempt, with a shorter step, starts from the last converged state.
@@ -173,7 +165,6 @@ def _solve_lanes(bore, group, numbers, closing):
         i = first + lane if first + lane < count else first
         if first + lane >= count or work.marks[group, lane, lanes.CUT] < 0.0:
             turn_geometry(bore.film, work, group, lane, max(int(work.marks[group, 0, lanes.CUT]), 0))
-        work.own[lane] = float(i)
         asked = first + lane < count and own.calls[i, ASKED] > 0.0
         tangents = False
         if asked and not closing:
@@ -183,12 +174,9 @@ def _solve_lanes(bore, group, numbers, closing):
             tangents = numbers[FROZEN] == 0.0 or own.calls[i, SOLVED] == 0.0
         work.wanted[lane] = 1.0 if asked else 0.0
         work.tangents[lane] = 1.0 if asked and tangents else 0.0
-        lane_units(bore.film, work, lane, bore.viscosities[i], float(i))
-        past = own.start_place[i], own.start_shapes[i], own.known[i], own.shapes[i]
-        lane_motion(bore.film, work, lane, own.motions[i], own.speeds[i], past)
+        set_lane(bore.film, work, lane, i, bore.viscosities[i], own)
     clock = _time_of_voids(own, numbers), numbers[GAIN], 1.0 if closing else 0.0
-    memory = own.start, own.unknowns, own.shapes, own.out, own.content
-    passes = solve_group(bore.film, work, group, clock, memory)
+    passes = solve_group(bore.film, work, group, clock, own)
     own.calls[first, GROUPS] += 1.0
     own.calls[first, GROUP_PASSES] += passes
     for lane in range(min(lanes.LANES, count - first)):

@@ -22,7 +22,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.contact.asperity import CONSTANTS, contact_table
 from cranktrain.film.contact.gap import least_gap, relief
 from cranktrain.film.contact.journal import slice_resultants
-from cranktrain.film.lanes.grid import fill_gaps
+from cranktrain.film.elastic.workspace import fill_gaps
 from cranktrain.film.table.interpolation import stretched
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.in_motion.periodic_forces import rod_forces
@@ -64,7 +64,7 @@ def stage_calls(run: Run) -> Iterator[tuple[Any, tuple[Any, ...]]]:
 def film_calls() -> None:
     """Call the kernels that Python calls when it makes the data of solved films and of tables."""
     stretched(0.9)
-    fill_gaps(np.zeros((2, 6)), np.zeros(CONSTANTS), np.zeros((2, 2)))
+    fill_gaps(np.zeros((2, 6)), 1.0, np.zeros(CONSTANTS), np.zeros((2, 2)))
     slice_resultants(0.04, 4.0e-5, 0.03, np.full(CONSTANTS, 1.0e-6), contact_table())
 
 

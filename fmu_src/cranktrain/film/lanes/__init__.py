@@ -1,1 +1,0 @@
-"""Solution of several elastic films at once, one film in each lane of the vector registers."""
