@@ -27,7 +27,7 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, enter, law_films
 from cranktrain.film.laws.ehd import IN_LOOP as ELASTIC_IN_LOOP
-from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_size
+from cranktrain.film.laws.ehd import elastic_bore, elastic_law, film_values
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
@@ -204,7 +204,7 @@ def elastic_films(
     count = orbit.count
     films = _films(count)
     record = elastic_bore(engine.plain_mains, np.full(count, oil(engine)), bore, grid)
-    size = film_size(record.film)
+    size = film_values(record)
     films.traits[:, MEMORY] = size
     enter(films, elastic_law, record)
     result = OrbitFilms(films, orbit, np.zeros((STEPS + 1, count, size)), np.empty((STEPS, count, 4)))

@@ -25,7 +25,7 @@ from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.elastic.grid import FILM_MIN, OIL, SIDE_FLOW, SUPPLY_FLOW
 from cranktrain.film.elastic.workspace import lane_work
 from cranktrain.film.laws.bearings import enter
-from cranktrain.film.laws.ehd import ElasticBore, elastic_bore, elastic_law, film_size
+from cranktrain.film.laws.ehd import ElasticBore, elastic_bore, elastic_law, film_values
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
@@ -148,10 +148,10 @@ class StagedFilms:
         films = no_films(count)
         films.numbers[SPEED] = films.numbers[RUBBING] = orbits.speed
         films.numbers[COS], films.numbers[SIN] = 1.0, 0.0
-        films.traits[:, MEMORY] = film_size(bore.film)
+        films.traits[:, MEMORY] = film_values(bore)
         enter(films, elastic_law, self.bore)
         self.films = films
-        self.memory = np.zeros((count, film_size(bore.film)))
+        self.memory = np.zeros((count, film_values(bore)))
         self.end = np.zeros(count), np.zeros((count, 4))
 
     def cycle(self, integrator: str, steps: int) -> Cycle:

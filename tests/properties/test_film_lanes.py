@@ -23,8 +23,6 @@ from cranktrain.film.elastic.workspace import lane_work
 from cranktrain.film.laws.ehd import IN_LOOP, ElasticMemory, elastic_arrays, elastic_memory
 from cranktrain.structure.assembly import assemble
 
-pytestmark = pytest.mark.slow
-"""Kernels that no run calls by themselves are compiled for a minute; the quick tests of ``ehd`` run on lanes."""
 STEP = math.radians(2.0)
 THICK = 3.45e8
 """Pa at which oil of 20 1/GPa after Barus flows a thousandth."""
@@ -73,9 +71,9 @@ class Films:
             rows[:] = self.shapes
         return memory
 
-    def alone(self, i: int, limits: tuple[float, ...] = LIMITS) -> np.ndarray:
-        """Results of film i in doubles."""
-        self.film.constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = limits
+    def alone(self, i: int) -> np.ndarray:
+        """Results of film i in doubles; tangents belong to the state before the last step, so its limits are equal."""
+        self.film.constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, *LIMITS[2:])
         memory, clock = self._memory(), (self.elapsed, self.gain)
         viscosity = float(self.bore.viscosities[i])
         assert elastic_film(self.film, self.bore.scratch, i, clock, memory, viscosity, True) == CONVERGED
@@ -130,7 +128,7 @@ def test_a_lane_holds_what_a_single_film_does(films: Films) -> None:
         size = np.abs(known[FORCE]).max()
         assert found[FORCE] == pytest.approx(known[FORCE], abs=2.0e-6 * size)
         for part in (STIFFNESS, DAMPING):
-            assert found[part] == pytest.approx(known[part], abs=1.0e-3 * np.abs(known[part]).max())
+            assert found[part] == pytest.approx(known[part], abs=2.0e-4 * np.abs(known[part]).max())
         for figure in (one.PRESSURE_MAX, one.FILM_MIN, one.OIL, one.FILL_MEAN, one.FRICTION_TORQUE, one.SUPPLY_FLOW):
             assert found[figure] == pytest.approx(known[figure], rel=1.0e-4)
 

@@ -2,8 +2,8 @@
 
 Products and sums by + - * / are rounded one by one: nothing is contracted or reordered. A processor without 256-bit
 registers computes the same bits in two halves. :mod:`cranktrain.core.vectors` makes, loads and stores vectors of
-doubles, :mod:`cranktrain.core.singles` vectors of singles. A comparison of two vectors of singles gives a mask with one
-bit per lane; masks are combined by & | and ^.
+doubles, :mod:`cranktrain.core.side_by_side` vectors of singles. A comparison of two vectors of singles gives a mask
+with one bit per lane; masks are combined by & | and ^.
 """
 
 import operator

@@ -30,9 +30,15 @@ Masks of 0 and 1 replace branches for nodes that were void, are full, or have su
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import alone, choose, get, most_of, put, spread
+from cranktrain.core.side_by_side import alone, choose, get, most_of, put, spread
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
+
+
+@kernel
+def pressure_unit(constants):
+    """Return the pressure unit p₀ = 12 η (R/c)² (Pa s)."""
+    return 12.0 * constants[one.VISCOSITY] * (constants[one.RADIUS] / constants[one.CLEARANCE]) ** 2
 
 
 @kernel

@@ -8,7 +8,7 @@ Layout: entry ``(i, width + k)`` is A[i, i + k] for k = −width..width.
 """
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import any_lane, choose, get, minus_product, put
+from cranktrain.core.side_by_side import any_lane, choose, get, minus_product, put
 
 DEAD = 1.0e-25
 """Magnitude below which solutions are set to zero, far below the resolution of single precision."""

@@ -3,13 +3,13 @@
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import choose, get, least_of, most_of, plus_product, put, spread
+from cranktrain.core.side_by_side import choose, get, least_of, most_of, plus_product, put, spread
 from cranktrain.engine.lubricant import density_factor
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
+from cranktrain.film.elastic.balance import pressure_unit
 from cranktrain.film.elastic.content import GAINED, PREDICTED_ROOM, PREDICTED_VOID
 from cranktrain.film.elastic.gaps import mean_gap
-from cranktrain.film.elastic.height import pressure_unit
 from cranktrain.film.elastic.weights import column_weights
 
 FEWEST = 3

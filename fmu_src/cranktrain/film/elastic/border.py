@@ -11,11 +11,21 @@ surfaces, so it is multiplied by dh/dH, like the squeeze. Sources follow from th
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import add_to, any_lane, choose, get, minus_product, plus_product, put, rounded, spread
+from cranktrain.core.side_by_side import (
+    add_to,
+    any_lane,
+    choose,
+    get,
+    minus_product,
+    plus_product,
+    put,
+    rounded,
+    spread,
+)
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
+from cranktrain.film.elastic.balance import pressure_unit
 from cranktrain.film.elastic.grid import BLOCK
-from cranktrain.film.elastic.height import pressure_unit
 
 
 @kernel

@@ -16,10 +16,10 @@ fraction of its thickness. The converged set is solved once more, so the result 
 the tolerances of the film (STEP_LIMIT and those after it). Tangents of the converged set follow from the implicit
 function theorem and include the response of the shapes.
 
-Films are solved eight at once in singles, or one in doubles (:mod:`cranktrain.core.singles`). A converged lane keeps
-the state of its last matrix while other lanes iterate, so repeated computations give the same result: a film's result
-does not depend on the other lanes. Films that do not converge in singles, films of compressible oil, and films of a
-tolerance that singles do not reach are solved in doubles.
+Films are solved eight at once in singles, or one in doubles (:mod:`cranktrain.core.side_by_side`). A converged lane
+keeps the state of its last matrix while other lanes iterate, so repeated computations give the same result: a film's
+result does not depend on the other lanes. Films that do not converge in singles, films of compressible oil, and films
+of a tolerance that singles do not reach are solved in doubles.
 
 The dependence of viscosity and density on pressure is that of :mod:`cranktrain.film.elastic.oil`. The axes are those of
 the bore, which is at rest. Gauge pressure is zero at both ends, and supply nodes have the supply pressure.
@@ -30,7 +30,18 @@ import math
 import numpy as np
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import alone, any_lane, choose, get, least_of, most_of, plus_product, put, rounded, spread
+from cranktrain.core.side_by_side import (
+    alone,
+    any_lane,
+    choose,
+    get,
+    least_of,
+    most_of,
+    plus_product,
+    put,
+    rounded,
+    spread,
+)
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
 from cranktrain.film.elastic.balance import oil_balance, take_sides

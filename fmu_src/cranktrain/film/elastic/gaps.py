@@ -1,7 +1,7 @@
 """Mean gaps and contact of rough surfaces, read from a table over the distance of the surfaces, and the oil's state."""
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import alone, any_lane, choose, get, least_of, looked_up, most_of, put, spread
+from cranktrain.core.side_by_side import alone, any_lane, choose, get, least_of, looked_up, most_of, put, spread
 from cranktrain.engine.lubricant import density_factor
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA
 from cranktrain.film.elastic import grid as one

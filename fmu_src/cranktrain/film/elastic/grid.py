@@ -224,7 +224,8 @@ class ElasticGrid:
         gaps = np.diff(self.zetas)
         # Contact pressure need not vanish at an end, so it is integrated by the trapezoidal rule.
         widths = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
-        g = _reliefs(self.zetas, profile) / clearance
+        # Straight shells call no kernel, because small films are made at import.
+        g = np.array([relief(zeta, profile) if profile[0] else 0.0 for zeta in self.zetas]) / clearance
         return ElasticFilm(
             np.array(constants, dtype=float),
             np.ascontiguousarray(trig.T),
@@ -246,11 +247,6 @@ def _roughness(contact: Array | None) -> Array:
     if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
         raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
     return rough
-
-
-def _reliefs(zetas: Array, profile: tuple[float, float, float]) -> Array:
-    """Return the relief at each ζ; straight shells call no kernel, because small films are made at import."""
-    return np.array([relief(zeta, profile) for zeta in zetas]) if profile[0] else np.zeros(zetas.size)
 
 
 def _check_sizes(diameter: float, width: float, clearance: float, viscosity: float, supply_pressure: float) -> None:

@@ -3,7 +3,7 @@
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import add_to, alone, any_lane, choose, get, least_of, looked_up, most_of, put, spread
+from cranktrain.core.side_by_side import add_to, alone, any_lane, choose, get, least_of, looked_up, most_of, put, spread
 from cranktrain.film.contact.asperity import FRICTION, HIGHEST, SHEAR, SMOOTH_SPEED
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at

@@ -25,7 +25,7 @@ rule.
 """
 
 from cranktrain.core.kernel import inlined_kernel
-from cranktrain.core.singles import choose, get, least_of, put, spread
+from cranktrain.core.side_by_side import choose, get, least_of, put, spread
 from cranktrain.film.elastic import workspace as at
 from cranktrain.film.elastic.balance import side_conductance
 

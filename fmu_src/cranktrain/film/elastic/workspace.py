@@ -1,10 +1,10 @@
 """Workspace of elastic films that are solved at once, and tables and geometry in the layout of their kernels.
 
 The same kernels solve eight films in singles, one in each lane of the vector registers, or one film in doubles
-(:mod:`cranktrain.core.singles`). The films are those of :mod:`cranktrain.film.elastic.grid` on one grid; they differ in
-their motion, their oil and their memory. Sums of forces, a film's memory and its motion are doubles. The gap at the
-start of a step is computed in doubles and its change within the step by itself, so that a thin film keeps its accuracy
-in singles.
+(:mod:`cranktrain.core.side_by_side`). The films are those of :mod:`cranktrain.film.elastic.grid` on one grid; they
+differ in their motion, their oil and their memory. Sums of forces, a film's memory and its motion are doubles. The gap
+at the start of a step is computed in doubles and its change within the step by itself, so that a thin film keeps its
+accuracy in singles.
 
 The ring of columns of every lane of singles is cut where its film is ruptured. Columns are counted from the cut
 (position 0), and the geometry of a lane is rotated accordingly. The geometry of a single film is not rotated; its
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.kernel import kernel
-from cranktrain.core.singles import SINGLES, alone
+from cranktrain.core.side_by_side import SINGLES, alone
 from cranktrain.core.types import Array
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
 from cranktrain.film.contact.gap import open_gap
@@ -108,7 +108,7 @@ class LaneWork(NamedTuple):
     steps: Any  # (2, S L) * values of each shape and lane, see STEP
     wide: Array  # (WIDE_ROWS L,) values of each lane, see PLACE
     shifts: Array  # (3, S L) values of each shape and lane, see SHIFT
-    vectors: Array  # (2, S) journal position and shapes as :func:`cranktrain.film.elastic.height.node_films` wants them
+    vectors: Array  # (2, S) journal position and shapes as ``node_films`` wants them
     sums: Array  # ((12 + S) L,) loads of each lane
     total: Array  # (L,) scratch for one sum
     own: Array  # (L,) numbers of the films in the lanes

@@ -60,11 +60,10 @@ from cranktrain.film.laws.film_solution import (
     SOLVED,
     choose_precision,
     close_content,
-    force_solved,
     line_up,
     open_content,
     open_lane,
-    stage_closed,
+    solve_film,
     start_content,
 )
 from cranktrain.film.laws.films import (
@@ -166,23 +165,16 @@ def elastic_bore(
 
     With ``swings`` motions are given in axes of the bore, which swing with a rod.
     """
-    tables = None if oil is None else oil_tables(oil, viscosities)
+    tables, law = None, np.zeros(2)
+    if oil is not None:
+        tables, law = oil_tables(oil, viscosities), np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     count = len(viscosities)
+    side_by_side = 0 if film.constants[COMPRESSIBLE] > 0.0 else count
     return ElasticBore(
         film, lane_work(film), elastic_memory(film, count), np.array([bearing.contact_height]),
-        np.array(viscosities, dtype=float), np.array([float(swings)]), _oil_law(oil), lanes_of(film, count),
+        np.array(viscosities, dtype=float), np.array([float(swings)]), law, lane_work(film, side_by_side, singles=True),
     )  # fmt: skip
-
-
-def lanes_of(film: ElasticFilm, count: int) -> LaneWork:
-    """Return the workspace of films solved side by side, without groups if the oil is compressible."""
-    return lane_work(film, 0 if film.constants[COMPRESSIBLE] > 0.0 else count, singles=True)
-
-
-def _oil_law(oil: Oil | None) -> Array:
-    """Return the law of viscosity over pressure and its slope (1/Pa), (2,)."""
-    return np.zeros(2) if oil is None else np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
 
 
 def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
@@ -212,7 +204,8 @@ def fine_big_ends(bearings: Bearings) -> ElasticBore:
 
 def film_values(bore: ElasticBore) -> int:
     """Return the number of values that one film adds to the state vector."""
-    return film_size(bore.film)
+    constants = bore.film.constants
+    return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + 2 * _staged(bore.film)
 
 
 def elastic_arrays(
@@ -237,12 +230,6 @@ def elastic_arrays(
         load_coupling=bore.load_coupling, supply=supply, supply_pressure=bearing.supply_pressure,
         contact=bearing_contact_constants(bearing), oil=oil, profile=over(bearing.relief),
     )  # fmt: skip
-
-
-def film_size(film: ElasticFilm) -> int:
-    """Return the number of values that one film adds to the state vector."""
-    constants = film.constants
-    return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + 2 * _staged(film)
 
 
 def pressure_peaks(films: Films) -> Array | None:
@@ -297,7 +284,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         if own.calls[i, ASKED] == 0.0:
             _move(bore, i, numbers, place, velocity)
             line_up(bore, i)
-        status = force_solved(bore, i, numbers)
+        status = solve_film(bore, i, numbers, False)
         if status != CONVERGED:
             return status
         force_in_frame(own.out[i], cos, sin, turn, out)
@@ -309,7 +296,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         if own.calls[i, ASKED] == 0.0:
             _move(bore, i, numbers, place, velocity)
             line_up(bore, i)
-        status = stage_closed(bore, i, numbers)
+        status = solve_film(bore, i, numbers, True)
         for k in range(shapes):
             own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
         close_content(bore, i, numbers)

@@ -92,32 +92,16 @@ def line_up(bore, i):
 
 
 @kernel
-def force_solved(bore, i, numbers):
-    """Solve film i for its force. Return the status of the solution."""
+def solve_film(bore, i, numbers, closing):
+    """Solve film i for its force, or if ``closing`` at the converged position of a stage. Return the status."""
     calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:
-            _solve_lanes(bore, i // lanes.LANES, numbers, False)
+            _solve_lanes(bore, i // lanes.LANES, numbers, closing)
         calls[i, ASKED] = 0.0
         if calls[i, STATUS] == CONVERGED:
             return CONVERGED
-    return solve_alone(bore, i, numbers, numbers[FROZEN] == 0.0 or calls[i, SOLVED] == 0.0)
-
-
-@kernel
-def stage_closed(bore, i, numbers):
-    """Solve film i at the converged position of a stage. Return the status of the solution."""
-    calls = bore.memory.calls
-    if calls[i, ASKED] > 0.0:
-        if calls[i, READY] == 0.0:
-            _solve_lanes(bore, i // lanes.LANES, numbers, True)
-        status = int(calls[i, STATUS])
-        if status != CONVERGED:
-            status = solve_alone(bore, i, numbers, False)
-        calls[i, ASKED] = 0.0
-    else:
-        status = solve_alone(bore, i, numbers, False)
-    return status
+    return solve_alone(bore, i, numbers, not closing and (numbers[FROZEN] == 0.0 or calls[i, SOLVED] == 0.0))
 
 
 @kernel

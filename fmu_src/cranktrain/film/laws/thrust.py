@@ -27,6 +27,7 @@ import numpy as np
 
 from cranktrain.core.kernel import kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.spline import not_a_knot
 from cranktrain.engine.parts import ThrustBearing
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, OIL, RATE, SIN, SPEED, VISCOSITY
 
@@ -126,7 +127,8 @@ def _damping_by_film(thrust: ThrustBearing) -> Array:
     start, step = _film_steps(thrust)
     films = np.exp(start + step * np.arange(N_FILMS))
     _, length, width = pad_size(thrust)
-    return _spline(films**2 * pad_damping(films, thrust.taper, length, width))
+    values = films**2 * pad_damping(films, thrust.taper, length, width)
+    return np.asarray(np.linalg.solve(not_a_knot(values.size), np.append(values, (0.0, 0.0))))
 
 
 class ThrustPads(NamedTuple):
@@ -145,16 +147,6 @@ def closed_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
 def thrust_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
     """Make the thrust bearing with oil of ``viscosity``, Pa s."""
     return ThrustPads(thrust_parameters(thrust, viscosity), np.zeros(21), _damping_by_film(thrust).copy())
-
-
-def _spline(values: np.ndarray) -> np.ndarray:
-    """Return coefficients of the not-a-knot cubic B-spline through evenly spaced samples."""
-    n = values.size
-    rows = np.zeros((n + 2, n + 2))
-    for i in range(n):
-        rows[i, i : i + 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
-    rows[n, :5] = rows[n + 1, -5:] = [1.0, -4.0, 6.0, -4.0, 1.0]
-    return np.asarray(np.linalg.solve(rows, np.concatenate((values, [0.0, 0.0]))))
 
 
 @kernel

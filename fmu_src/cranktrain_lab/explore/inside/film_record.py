@@ -18,7 +18,7 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.limits import BIG_END, MAIN
 from cranktrain.film.elastic import grid as elastic
-from cranktrain.film.elastic.height import pressure_unit
+from cranktrain.film.elastic.balance import pressure_unit
 from cranktrain.film.journal import grid as rigid
 from cranktrain.film.laws.ehd import ElasticBore
 from cranktrain.film.laws.films import OBSERVE, SIZE, SPEED
