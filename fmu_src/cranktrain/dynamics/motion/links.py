@@ -104,9 +104,12 @@ def link_forces(model, work, frame, pressures, ratio):
     for k in range(term_row(model), model.connections.shape[0]):
         status |= link_law(model, work, frame, pressures, k, FORCE, work.scratch)
         row = model.connections[k]
-        if model.laws.traits[k, MASS] > 0.0 and frame[at.BURN] < 0.0:
-            frame[at.GIVEN_POWER] += out[GAS_POWER]
         first = row[at.GAP]
+        if frame[at.BURN] < 0.0:
+            if model.laws.traits[k, MASS] > 0.0:
+                frame[at.GIVEN_POWER] += out[GAS_POWER]
+            elif row[at.IS_GAS] > 0 and row[at.OF_CYLINDER] >= 0:
+                frame[at.GIVEN_POWER] += out[0] * (model.laws.velocity[k, 0] - wandering(model, work, frame, u, first))
         for r in range(row[at.COUPLED]):
             gaps[top.F, first + r] = out[r]
         link_block(row, out, ratio, frame_turn(work, row) * frame[at.WHIRL], work.blocks[k])
@@ -115,7 +118,10 @@ def link_forces(model, work, frame, pressures, ratio):
     frame_numbers(frame, model.laws.numbers)
     load_ports(model, work, gaps[top.F], f)
     for k in range(links.leans.shape[0]):
-        lean(model, work, frame, k, u, f)
+        power = lean(model, work, frame, k, u, f)
+        row = model.connections[int(links.leans[k, top.LEANING])]
+        if frame[at.BURN] < 0.0 and row[at.IS_GAS] > 0 and row[at.OF_CYLINDER] >= 0:
+            frame[at.GIVEN_POWER] += power
     displaced_moments(model, work, frame, u, f)
     return status
 
@@ -207,6 +213,25 @@ def sliding_rate(work, slide):
     x = math.cos(turned) * slide[top.SLIDES_X] - math.sin(turned) * slide[top.SLIDES_Y]
     y = math.sin(turned) * slide[top.SLIDES_X] + math.cos(turned) * slide[top.SLIDES_Y]
     return x * (moved[top.PLACE_X1] - other[top.PLACE_X1]) + y * (moved[top.PLACE_Y1] - other[top.PLACE_Y1])
+
+
+@inlined_kernel
+def wandering(model, work, frame, u, j):
+    """Rate of component j by motion of the contact point of a sliding end over the other body, which does no work.
+
+    u (m,) are the displacements of the ports.
+    """
+    terms = model.links.terms
+    frames = work.links.frames
+    rate = 0.0
+    for t in range(model.links.starts[j], model.links.starts[j + 1]):
+        term = terms[t]
+        if term[top.LEVER_FRAME] >= 0.0:
+            apart = frames[int(term[top.GIVEN_FRAME]), top.TURNED] - frames[int(term[top.OWN_FRAME]), top.TURNED]
+            lever_rate = frames[int(term[top.LEVER_FRAME]), top.PLACE_X1 + int(term[top.LEVER_WAY])]
+            factor = term[top.AMPLITUDE] * math.cos(apart + term[top.ANGLE]) * lever_rate
+            rate += factor * u[model.links.taken[t, 0]]
+    return frame[at.OMEGA] * rate
 
 
 @inlined_kernel

@@ -1,7 +1,5 @@
 """Outputs of added bodies and connections, and their part in the energy balance."""
 
-import math
-
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import term_row, turning_modes
@@ -18,6 +16,7 @@ from cranktrain.dynamics.motion.links import (
     second_lever,
     turn_frames,
     turn_terms,
+    wandering,
 )
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.film.laws.films import FRICTION, GAS_POWER, INERTANCE, KINETIC, MASS, OBSERVE, RATIO, RUBBING, SPEED
@@ -104,7 +103,9 @@ def link_loss(model, work, frame, k):
     row = model.connections[k]
     lost = 0.0
     for r in range(row[at.COUPLED]):
-        lost -= laws.out[r] * (laws.velocity[k, r] - wandering(model, work, frame, row[at.GAP] + r))
+        lost -= laws.out[r] * (
+            laws.velocity[k, r] - wandering(model, work, frame, work.port[at.STATE_U], row[at.GAP] + r)
+        )
     if row[at.RUBS] > 0:
         # The numbers of the force law are sum and difference of the speeds of both ends about z.
         speed = laws.numbers[RUBBING]
@@ -150,22 +151,6 @@ def frame_speed(model, work, frame, owner):
         return 0.0
     row = model.bodies.rows[owner]
     return row[top.SENSE] * work.links.frames[row[top.FRAME_OF], top.TURN] * frame[at.OMEGA]
-
-
-@inlined_kernel
-def wandering(model, work, frame, j):
-    """Rate of component j by motion of the contact point of a sliding end over the other body, which does no work."""
-    terms = model.links.terms
-    frames = work.links.frames
-    rate = 0.0
-    for t in range(model.links.starts[j], model.links.starts[j + 1]):
-        term = terms[t]
-        if term[top.LEVER_FRAME] >= 0.0:
-            apart = frames[int(term[top.GIVEN_FRAME]), top.TURNED] - frames[int(term[top.OWN_FRAME]), top.TURNED]
-            lever_rate = frames[int(term[top.LEVER_FRAME]), top.PLACE_X1 + int(term[top.LEVER_WAY])]
-            factor = term[top.AMPLITUDE] * math.cos(apart + term[top.ANGLE]) * lever_rate
-            rate += factor * work.port[at.STATE_U, model.links.taken[t, 0]]
-    return frame[at.OMEGA] * rate
 
 
 @kernel
