@@ -18,28 +18,8 @@ from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twis
 from cranktrain.dynamics.motion.film_ports import frame_numbers
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
-from cranktrain.film.laws.films import (
-    ANGLE,
-    BY_PLACE,
-    BY_VELOCITY,
-    CLOSES,
-    COS,
-    COUPLE,
-    FORCE,
-    FRICTION,
-    GAS_POWER,
-    GRAVITY,
-    INPUT,
-    MASS,
-    PRESSURE,
-    RUBBING,
-    SIN,
-    SLOPE,
-    SPEED,
-    WHIRL,
-    WHIRL_CHANGE,
-    film_call,
-)
+from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 
 
 @inlined_kernel
@@ -102,12 +82,12 @@ def link_forces(model, work, frame, pressures, ratio):
     status = 0
     out = model.laws.out
     for k in range(term_row(model), model.connections.shape[0]):
-        status |= link_law(model, work, frame, pressures, k, FORCE, work.scratch)
+        status |= link_law(model, work, frame, pressures, k, on.FORCE, work.scratch)
         row = model.connections[k]
         first = row[at.GAP]
         if frame[at.BURN] < 0.0:
-            if model.laws.traits[k, MASS] > 0.0:
-                frame[at.GIVEN_POWER] += out[GAS_POWER]
+            if model.laws.traits[k, on.MASS] > 0.0:
+                frame[at.GIVEN_POWER] += out[on.GAS_POWER]
             elif row[at.IS_GAS] > 0 and row[at.OF_CYLINDER] >= 0:
                 frame[at.GIVEN_POWER] += out[0] * (model.laws.velocity[k, 0] - wandering(model, work, frame, u, first))
         for r in range(row[at.COUPLED]):
@@ -133,7 +113,7 @@ def rub(row, lever, out, gaps, u, f):
     The torque is friction plus the moment of transverse couples on a tilted end with a ``lever``. The opposite torque
     acts on the second end about its own centre, from which the first end is displaced.
     """
-    torque = out[FRICTION]
+    torque = out[on.FRICTION]
     if row[at.SPIN] >= 0:
         turn = row[at.SPIN]
         if lever > 0.0:
@@ -265,17 +245,17 @@ def place_link(model, work, whirl, omega, ud, k):
     frames = work.links.frames
     sense = row[at.AXES_SENSE]
     angle = sense * frames[row[at.AXES], top.TURNED]
-    numbers[ANGLE] = angle
-    numbers[COS] = math.cos(angle)
-    numbers[SIN] = math.sin(angle)
+    numbers[on.ANGLE] = angle
+    numbers[on.COS] = math.cos(angle)
+    numbers[on.SIN] = math.sin(angle)
     own = sense * frames[row[at.FRAME_A], top.TURN] * omega
     other = sense * frames[row[at.FRAME_B], top.TURN] * omega
     if row[at.SPIN] >= 0:
         own += row[at.SENSE_A] * ud[row[at.SPIN]]
     if row[at.REACTS] >= 0:
         other += row[at.SENSE_B] * ud[row[at.REACTS]]
-    numbers[SPEED] = own + other
-    numbers[RUBBING] = own - other
+    numbers[on.SPEED] = own + other
+    numbers[on.RUBBING] = own - other
 
 
 @inlined_kernel
@@ -284,12 +264,12 @@ def link_law(model, work, frame, pressures, k, action, memory):
     laws = model.laws
     place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
     if model.connections[k, at.OF_CYLINDER] >= 0.0:
-        laws.numbers[PRESSURE] = pressures[model.connections[k, at.OF_CYLINDER]] - model.scalars[at.CRANKCASE]
+        laws.numbers[on.PRESSURE] = pressures[model.connections[k, at.OF_CYLINDER]] - model.scalars[at.CRANKCASE]
     if model.connections[k, at.TAKES] >= 0:
-        laws.numbers[INPUT] = frame[model.connections[k, at.TAKES]]
-    if laws.traits[k, MASS] > 0.0:
+        laws.numbers[on.INPUT] = frame[model.connections[k, at.TAKES]]
+    if laws.traits[k, on.MASS] > 0.0:
         tell_motion(model, work, frame, k)
-    laws.out[FRICTION] = 0.0
+    laws.out[on.FRICTION] = 0.0
     return film_call(laws, action, k, memory, laws.out)
 
 
@@ -299,16 +279,16 @@ def tell_motion(model, work, frame, k):
     row = model.connections[k]
     numbers = model.laws.numbers
     turn = frame_turn(work, row)
-    numbers[WHIRL] = turn * frame[at.OMEGA]
-    numbers[WHIRL_CHANGE] = turn * frame[at.OMEGA_DOT]
-    numbers[GRAVITY] = model.scalars[at.GRAVITY]
-    numbers[SLOPE] = 0.0
-    numbers[COUPLE] = 0.0
+    numbers[on.WHIRL] = turn * frame[at.OMEGA]
+    numbers[on.WHIRL_CHANGE] = turn * frame[at.OMEGA_DOT]
+    numbers[on.GRAVITY] = model.scalars[at.GRAVITY]
+    numbers[on.SLOPE] = 0.0
+    numbers[on.COUPLE] = 0.0
     first = row[at.GAP]
     udd = work.port[at.UDD]
     place = model.laws.place[k]
     vx, vy = work.links.gaps[top.DD, first], work.links.gaps[top.DD, first + 1]
-    in_space(place[0], place[1], vx, vy, numbers[WHIRL], place, model.laws.velocity[k])
+    in_space(place[0], place[1], vx, vy, numbers[on.WHIRL], place, model.laws.velocity[k])
     accelerate(vx, vy, component(model, work, first, udd), component(model, work, first + 1, udd), place, numbers)
     spin = row[at.SPIN]
     sense = row[at.SENSE_A]
@@ -319,13 +299,13 @@ def tell_motion(model, work, frame, k):
 def link_block(row, out, ratio, turning, block):
     """Tangent (4 × 4) of a connection's forces by displacement in a stage, in axes rotating at ``turning``, rad/s."""
     for k in range(16):
-        block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
+        block[k] = out[on.BY_PLACE + k] + ratio * out[on.BY_VELOCITY + k]
     if row[at.PAIRS] >= 0:
         for r in range(4):
             for pair in range(row[at.PAIRS], row[at.COUPLED] - 1, 2):
                 i = 4 * r + pair
-                block[i] += turning * out[BY_VELOCITY + i + 1]
-                block[i + 1] -= turning * out[BY_VELOCITY + i]
+                block[i] += turning * out[on.BY_VELOCITY + i + 1]
+                block[i + 1] -= turning * out[on.BY_VELOCITY + i]
 
 
 @kernel
@@ -466,6 +446,6 @@ def link_size(model, work):
         for j in range(first, first + model.connections[k, at.COUPLED]):
             change = abs(step[j]) / model.links.scales[j]
             size = max(size, change)
-            if model.laws.traits[k, CLOSES] > 0.0:
+            if model.laws.traits[k, on.CLOSES] > 0.0:
                 limited = max(limited, change)
     return size, limited

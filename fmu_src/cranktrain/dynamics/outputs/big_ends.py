@@ -12,7 +12,7 @@ from cranktrain.dynamics.motion.film_memory import recalling_call
 from cranktrain.dynamics.motion.film_ports import frame_again, frame_numbers, place_eye
 from cranktrain.dynamics.motion.masses import observe_rod
 from cranktrain.dynamics.topology.slider_crank import KNUCKLE, ON_PIN
-from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX, X, Y
+from cranktrain.film.laws import films as on
 from cranktrain.film.laws.parameters import CLEARANCE
 
 FORCE_X, FORCE_Y, POSITION_X, POSITION_Y, ECCENTRIC, FILM_MIN, PRESSURE_MAX, FRICTION_TORQUE, OIL_FLOW = range(9)
@@ -39,8 +39,8 @@ def observe_big_ends(model, work, state, members, out):
             if master >= 0:  # a master rod has a lower number than its articulated rods
                 share = model.laws.out
                 to_space(work.rods[c, ON_PIN:], work.frames[0, at.COS], work.frames[0, at.SIN], share)
-                out[BIG_END_OUTPUTS * master + FORCE_X] += share[X]
-                out[BIG_END_OUTPUTS * master + FORCE_Y] += share[Y]
+                out[BIG_END_OUTPUTS * master + FORCE_X] += share[on.X]
+                out[BIG_END_OUTPUTS * master + FORCE_Y] += share[on.Y]
     return 0
 
 
@@ -54,29 +54,29 @@ def observe_floating(model, work, state, c, row):
     pin_speed = frame[at.OMEGA] + ud[int(model.cylinders[c, at.PIN_TURN])]
     frame_numbers(frame, model.laws.numbers)
     rod_speed = place_eye(model, film, u, ud, frame[at.OMEGA], pin_speed)
-    recalling_call(model, state, OBSERVE, film, model.laws.out)
+    recalling_call(model, state, on.OBSERVE, film, model.laws.out)
     frame_again(model.laws.numbers, frame[at.COS], frame[at.SIN])
     found, place, velocity = model.laws.out, model.laws.place[film], model.laws.velocity[film]
     to_space(found, frame[at.COS], frame[at.SIN], row[FORCE_X:])
     to_space(place, frame[at.COS], frame[at.SIN], row[POSITION_X:])
-    row[ECCENTRIC] = found[ECCENTRICITY]
-    row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - found[ECCENTRICITY]), 0.0)
+    row[ECCENTRIC] = found[on.ECCENTRICITY]
+    row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - found[on.ECCENTRICITY]), 0.0)
     # The law of an elastic bore gives its own least gap.
-    if found[GAP] >= 0.0:
-        row[FILM_MIN] = found[GAP]
-    row[PRESSURE_MAX] = found[P_MAX]
-    row[FRICTION_TORQUE] = -found[FRICTION]
+    if found[on.GAP] >= 0.0:
+        row[FILM_MIN] = found[on.GAP]
+    row[PRESSURE_MAX] = found[on.P_MAX]
+    row[FRICTION_TORQUE] = -found[on.FRICTION]
     work.powers[at.BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
     work.powers[at.BIG_ENDS_SHEAR] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
     # The film's force on the rod acts at the displaced pin.
-    work.powers[at.BIG_ENDS_SQUEEZE] -= found[X] * (velocity[X] + rod_speed * place[Y])
-    work.powers[at.BIG_ENDS_SQUEEZE] -= found[Y] * (velocity[Y] - rod_speed * place[X])
-    row[OIL_FLOW] = found[FLOW]
+    work.powers[at.BIG_ENDS_SQUEEZE] -= found[on.X] * (velocity[on.X] + rod_speed * place[on.Y])
+    work.powers[at.BIG_ENDS_SQUEEZE] -= found[on.Y] * (velocity[on.Y] - rod_speed * place[on.X])
+    row[OIL_FLOW] = found[on.FLOW]
 
 
 @kernel
 def to_space(vector, cos, sin, out):
     """Rotate a plane vector by the angle whose cosine and sine are given, into ``out[0:2]``."""
-    x = vector[X]
-    out[X] = cos * x - sin * vector[Y]
-    out[Y] = sin * x + cos * vector[Y]
+    x = vector[on.X]
+    out[on.X] = cos * x - sin * vector[on.Y]
+    out[on.Y] = sin * x + cos * vector[on.Y]

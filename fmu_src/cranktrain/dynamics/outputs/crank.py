@@ -4,20 +4,9 @@ import math
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.model.layout import block_port_count, turning_modes
-from cranktrain.dynamics.model.state import (
-    GAS_DONE,
-    IRREGULARITY,
-    ITERATIONS,
-    LAST_INTERVAL,
-    LIMITED,
-    ONLINE_FILMS,
-    POSITION,
-    RESIDUAL,
-    SUBSTEPS,
-    VELOCITY,
-    offset,
-)
+from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.gas import crank_rotation
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.loads.gas_pressure import CYCLE
@@ -38,8 +27,8 @@ def observe_crank(model, work, state, members, out):
     n = model.omega2.shape[0]
     t = turning_modes(model)
     frame = work.frames[0]
-    q = state[offset(POSITION, n) : offset(POSITION, n) + t]
-    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
+    q = state[offset(st.POSITION, n) : offset(st.POSITION, n) + t]
+    v = state[offset(st.VELOCITY, n) : offset(st.VELOCITY, n) + t]
     # The angle is that of the crank itself, not of the frame that follows the crank.
     rotation, rate, _ = crank_rotation(model, state)
     angle = frame[at.THETA] + rotation
@@ -47,8 +36,8 @@ def observe_crank(model, work, state, members, out):
     out[CYCLE_ANGLE] = angle - CYCLE * math.floor(angle / CYCLE)
     # Crank angle at the end of the next step, for a partner that steps at the same time.
     out[CRANK_SPEED] = frame[at.OMEGA] + rate
-    out[NEXT_ANGLE] = angle + out[CRANK_SPEED] * state[LAST_INTERVAL]
-    out[CRANK_IRREGULARITY] = state[IRREGULARITY]
+    out[NEXT_ANGLE] = angle + out[CRANK_SPEED] * state[st.LAST_INTERVAL]
+    out[CRANK_IRREGULARITY] = state[st.IRREGULARITY]
     out[FRAME_SPEED] = frame[at.OMEGA]
     out[FLYWHEEL_TORSION] = dot(model.ends[0], q, t)
     out[FLYWHEEL_SPEED] = frame[at.OMEGA] + dot(model.ends[0], v, t)
@@ -80,8 +69,8 @@ def observe_structure(model, work, state):
     """Write the powers of structural damping and of the valve train, and add the energy of crank, rotors and block."""
     n = model.omega2.shape[0]
     t = turning_modes(model)
-    q = state[offset(POSITION, n) : offset(POSITION, n) + n]
-    v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
+    q = state[offset(st.POSITION, n) : offset(st.POSITION, n) + n]
+    v = state[offset(st.VELOCITY, n) : offset(st.VELOCITY, n) + n]
     powers = work.powers
     omega = work.frames[0, at.OMEGA]
     energy = 0.0
@@ -134,16 +123,16 @@ def observe_torques(model, work, state, members, out):
 @law_kernel
 def observe_gas(model, work, state, members, out):
     """Work (J) since the start of the pressures that the inputs give."""
-    out[0] = state[GAS_DONE]
+    out[0] = state[st.GAS_DONE]
     return 0
 
 
 @law_kernel
 def observe_solver(model, work, state, members, out):
     """For the last step: worst residual, sub-steps, iterations, films outside their table, and mark if cut short."""
-    out[0] = state[RESIDUAL]
-    out[1] = state[SUBSTEPS]
-    out[2] = state[ITERATIONS]
-    out[ONLINE] = state[ONLINE_FILMS]
-    out[LAST] = state[LIMITED]
+    out[0] = state[st.RESIDUAL]
+    out[1] = state[st.SUBSTEPS]
+    out[2] = state[st.ITERATIONS]
+    out[ONLINE] = state[st.ONLINE_FILMS]
+    out[LAST] = state[st.LIMITED]
     return 0

@@ -19,7 +19,7 @@ from cranktrain.dynamics.motion.links import (
     wandering,
 )
 from cranktrain.dynamics.topology import slots as top
-from cranktrain.film.laws.films import FRICTION, GAS_POWER, INERTANCE, KINETIC, MASS, OBSERVE, RATIO, RUBBING, SPEED
+from cranktrain.film.laws import films as on
 
 
 @law_kernel
@@ -45,14 +45,14 @@ def observe_links(model, work, state, members, out):
         work.port[at.UD, k] = work.port[at.STATE_UD, k]
         work.port[at.UDD, k] = work.port[at.STATE_UDD, k]
         forces[k] = 0.0
-    model.laws.numbers[RATIO] = 0.0
-    model.laws.numbers[INERTANCE] = 0.0
+    model.laws.numbers[on.RATIO] = 0.0
+    model.laws.numbers[on.INERTANCE] = 0.0
     for k in range(term_row(model), model.connections.shape[0]):
-        link_law(model, work, frame, work.pressures[0], k, OBSERVE, state[memory_offset(model, k) :])
+        link_law(model, work, frame, work.pressures[0], k, on.OBSERVE, state[memory_offset(model, k) :])
         row_of = model.connections[k]
-        if model.laws.traits[k, MASS] > 0.0:
-            work.powers[at.GAS_WORK] += model.laws.out[GAS_POWER]
-            work.powers[at.STORED] += model.laws.out[KINETIC]
+        if model.laws.traits[k, on.MASS] > 0.0:
+            work.powers[at.GAS_WORK] += model.laws.out[on.GAS_POWER]
+            work.powers[at.STORED] += model.laws.out[on.KINETIC]
         elif row_of[at.IS_GAS] > 0:
             work.powers[at.GAS_WORK] -= link_loss(model, work, frame, k)
         else:
@@ -91,7 +91,7 @@ def link_value(model, k, shown):
         return model.laws.place[k, place]
     if kind == top.VELOCITY_KIND:
         return model.laws.velocity[k, place]
-    if kind == top.OUT_KIND and place == FRICTION:
+    if kind == top.OUT_KIND and place == on.FRICTION:
         return -model.laws.out[place]
     return model.laws.out[place]
 
@@ -108,10 +108,10 @@ def link_loss(model, work, frame, k):
         )
     if row[at.RUBS] > 0:
         # The numbers of the force law are sum and difference of the speeds of both ends about z.
-        speed = laws.numbers[RUBBING]
+        speed = laws.numbers[on.RUBBING]
         across = second_lever(row, laws.out, work.links.gaps[top.D])
-        other = 0.5 * (laws.numbers[SPEED] - speed)
-        lost += across * other - laws.out[FRICTION] * speed
+        other = 0.5 * (laws.numbers[on.SPEED] - speed)
+        lost += across * other - laws.out[on.FRICTION] * speed
     if row[at.IS_LOAD] > 0:
         for r in range(row[at.COUPLED]):
             lost -= laws.out[r] * carried_rate(model, work, frame, row[at.GAP] + r)

@@ -9,29 +9,15 @@ deformed bore; gap.side and gap.rate are those of the rigid shell.
 
 import math
 
-from cranktrain.core.kernel import kernel, law_kernel
+from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import thrust_row, turning_modes
 from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.motion.film_memory import recalling_call
 from cranktrain.dynamics.motion.film_ports import frame_numbers, place_law, tell_law
 from cranktrain.dynamics.motion.linear_algebra import dot
-from cranktrain.film.laws.films import (
-    ECCENTRICITY,
-    END_X,
-    END_Y,
-    FLOW,
-    FORCE,
-    FRICTION,
-    GAP,
-    GAP_ANGLE,
-    OBSERVE,
-    P_MAX,
-    SPEED,
-    X,
-    Y,
-    film_call,
-)
+from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 from cranktrain.film.laws.gap_motion import (
     LEAST_ANGLE,
     LEAST_GAP,
@@ -68,8 +54,8 @@ def observe_bearings(model, work, state, members, out):
         connection = model.connections[i]
         place_law(model, i, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.OMEGA])
         tell_law(model, frame, i, work.port[at.STATE_U], work.port[at.STATE_UD])
-        speed = films.numbers[SPEED]
-        recalling_call(model, state, OBSERVE, i, films.out)
+        speed = films.numbers[on.SPEED]
+        recalling_call(model, state, on.OBSERVE, i, films.out)
         observe_film(films.out, model.bearings[i], connection[at.COUPLED], frame, row)
         work.powers[at.MAINS_FRICTION] += row[FRICTION_TORQUE] * speed
         bore = work.port[at.STATE_UD, int(connection[at.REACTS])] if connection[at.REACTS] >= 0.0 else 0.0
@@ -78,9 +64,9 @@ def observe_bearings(model, work, state, members, out):
             work.powers[at.MAINS_SQUEEZE] -= films.out[k] * films.velocity[i, k]
         observe_gap(films.place[i], films.velocity[i], frame, model.bearings[i], speed, work.scratch, row)
         # The laws of elastic bores and of rollers give their own least gap.
-        if films.out[GAP] >= 0.0:
-            row[FILM_MIN] = films.out[GAP]
-            row[ANGLE_OF_GAP] = math.atan2(math.sin(films.out[GAP_ANGLE]), math.cos(films.out[GAP_ANGLE]))
+        if films.out[on.GAP] >= 0.0:
+            row[FILM_MIN] = films.out[on.GAP]
+            row[ANGLE_OF_GAP] = math.atan2(math.sin(films.out[on.GAP_ANGLE]), math.cos(films.out[on.GAP_ANGLE]))
         tilt_x = dot(model.tilts[2 * i], q, t)
         tilt_y = dot(model.tilts[2 * i + 1], q, t)
         row[TILT] = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
@@ -89,37 +75,39 @@ def observe_bearings(model, work, state, members, out):
     return 0
 
 
+@inlined_kernel
+def at_rest(vector, frame):
+    """Components in axes at rest of a plane vector in axes of the frame."""
+    cos, sin = frame[at.COS], frame[at.SIN]
+    return cos * vector[on.X] - sin * vector[on.Y], sin * vector[on.X] + cos * vector[on.Y]
+
+
 @kernel
 def observe_film(film, law, coupled, frame, row):
     """Write force, film values and, if the journal's end is among the ``coupled`` ports, the moment of a film."""
-    cos = frame[at.COS]
-    sin = frame[at.SIN]
-    row[FORCE_X] = cos * film[X] - sin * film[Y]
-    row[FORCE_Y] = sin * film[X] + cos * film[Y]
+    row[FORCE_X], row[FORCE_Y] = at_rest(film, frame)
     row[MOMENT_X] = 0.0
     row[MOMENT_Y] = 0.0
-    if coupled > END_X:
+    if coupled > on.END_X:
         arm = 0.5 * law[WIDTH]
-        row[MOMENT_X] = -arm * (sin * film[END_X] + cos * film[END_Y])
-        row[MOMENT_Y] = arm * (cos * film[END_X] - sin * film[END_Y])
-    row[ECCENTRIC] = film[ECCENTRICITY]
-    row[PRESSURE_MAX] = film[P_MAX]
-    row[FRICTION_TORQUE] = -film[FRICTION]
-    row[OIL_FLOW] = film[FLOW]
+        end_x, end_y = at_rest(film[on.END_X :], frame)
+        row[MOMENT_X] = -arm * end_y
+        row[MOMENT_Y] = arm * end_x
+    row[ECCENTRIC] = film[on.ECCENTRICITY]
+    row[PRESSURE_MAX] = film[on.P_MAX]
+    row[FRICTION_TORQUE] = -film[on.FRICTION]
+    row[OIL_FLOW] = film[on.FLOW]
 
 
 @kernel
 def observe_gap(place, velocity, frame, law, speed, motion, row):
     """Write motion and gap of a journal in a round bore; ``place``, ``velocity`` (4,) are in axes of the frame."""
-    cos = frame[at.COS]
-    sin = frame[at.SIN]
-    x = cos * place[X] - sin * place[Y]
-    y = sin * place[X] + cos * place[Y]
-    vx = cos * velocity[X] - sin * velocity[Y]
-    vy = sin * velocity[X] + cos * velocity[Y]
+    x, y = at_rest(place, frame)
+    end_x, end_y = at_rest(place[on.END_X :], frame)
+    vx, vy = at_rest(velocity, frame)
+    end_vx, end_vy = at_rest(velocity[on.END_X :], frame)
     gap_motion(
-        x, y, cos * place[END_X] - sin * place[END_Y], sin * place[END_X] + cos * place[END_Y],
-        vx, vy, cos * velocity[END_X] - sin * velocity[END_Y], sin * velocity[END_X] + cos * velocity[END_Y],
+        x, y, end_x, end_y, vx, vy, end_vx, end_vy,
         (law[CLEARANCE], (law[RELIEF_DEPTH], law[RELIEF_SHARE], law[RELIEF_EXPONENT])), speed, 0.0, motion,
     )  # fmt: skip
     row[FILM_MIN] = max(motion[LEAST_GAP], 0.0)
@@ -148,7 +136,7 @@ def observe_thrust(model, work, state, members, out):
     frame_numbers(frame, laws.numbers)
     place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
     tell_law(model, frame, k, work.port[at.STATE_U], work.port[at.STATE_UD])
-    status = film_call(laws, FORCE, k, laws.out, laws.out)
+    status = film_call(laws, on.FORCE, k, laws.out, laws.out)
     work.powers[at.THRUST_LOSS] = 0.0
     for r in range(model.connections[k, at.COUPLED]):
         work.powers[at.THRUST_LOSS] -= laws.out[r] * laws.velocity[k, r]

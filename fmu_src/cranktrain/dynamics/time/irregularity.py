@@ -5,18 +5,7 @@ degrees apart miss at most 1 − cos(n · 2.5°) of the amplitude of order n: 0.
 """
 
 from cranktrain.core.kernel import kernel
-from cranktrain.dynamics.model.state import (
-    IRREGULARITY,
-    LEAD_ANGLE,
-    LEAD_SPEED,
-    ROUND_ANGLE,
-    ROUND_TIME,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
-    SPEED_LARGEST,
-    SPEED_LEAST,
-    TIME,
-)
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.motion.gas import crank_rotation
 from cranktrain.loads.gas_pressure import CYCLE
 
@@ -28,19 +17,19 @@ NEARLY = 1.0e-6
 def follow_speed(model, state):
     """Update the extremes of the crank's speed in the state; at the end of a cycle store its irregularity."""
     rotation, rate, _ = crank_rotation(model, state)
-    angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
-    speed = state[SHAFT_SPEED] + state[LEAD_SPEED] + rate
-    begins = state[SPEED_LARGEST] <= 0.0
+    angle = state[st.SHAFT_ANGLE] + state[st.LEAD_ANGLE] + rotation
+    speed = state[st.SHAFT_SPEED] + state[st.LEAD_SPEED] + rate
+    begins = state[st.SPEED_LARGEST] <= 0.0
     if not begins:
-        state[SPEED_LEAST] = min(state[SPEED_LEAST], speed)
-        state[SPEED_LARGEST] = max(state[SPEED_LARGEST], speed)
-        turned = angle - state[ROUND_ANGLE]
+        state[st.SPEED_LEAST] = min(state[st.SPEED_LEAST], speed)
+        state[st.SPEED_LARGEST] = max(state[st.SPEED_LARGEST], speed)
+        turned = angle - state[st.ROUND_ANGLE]
         begins = turned >= CYCLE * (1.0 - NEARLY)
         if begins:
-            mean = turned / (state[TIME] - state[ROUND_TIME])
-            state[IRREGULARITY] = (state[SPEED_LARGEST] - state[SPEED_LEAST]) / mean
+            mean = turned / (state[st.TIME] - state[st.ROUND_TIME])
+            state[st.IRREGULARITY] = (state[st.SPEED_LARGEST] - state[st.SPEED_LEAST]) / mean
     if begins:
-        state[ROUND_ANGLE] = angle
-        state[ROUND_TIME] = state[TIME]
-        state[SPEED_LEAST] = speed
-        state[SPEED_LARGEST] = speed
+        state[st.ROUND_ANGLE] = angle
+        state[st.ROUND_TIME] = state[st.TIME]
+        state[st.SPEED_LEAST] = speed
+        state[st.SPEED_LARGEST] = speed

@@ -18,8 +18,9 @@ from cranktrain.dynamics.topology.records import FrameNumbers, Links
 from cranktrain.dynamics.topology.spring import load_law
 from cranktrain.dynamics.topology.terms import PORTS, Direction, Term, terms_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Connection, End, Frame, Topology
+from cranktrain.film.laws import films as on
 from cranktrain.film.laws.bearings import enter
-from cranktrain.film.laws.films import CLOSES, MASS, MEMORY, TELLS_RATE, VISCOUS, WARMS, Films, IntArray, no_films
+from cranktrain.film.laws.films import Films, IntArray, no_films
 from cranktrain.film.laws.parameters import COLUMNS
 
 KINDS = {
@@ -153,10 +154,10 @@ def _laws(pieces: Sequence[Piece], bearings: Array, parts: Sequence[FilmParts]) 
             raise InputError(f"connection '{made.connection}': {error}") from None
         enter(films, piece.kernel, record, [number])
         films.entry[number, 2] = number if made_late and piece.parameters is not None else 0
-        films.traits[number, [CLOSES, VISCOUS, WARMS, TELLS_RATE, MASS]] = (
+        films.traits[number, [on.CLOSES, on.VISCOUS, on.WARMS, on.TELLS_RATE, on.MASS]] = (
             piece.closes, piece.told_oil, piece.told_speed, piece.tells_rate, piece.has_mass,
         )  # fmt: skip
-        films.traits[number, MEMORY] = 0.0 if piece.memory is None else piece.memory(record)
+        films.traits[number, on.MEMORY] = 0.0 if piece.memory is None else piece.memory(record)
     return films
 
 
