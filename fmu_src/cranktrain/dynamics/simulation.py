@@ -29,7 +29,7 @@ from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.dynamics.model.state import state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
 from cranktrain.dynamics.outputs.register import Outputs, families_of, observers, output_counts, output_needs
-from cranktrain.dynamics.outputs.slots import WANTED
+from cranktrain.dynamics.run import WANTED
 from cranktrain.dynamics.run_record import LONGEST_STEP, Run
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
 from cranktrain.dynamics.settled.powers import PowerSamples

@@ -107,7 +107,7 @@ def lay_ports(
     rows = []
     for k, clearance in zip(mains, journals.clearances, strict=True):
         port = laid.lay(shapes[k, :2], clearance)
-        rows.append(_row((port, port + 1), pairs=0))
+        rows.append(_row((port, port + 1), at.MAINS_SQUEEZE, at.MAINS_SHEAR, pairs=0))
     along = laid.lay(shapes[collar, 2:3], 0.5 * engine.thrust.clearance)
     cylinders = np.full((len(pins), at.CYLINDER - at.PIN_PORT), at.NO_PORT)
     thrust, limited = _lay_rods(engine, body, pins, laid, rows, along, cylinders)
@@ -121,11 +121,11 @@ def lay_ports(
     if "shaft" in body.interfaces:
         joint = len(rows)
         slip = shapes[index("flywheel"), 2:3] - shapes[index("shaft"), 2:3]
-        rows.append(_row([laid.lay(slip, 0.5 * engine.thrust.clearance)]))
+        rows.append(_row([laid.lay(slip, 0.5 * engine.thrust.clearance)], at.AXIAL_JOINT_LOSS))
     if "ring" in body.interfaces:
         damper = len(rows)
         twist = shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]
-        rows.append(_row([laid.lay(twist, TWIST_SCALE)]))
+        rows.append(_row([laid.lay(twist, TWIST_SCALE)], at.DAMPER_LOSS))
     if joint >= 0:
         rows[joint][at.TOLD] = laid.lay(windup[None])
     if mains:
@@ -175,12 +175,13 @@ def _lay_rods(
     on_ends = [(port, port + 1) for port in ends]
     for c, ports in enumerate(on_pins):
         if ends:
-            rows.append(_row((*ports, *on_ends[c]), pairs=0, shape=at.OF_EYE, cylinder=c))
+            films = at.BIG_ENDS_SQUEEZE, at.BIG_ENDS_SHEAR
+            rows.append(_row((*ports, *on_ends[c]), *films, pairs=0, shape=at.OF_EYE, cylinder=c))
         else:
             rows.append(_row(ports, pairs=-1 if turns else 0, cylinder=c))
             rows[-1][at.SPIN] = held[c] if turns else at.NO_PORT
     thrust = len(rows)
-    rows.append(_row((along,)))
+    rows.append(_row((along,), at.THRUST_LOSS))
     if ends:
         cylinders[:, at.END_PORT - at.PIN_PORT] = ends
         cylinders[:, at.END_ROW - at.PIN_PORT] = len(rows) + np.arange(len(pins))
@@ -188,10 +189,14 @@ def _lay_rods(
     return thrust, [pair for end, pin in zip(on_ends, on_pins, strict=False) for pair in zip(end, pin, strict=True)]
 
 
-def _row(ports: Iterable[int], pairs: int = -1, shape: int = at.OF_PORTS, cylinder: int = -1) -> Array:
-    """Row of ``ModelArrays.connections`` for a connection between the given Newton ports."""
+def _row(ports: Iterable[int], *accounts: int, pairs: int = -1, shape: int = at.OF_PORTS, cylinder: int = -1) -> Array:
+    """Row of ``ModelArrays.connections`` for a connection between the given Newton ports.
+
+    Its power goes to the first account, that of its friction to the second one if the law rubs.
+    """
     row = np.full(at.CONNECTION, at.NO_PORT)
     row[[at.COUPLED, at.PAIRS, at.SHAPE, at.OF_CYLINDER]] = 0.0, pairs, shape, cylinder
+    row[at.ACCOUNT : at.ACCOUNT + len(accounts)], row[at.RUBS] = accounts, len(accounts) > 1
     for port in ports:
         row[at.FIRST + int(row[at.COUPLED])] = port
         row[at.COUPLED] += 1

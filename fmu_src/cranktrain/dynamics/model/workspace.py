@@ -55,7 +55,8 @@ class Work(NamedTuple):
     counters: Array  # (COUNTERS,) counts of steps, stages, iterations and others, see dynamics.model.slots
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     gas: Array  # (c, GAS) see dynamics.model.slots
-    rods: Array  # (c, SIZE) result of each rod's law at the state, see film.laws.films
+    found: Array  # (k, SIZE) result of each connection's law at the state, see film.laws.films
+    told: Array  # (k, TOLD_SPEEDS) speeds that the law was told there, see dynamics.model.slots
     pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given pressures as functions of time
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as applied in the present stage
     rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
@@ -102,7 +103,8 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         counters=z(at.COUNTERS),
         frames=z((MAX_STAGES, at.FRAME_SIZE)),
         gas=z((d.cylinders, at.GAS)),
-        rods=z((d.cylinders, SIZE)),
+        found=z((model.connections.shape[0], SIZE)),
+        told=z((model.connections.shape[0], at.TOLD_SPEEDS)),
         pressures=z((MAX_STAGES, 2 * d.cylinders)),
         heads=z(d.cylinders),
         rises=z((d.cylinders, 2)),

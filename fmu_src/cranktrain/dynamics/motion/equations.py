@@ -146,7 +146,7 @@ def law_force(model, work, frame, k, ratio):
     """
     row = model.connections[k]
     laws = model.laws
-    status = call_at_ports(model, work, frame, on.FORCE, k, laws.out)
+    status = call_at_ports(model, work, frame, on.FORCE, k, laws.out, laws.out)
     hand_forces(row, frame, laws.out, work.port[at.U], work.port[at.FORCES])
     law_block(laws.out, row[at.COUPLED], row[at.PAIRS], ratio, frame[at.WHIRL], work.blocks[k])
     return status

@@ -131,7 +131,7 @@ def close_stage(model, work, frame):
                 place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], ud, k)
                 status = film_call(model.laws, on.CLOSE_STAGE, k, work.scratch, work.scratch)
             else:
-                status = call_at_ports(model, work, frame, on.CLOSE_STAGE, k, work.scratch)
+                status = call_at_ports(model, work, frame, on.CLOSE_STAGE, k, work.scratch, work.scratch)
             if status != 0:
                 return status
     return 0

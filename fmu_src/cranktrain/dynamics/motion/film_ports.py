@@ -116,18 +116,18 @@ def frame_again(numbers, cos, sin):
 
 
 @inlined_kernel
-def call_at_ports(model, work, frame, action, k, out):
+def call_at_ports(model, work, frame, action, k, memory, out):
     """Call the law of connection k, at ports or in an eye, at the motion of a stage. Return 0, or a failure status."""
     u = work.port[at.U]
     ud = work.port[at.UD]
     if model.connections[k, at.SHAPE] == at.OF_EYE:
         place_eye(model, k, u, ud, frame[at.OMEGA], frame[at.OMEGA] + ud[model.connections[k, at.SPIN]])
-        status = film_call(model.laws, action, k, out, out)
+        status = film_call(model.laws, action, k, memory, out)
         frame_again(model.laws.numbers, frame[at.COS], frame[at.SIN])
         return status
     place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
     tell_law(model, frame, k, u, ud)
-    return film_call(model.laws, action, k, out, out)
+    return film_call(model.laws, action, k, memory, out)
 
 
 @kernel
@@ -135,7 +135,7 @@ def line_up_laws(model, work, frame):
     """Pass the motion of all journals and pins to laws that solve several films together."""
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, on.TOGETHER] > 0.0 and model.connections[k, at.SHAPE] != at.OF_TERMS:
-            call_at_ports(model, work, frame, on.LINE_UP, k, model.laws.out)
+            call_at_ports(model, work, frame, on.LINE_UP, k, model.laws.out, model.laws.out)
 
 
 @inlined_kernel

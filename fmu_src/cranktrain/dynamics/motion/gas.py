@@ -59,7 +59,6 @@ def find_pressure(model, work, frame, u, pressures, k, measured):
     else:
         x, y = pin_place(pin, -u[i] * pin[1], u[i] * pin[0], numbers)
     found = work.gas[c]
-    found[at.SEEN] = 0.0
     if measured or frame[at.BURN] < 0.0:
         found[at.VOLUME] = volume_over(rod, piston_height(model, frame, u, x, y, c) - work.rises[c, 0])
     found[at.OWN_ANGLE] = own_angle(model, frame, u, x, y, c)

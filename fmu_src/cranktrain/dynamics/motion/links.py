@@ -82,13 +82,13 @@ def link_forces(model, work, frame, pressures, ratio):
     status = 0
     out = model.laws.out
     for k in range(term_row(model), model.connections.shape[0]):
-        status |= link_law(model, work, frame, pressures, k, on.FORCE, work.scratch)
+        status |= link_law(model, work, frame, pressures, k, on.FORCE, work.scratch, out)
         row = model.connections[k]
         first = row[at.GAP]
         if frame[at.BURN] < 0.0:
             if model.laws.traits[k, on.MASS] > 0.0:
                 frame[at.GIVEN_POWER] += out[on.GAS_POWER]
-            elif row[at.IS_GAS] > 0 and row[at.OF_CYLINDER] >= 0:
+            elif row[at.ACCOUNT] == at.GAS_WORK and row[at.OF_CYLINDER] >= 0:
                 frame[at.GIVEN_POWER] += out[0] * (model.laws.velocity[k, 0] - wandering(model, work, frame, u, first))
         for r in range(row[at.COUPLED]):
             gaps[top.F, first + r] = out[r]
@@ -100,7 +100,7 @@ def link_forces(model, work, frame, pressures, ratio):
     for k in range(links.leans.shape[0]):
         power = lean(model, work, frame, k, u, f)
         row = model.connections[int(links.leans[k, top.LEANING])]
-        if frame[at.BURN] < 0.0 and row[at.IS_GAS] > 0 and row[at.OF_CYLINDER] >= 0:
+        if frame[at.BURN] < 0.0 and row[at.ACCOUNT] == at.GAS_WORK and row[at.OF_CYLINDER] >= 0:
             frame[at.GIVEN_POWER] += power
     displaced_moments(model, work, frame, u, f)
     return status
@@ -126,17 +126,16 @@ def rub(row, lever, out, gaps, u, f):
                 torque += x * out[pair + 1] - y * out[pair]
         f[turn] += row[at.SENSE_A] * torque
     if row[at.REACTS] >= 0:
-        across = second_lever(row, out, gaps)
+        across = second_lever(row, gaps[row[at.GAP] :], out)
         f[row[at.REACTS]] -= row[at.SENSE_B] * (torque + across)
 
 
 @inlined_kernel
-def second_lever(row, out, gaps):
-    """Moment (N m) about the second end's centre of a bearing's force at the first end."""
+def second_lever(row, place, out):
+    """Moment (N m) about the second end's centre of a bearing's force at the first end, displaced by ``place``, m."""
     if row[at.PAIRS] != 0.0:
         return 0.0
-    first = row[at.GAP]
-    return gaps[first] * out[1] - gaps[first + 1] * out[0]
+    return place[0] * out[1] - place[1] * out[0]
 
 
 @kernel
@@ -259,8 +258,8 @@ def place_link(model, work, whirl, omega, ud, k):
 
 
 @inlined_kernel
-def link_law(model, work, frame, pressures, k, action, memory):
-    """Evaluate the law of connection k at its motion, into ``model.laws.out``. Return 0, or a failure status."""
+def link_law(model, work, frame, pressures, k, action, memory, out):
+    """Evaluate the law of connection k at its motion, into ``out`` (SIZE,). Return 0, or a failure status."""
     laws = model.laws
     place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
     if model.connections[k, at.OF_CYLINDER] >= 0.0:
@@ -269,8 +268,8 @@ def link_law(model, work, frame, pressures, k, action, memory):
         laws.numbers[on.INPUT] = frame[model.connections[k, at.TAKES]]
     if laws.traits[k, on.MASS] > 0.0:
         tell_motion(model, work, frame, k)
-    laws.out[on.FRICTION] = 0.0
-    return film_call(laws, action, k, memory, laws.out)
+    out[on.FRICTION] = 0.0
+    return film_call(laws, action, k, memory, out)
 
 
 @kernel

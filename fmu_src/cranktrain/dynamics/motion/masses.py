@@ -12,7 +12,6 @@ from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twis
 from cranktrain.dynamics.motion.film_ports import (
     ROW,
     call_at_ports,
-    frame_numbers,
     hand_pair,
     pairs_block,
 )
@@ -34,7 +33,7 @@ def mass_force(model, work, frame, pressures, k, c_q, c_v):
     row = model.connections[k]
     out = model.laws.out
     f = work.port[at.FORCES]
-    tell_mass(model, work, frame, k, at.U)
+    tell_mass(model, work, frame, k)
     find_pressure(model, work, frame, work.port[at.U], pressures, k, False)
     tell_gas(model, work, pressures, k)
     inner = row[at.INNER] >= 0
@@ -62,18 +61,15 @@ def mass_force(model, work, frame, pressures, k, c_q, c_v):
 
 
 @inlined_kernel
-def tell_mass(model, work, frame, k, moved):
-    """Pass the motion of all its ports to the law of connection k, whose first end turns with the crank's frame.
-
-    The motion is in row ``moved`` of ``work.port`` (displacement) and in the two rows of rate and acceleration.
-    """
+def tell_mass(model, work, frame, k):
+    """Pass the motion of all its ports to the law of connection k, whose first end turns with the crank's frame."""
     row = model.connections[k]
     numbers = model.laws.numbers
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
-    u = work.port[moved]
-    ud = work.port[moved + 1]
-    udd = work.port[moved + 2]
+    u = work.port[at.U]
+    ud = work.port[at.UD]
+    udd = work.port[at.UDD]
     numbers[on.WHIRL] = frame[at.OMEGA]
     numbers[on.WHIRL_CHANGE] = frame[at.OMEGA_DOT]
     numbers[on.GRAVITY] = model.scalars[at.GRAVITY]
@@ -161,25 +157,6 @@ def inner_force(model, work, k, c_q, c_v):
 
 
 @kernel
-def observe_rod(model, work, c):
-    """Fill ``work.rods[c]`` by the law of rod c at the state, once a state, without friction of a film on the rod."""
-    if work.gas[c, at.SEEN] > 0.0:
-        return
-    work.gas[c, at.SEEN] = 1.0
-    k = int(model.cylinders[c, at.END_ROW])
-    frame = work.frames[0]
-    numbers = model.laws.numbers
-    found = work.rods[c]
-    frame_numbers(frame, numbers)
-    tell_mass(model, work, frame, k, at.STATE_U)
-    tell_gas(model, work, work.pressures[0], k)
-    numbers[on.RATIO] = 0.0
-    numbers[on.INERTANCE] = 0.0
-    numbers[on.COUPLE] = 0.0
-    film_call(model.laws, on.OBSERVE, k, found, found)
-
-
-@kernel
 def eye_force(model, work, frame, k, ratio):
     """Evaluate the film of connection k between a pin and the eye of its rod, into the forces at ports and its block.
 
@@ -190,7 +167,7 @@ def eye_force(model, work, frame, k, ratio):
     u = work.port[at.U]
     f = work.port[at.FORCES]
     spin = row[at.SPIN]
-    status = call_at_ports(model, work, frame, on.FORCE, k, out)
+    status = call_at_ports(model, work, frame, on.FORCE, k, out, out)
     place = model.laws.place[k]
     end = row[at.FIRST + 2]
     couple = out[on.FRICTION] + place[0] * out[1] - place[1] * out[0]

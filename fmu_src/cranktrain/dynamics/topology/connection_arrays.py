@@ -76,7 +76,8 @@ def connection_arrays(
         rows.append([
             size, *[0] * 4, piece.pairs, ports[0], model.NO_PORT, ports[1], model.NO_PORT, model.OF_TERMS, 0,
             numbers_of[piece.axes], piece.axes.sense, *senses, *(numbers_of[frame] for frame in frames), piece.rubs,
-            piece.cylinder - 1, piece.kernel is gas_law, piece.kernel is load_law or piece.carried, piece.input,
+            piece.cylinder - 1, piece.kernel is load_law or piece.carried, piece.input,
+            model.GAS_WORK if piece.kernel is gas_law else model.LINKS_LOSS, model.LINKS_LOSS,
             model.NO_PORT, model.NO_PORT,
         ])  # fmt: skip
         leans += _leans(connection, frames, port_of, numbers_of, before + len(rows) - 1)

@@ -44,12 +44,13 @@ HEIGHT, SPEED, SIDE = on.P_MAX, on.P_MAX + 1, on.P_MAX + 2
 # With OBSERVE, in place of the tangents:
 # RISING: rate of the piston pin along its leaning liner, m/s; the liner's own rise is not subtracted.
 # LATERAL, TILT: displacement across the liner at the height of the pin, m, and tilt relative to the liner, rad.
-# FRICTION_ALONG, SKIRT_LOSS: friction of the piston on its liner, N, and power lost in its springs, W.
+# FRICTION_ALONG, LINER_LOSS: friction of the piston on its liner, N, and the power that it takes, W.
+# SKIRT_LOSS: power lost in the springs of the skirt, W.
 # KNUCKLE: force (2) of the rod on its own pin, along the axes of its cylinder, N.
 # HELD: side force of an articulated rod on the master's piston, N.
 # ON_PIN: force (2) on the crank pin along the axes of its frame, N.
 RISING, LATERAL, TILT, FRICTION_ALONG, SKIRT_LOSS, KNUCKLE = range(on.BY_PLACE, on.BY_PLACE + 6)
-HELD, ON_PIN = KNUCKLE + 2, KNUCKLE + 3
+HELD, ON_PIN, LINER_LOSS = KNUCKLE + 2, KNUCKLE + 3, KNUCKLE + 5
 # Positions in a record's room: motion of an articulated rod's end in axes of its cylinder, motion of the pin in axes of
 # the master's cylinder, result of rod_force, and of a spring layer.
 OF_END, OF_MASTER, OF_ROD, OF_LAYER, ROOM = 0, 6, 18, 31, 34
@@ -312,6 +313,7 @@ def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
         out[LATERAL] = place[on.INNER] - foot - slope * height
         out[TILT] = place[on.INNER + 1] + slope
         out[FRICTION_ALONG] = -rubbing
+        out[LINER_LOSS] = -rubbing * (rising - wall[RATES + RISE] if followed else rising)
         out[SKIRT_LOSS] = lost
     return down
 
