@@ -34,8 +34,6 @@ from cranktrain.dynamics.warm_films import (
     SETTLED,
     balanced_temperatures,
     cycle_means,
-    warn_of_bounds,
-    warn_unsettled,
 )
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.ehd import pressure_peaks
@@ -236,9 +234,16 @@ def balanced(
         if damper:
             simulation.damper_temperature = warmth
         result = run()
-    warn_of_bounds(bounds)
+    held = [i for i, bound in enumerate(bounds) if bound]
+    if held:
+        names = ", ".join(f"main[{i + 1}]" for i in held)
+        warnings.warn(f"heat balance bounded at {names}; main[{held[0] + 1}]: {bounds[held[0]]}", stacklevel=2)
     if max(changes) >= SETTLED:
-        warn_unsettled(max(changes), passes)
+        warnings.warn(
+            f"heat balance not settled by pass {passes}: temperatures would still change by {max(changes):.2g} K; "
+            "run more cycles",
+            stacklevel=2,
+        )
     return result
 
 

@@ -179,7 +179,9 @@ def read_engine(
     if settings.block == "flexible" and block is None:
         raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
     if block is not None:
-        engine = _without_block_shares(engine)
+        # Bearings without the block's compliance, which the block has itself.
+        rigid = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
+        engine = replace(engine, main_bearing=rigid, thrust=replace(engine.thrust, block_stiffness=math.inf))
     key = "mains", settings.bearings, settings.block
     if key not in made:
         made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore)
@@ -210,6 +212,7 @@ def read_engine(
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
     damper, damping = np.zeros(PARAMETERS), structural_damping(engine, turning)
+    standing_ratio = engine.block.damping_ratio if engine.block is not None else 0.0
     damping[turning.n_modes - train_damping.size :] = train_damping
     trace = gas_tables(gas)
     least_smooth = np.zeros(KINKS)
@@ -230,10 +233,17 @@ def read_engine(
         joined=joined,
         block=block,
         stationary=stationary,
-        damping=np.concatenate((damping, _stationary_damping(engine, stationary))),
+        damping=np.concatenate((damping, 2.0 * standing_ratio * stationary.omega)),
         ports=ports,
         laws=laws_of(ports, main_films, floating, rods, thrust, path, damper),
-        film_parts=_film_parts(engine, parts),
+        film_parts=FilmParts(
+            (*parts.film_tables, *(() if parts.table is None else (parts.table,))),
+            engine.main_bearing,
+            parts.bore,
+            engine.big_end_bearing,
+            parts.big_end_bore,
+            engine.oil,
+        ),
         bearings=mains,
         big_ends=big_ends,
         pins=pins,
@@ -261,18 +271,6 @@ def axis_weights(places: Array, centre: float) -> Array:
     spread = float(away @ away)
     even = np.full(places.size, 1.0 / max(places.size, 1))
     return even + away * ((centre - float(places.mean())) / spread) if spread > 0.0 else even
-
-
-def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
-    """Film tables and elastic bores for added bearings, including those of mains and big ends."""
-    tables = (*parts.film_tables, *(() if parts.table is None else (parts.table,)))
-    return FilmParts(tables, engine.main_bearing, parts.bore, engine.big_end_bearing, parts.big_end_bore, engine.oil)
-
-
-def _without_block_shares(engine: Engine) -> Engine:
-    """Engine with linear bearings and thrust bearing without the block's compliance, for use with a flexible block."""
-    mains = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
-    return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
 
 
 def _geared_crank(engine: Engine, body: ReducedBody, settings: Settings, topology: Topology) -> JoinedCrank | None:
@@ -377,11 +375,6 @@ def _line_arrays(
         "rotor": np.ascontiguousarray(rows[-1]),
     }
     return arrays, windup
-
-
-def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
-    """Damping of each mode of block and pistons, (n_s,) 1/s."""
-    return np.asarray(2.0 * (engine.block.damping_ratio if engine.block is not None else 0.0) * body.omega)
 
 
 def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, rotation: float) -> Array:

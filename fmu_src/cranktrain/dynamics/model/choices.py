@@ -51,18 +51,6 @@ def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
     }
 
 
-def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
-    """Default numbers that follow from the bearing levels of ``settings``, by slot."""
-    law, rows = ruling_law(resolved(settings, engine).bearings, settings.big_ends, engine), list(INTEGRATORS)
-    return {
-        to.LEVEL_TOLERANCE: law.tolerance,
-        to.LEVEL_FILM_CHANGE: usual_film_change(law, engine),
-        to.LEVEL_METHOD: float(rows.index(law.integrator)),
-        to.LEVEL_HELD_METHOD: float(rows.index(FOR_HELD_INPUTS.get(law.integrator, law.integrator))),
-        to.LEVEL_STEP: usual_step(law, engine),
-    }
-
-
 def run_numbers(settings: Settings, engine: Engine, data: Mapping[str, float] | None = None) -> Array:
     """Numbers of a run from its ``settings``, resolved or not; each word in the settings must exist.
 
@@ -76,6 +64,9 @@ def run_numbers(settings: Settings, engine: Engine, data: Mapping[str, float] | 
     for name, (slot, words) in option_slots().items():
         # The name of an integrator may be followed by its parameter.
         numbers[slot] = words[getattr(settings, name).partition(":")[0]]
-    for slot, number in level_numbers(settings, engine).items():
-        numbers[slot] = number
+    law, rows = ruling_law(resolved(settings, engine).bearings, settings.big_ends, engine), list(INTEGRATORS)
+    held = FOR_HELD_INPUTS.get(law.integrator, law.integrator)
+    numbers[[to.LEVEL_METHOD, to.LEVEL_HELD_METHOD]] = rows.index(law.integrator), rows.index(held)
+    numbers[[to.LEVEL_TOLERANCE, to.LEVEL_STEP]] = law.tolerance, usual_step(law, engine)
+    numbers[to.LEVEL_FILM_CHANGE] = usual_film_change(law, engine)
     return numbers

@@ -15,7 +15,8 @@ from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
-from cranktrain.dynamics.topology.records import Linear, LinkWork, linear_work, link_work
+from cranktrain.dynamics.topology import slots as top
+from cranktrain.dynamics.topology.records import Linear, LinkWork
 from cranktrain.film.laws.films import SIZE
 
 
@@ -84,11 +85,25 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     n, fours = d.modes, -4 * (-d.newton // 4)
     m = max(d.ports, fours)
     inputs = at.OTHER_INPUTS + at.CYLINDER_INPUTS * d.cylinders
-    z = zeros
+    z, slots, links = zeros, at.FACTOR_SLOTS, model.links
+    (rows, width), ports = model.bodies.gyroscopic.shape, model.bodies.shapes.shape[0]
     work = Work(
         key=z((at.FACTOR_SLOTS, at.KEYS)),
-        linear=linear_work(model.bodies, at.FACTOR_SLOTS),
-        links=link_work(model.bodies, model.links, m, d.newton),
+        linear=Linear(
+            z((width, width)),
+            z((slots, rows, width)),
+            z((slots, ports, width)),
+            z((slots, ports, model.bodies.transposed.shape[1])),
+        ),
+        links=LinkWork(
+            z((len(links.frames), top.MOVED)),
+            z((len(links.terms), 2)),
+            z((top.GAPS, len(links.scales))),
+            z(m),
+            z((len(model.bodies.rows), 2)),
+            z((1, fours)),
+            np.full(top.SIZES, np.nan),
+        ),
         relative=z((d.newton, d.newton)),
         turned=z((d.cylinders, 2)),
         turned_compliance=z((d.newton, d.newton)),

@@ -61,12 +61,15 @@ def connection_arrays(
     groups = {CRANK: -1, BLOCK: -1} | dict(grouped)
     rows: list[list[float]] = []
     leans: list[list[float]] = []
-    oil: list[float] = []
-    kept: list[Piece] = []
     parts: list[FilmParts] = []
+    pieces = [
+        (connection, frames, piece)
+        for connection in topology.connections
+        for frames in [[topology.end_frame(end) for end in connection.ends]]
+        for piece in pieces_of(connection, *frames)
+    ]
     shown += [(at.OTHERS + names.index(body.name), *kind) for body in topology.bodies for kind in BODY_KINDS]
-    for connection, piece in _all_pieces(topology):
-        frames = [topology.end_frame(end) for end in connection.ends]
+    for connection, frames, piece in pieces:
         size = len(piece.components)
         ports, senses = [], []
         for end, frame in zip(connection.ends, frames, strict=True):
@@ -100,16 +103,12 @@ def connection_arrays(
             bodies = [taken[term.body] for term in own]
             found[-1].append(_Component(scale, slide, entries, bodies, {groups[term.body] for term in own}))
         shown += [(before + len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
-        oil.append(piece.viscosity)
-        kept.append(piece)
         held = connection.ends[0]
+        body = reduced_of.get(held.body)
+        first = np.zeros(3) if body is None else body.positions[body.index(held.interface)] + held.offset
+        at_pin = held.body == CRANK and held.interface.startswith("pin[")
         parts.append(
-            films_of._replace(
-                at_main=at_main(connection.ends),
-                at_pin=held.body == CRANK and held.interface.startswith("pin["),
-                first=_position(held, reduced_of),
-                connection=connection.name,
-            )
+            films_of._replace(at_main=at_main(connection.ends), at_pin=at_pin, first=first, connection=connection.name)
         )
         if piece.has_mass and connection.ends[1].body != GROUND:
             raise InputError(
@@ -117,6 +116,7 @@ def connection_arrays(
                 "ground, or rod and piston as bodies of their own"
             )
     # Laws of films read the rows of all bearings, so rows of other laws are filled with valid values.
+    kept = [piece for _, _, piece in pieces]
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     films = _table(bearings, COLUMNS)
@@ -138,8 +138,8 @@ def connection_arrays(
         np.array([one.scale for one in laid], dtype=float), np.array([j for one in meets for j in one], dtype=np.int64),
         np.cumsum([0, *map(len, meets)]).astype(np.int64), np.array([-1 in one.groups for one in laid], dtype=np.int64),
         _table([one.slide for one in laid], at.SLIDES), _table(leans, at.LEAN), _table(interfaces, at.INTERFACE),
-        loaded.astype(float), films, np.array(oil, dtype=float), np.array([piece.tilt for piece in kept]),
-        _table(shown, at.SHOWN),
+        loaded.astype(float), films, np.array([piece.viscosity for piece in kept]),
+        np.array([piece.tilt for piece in kept]), _table(shown, at.SHOWN),
     )  # fmt: skip
     return arrays, _table(rows, model.CONNECTION).astype(np.int64), _laws(kept, films, parts)
 
@@ -160,12 +160,6 @@ def _laws(pieces: Sequence[Piece], bearings: Array, parts: Sequence[FilmParts]) 
         )  # fmt: skip
         films.traits[number, on.MEMORY] = 0.0 if piece.memory is None else piece.memory(record)
     return films
-
-
-def _position(end: End, reduced_of: Mapping[str, ReducedBody | None]) -> Array:
-    """Position (3,) of an end in the frame of its body, m; 0 on the ground."""
-    body = reduced_of.get(end.body)
-    return np.zeros(3) if body is None else body.positions[body.index(end.interface)] + end.offset
 
 
 def at_main(ends: Sequence[End]) -> bool:
@@ -230,14 +224,6 @@ def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_o
         return [-1.0, -1.0, 0.0, 0.0, 0.0]
     first, along = pair[0].frame, pair[0].sign * pair[0].along
     return [*(numbers_of[frame] for frame in frames), numbers_of[first], along[0], first.sense * along[1]]
-
-
-def _all_pieces(topology: Topology) -> list[tuple[Connection, Piece]]:
-    return [
-        (connection, piece)
-        for connection in topology.connections
-        for piece in pieces_of(connection, *(topology.end_frame(end) for end in connection.ends))
-    ]
 
 
 def _table(rows: Sequence[Any], columns: int) -> Array:
