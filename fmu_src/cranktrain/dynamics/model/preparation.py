@@ -10,7 +10,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import term_row, thrust_row
-from cranktrain.dynamics.model.trimming import trim_model, trim_oil, trim_refusal
+from cranktrain.dynamics.model.trimming import trim_model, trim_refusal
 from cranktrain.dynamics.time.status import (
     BORE_FIXED,
     DAMPER_RANGE,
@@ -39,6 +39,8 @@ HELD = 0.0
 """Number of the input reconstruction that holds inputs constant."""
 STAGED = 4.0
 """Number of the input reconstruction for a driver that gives inputs at the stages of the integrator."""
+VOGEL = 1
+"""Index of the first constant of Vogel's law among the oil's constants, see engine.lubricant."""
 CLOSE = 1.0e-9
 """Largest relative difference of two dimensions that counts as rounding by conversion to text."""
 
@@ -56,7 +58,9 @@ def prepare_model(model, numbers, temperatures, speed):
     status = trim_refusal(model, numbers)
     if status != OK:
         return status
-    trim_oil(model, numbers)
+    if model.lumps.values[to.SET_VOGEL_A] > 0.0:
+        for k in range(3):
+            model.basis.oil[VOGEL + k] = numbers[to.SET_VOGEL_A + k]
     status = refusal(model, numbers, temperatures, speed)
     if status != OK:
         return status

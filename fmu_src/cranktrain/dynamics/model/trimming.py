@@ -32,8 +32,6 @@ from cranktrain.dynamics.time.status import CLEARANCE_FIXED, GEARS_FIXED, NO_RIG
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.loads.damper import FLUID, KIND, LOSS_FACTOR, NEWTONIAN, RUBBER, SPRING
 
-VOGEL = 1
-"""Index of the first constant of Vogel's law among the oil's constants, see engine.lubricant."""
 ROUNDING = 1.0e-9
 LOAD, LOAD_END, FIELDS = 12, 18, 20
 """Positions in scratch: load on the mounts, its end, and the fields of parts."""
@@ -61,14 +59,6 @@ def trim_refusal(model, numbers):
 def other(lumps, numbers, slot):
     """True if a number differs from the value that the bodies were made for."""
     return numbers[slot] != lumps.values[slot]
-
-
-@kernel
-def trim_oil(model, numbers):
-    """Set the constants of Vogel's viscosity law of the oil from the numbers of a run."""
-    if model.lumps.values[to.SET_VOGEL_A] > 0.0:
-        for k in range(3):
-            model.basis.oil[VOGEL + k] = numbers[to.SET_VOGEL_A + k]
 
 
 @kernel
@@ -267,7 +257,9 @@ def trim_films(model, numbers):
     for i in range(model.bearings.shape[0]):
         if lumps.plain[i] > 0.0 and clearance > 0.0:
             model.bearings[i, CLEARANCE] = clearance
-            scale_ports(model, i, clearance)
+            row = model.connections[i]
+            for k in range(row[at.COUPLED]):
+                model.scales[row[at.FIRST + k]] = clearance
     clearance = numbers[to.SET_PIN_CLEARANCE]
     if clearance > 0.0:
         for k in range(model.big_ends.shape[0]):
@@ -276,14 +268,6 @@ def trim_films(model, numbers):
             if port >= 0:
                 model.scales[port] = clearance
                 model.scales[port + 1] = clearance
-
-
-@kernel
-def scale_ports(model, i, clearance):
-    """Set the scale of the ports of main journal i to its clearance."""
-    row = model.connections[i]
-    for k in range(int(row[at.COUPLED])):
-        model.scales[int(row[at.FIRST + k])] = clearance
 
 
 @kernel

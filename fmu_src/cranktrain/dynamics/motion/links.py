@@ -396,15 +396,9 @@ def unit_answer(model, work, i, slot, answered):
     for t in range(links.starts[i], links.starts[i + 1]):
         row = model.bodies.rows[links.taken[t, 1]]
         first, count = row[top.GROUP_PORT], row[top.GROUP_PORTS]
-        add_times(answered[first : first + count], work.links.coefficients[t, 0],
-                  work.linear.compliance[slot, links.taken[t, 0], :count])  # fmt: skip
-
-
-@inlined_kernel
-def add_times(out, factor, row):
-    """Add ``factor`` times ``row`` to ``out``, both of one length."""
-    for k in range(out.shape[0]):
-        out[k] += factor * row[k]
+        moved = work.linear.compliance[slot, links.taken[t, 0]]
+        for k in range(count):
+            answered[first + k] += work.links.coefficients[t, 0] * moved[k]
 
 
 @inlined_kernel

@@ -5,7 +5,7 @@ Axes are at rest, x across the engine, y upwards, z along the crank. Values that
 
 from cranktrain.core.kernel import inlined_kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import damper_row, turning_modes
+from cranktrain.dynamics.model.layout import turning_modes
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.outputs.laws import observe_law
@@ -57,7 +57,7 @@ def observe_damper(model, work, state, members, out):
     """Torque of the damper's ring on the housing, dissipated power, twist relative to the housing, temperature."""
     for j in range(DAMPER_OUTPUTS):
         out[j] = 0.0
-    damper = damper_row(model)
+    damper = int(model.layout[at.DAMPER_ROW])
     if damper >= 0:
         observe_law(model, work, state, damper)
         out[TORQUE] = work.found[damper, 0]

@@ -27,7 +27,6 @@ from cranktrain.dynamics.time.irregularity import follow_speed
 from cranktrain.dynamics.time.reconstruction import (
     ROUNDING,
     SLIVER,
-    is_sliver,
     reconstruct,
     take_rates,
     take_sample,
@@ -59,16 +58,6 @@ ON_LINE = 1.0e-12
 def has_ends(model, state):
     """True if the state has room for the ends of a step that passes over communication points."""
     return state.shape[0] > motion_size(model)
-
-
-@kernel
-def foresee_inputs(model, work, state):
-    """Extrapolate the inputs, with rates, from the earlier samples to the communication point, into ``work.inputs``."""
-    reconstruct(model, work, state)
-    interval = state[st.LAST_INTERVAL]
-    for k in range(model.cylinders.shape[0] + at.AXIAL_INPUT + 1):
-        work.inputs[at.FORESEEN, k] = work.inputs[at.VALUE, k] + work.inputs[at.RATE, k] * interval
-        work.inputs[at.FORESEEN_RATE, k] = work.inputs[at.RATE, k]
 
 
 @kernel
@@ -122,7 +111,12 @@ def take_inputs(model, work, state, inputs, interval):
     before = built_in(model, state)
     anew = pressures_move(model, work, state, inputs)
     if not anew:
-        foresee_inputs(model, work, state)
+        # Extrapolate the inputs, with rates, from the earlier samples to this point.
+        reconstruct(model, work, state)
+        for k in range(model.cylinders.shape[0] + at.AXIAL_INPUT + 1):
+            rate = work.inputs[at.RATE, k]
+            work.inputs[at.FORESEEN, k] = work.inputs[at.VALUE, k] + rate * state[st.LAST_INTERVAL]
+            work.inputs[at.FORESEEN_RATE, k] = rate
     take_sample(model, state, inputs, interval)
     take_rates(state, work.input_rates, interval)
     reconstruct(model, work, state)
@@ -165,13 +159,6 @@ def at_end(state, time):
     """True if the step under way has ended by ``time``, s."""
     near = ROUNDED * (state[st.STEP_END] - state[st.STEP_BEGIN]) + 4.0 * ROUNDING * abs(time)
     return time >= state[st.STEP_END] - near
-
-
-@inlined_kernel
-def holds_now(state):
-    """True if the present time lies within the step under way, as in every state that a run produces."""
-    near = ROUNDED * (state[st.STEP_END] - state[st.STEP_BEGIN]) + 4.0 * ROUNDING * abs(state[st.TIME])
-    return state[st.STEP_BEGIN] - near <= state[st.TIME] <= state[st.STEP_END] + near
 
 
 @kernel
@@ -245,11 +232,12 @@ def advance(model, work, state, inputs, t_end):
     A time step that is only rounding (SLIVER) leaves the state as it is.
     """
     interval = t_end - state[st.TIME]
-    if is_sliver(state, interval):
+    if interval <= SLIVER + ROUNDING * abs(state[st.TIME]):
         return OK
     if not turning_speed(state, inputs) * interval < MOST_STEPS * model.scalars[at.STEP]:
         return TOO_LONG
-    if state[st.UNDER_WAY] > 0.0 and not holds_now(state):
+    near = ROUNDED * (state[st.STEP_END] - state[st.STEP_BEGIN]) + 4.0 * ROUNDING * abs(state[st.TIME])
+    if not state[st.STEP_BEGIN] - near <= state[st.TIME] <= state[st.STEP_END] + near:
         state[st.UNDER_WAY] = 0.0  # the owner altered the state, so a step under way may lie far in the past
     for i in range(st.BODY):
         work.backup[0, i] = state[i]

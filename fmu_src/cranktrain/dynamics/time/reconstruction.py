@@ -52,12 +52,6 @@ ROUNDING = 1.0e-15
 
 
 @inlined_kernel
-def is_sliver(state, interval):
-    """True if a communication step is so short that it is ignored."""
-    return interval <= SLIVER + ROUNDING * abs(state[st.TIME])
-
-
-@inlined_kernel
 def crank_angle(model, state):
     """Angle of the crank relative to the cylinders at the state, rad, which determines the gas pressure."""
     n = model.omega2.shape[0]

@@ -28,7 +28,7 @@ from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import encoder_end, gas_force
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot
 from cranktrain.dynamics.motion.links import follow_links, link_compliance, link_size, link_steps
-from cranktrain.dynamics.motion.newton_matrix import factor_matrix, fill_jacobian, solve_step, start_jacobian
+from cranktrain.dynamics.motion.newton_matrix import factor_newton, solve_step
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.motion.turned_pins import turn_pins, turned, turned_compliance, turned_step, turned_torque
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
@@ -290,9 +290,7 @@ def newton_step(model, work, stage, keep_matrix):
             turning = work.linear.compliance[stage.slot]
             turned_compliance(model, work, turning, compliance, model.scales.shape[0], work.turned_compliance)
             compliance = work.turned_compliance
-        start_jacobian(work.jacobian)
-        fill_jacobian(model, compliance, work.factored, work.jacobian)
-        if factor_matrix(model, work) != 0:
+        if factor_newton(model, compliance, work.factored, work.jacobian) != 0:
             return SINGULAR
     solve_step(model, work)
     return OK

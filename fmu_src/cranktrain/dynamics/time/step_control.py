@@ -177,12 +177,6 @@ def pressures_at_state(model, work, state):
 
 
 @inlined_kernel
-def film_rate(model, work, state):
-    """Largest relative rate (1/s) at which a film's least gap changes, from the ports at the state."""
-    return fastest_closing(model, work, state, state[st.SHAFT_SPEED] + state[st.LEAD_SPEED])
-
-
-@inlined_kernel
 def sub_step(model, work, state, begin, h, level):
     """Advance the state by one step h that starts ``begin`` (s) into the interval. Return a status (0: success).
 
@@ -265,7 +259,7 @@ def chosen_halvings(model, work, state, begin, h, least):
     adaptive = model.choices[at.STEP_TOLERANCE] > 0.0
     halvings = max(least, int(min(state[st.HALVINGS], MAX_HALVINGS))) if adaptive else least
     piece = h / (1 << halvings)
-    rate = film_rate(model, work, state)
+    rate = fastest_closing(model, work, state, state[st.SHAFT_SPEED] + state[st.LEAD_SPEED])
     while halvings < FILM_HALVINGS and rate * piece > model.choices[at.FILM_CHANGE]:
         halvings += 1
         piece *= 0.5
