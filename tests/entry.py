@@ -394,7 +394,7 @@ def _at_ports(model, q):
     u = np.zeros(dimensions(model).ports)
     for row in model.bodies.rows:
         ports, width = row[top.PORTS], row[top.MODES]
-        own = model.bodies.shapes[row[top.OWN_PORT] : row[top.OWN_PORT] + ports, :width]
+        own = model.bodies.shapes[row[top.PORT] : row[top.PORT] + ports, :width]
         u[row[top.PORT] : row[top.PORT] + ports] = own @ q[row[top.MODE] :][:width]
     return u
 
@@ -463,7 +463,8 @@ def measured(end, frame, given, along, about, theta, motion, sign=1.0, sliding=N
 def measured_by(topology, theta):
     """What components of a topology's connections measure of its interfaces' motions, (C, 6 i), at a crank angle."""
     made = lay_topology(topology, Base(None, None, 0, 0, 0))
-    links, found = made.connections, np.zeros((len(made.connections.scales), made.bodies.shapes.shape[0]))
+    links, ports = made.connections, sum(len(body.shapes) for body in made.bodies)
+    found = np.zeros((len(links.scales), ports))
     terms, coefficients = links.terms, np.zeros((len(links.terms), 2))
     fill_coefficients(terms, frames_at(links.frames, theta), 0.0, coefficients)
     np.add.at(found, (terms[:, top.COMPONENT].astype(int), terms[:, top.TERM_PORT].astype(int)),

@@ -26,7 +26,7 @@ from cranktrain.dynamics.model.records import (
     plain_basis,
 )
 from cranktrain.dynamics.topology.arrays import Laid, lay_topology
-from cranktrain.dynamics.topology.body_arrays import whole_body, with_engine
+from cranktrain.dynamics.topology.body_arrays import join_bodies, whole_body
 from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import Base
 from cranktrain.dynamics.topology.slots import ENDS_GROUP, OF_BLOCK, OF_CRANK, WHIRLS
@@ -136,7 +136,9 @@ def pack(topology: Topology, own: Cranktrain | None = None) -> ModelArrays:
     model = ModelArrays(
         omega2=contiguous(np.concatenate((turning.omega, standing.omega, more.omega)) ** 2),
         damping=np.concatenate((own.damping, more.damping)),
-        gravity=np.concatenate((turning.translation, standing.translation, more.bodies.translation), axis=1),
+        gravity=np.concatenate(
+            (turning.translation, standing.translation, *(body.translation for body in more.bodies)), axis=1
+        ),
         pairs=ports.pairs,
         axial=ports.axial,
         axis_weights=own.axis_weights,
@@ -145,7 +147,7 @@ def pack(topology: Topology, own: Cranktrain | None = None) -> ModelArrays:
         lag=own.lag,
         rotor=own.rotor,
         block=own.block_arrays,
-        bodies=with_engine(crank, block, more.bodies),
+        bodies=join_bodies((crank, block, *more.bodies), more.fastest),
         links=more.connections,
         ends=own.ends,
         tilts=own.tilts,
@@ -186,7 +188,7 @@ def with_topology_ports(ports: Ports, more: Laid, cylinders: Array) -> Ports:
     The new ports come after the crank's, after the block's, and between the block's and the pistons', respectively. The
     rows of ``cylinders`` (c, CYLINDER) get the new numbers of their ports.
     """
-    on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
+    on_crank, on_block, on_bodies = len(more.crank), len(more.block), sum(len(body.shapes) for body in more.bodies)
     pairs, axial, layout = (part.copy() for part in (ports.pairs, ports.axial, ports.layout))
     connections = ports.connections.copy()
     moved = on_crank + on_block + on_bodies

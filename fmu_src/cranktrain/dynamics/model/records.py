@@ -13,7 +13,7 @@ from cranktrain.dynamics.model.numbers import NUMBERS
 from cranktrain.dynamics.time.integrators import method_arrays
 from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
 from cranktrain.dynamics.topology.records import Bodies, Links
-from cranktrain.dynamics.topology.slots import MODE, MODES, OF_BLOCK, OF_CRANK, OTHERS, OWN_MODE, OWN_PORT, PORTS, RATE
+from cranktrain.dynamics.topology.slots import MODE, MODES, OF_BLOCK, OF_CRANK, OTHERS, OWN_MODE, PORT, PORTS, RATE
 from cranktrain.film.laws.films import PAIR, Films, IntArray
 from cranktrain.loads.built_in_trace import SAMPLES, TRACE_CONSTANTS, TRACE_ROWS
 from cranktrain.loads.damper import DAMPER_CONSTANTS
@@ -212,7 +212,7 @@ class ModelArrays(NamedTuple):
         """Part of a table of :class:`Bodies` that belongs to a body; writing to it changes the model."""
         first = self.bodies.rows[row]
         by_port = name == "shapes"
-        begin, count = first[[OWN_PORT, PORTS]] if by_port else first[[OWN_MODE, MODES]]
+        begin, count = first[[PORT, PORTS]] if by_port else first[[OWN_MODE, MODES]]
         whole = getattr(self.bodies, name)[begin : begin + count]
         return np.asarray(whole if whole.ndim == 1 else whole[:, : first[MODES]])
 

@@ -141,7 +141,7 @@ class SmallMotions:
     def port(self, port: int, band: float = 0.0) -> Array:
         """Row (n,) of the motion of a port of crank, block or any other body in a band."""
         row = self._model.bodies.rows[self._owner(port)]
-        shape = self._model.bodies.shapes[row[top.OWN_PORT] + port - row[top.PORT], : row[top.MODES]]
+        shape = self._model.bodies.shapes[port, : row[top.MODES]]
         return self.motion(shape[None], int(row[top.MODE]), band)[0]
 
     def equations(
