@@ -219,7 +219,7 @@ def read_engine(
     # If cylinders differ, the kinks of their mean trace count.
     fill_kinks(trace if len(trace) == 2 else trace.reshape(-1, 2, *trace.shape[1:]).mean(axis=0), least_smooth)
     scalars = _scalars(engine, settings, gas, line, float(pulley[5, 5]))
-    standing = block_arrays(engine, stationary, block, body.mass, body.centre)
+    standing = block_arrays(engine, stationary, block)
     pins = np.ascontiguousarray(turning.positions[[turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins], :2])
     parameters = cylinder_parameters(engine, big_end_law.carries, topology.cylinders)
     cylinders = np.hstack((parameters, ports.cylinders))
@@ -249,7 +249,7 @@ def read_engine(
         pins=pins,
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
-        axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
+        axis_weights=np.zeros(len(tilted)),
         cylinders=cylinders,
         gas=trace,
         kinks=least_smooth,
@@ -260,17 +260,6 @@ def read_engine(
         block_arrays=standing,
         **drive_line,
     )
-
-
-def axis_weights(places: Array, centre: float) -> Array:
-    """Weights (b,) of displacements at b ``places`` (m) of a rigid axis whose sum is the displacement at ``centre``.
-
-    Of all such weights these have the least sum of squares. They are equal if all places coincide.
-    """
-    away = places - places.mean() if places.size else places
-    spread = float(away @ away)
-    even = np.full(places.size, 1.0 / max(places.size, 1))
-    return even + away * ((centre - float(places.mean())) / spread) if spread > 0.0 else even
 
 
 def _geared_crank(engine: Engine, body: ReducedBody, settings: Settings, topology: Topology) -> JoinedCrank | None:

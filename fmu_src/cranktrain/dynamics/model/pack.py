@@ -39,7 +39,7 @@ from cranktrain.loads.torsional_line import LAW
 
 LEAST_COUPLING = 1.0e-12
 """Smallest coupling between mass-normalised modes by rotation; terms are of order one, smaller ones are rounding."""
-KEPT = ("gyroscopic", "spin", "gravity", "ports", "tilts", "ends", "shafts", "lag", "rotor", "axis_weights")
+KEPT = ("gyroscopic", "spin", "gravity", "ports", "tilts", "ends", "shafts", "lag", "rotor")
 """Arrays of which :class:`~cranktrain.dynamics.model.records.Lumps` has a copy."""
 
 
