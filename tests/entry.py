@@ -20,7 +20,7 @@ import numpy as np
 from cranktrain.core.kernel import RECORDS, keep_record
 from cranktrain.dynamics.model import pack as model_pack
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.basis import basis
+from cranktrain.dynamics.model.arrays import basis
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.state import AUXILIARY, HISTORY, film_offset, offset, state_size
 from cranktrain.dynamics.model.workspace import make_work

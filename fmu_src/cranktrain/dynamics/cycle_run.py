@@ -27,8 +27,7 @@ from cranktrain.dynamics.settled.cycles import (
     settled_cycles,
 )
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, Judge, Settling
-from cranktrain.dynamics.settled.powers import PowerSamples
-from cranktrain.dynamics.settled.samples import Samples, Sink
+from cranktrain.dynamics.settled.samples import PowerSamples, Samples, Sink
 from cranktrain.dynamics.warm_films import (
     PASSES,
     SETTLED,

@@ -7,6 +7,7 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -29,11 +30,9 @@ from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.dynamics.model.state import state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
 from cranktrain.dynamics.outputs.register import Outputs, families_of, observers, output_counts, output_needs
-from cranktrain.dynamics.run import WANTED
-from cranktrain.dynamics.run_record import LONGEST_STEP, Run
+from cranktrain.dynamics.run_record import LONGEST_STEP, WANTED, Run
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
-from cranktrain.dynamics.settled.powers import PowerSamples
-from cranktrain.dynamics.settled.samples import Sink
+from cranktrain.dynamics.settled.samples import PowerSamples, Sink
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
@@ -251,12 +250,16 @@ class Simulation(SteppedModel):
 
     @film_temperatures.setter
     def film_temperatures(self, temperatures: Array) -> None:
-        state = self._current()
-        before, self._temperatures = self._temperatures, temperatures
+        self._remake("_temperatures", temperatures)
+
+    def _remake(self, name: str, value: Any) -> None:
+        """Make the model with another value of an attribute, at the present state; ``InputError`` changes nothing."""
+        state, before = self._current(), getattr(self, name)
+        setattr(self, name, value)
         try:
             model = self._model()
         except InputError:
-            self._temperatures = before
+            setattr(self, name, before)
             raise
         self._end_step()
         self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
@@ -270,16 +273,7 @@ class Simulation(SteppedModel):
 
     @damper_temperature.setter
     def damper_temperature(self, temperature: float) -> None:
-        state = self._current()
-        before, self.settings = self.settings, replace(self.settings, damper_temperature=temperature)
-        try:
-            model = self._model()
-        except InputError:
-            self.settings = before
-            raise
-        self._end_step()
-        self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
-        self._observe()
+        self._remake("settings", replace(self.settings, damper_temperature=temperature))
 
     def go_on_at(self, speed: float) -> None:
         """Make the present state the start of a run at another ``speed`` (rad/s), with its oil and damper temperatures.

@@ -15,7 +15,6 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.basis import basis
 from cranktrain.dynamics.model.block import block_arrays
 from cranktrain.dynamics.model.bodies import (
     locked_on_axis,
@@ -26,31 +25,32 @@ from cranktrain.dynamics.model.bodies import (
     with_rotor,
 )
 from cranktrain.dynamics.model.choices import run_numbers
-from cranktrain.dynamics.model.connections import big_end_films, laws_of
 from cranktrain.dynamics.model.hysteresis import hysteresis_rows, viscous_rows
 from cranktrain.dynamics.model.lumps import lumps
-from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
+from cranktrain.dynamics.model.mains import main_bearings
 from cranktrain.dynamics.model.pack import Cranktrain, pack
-from cranktrain.dynamics.model.ports import lay_ports
+from cranktrain.dynamics.model.ports import big_end_films, laws_of, lay_ports
 from cranktrain.dynamics.model.preparation import prepare_model
-from cranktrain.dynamics.model.records import ModelArrays
+from cranktrain.dynamics.model.records import Basis, ModelArrays
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
     Settings,
     check_levels,
+    keeps_peaks,
     resolved,
 )
 from cranktrain.dynamics.model.wound_line import wind_train
+from cranktrain.dynamics.time.integrators import INTEGRATORS, method_arrays
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import on_ground
-from cranktrain.dynamics.topology.pieces import FilmParts
+from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY, FilmParts
 from cranktrain.dynamics.topology.relations import Group, JoinedCrank, drive_train, joined_crank
 from cranktrain.dynamics.topology.slider_crank import own_rods
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.values import CRANK, Topology
 from cranktrain.engine.additions import split_end
 from cranktrain.engine.articulated_rod import dead_centre_heights
-from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
+from cranktrain.engine.lubricant import oil_constants, oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
@@ -60,9 +60,16 @@ from cranktrain.film.laws.bearings import (
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.articulated_rod import JOINT, joint_values
-from cranktrain.loads.built_in_trace import KINKS, fill_kinks
-from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
-from cranktrain.loads.gas_pressure import GasTrace, gas_tables
+from cranktrain.loads.built_in_trace import KINKS, SAMPLES, TRACE_ROWS, fill_kinks
+from cranktrain.loads.damper import (
+    DAMPER_CONSTANTS,
+    PARAMETERS,
+    check_temperature,
+    damper_constants,
+    damper_temperature,
+    required_damper,
+)
+from cranktrain.loads.gas_pressure import GasTrace, gas_tables, trace_constants
 from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import (
@@ -72,6 +79,30 @@ from cranktrain.loads.torsional_line import (
     windup_shares,
     windup_stiffness,
 )
+
+
+def basis(engine: Engine, settings: Settings, gas: GasTrace) -> Basis:
+    """Gather the constants of an engine; ``settings`` are resolved."""
+    fitted = settings.damper == "fitted"
+    damper = required_damper(engine) if fitted else None
+    mains = bearing_law(settings.bearings).carries and not engine.rollers_only
+    cylinders = engine.cylinders
+    methods, tables = method_arrays(settings.integrator)
+    lost = [not keeps_peaks(name, settings, engine) for name in INTEGRATORS]
+    return Basis(
+        oil_constants(engine.oil),
+        np.array(engine.oil.temperature_speeds, dtype=float),
+        np.array(engine.oil.temperatures, dtype=float),
+        np.array([mains, engine.big_end_bearing is not None], dtype=float),
+        np.zeros(DAMPER_CONSTANTS) if damper is None else damper_constants(damper),
+        np.zeros(1) if damper is None else np.array(damper.temperature_speeds, dtype=float),
+        np.zeros(1) if damper is None else np.array(damper.temperatures, dtype=float),
+        np.array([cylinders.bore, cylinders.compression_ratio, settings.block == "flexible"], dtype=float),
+        trace_constants(engine, gas.built_in),
+        np.zeros((TRACE_ROWS, SAMPLES)),
+        np.column_stack([methods, lost]),
+        tables,
+    )
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:

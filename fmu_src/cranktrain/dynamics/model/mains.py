@@ -7,6 +7,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.ports import MainJournals
+from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, enter_law
@@ -15,9 +16,6 @@ from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, VISCOSITY, WIDTH
 from cranktrain.film.laws.register import PLAIN, ROLLER, Law, bearing_law, usual_level
 from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
-
-REFERENCE_VISCOSITY = 0.01
-"""Viscosity (Pa s) of all oil in a model that is not prepared yet; any value that all oil laws accept is suitable."""
 
 
 class Mains(NamedTuple):

@@ -184,7 +184,7 @@ BIG_ENDS_SQUEEZE, LINERS_LOSS, SKIRTS_LOSS, DAMPER_LOSS, CRANK_LOSS, BLOCK_LOSS,
 MOUNTS_LOSS, SHAFTS_LOSS, AXIAL_JOINT_LOSS, AXIAL_FORCE_WORK, LINKS_LOSS, STORED, POWERS = range(16, 23)
 # Columns of ``Work.family``: addresses of the kernels for a step, and for its difference from the embedded solution.
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
-# Columns of ``Basis.methods``, one row for each integrator, see :mod:`cranktrain.dynamics.model.basis`:
+# Columns of ``Basis.methods``, one row for each integrator, see :class:`cranktrain.dynamics.model.records.Basis`:
 # EMBEDDED, METHOD_ORDER: order of the embedded method (0: none), and order that tolerances follow.
 # AMPLIFICATION: largest factor by which the error of a stage enters the step.
 # MARK: number that identifies the integrator in a state.

@@ -174,7 +174,7 @@ def hand_pair(port, x, y, out, u, f, torque):
 def law_block(out, size, pairs, ratio, whirl, block):
     """Tangent of a law's ``size`` forces by the displacement of its ports into the 4 × 4 ``block``.
 
-    ``pairs`` is the first component of those that rotate with the frame's axes, or −1.
+    ``pairs`` is the first component of those that rotate with the law's axes, at ``whirl`` (rad/s), or −1.
     """
     for r in range(size):
         for s in range(size):

@@ -15,7 +15,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import term_row, turning_ports
 from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twist
-from cranktrain.dynamics.motion.film_ports import frame_numbers
+from cranktrain.dynamics.motion.film_ports import frame_numbers, law_block
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
 from cranktrain.film.laws import films as on
@@ -92,7 +92,8 @@ def link_forces(model, work, frame, pressures, ratio):
                 frame[at.GIVEN_POWER] += out[0] * (model.laws.velocity[k, 0] - wandering(model, work, frame, u, first))
         for r in range(row[at.COUPLED]):
             gaps[top.F, first + r] = out[r]
-        link_block(row, out, ratio, frame_turn(work, row) * frame[at.WHIRL], work.blocks[k])
+        turning = frame_turn(work, row) * frame[at.WHIRL]
+        law_block(out, row[at.COUPLED], row[at.PAIRS], ratio, turning, work.blocks[k])
         if row[at.RUBS] > 0:
             rub(row, links.levers[k - term_row(model)], out, gaps[top.D], u, f)
     frame_numbers(frame, model.laws.numbers)
@@ -292,19 +293,6 @@ def tell_motion(model, work, frame, k):
     spin = row[at.SPIN]
     sense = row[at.SENSE_A]
     tell_twist(sense * work.port[at.U, spin], sense * work.port[at.UD, spin], sense * udd[spin], numbers)
-
-
-@inlined_kernel
-def link_block(row, out, ratio, turning, block):
-    """Tangent (4 × 4) of a connection's forces by displacement in a stage, in axes rotating at ``turning``, rad/s."""
-    for k in range(16):
-        block[k] = out[on.BY_PLACE + k] + ratio * out[on.BY_VELOCITY + k]
-    if row[at.PAIRS] >= 0:
-        for r in range(4):
-            for pair in range(row[at.PAIRS], row[at.COUPLED] - 1, 2):
-                i = 4 * r + pair
-                block[i] += turning * out[on.BY_VELOCITY + i + 1]
-                block[i + 1] -= turning * out[on.BY_VELOCITY + i]
 
 
 @kernel

@@ -146,7 +146,7 @@ def output_names(counts: Counts) -> tuple[str, ...]:
 class Outputs(NamedTuple):
     """Outputs of a run and the kernels that fill them."""
 
-    families: NDArray[np.int64]  # (f, COLUMNS) see dynamics.run
+    families: NDArray[np.int64]  # (f, COLUMNS) see dynamics.run_record
     values: Array  # (outputs,) value of each output
     build: NDArray[np.void]  # (0,) see core.build_mark
 

@@ -13,6 +13,10 @@ the inputs follow their line again. Pressures that a partner computes change at 
 
 If a step that reaches beyond the point fails, the communication step is repeated with a step that ends at the point.
 So a run fails only where a run that steps to every point fails.
+
+The degree of irregularity of the crank's own speed, (largest − least) / mean over one cycle of the crank, has its
+extremes at communication points, so that a partner that reads the speed finds the same values. Points 5 degrees apart
+miss at most 1 − cos(n · 2.5°) of the amplitude of order n: 0.1 % of order 1, 0.9 % of order 3.
 """
 
 import math
@@ -21,9 +25,8 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.motion.film_memory import motion_size
-from cranktrain.dynamics.motion.gas import built_in
+from cranktrain.dynamics.motion.gas import built_in, crank_rotation
 from cranktrain.dynamics.time.between import BEGIN, END, interpolate_motion, keep_end, recall_end
-from cranktrain.dynamics.time.irregularity import follow_speed
 from cranktrain.dynamics.time.reconstruction import (
     ROUNDING,
     SLIVER,
@@ -43,6 +46,7 @@ from cranktrain.dynamics.time.step_control import (
     take_sub_step,
     turning_speed,
 )
+from cranktrain.loads.gas_pressure import CYCLE
 
 WORTH = 0.9
 """Longest communication step, in internal steps, that an internal step passes over; longer steps would save little."""
@@ -52,6 +56,32 @@ MOVED = 1.0e-9
 """Relative change of a pressure since its last sample above which a co-simulation partner counts as its source."""
 ON_LINE = 1.0e-12
 """Largest relative difference of an input from its extrapolation that counts as rounding by its sender."""
+
+
+NEARLY = 1.0e-6
+"""Fraction by which a cycle may be short and still count as full, because motion does not repeat more exactly."""
+
+
+@kernel
+def follow_speed(model, state):
+    """Update the extremes of the crank's speed in the state; at the end of a cycle store its irregularity."""
+    rotation, rate, _ = crank_rotation(model, state)
+    angle = state[st.SHAFT_ANGLE] + state[st.LEAD_ANGLE] + rotation
+    speed = state[st.SHAFT_SPEED] + state[st.LEAD_SPEED] + rate
+    begins = state[st.SPEED_LARGEST] <= 0.0
+    if not begins:
+        state[st.SPEED_LEAST] = min(state[st.SPEED_LEAST], speed)
+        state[st.SPEED_LARGEST] = max(state[st.SPEED_LARGEST], speed)
+        turned = angle - state[st.ROUND_ANGLE]
+        begins = turned >= CYCLE * (1.0 - NEARLY)
+        if begins:
+            mean = turned / (state[st.TIME] - state[st.ROUND_TIME])
+            state[st.IRREGULARITY] = (state[st.SPEED_LARGEST] - state[st.SPEED_LEAST]) / mean
+    if begins:
+        state[st.ROUND_ANGLE] = angle
+        state[st.ROUND_TIME] = state[st.TIME]
+        state[st.SPEED_LEAST] = speed
+        state[st.SPEED_LARGEST] = speed
 
 
 @inlined_kernel

@@ -176,16 +176,21 @@ def _as_field(kind: Any, value: Any, where: str) -> Any:
     return value
 
 
-def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
-    """Tangential, radial and axial motion of the first gear's pitch point relative to the second gear's pitch point."""
+def _centres(what: str, first: Frame, second: Frame) -> tuple[Array, float, tuple[float, float]]:
+    """Direction (3,) from the first axis to the second, distance (m) and speeds over the crank's; ``InputError``."""
     apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
     distance = float(np.linalg.norm(apart))
     speeds = first.sense * first.rate, second.sense * second.rate
     if distance < SAME or 0.0 in speeds:
-        raise InputError("gears need two frames that turn, with axes apart; give the frames ratio and axis")
+        raise InputError(f"{what} two frames that turn, with axes apart; give the frames ratio and axis")
+    return apart / distance, distance, speeds
+
+
+def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
+    """Tangential, radial and axial motion of the first gear's pitch point relative to the second gear's pitch point."""
+    towards, distance, speeds = _centres("gears need", first, second)
     if speeds[0] * speeds[1] > 0.0 and abs(speeds[0] - speeds[1]) < SAME:
         raise InputError("gears of frames that turn alike do not mesh; give one of them another ratio")
-    towards = apart / distance
     # At the pitch point P the velocities of both frames are equal, ω₁ × (P − C₁) = ω₂ × (P − C₂).
     arm = -distance * speeds[1] / (speeds[0] - speeds[1])
     along = np.cross(unit(2), towards)
@@ -281,18 +286,13 @@ def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
 
 def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
     """Piece of a belt: first the strand that runs onto the rotating first pulley, then the strand that leaves it."""
-    apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
-    distance = float(np.linalg.norm(apart))
-    speeds = first.sense * first.rate, second.sense * second.rate
-    if distance < SAME or 0.0 in speeds:
-        raise InputError("a belt needs two frames that turn, with axes apart; give the frames ratio and axis")
+    towards, distance, speeds = _centres("a belt needs", first, second)
     radii, crossed = (belt.radius, belt.radius * abs(speeds[0] / speeds[1])), speeds[0] * speeds[1] < 0.0
     if sum(radii) >= distance:
         raise InputError(
             f"pulleys of {1e3 * radii[0]:.4g} and {1e3 * radii[1]:.4g} mm radius have no room on axes "
             f"{1e3 * distance:.4g} mm apart; give a smaller radius"
         )
-    towards = apart / distance
     axes = np.column_stack((towards, np.cross(unit(2), towards), unit(2)))
     found = strands(distance, radii, crossed)
     components = [
