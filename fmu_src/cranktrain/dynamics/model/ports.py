@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import Ports
-from cranktrain.dynamics.topology.damper import damper_law, told_damper
+from cranktrain.dynamics.topology.damper import DamperRecord, damper_law
 from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
 from cranktrain.dynamics.topology.slider_crank import SliderCrankRecord, slider_crank_law
 from cranktrain.engine.model import Engine
@@ -284,7 +284,7 @@ def laws_of(
     once = {
         at.THRUST_ROW: thrust,
         at.JOINT_ROW: None if path is None else axial_joint_film(path),
-        at.DAMPER_ROW: enter(no_films(1), damper_law, told_damper(damper)),
+        at.DAMPER_ROW: enter(no_films(1), damper_law, DamperRecord(damper, np.zeros(0), np.zeros((2, 0)))),
     }
     for slot, law in once.items():
         row = int(ports.layout[slot])

@@ -3,7 +3,7 @@
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.film_memory import memory_offset
-from cranktrain.dynamics.motion.film_ports import call_at_ports
+from cranktrain.dynamics.motion.film_ports import call_at_ports, frame_numbers
 from cranktrain.dynamics.motion.links import link_law, measure_links, turn_terms
 from cranktrain.dynamics.motion.masses import tell_gas, tell_mass
 from cranktrain.film.laws import films as on
@@ -39,9 +39,7 @@ def observe_law(model, work, state, k):
     row = model.connections[k]
     numbers[on.RATIO] = 0.0
     numbers[on.INERTANCE] = 0.0
-    numbers[on.COS] = frame[at.COS]
-    numbers[on.SIN] = frame[at.SIN]
-    numbers[on.ANGLE] = frame[at.THETA]
+    frame_numbers(frame, numbers)
     memory = state[memory_offset(model, k) : memory_offset(model, k + 1)]
     bore = 0.0
     if row[at.SHAPE] == at.OF_TERMS:

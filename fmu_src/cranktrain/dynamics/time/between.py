@@ -83,7 +83,15 @@ def interpolate_motion(model, work, state, time, sampled):
     state[st.LEAD_SPEED] = lead_rate
     state[st.GAS_DONE] += t * (state[end_offset(model, END) + st.GAS_DONE] - state[st.GAS_DONE])
     interpolate_modes(model, state, t, h)
-    interpolate_memory(model, state, t, h)
+    # The memory of force laws is pairs of a quantity and its rate.
+    first = film_offset(model.omega2.shape[0], port_count(model))
+    far = end_offset(model, END) + st.METHOD - st.BODY
+    for k in range(first, motion_size(model), 2):
+        rate = h * state[k + 1]
+        d = state[far + k] - state[k] - rate
+        e = h * state[far + k + 1] - rate
+        state[k] += t * (rate + t * (3.0 * d - e + t * (e - 2.0 * d)))
+        state[k + 1] = (rate + t * (2.0 * (3.0 * d - e) + 3.0 * t * (e - 2.0 * d))) / h
 
 
 @kernel
@@ -115,16 +123,3 @@ def interpolate_modes(model, state, t, h):
         state[q + i] += t * velocity + 0.5 * t2 * swing + place * d + move * e + push * f
         state[v + i] = (velocity + t * swing + place_rate * d + move_rate * e + push_rate * f) / h
         state[a + i] = (swing + place_bend * d + move_bend * e + push_bend * f) / (h * h)
-
-
-@inlined_kernel
-def interpolate_memory(model, state, t, h):
-    """Interpolate the memory of force laws, pairs of a quantity and its rate, at a fraction ``t`` of a step h (s)."""
-    first = film_offset(model.omega2.shape[0], port_count(model))
-    far = end_offset(model, END) + st.METHOD - st.BODY
-    for k in range(first, motion_size(model), 2):
-        rate = h * state[k + 1]
-        d = state[far + k] - state[k] - rate
-        e = h * state[far + k + 1] - rate
-        state[k] += t * (rate + t * (3.0 * d - e + t * (e - 2.0 * d)))
-        state[k + 1] = (rate + t * (2.0 * (3.0 * d - e) + 3.0 * t * (e - 2.0 * d))) / h

@@ -26,12 +26,12 @@ from cranktrain.dynamics.topology.bearings import (
     roller_pieces,
     thrust_pieces,
 )
-from cranktrain.dynamics.topology.belt import belt_law, belt_record, strands
+from cranktrain.dynamics.topology.belt import BeltRecord, belt_law, strands
 from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
 from cranktrain.dynamics.topology.damper import damper_law
 from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
-from cranktrain.dynamics.topology.liner import liner_law, liner_record
+from cranktrain.dynamics.topology.liner import LinerRecord, liner_law
 from cranktrain.dynamics.topology.own_law import own_pieces
 from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, FilmParts, Piece, between
 from cranktrain.dynamics.topology.slider_crank import HEIGHT, SIDE, SPEED, slider_crank_law, slider_crank_record
@@ -59,6 +59,7 @@ from cranktrain.engine.connections import (
 )
 from cranktrain.engine.model import optional_fields
 from cranktrain.engine.quantities import check_values, mm, need
+from cranktrain.loads.piston_guidance import skirt_parameters
 
 
 @dataclass(frozen=True)
@@ -281,7 +282,7 @@ def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
         ("force.upper", "force", 0), ("force.lower", "force", 1), ("friction", "force", 2), ("gap.upper", "place", 0),
         ("gap.lower", "place", 1), ("speed", "velocity", 2),
     )  # fmt: skip
-    return [Piece(components, [LENGTH] * 3, liner_law, liner_record(liner), outputs=outputs, holds=2)]
+    return [Piece(components, [LENGTH] * 3, liner_law, LinerRecord(skirt_parameters(liner)), outputs=outputs, holds=2)]
 
 
 def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
@@ -301,7 +302,15 @@ def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
         for way, on_first, on_second in (found if speeds[0] > 0.0 else found[::-1])
     ]  # fmt: skip
     outputs = (("tension.running_on", "force", 0), ("tension.running_off", "force", 1))
-    return [Piece(components, [LENGTH, LENGTH], belt_law, belt_record(belt), outputs=outputs)]
+    return [
+        Piece(
+            components,
+            [LENGTH, LENGTH],
+            belt_law,
+            BeltRecord(np.array([belt.tension, belt.stiffness, belt.damping])),
+            outputs=outputs,
+        )
+    ]
 
 
 def _slider_crank(given: SliderCrank, pin: Frame, cylinder: Frame) -> list[Piece]:
