@@ -12,10 +12,10 @@ from identified import identified, model_of, places, stated, write_orders
 import cranktrain as ct
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.results.views.found import VerbResult
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.confidence import Confidence
 from cranktrain_lab.identification.data import Data, Scalar, Shape, read_data

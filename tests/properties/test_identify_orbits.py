@@ -10,12 +10,12 @@ from identified import identified, places, stated, write_orders
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.structure.assembly import assemble
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain_lab.identification.model import TorsionalModel
 from cranktrain_lab.identification.orbit_runs import HIGHEST, Series

@@ -38,7 +38,7 @@ from cranktrain.dynamics.warm_films import (
     warn_unsettled,
 )
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.ehd import pressure_peaks
+from cranktrain.film.laws.pressure_peak import pressure_peaks
 from cranktrain.film.laws.register import Law
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import required_damper
@@ -195,7 +195,7 @@ def run_cycles(
         learned=recorded.learned,
         powers=powers.cycle if driven and recorded.complete else None,
         step=h,
-        film_peaks=pressure_peaks(simulation.model.films),
+        film_peaks=pressure_peaks(simulation.model.films.entry),
     )
 
 

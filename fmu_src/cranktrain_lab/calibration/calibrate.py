@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.engine import values
@@ -27,7 +28,6 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.reduction import complete_block, reduced_block
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.reduction import reduced_crankshaft
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.in_motion.eigenproblem import settled_means
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
 from cranktrain_lab.calibration.geometry import Change, changes

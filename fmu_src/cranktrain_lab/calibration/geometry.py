@@ -20,13 +20,13 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.rigid_slices import skew
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Progress
 from cranktrain.engine.model import Engine
 from cranktrain.store.kept import Kept
 from cranktrain.structure.block import reduction as of_block
 from cranktrain.structure.crank import reduction as of_crank
 from cranktrain.structure.fem.craig_bampton import condensed
-from cranktrain.structure.fem.factor import one_thread
 
 CRANK, BLOCK = "crankshaft", "block"
 

@@ -4,10 +4,12 @@
 :func:`cranktrain.dynamics.model.pack.pack` makes the arrays.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -53,12 +55,10 @@ from cranktrain.engine.articulated_rod import dead_centre_heights
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import (
     thrust_bearing,
 )
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.articulated_rod import JOINT, joint_values
 from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
@@ -72,6 +72,10 @@ from cranktrain.loads.torsional_line import (
     windup_shares,
     windup_stiffness,
 )
+
+if TYPE_CHECKING:
+    from cranktrain.film.elastic.bore_compliance import BoreCompliance
+    from cranktrain.film.table.database import FilmTable
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:

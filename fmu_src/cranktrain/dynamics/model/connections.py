@@ -1,6 +1,9 @@
 """Force laws of an engine's own connections, one for each row that :mod:`.ports` lays out."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,12 +15,14 @@ from cranktrain.dynamics.topology.damper import damper_law, told_damper
 from cranktrain.dynamics.topology.slider_crank import SliderCrankRecord, slider_crank_law
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, enter, law_films
 from cranktrain.film.laws.films import MASS, Films, join_films, no_films
 from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.register import BIG_END, Law
-from cranktrain.film.table.database import FilmTable
+
+if TYPE_CHECKING:
+    from cranktrain.film.elastic.bore_compliance import BoreCompliance
+    from cranktrain.film.table.database import FilmTable
 
 
 def laws_of(

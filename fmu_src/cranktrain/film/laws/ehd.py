@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import RECORDS, inlined_kernel, kernel, law_kernel, record_reader
+from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.lubricant import PRESSURE_LAWS, ROELANDS, roelands_constants
 from cranktrain.engine.parts import Oil, PlainBearing
@@ -92,7 +92,6 @@ from cranktrain.film.laws.films import (
     STEP,
     TOLERANCE,
     TURN,
-    Films,
 )
 from cranktrain.film.laws.films import OIL as NEW_OIL
 from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
@@ -245,12 +244,6 @@ def film_size(film: ElasticFilm) -> int:
     """Return the number of values that one film adds to the state vector."""
     constants = film.constants
     return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + 2 * _staged(film)
-
-
-def pressure_peaks(films: Films) -> Array | None:
-    """Return the largest pressures of main bearings in the present cycle, (b, PEAKS); None without elastic films."""
-    records = (RECORDS.get(address) for address in films.entry[:, 1].tolist())
-    return next((bore.memory.peaks.copy() for bore in records if isinstance(bore, ElasticBore)), None)
 
 
 def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cranktrain.core.errors import InputError
-from cranktrain.results.plots import CYCLE_COLOURS
 
 EXTRAS = {"bokeh.plotting": "explore", "xarray": "xarray"}
 """Extra of this package that installs each optional module."""
@@ -42,6 +41,8 @@ def for_notebook(figure: Any) -> Any:
 
 def interactive_lines(x: ArrayLike, lines: Mapping[str, ArrayLike], across: str, up: str, title: str) -> Any:
     """Bokeh figure of named lines over x; ``across`` and ``up`` are labels of the axes with units."""
+    from cranktrain.results.plots import CYCLE_COLOURS
+
     figure = optional("bokeh.plotting", "iplot").figure(
         title=title, x_axis_label=across, y_axis_label=up, width=900, height=420,
         tooltips=[("", "$name"), (across, "$x{0.[000]}"), (up, "$y{0.[000000]}")],

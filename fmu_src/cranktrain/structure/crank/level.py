@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
 from cranktrain.core.types import Progress
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
-from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only
+
+TORSIONAL = "cranktrain.structure.crank.torsional"
 
 
 def bare_crank(
@@ -59,7 +60,7 @@ def complete_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody
     A crank that only twists keeps its axis in place, as in the running model.
     """
     row, complete = crank_level(level), complete_crankshaft(engine, bare)
-    return twist_only(complete) if row.elastic and not row.bends else complete
+    return resolve(f"{TORSIONAL}:twist_only")(complete) if row.elastic and not row.bends else complete
 
 
 def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
@@ -99,11 +100,16 @@ class Maker(NamedTuple):
 
 MAKERS = {
     "rigid": Maker(
-        lambda engine, solid, progress: rigid_crank(engine) if solid is None else rigid(solid),
+        lambda engine, solid, progress: resolve(f"{TORSIONAL}:rigid_crank")(engine) if solid is None else rigid(solid),
         lambda engine, bare: rigid(complete_crankshaft(engine, bare)),
     ),
-    "torsional": Maker(lambda engine, solid, progress: torsional_body(engine, solid=solid), running_torsional),
-    "beam": Maker(lambda engine, solid, progress: beam_body(engine, progress), running_body),
+    "torsional": Maker(
+        lambda engine, solid, progress: resolve(f"{TORSIONAL}:torsional_body")(engine, solid=solid), running_torsional
+    ),
+    "beam": Maker(
+        lambda engine, solid, progress: resolve("cranktrain.structure.crank.beam:beam_body")(engine, progress),
+        running_body,
+    ),
     "solid": Maker(bare_solid, running_body),
 }
 """Maker of each crank level, by its name."""
