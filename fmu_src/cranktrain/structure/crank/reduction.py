@@ -309,23 +309,3 @@ def crank_surface(engine: Engine, mesh_file: str | Path | None) -> tuple[Array, 
     load_body(path, input_digest(engine, mesh_file))
     surface = load_extras(path)
     return surface["surface_points"], surface["surface_triangles"], surface["surface_modes"]
-
-
-def surface_shape(engine: Engine, body: ReducedBody, mode: int) -> tuple[Array, NDArray[np.int32], Array]:
-    """Surface of the crankshaft and its displacement in one mode, for pictures.
-
-    Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
-
-    Parameters
-    ----------
-    body : the engine's crankshaft, or one derived from it by attaching and truncating
-    mode : 0-based index
-
-    Returns
-    -------
-    points (p, 3) m, triangles (t, 3), displacement (p, 3) per unit modal coordinate; composed of the first stored modes
-    """
-    points, triangles, pictured = crank_surface(engine, None)
-    weights = np.eye(body.n_modes)[:, mode] if body.basis is None else body.basis[:, mode]
-    displacement = np.tensordot(weights[: pictured.shape[0]], pictured.astype(float), axes=1)
-    return points, triangles, displacement
