@@ -1,6 +1,6 @@
 """Library of engines: one per usual layout, with bore, stroke and power of an existing or typical engine.
 
-    python -m cranktrain.studies.design.library [ENGINE ...]
+    python docs/engine_library.py [ENGINE ...]
 
 writes their files into the package. All other sizes are those of ``cranktrain new``. ``MORE`` has additional tables
 (balancer shafts, a dual-mass flywheel, a generator behind an elastic coupling). Bore, stroke and power are
