@@ -14,10 +14,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from designed import designed
+from docs.engine_library import shipped
 from scipy.linalg import eigh
 
 import cranktrain as ct
-from cranktrain.cli import shipped
 from cranktrain.cli.main import main
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
@@ -36,8 +36,7 @@ from cranktrain.structure.crank.torsional import discs
 from cranktrain.studies.design.balance import free_forces
 from cranktrain.studies.design.layouts import LAYOUTS, VEE, layout
 from cranktrain.studies.design.mounted_block import mounted_mass
-from cranktrain.studies.design.options import BARE, Equipment
-from cranktrain.studies.design.sizes import PUBLISHED, is_short, sizes, today
+from cranktrain.studies.design.sizes import BARE, PUBLISHED, Equipment, is_short, sizes, today
 from cranktrain.studies.torsion.damper_optimum import crank_optimum
 
 
@@ -180,7 +179,7 @@ def test_the_command_writes_a_file_once(tmp_path, monkeypatch, capsys):
 def test_the_engines_that_ship_are_listed(capsys):
     assert main(["engines", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)["engines"]
-    assert listed == json.loads(json.dumps(shipped.made()))
+    assert listed == json.loads(json.dumps(shipped()))
     assert [one["name"] for one in listed] == engine_names()
     layouts = {one["name"]: one["layout"] for one in listed}
     assert layouts["diesel_i6"] == "in line" and layouts["diesel_v8"] == layouts["v_twin"] == "V of 90 deg"
