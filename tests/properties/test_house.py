@@ -6,7 +6,10 @@ Kernels are the functions under the decorators of :mod:`cranktrain.core.kernel`.
 from __future__ import annotations
 
 import ast
+import json
 import re
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from functools import cache
@@ -155,6 +158,32 @@ def test_plans_and_fmus_reach_no_maker_of_studies(start):
 def test_the_contract_names_every_maker_of_studies():
     named = next(c["forbidden_modules"] for c in CONTRACTS if "makes studies" in c["name"])
     assert {name.rpartition(".")[2] for name in named} == MAKERS
+
+
+RUN = """
+import json, sys
+from cranktrain.cli.main import main
+main(sys.argv[1:])
+print("\\n", json.dumps({name: getattr(module, "__file__", None) or "" for name, module in sys.modules.items()}))
+"""
+
+
+def test_a_run_imports_what_it_runs(tmp_path):
+    """No finite elements, no readers of meshes, tables or scenes, no films of other levels; less than 50,000 lines."""
+    options = ["--speed=2000", "--cycles=1", "--crank=rigid", "--bearings=impedance", "--output=run.h5"]
+    done = subprocess.run(
+        [sys.executable, "-c", RUN, "simulate", "diesel_i6", *options],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    places = json.loads(done.stdout.splitlines()[-1])
+    own = {name: Path(place) for name, place in places.items() if name.split(".")[0] in ("cranktrain", LAB)}
+    assert sum(len(path.read_text("utf-8").splitlines()) for path in own.values() if path.suffix == ".py") < 50_000
+    of_others = ("core.text_table", "film.elastic", "film.table", "structure.fem.mesh", "structure.fem.superelement")
+    found = {name for name in own if name.removeprefix("cranktrain.").startswith((*of_others, "studies.scene"))}
+    assert not found and not {"skfem", "netgen", "matplotlib", "pandas"} & places.keys()
 
 
 def literals(index: ast.expr) -> Iterator[int]:
