@@ -30,7 +30,7 @@ from cranktrain.engine.parts import Damper
 from cranktrain.structure.assembly import assemble
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain_lab.watch.defects import LOAD, MISFIRE, Case, Defect
-from cranktrain_lab.watch.model import ComplexArray, Place, TorsionalAnswers
+from cranktrain_lab.watch.recordings import ComplexArray, Place, TorsionalAnswers
 from cranktrain_lab.watch.scatter import real_rows
 from cranktrain_lab.watch.watch import Watch
 

@@ -18,7 +18,7 @@ from fmus_by_version import torsional_fmu
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
-from cranktrain.fmu.clocks import clock_table
+from cranktrain.fmu.description3 import clock_table
 from cranktrain.fmu.engine_fmu import engine_interface, product
 from cranktrain_lab.coupling.fmu3_unit import open_fmu
 

@@ -14,11 +14,10 @@ from cranktrain.engine.file import load_engine
 from cranktrain.store.engine_text import Written, new_path, rewritten
 from cranktrain_lab.calibration import calibrate
 from cranktrain_lab.calibration.calibrate import report_of
-from cranktrain_lab.calibration.geometry import Change, changes, digests
 from cranktrain_lab.calibration.problem import Problem, match, sensitivities
 from cranktrain_lab.calibration.search import search
 from cranktrain_lab.calibration.targets import Task, load_targets
-from cranktrain_lab.calibration.train import Train
+from cranktrain_lab.calibration.train import Change, Train, changes, digests
 
 TARGETS = """
 block = "ground"

@@ -14,7 +14,7 @@ from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
 from cranktrain_lab.watch.defects import MISFIRE, with_misfire
 from cranktrain_lab.watch.detector import Finding, Verdict
-from cranktrain_lab.watch.model import Place, TorsionalAnswers
+from cranktrain_lab.watch.recordings import Place, TorsionalAnswers
 from cranktrain_lab.watch.scatter import real_rows, scatter_of
 from cranktrain_lab.watch.watch import Watch, said
 

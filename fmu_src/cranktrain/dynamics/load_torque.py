@@ -18,8 +18,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cranktrain.core.argument_checks import called, takes_two, without_unit
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.function_checks import called, takes_two, without_unit
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.state import (

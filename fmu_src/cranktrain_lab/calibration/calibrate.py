@@ -30,11 +30,10 @@ from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.in_motion.eigenproblem import settled_means
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
-from cranktrain_lab.calibration.geometry import Change, changes
 from cranktrain_lab.calibration.problem import Match, Problem, at_bounds, engine_with, match, sensitivities
 from cranktrain_lab.calibration.search import Found, search
 from cranktrain_lab.calibration.targets import Task, load_targets
-from cranktrain_lab.calibration.train import FilmMeans, Train
+from cranktrain_lab.calibration.train import Change, FilmMeans, Train, changes
 
 CLOSED = "thrust.closed_stiffness"
 RESTS_ON = 0.05

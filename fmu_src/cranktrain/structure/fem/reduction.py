@@ -21,13 +21,7 @@ from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.whole_file import check_kept
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes, give_back
-from cranktrain.structure.fem.elasticity import (
-    FEModel,
-    component_dofs,
-    finite_elements,
-    lumped_volume,
-    scalar_basis,
-)
+from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume, scalar_basis
 from cranktrain.structure.fem.interfaces import InterfaceSet
 
 # Frequency (Hz) up to which the reduced body is compared with the full finite-element model.

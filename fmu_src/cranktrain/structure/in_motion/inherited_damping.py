@@ -35,12 +35,7 @@ from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import NOTHING_PUBLISHED
-from cranktrain.structure.crank.modal import (
-    at_largest,
-    cranktrain_matrices,
-    cranktrain_modes,
-    torsional_frequencies,
-)
+from cranktrain.structure.crank.modal import at_largest, cranktrain_matrices, cranktrain_modes, torsional_frequencies
 from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 
 MODES = 2
