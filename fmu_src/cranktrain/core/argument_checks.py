@@ -1,7 +1,4 @@
-"""Checks of values that a script passes to the library; ``InputError`` for a value of a wrong kind.
-
-Functions and quantities that a script passes: called and converted to numbers, or refused with ``InputError``.
-"""
+"""Checks of values, quantities and functions that a script passes; ``InputError`` for one of a wrong kind."""
 
 import inspect
 import math

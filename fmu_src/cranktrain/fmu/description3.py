@@ -1,10 +1,7 @@
-"""Model description of an FMU of FMI 3.0.
+"""Model description of an FMU of FMI 3.0, with an output clock for each cylinder that ticks at its firing dead centre.
 
-Source: FMI 3.0.2, sections 2.4 (model description schema) and 4.4 (co-simulation).
-
-Output clocks of an FMU of FMI 3.0, one for each cylinder, which tick at its firing dead centre.
-
-Source: FMI 3.0.2, section 2.2.9 (clocks): clocks are scalars, and output clocks are triggered.
+Source: FMI 3.0.2, sections 2.4 (model description schema), 4.4 (co-simulation) and 2.2.9 (clocks are scalars, and
+output clocks are triggered).
 """
 
 import math

@@ -1,6 +1,6 @@
 """FMU of a cranktrain: an engine with its reduced bodies, and all variables of the interface or some of them.
 
-Start values of an FMU's parameters, levels included, that are chosen when the FMU is built.
+Start values of its parameters, levels included, can be chosen when it is built.
 """
 
 import math

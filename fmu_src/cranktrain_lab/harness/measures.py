@@ -1,7 +1,4 @@
-"""Units of measurement that a harness file may name, as ports for conversion of values.
-
-Parsing of times and variables in entries of a harness file.
-"""
+"""Units, times and variables that entries of a harness file name; units are ports for conversion of values."""
 
 import math
 from collections.abc import Iterable

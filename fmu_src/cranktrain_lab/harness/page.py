@@ -1,6 +1,6 @@
-"""Results of a harness as one HTML file, with assertions and their outputs over time.
+"""Results of a harness as one HTML file, with assertions and their outputs over time, and as JUnit XML.
 
-Results of a harness as JUnit XML, with one suite per scenario and one case per assertion.
+The XML has one suite per scenario and one case per assertion.
 """
 
 import html

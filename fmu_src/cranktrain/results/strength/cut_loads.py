@@ -7,17 +7,12 @@ These loads are not exactly balanced, because the pieces are not the elastic bod
 tolerance. The residual is distributed over the pieces as one rigid acceleration at each instant. :func:`imbalance`
 gives the part of the residual that is due to the run, with the exact inertia of the reduced body's six rigid motions.
 
-The torque in a crank from a table of discs and shafts is that of its shafts, see
-:mod:`cranktrain.results.strength.cut_loads`.
-
 The elastic motion within a piece and moments on a tilting collar are left out.
 
-Section torques of a crank that was made from a table of discs and shafts.
-
-The inertias of the table's discs differ from those of the crank's pieces. The torque that a cut transmits is therefore
-that of the table's shaft at this position, k ψ + c ψ̇ with its twist ψ. A disc lies at the interface of its name. Other
-discs are placed as if all shafts to their neighbours had equal length, so a branch lies at its root and does not
-contribute to the torque along the crank.
+The torque in a crank that was made from a table of discs and shafts is that of its shafts, because the inertias of the
+table's discs differ from those of the crank's pieces: k ψ + c ψ̇ of the table's shaft at the cut, with its twist ψ. A
+disc lies at the interface of its name. Other discs are placed as if all shafts to their neighbours had equal length, so
+a branch lies at its root and does not contribute to the torque along the crank.
 """
 
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Common functions of results: import of optional packages, tables for notebooks, pictures."""
+"""What results have in common: arrays with a unit, import of optional packages, tables for notebooks, pictures."""
 
 import html
 from collections.abc import Mapping, Sequence
