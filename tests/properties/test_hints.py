@@ -165,10 +165,6 @@ def test_an_output_is_proposed_of_its_own_family():
 
 
 def test_remedies_name_what_was_given_and_nothing_else(capsys):
-    assert main(["modal", "diesel_i6", "--crank", "beam", "--damper"]) == 2
-    said = capsys.readouterr().err
-    assert "--damper cannot go with --crank beam, only with --crank solid; leave out --damper" in said
-    assert "block" not in said
     assert main(["couple", "single_petrol", "--speed", "2000", "--no-valvetrain"]) == 2
     assert "--no-valvetrain" not in (said := capsys.readouterr().err) and "--pressure" in said
     assert main(["couple", "single_petrol", "--speed", "2000"]) == 2

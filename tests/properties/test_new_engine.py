@@ -371,29 +371,6 @@ def test_a_new_engine_runs_in_its_block(tmp_path):
     assert run.settling.cycles < 40
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (["--layout", "i44"], "--layout 'i44' does not exist; did you mean 'i4'?"),
-        (["--fuel", "petroleum"], "--fuel 'petroleum' does not exist; did you mean 'petrol'?"),
-        (["--bank-angle-deg", "60"], "layout i4 is in line, without a V; leave it out"),
-        (["--stroke-mm", "900"], "with a bore of 82.5 mm the stroke is 10.9 bores; engines have 0.3 to 5"),
-        (["--rod-mm", "100"], "--rod-mm 100: the piston would meet the crank's webs; give 113.2 mm or more"),
-        (["--power-kw", "900"], "would need an indicated mean effective pressure of 110 bar"),
-        (["--bore-mm", "-3"], "--bore-mm"),
-        (["--damper", "ruber"], "--damper 'ruber' does not exist; did you mean 'rubber'?"),
-        (["--flywheel", "dual"], "--flywheel 'dual' does not exist"),
-        (["--layout", "boxer4", "--mounts"], "--mounts: there is no parametric block for a boxer"),
-        (["--layout", "v12", "--bore-mm", "89", "--stroke-mm", "80", "--mounts"], "(--rod-mm)"),
-    ],
-)
-def test_bad_options_give_one_line(change, message, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", "x", "--layout", "i4", "--bore-mm", "82.5", "--stroke-mm", "92.8", *change]) == 2
-    error = capsys.readouterr().err
-    assert message in error and error.count("\n") == 1 and not list(tmp_path.iterdir())
-
-
 def test_the_rod_that_a_refusal_names_fits(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     order = ["new", "x", "--layout", "v12", "--bore-mm", "89", "--stroke-mm", "80", "--mounts"]
