@@ -200,7 +200,7 @@ def asserts(node: ast.AST) -> bool:
     """True if a statement has an ``assert``, ``np.testing.assert_…``, or an error that is expected, in it."""
     calls = [one.func for one in ast.walk(node) if isinstance(one, ast.Call)]
     names = [call.attr if isinstance(call, ast.Attribute) else getattr(call, "id", "") for call in calls]
-    known = any(name.startswith("assert_") or name in ("raises", "warns", "fail") for name in names)
+    known = any(name.startswith("assert_") or name in ("raises", "warns", "fail", "one_line") for name in names)
     return known or any(isinstance(one, ast.Assert) for one in ast.walk(node))
 
 

@@ -69,9 +69,9 @@ def test_a_change_that_a_file_cannot_take_is_refused(tmp_path, kind, changes, sa
     for old, new in zip(changes[::2], changes[1::2], strict=True):
         assert old in text
         text = text.replace(old, new, 1)
-    refused(tmp_path, kind, text, said)
+    assert refused(tmp_path, kind, text, said)
 
 
 @pytest.mark.parametrize(("kind", "text", "said"), cases("whole"))
 def test_a_text_that_is_no_such_file_is_refused(tmp_path, kind, text, said):
-    refused(tmp_path, kind, text, said)
+    assert refused(tmp_path, kind, text, said)
