@@ -35,6 +35,7 @@ from cranktrain.dynamics.start import mean_motion
 from cranktrain.dynamics.start.mean_motion import ORDERS as ORDERS  # half orders of torque by which a block rocks
 from cranktrain.dynamics.start.mean_motion import carried as carried
 from cranktrain.dynamics.start.mean_motion import rigid_start as rigid_start
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.arrays import lay_topology
@@ -494,6 +495,14 @@ def rigid_torque(model, speed, samples):
     found = np.zeros(samples)
     mean_motion.rigid_torque(model, speed, np.zeros(40), found)
     return found
+
+
+def rods_in_rotation(model, speed, samples):
+    """Tangents of the rods in rotation, their forces (N, c, 2) on the pins, and by displacement (N, c, 2, 2)."""
+    rows = model.cylinders[:, at.END_ROW].astype(int)
+    found = tangents_in_rotation(model, speed, rows, samples)
+    ports = model.connections[rows][:, at.FIRST : at.FIRST + 2]
+    return found, found.forces[:, ports], found.place[:, rows, :2, :2]
 
 
 def leaning(model, speed):

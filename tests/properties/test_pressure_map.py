@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import gas_forces
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
@@ -20,7 +21,6 @@ from cranktrain.loads.pressure_level import CANDIDATES, compression_level, meant
 from cranktrain.loads.pressure_map import PressureMap, read_gas
 from cranktrain.loads.pressure_units import UNITS
 from cranktrain.loads.run_doubts import run_doubts
-from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 from cranktrain.studies.torsion.rod_torque import gas_push

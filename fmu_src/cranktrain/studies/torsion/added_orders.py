@@ -22,7 +22,7 @@ from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import Parts, build_model
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.tangents import tangents_at_rest
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.engine.additions import split_end
 from cranktrain.engine.connections import Coupling, GearMesh, Load, SlidingJoint
@@ -94,7 +94,8 @@ def links(
 
     The crank's own matrices are left out, so its part is that of the connections.
     """
-    laws, turning = tangents_at_rest(model), model.ports.shape[1]
+    added = range(int(model.layout[slots.TERM_ROW]), len(model.connections))
+    laws, turning = tangents_in_rotation(model, rows=added).mean(), model.ports.shape[1]
     crank = np.flatnonzero((motions.mode >= first) & (motions.mode < turning))
     none = laws._replace(place=0.0 * laws.place, velocity=0.0 * laws.velocity)
     own = np.ix_(crank, crank)
