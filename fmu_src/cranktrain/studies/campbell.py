@@ -58,7 +58,6 @@ from cranktrain.structure.in_motion.eigenproblem import slowest_hz
 from cranktrain.structure.in_motion.linear import SmallMotions
 from cranktrain.studies.torsion.added_orders import linear_model, not_linear
 from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes
-from cranktrain.studies.torsion.line_link import linear_engine
 from cranktrain.studies.torsion.line_modes import LINE, named_with_line
 
 ADDED = "added"
@@ -159,7 +158,7 @@ def _model(engine: Engine, body: ReducedBody, level: str, damper: bool) -> Model
         crank=level, bearings="held" if level == "torsional" else "linear", block="ground",
         damper="fitted" if damper else "none",
     )  # fmt: skip
-    return linear_model(replace(linear_engine(engine), axial_path=None), body, settings, GasTrace.from_engine(engine))
+    return linear_model(replace(engine, axial_path=None), body, settings, GasTrace.from_engine(engine))
 
 
 def _matrices(

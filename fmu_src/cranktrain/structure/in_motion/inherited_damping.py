@@ -194,7 +194,8 @@ def _rate(
     first = [offset(part, simulation.model.omega2.size) for part in (POSITION, VELOCITY)]
     place, speed = (slice(at, at + shape.size) for at in first)
     shape = shape / math.sqrt(shape @ mass @ shape)
-    turned = np.abs(simulation.body.shapes[:, 5] @ shape).max()
+    turns = simulation.body.shapes[:, 5] @ shape
+    turned = -turns[np.abs(turns).argmax()]  # eigenvectors have any sign, and films resist a little more one way
     kicked = state.copy()
     kicked[speed] += shape * (KICK * omega / turned)
     motions = np.zeros((2, count, 2))
