@@ -493,7 +493,7 @@ def stroke(model, c):
 def rigid_torque(model, speed, samples):
     """Torque (samples,) of all rods on a rigid crank at even angles of two turns from 0."""
     found = np.zeros(samples)
-    mean_motion.rigid_torque(model, speed, np.zeros(40), found)
+    mean_motion.rigid_torque(model, speed, np.zeros(of_law.NUMBERS), np.zeros(of_law.SIZE), found)
     return found
 
 

@@ -84,11 +84,11 @@ def law_at(law, record, index, place, velocity, numbers, out):
 
 
 @kernel
-def rotate(model, k, motion, numbers, out, forces, blocks):
-    """Write ``forces`` (N, 4) and tangents, ``blocks`` (N, 16), of connection k in rotation at N angles of a cycle.
+def law_in_rotation(model, k, theta, speed, numbers, out):
+    """Call the law of connection k in rotation at a crank angle (rad) and speed (rad/s). Return its status.
 
-    ``motion`` has the speed (rad/s), c_v/c_q (1/s) and 1/c_q (1/s²) of the tangents. Connections of terms have no
-    motion, and of them only laws with masses get the crank angle. Returns the status of the law.
+    ``numbers`` hold the rule of a stage, RATIO and INERTANCE, and GRAVITY. Connections of terms have no motion, and of
+    them only laws with masses get the crank angle.
     """
     row = model.connections[k]
     entry = model.laws.entry[k]
@@ -96,33 +96,40 @@ def rotate(model, k, motion, numbers, out, forces, blocks):
     velocity = model.laws.velocity[k]
     of_terms = row[at.SHAPE] == at.OF_TERMS
     massive = model.laws.traits[k, MASS] > 0.0
-    speed = 0.0 if of_terms else motion[0]
-    for i in range(numbers.shape[0]):
-        numbers[i] = 0.0
-    numbers[SPEED] = numbers[RUBBING] = numbers[WHIRL] = speed
-    numbers[RATIO] = motion[1]
-    numbers[INERTANCE] = motion[2]
+    numbers[WHIRL] = 0.0 if of_terms else speed
+    numbers[SPEED] = numbers[RUBBING] = numbers[WHIRL]
+    numbers[ANGLE] = theta if massive or not of_terms else 0.0
+    numbers[COS] = math.cos(numbers[ANGLE])
+    numbers[SIN] = math.sin(numbers[ANGLE])
     for r in range(4):
         place[r] = velocity[r] = 0.0
+    numbers[PRESSURE] = numbers[SLOPE] = 0.0
+    if massive and not of_terms:
+        c = row[at.OF_CYLINDER]
+        motored, rise, slope, rise_slope = gas_slopes(trace_angle(model, c, theta), model.gas, c)
+        burn = burn_share(model, speed)
+        numbers[PRESSURE] = motored + burn * rise - model.scalars[at.CRANKCASE]
+        numbers[SLOPE] = slope + burn * rise_slope
+    return law_at(entry[0], entry[1], entry[2], place, velocity, numbers, out)
+
+
+@kernel
+def rotate(model, k, speed, numbers, out, forces, blocks):
+    """Write ``forces`` (N, 4) and tangents, ``blocks`` (N, 16), of connection k in rotation at N angles of a cycle.
+
+    Arguments and the returned status are those of :func:`law_in_rotation`.
+    """
+    row = model.connections[k]
     for i in range(forces.shape[0]):
-        theta = 4.0 * math.pi * i / forces.shape[0] if massive or not of_terms else 0.0
-        numbers[ANGLE] = theta
-        numbers[COS] = math.cos(theta)
-        numbers[SIN] = math.sin(theta)
-        if massive and not of_terms:
-            c = row[at.OF_CYLINDER]
-            motored, rise, slope, rise_slope = gas_slopes(trace_angle(model, c, theta), model.gas, c)
-            burn = burn_share(model, speed)
-            numbers[PRESSURE] = motored + burn * rise - model.scalars[at.CRANKCASE]
-            numbers[SLOPE] = slope + burn * rise_slope
-        status = law_at(entry[0], entry[1], entry[2], place, velocity, numbers, out)
+        status = law_in_rotation(model, k, 4.0 * math.pi * i / forces.shape[0], speed, numbers, out)
         if status != 0:
             return status
-        if massive:
+        if model.laws.traits[k, MASS] > 0.0:
             for r in range(16):
                 blocks[i, r] = out[BY_PLACE + r]
         else:
-            law_block(out, row[at.COUPLED], -1 if of_terms else row[at.PAIRS], motion[1], speed, blocks[i])
+            pairs = -1 if row[at.SHAPE] == at.OF_TERMS else row[at.PAIRS]
+            law_block(out, row[at.COUPLED], pairs, numbers[RATIO], numbers[WHIRL], blocks[i])
         for r in range(row[at.COUPLED]):
             forces[i, r] = out[r]
     return 0
@@ -141,7 +148,8 @@ def tangents_in_rotation(
     forces = np.zeros((samples, int(model.layout[at.PORTS])))
     for k in range(len(model.connections)) if rows is None else rows:
         for part, ratios in zip(blocks, ((0.0, 0.0), (PER_VELOCITY, 0.0), (0.0, PER_ACCELERATION)), strict=True):
-            status = rotate(model, k, (speed, *ratios), numbers, out, own, block)
+            numbers[[RATIO, INERTANCE]] = ratios
+            status = rotate(model, k, speed, numbers, out, own, block)
             if status != 0 or not np.isfinite(block).all():
                 raise InputError(
                     own_failure(model.laws.entry[k : k + 1, 1]) or "a law of a connection has no force at rest"

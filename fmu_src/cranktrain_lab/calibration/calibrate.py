@@ -161,8 +161,8 @@ def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
     simulation = settled_simulation(assemble(engine, settings, say=say), reference_speed(engine))
     means, hz = settled_means(simulation)
     mains, collar = simulation.model.bearings.shape[0], dimensions(simulation.model).thrust
-    axial = float(-means.place[collar, 0, 0]), float(-means.velocity[collar, 0, 0])
-    return FilmMeans(-means.place[:mains, :2, :2], -means.velocity[:mains, :2, :2], axial, hz)
+    axial = float(-means.laws.place[collar, 0, 0]), float(-means.laws.velocity[collar, 0, 0])
+    return FilmMeans(-means.laws.place[:mains, :2, :2], -means.laws.velocity[:mains, :2, :2], axial, hz)
 
 
 def start_values(engine: Engine, task: Task) -> dict[str, float]:

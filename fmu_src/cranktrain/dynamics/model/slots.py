@@ -198,8 +198,8 @@ MAINS_OIL, BIG_ENDS_OIL, FILM_KINDS = range(3)
 # START_ROTATION, START_ROTATION_RATE: rotation of the crank relative to the mean wind-up (rad) and its rate.
 # START_INERTIA: inertia of crank and rods, kg m²; 0 if there is no estimate.
 START_WINDUP, START_TORQUE, START_ROTATION, START_ROTATION_RATE, START_INERTIA, START_MEAN = range(6)
-# Rows of ``Work.start.block``: load by a unit torque, the block's displacement, its rate, and pivots.
-START_LOAD, START_PLACE, START_RATE, START_PIVOTS, START_ROWS = range(5)
+# Rows of ``Work.start.block``: load by a unit torque, the block's displacement, and its rate.
+START_LOAD, START_PLACE, START_RATE, START_ROWS = range(4)
 START_SAMPLES, START_HARMONICS = 720, 361
 """Number of angles per cycle at which the torque on a rigid crank is sampled, and number of its harmonics."""
 ROTATION = 5

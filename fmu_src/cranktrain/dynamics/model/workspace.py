@@ -16,7 +16,7 @@ from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.dynamics.topology.records import Linear, LinkWork, linear_work, link_work
-from cranktrain.film.laws.films import SIZE
+from cranktrain.film.laws.films import NUMBERS, SIZE
 
 
 @record
@@ -27,7 +27,8 @@ class StartRoom(NamedTuple):
     circle: Array  # (2, START_SAMPLES) cosines and sines
     torque: Array  # (START_SAMPLES,) torque on a rigid crank over a cycle, N m
     spectrum: Array  # (2, START_HARMONICS) spectrum of the torque, real and imaginary parts
-    rod: Array  # (40,) scratch of one rod
+    numbers: Array  # (NUMBERS,) arguments of force laws
+    law: Array  # (SIZE,) result of a force law
     block: Array  # (START_ROWS, n_b) vectors of the block, see dynamics.model.slots
     matrix: Array  # (12, 12) of the block as a rigid body, complex numbers as pairs
     vectors: Array  # (2, 12)
@@ -129,6 +130,6 @@ def start_room(model: ModelArrays) -> StartRoom:
     z = np.zeros
     joined = 2 * len(model.pairs) + len(model.axial)
     return StartRoom(
-        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(40),
-        z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
+        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(NUMBERS),
+        z(SIZE), z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
     )  # fmt: skip

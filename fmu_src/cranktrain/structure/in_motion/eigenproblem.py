@@ -248,7 +248,7 @@ def consistent_means(simulation: Simulation, tangents: CycleTangents, means: Cyc
             if size < numbers.size:  # relative motion of a pin and its floating big end
                 apart = np.hstack((np.eye(size), -np.eye(size)))
             own = apart @ compliance[np.ix_(numbers, numbers)] @ apart.T
-            law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
+            law = -means.laws.place[k, :size, :size] - s * means.laws.velocity[k, :size, :size]
             # Compliance of crank and block at this film's ports without the film itself, (G⁻¹ − Z̄)⁻¹.
             sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
     return with_joint_mean(simulation, tangents, with_film_means(model, tangents, means, felt, hz), hz)
@@ -288,7 +288,7 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
 
     The first coordinates are those of all bodies that turn with the crank, of which the crank's own come first.
     """
-    laws, rods = Tangents(*(part.copy() for part in means[2:])), rods_in_motion(simulation, means.speed)
+    laws, rods = Tangents(*(part.copy() for part in means.laws)), rods_in_motion(simulation, means.speed)
     for part, own in zip(laws[:3], rods.tangents, strict=False):
         part[rods.connections] = own[rods.connections]
     for row in simulation.model.connections[rods.connections]:
