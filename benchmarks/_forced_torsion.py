@@ -34,6 +34,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
+from cranktrain.dynamics.linear import SmallMotions
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings
@@ -43,7 +44,6 @@ from cranktrain.film.laws.register import usual_level
 from cranktrain.loads.damper import STIFFNESS, damper_torque, damping_coefficient
 from cranktrain.loads.gas_pressure import GasTrace, gas_tables
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
-from cranktrain.structure.in_motion.linear import SmallMotions
 from cranktrain.studies.torsion.frequency_run_up import frame_wobble
 from cranktrain.studies.torsion.rod_torque import gas_push
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.linear import SmallMotions
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import Settings
@@ -29,7 +30,6 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_L
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank.modal import KINDS, at_largest, energy_shares, main_springs
-from cranktrain.structure.in_motion.linear import SmallMotions
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain.studies.torsion.damped_modes import damped_modes
 

@@ -14,6 +14,7 @@ from one_line import one_line
 from some import some
 from started import at_speed, shown
 
+from cranktrain.dynamics.linear import SmallMotions
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.simulation import Simulation, simulate
@@ -31,7 +32,6 @@ from cranktrain.results.bearings.cycle import bearing_report, rod_lean
 from cranktrain.results.orders.harmonics import last_cycle, order_amplitudes
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.assembly import running_crank
-from cranktrain.structure.in_motion.linear import SmallMotions
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, frequency_run_up
 from cranktrain.studies.torsion.rod_torque import Rods
 

@@ -15,6 +15,7 @@ import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
+from cranktrain.dynamics.linear import SmallMotions
 from cranktrain.dynamics.model.pack import pack
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.dynamics.tangents import tangents_in_rotation
@@ -22,7 +23,6 @@ from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.connections import Coupling, GearMesh, Load, Spring
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.in_motion.eigenproblem import modes_in_motion, vibrations
-from cranktrain.structure.in_motion.linear import SmallMotions
 from cranktrain.studies.campbell import campbell
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up

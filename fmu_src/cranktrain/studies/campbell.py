@@ -7,13 +7,13 @@ Modes are those of
 
     M q̈ + (C − Cᵀ)/2 q̇ + K q = 0
 
-of :mod:`cranktrain.structure.in_motion.linear` with the mean tangents of a uniform rotation: gyroscopic, centrifugal
+of :mod:`cranktrain.dynamics.linear` with the mean tangents of a uniform rotation: gyroscopic, centrifugal
 and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, the drive line with its discs; no
 damping but the torsional damper's, at small amplitude and as warm as its table says. Frequencies are
 given in axes of the turning crank, like the orders of its rods. An order is in resonance where its frequency equals
 that of a mode. Torsion and axial motion have the same frequencies in axes at rest; bending is split by ±Ω there.
 
-Bodies that an engine's file adds are further coordinates, in the bands of :mod:`cranktrain.structure.in_motion.linear`,
+Bodies that an engine's file adds are further coordinates, in the bands of :mod:`cranktrain.dynamics.linear`,
 with their connections linear as in :mod:`cranktrain.studies.torsion.added_orders`. A mode that moves mostly in bands
 other than 0 is a copy of another one and is left out.
 
@@ -34,6 +34,7 @@ from scipy.optimize import linear_sum_assignment
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import Progress
+from cranktrain.dynamics.linear import SmallMotions
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.tangents import tangents_in_rotation
@@ -55,7 +56,6 @@ from cranktrain.structure.crank.modal import (
     torsional_frequencies,
 )
 from cranktrain.structure.in_motion.eigenproblem import slowest_hz
-from cranktrain.structure.in_motion.linear import SmallMotions
 from cranktrain.studies.torsion.added_orders import linear_model, not_linear
 from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes
 from cranktrain.studies.torsion.line_modes import LINE, named_with_line

@@ -14,6 +14,7 @@ from scipy.linalg import block_diag, eigh
 
 from cranktrain.core.reduced_body import Array, ReducedBody, truncate
 from cranktrain.core.rigid_slices import skew
+from cranktrain.dynamics.linear import Equations
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block.modal import RIGID_HZ
 from cranktrain.structure.block.reduction import heads
@@ -21,7 +22,6 @@ from cranktrain.structure.crank import modal
 from cranktrain.structure.crank.modal import at_largest
 from cranktrain.structure.crank.reduction import attached_parts, running_loads
 from cranktrain.structure.in_motion.eigenproblem import slowest_hz, vibrations
-from cranktrain.structure.in_motion.linear import Equations
 from cranktrain.structure.in_motion.residues import unit_torques
 from cranktrain_lab.calibration.geometry import BLOCK, CRANK, Change
 

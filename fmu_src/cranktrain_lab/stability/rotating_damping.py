@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.linear import Equations, SmallMotions
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.state import (
     MODAL_BLOCKS,
@@ -31,7 +32,6 @@ from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.dynamics.time.integrators import carried, integrator_table
 from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
-from cranktrain.structure.in_motion.linear import SmallMotions
 from cranktrain_lab.stability.amplification import radius
 from cranktrain_lab.stability.rotor import default_method, default_step, modal_places, rotor_body, rotor_engine
 from cranktrain_lab.stability.stability_map import Axis, Onset, Progress, StabilityMap, curve, deviation, onset
@@ -86,11 +86,8 @@ class Laval:
         """Return eigenvalues (8,) of lateral motions at a speed (rad/s), in the frame."""
         model = self.simulation.model
         laws = tangents_in_rotation(model, speed, range(len(model.bearings))).mean()
-        _, damping, stiffness = self._motions.equations(speed, laws)
-        chosen = np.ix_(LATERAL, LATERAL)
-        n = len(LATERAL)
-        top = np.hstack((np.zeros((n, n)), np.eye(n)))
-        return np.asarray(np.linalg.eigvals(np.vstack((top, np.hstack((-stiffness[chosen], -damping[chosen]))))))
+        lateral = (part[np.ix_(LATERAL, LATERAL)] for part in self._motions.equations(speed, laws))
+        return np.asarray(np.linalg.eigvals(Equations(*lateral).first_order))
 
     def growth(self, speed: float) -> float:
         """Return the largest growth rate of lateral motions, 1/s."""

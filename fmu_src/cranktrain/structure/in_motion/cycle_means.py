@@ -22,13 +22,13 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.linear import ACROSS
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
 from cranktrain.structure.in_motion.joint import joint_at_state, joint_stiffness
-from cranktrain.structure.in_motion.linear import ACROSS
 
 
 class CycleTangents(NamedTuple):

@@ -44,6 +44,7 @@ from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import ComplexArray
+from cranktrain.dynamics.linear import Equations, SmallMotions
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
@@ -68,7 +69,6 @@ from cranktrain.structure.in_motion.cycle_means import (
     with_film_means,
     with_joint_mean,
 )
-from cranktrain.structure.in_motion.linear import Equations, SmallMotions
 from cranktrain.structure.in_motion.residues import order_forces, participations, unit_torques
 
 SLOWEST_HZ, SLOWEST_SHARE = 60.0, 0.25
@@ -312,15 +312,11 @@ def vibrations(
     The third array (k, l) has the modes' participations in ``loads`` (n, l), see
     :func:`cranktrain.structure.in_motion.residues.participations`.
     """
-    mass, damping, stiffness = equations[:3]
-    n = len(mass)
-    factor = np.linalg.inv(mass)
-    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-factor @ stiffness, -factor @ damping]])
-    values, left, right = eig(matrix, left=True)
+    values, left, right = eig(equations.first_order, left=True)
     kept = np.flatnonzero((values.imag > 2.0 * math.pi * slowest) & (-values.real < OVERDAMPED * np.abs(values)))
     kept = kept[np.argsort(values[kept].imag)]
     left, right = left[:, kept], right[:, kept]
-    return values[kept], right[:n], participations(mass, left, right, loads)
+    return values[kept], right[: len(equations.mass)], participations(equations.mass, left, right, loads)
 
 
 def rods_in_motion(simulation: Simulation, speed: float) -> Rods:

@@ -1,7 +1,7 @@
 """Linear model of a crank with the bodies that its engine file adds, and their dynamic stiffness at speeds and orders.
 
 Small motions of crank (c) and added bodies (a) at ω = oΩ obey D q = f with D = K + iωC − ω²M of
-:mod:`cranktrain.structure.in_motion.linear`. No force of a cylinder acts on the added bodies, so the crank feels
+:mod:`cranktrain.dynamics.linear`. No force of a cylinder acts on the added bodies, so the crank feels
 
     D_cc − D_ca D_aa⁻¹ D_ac.
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import ComplexArray
+from cranktrain.dynamics.linear import Equations, SmallMotions
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import Parts, build_model
 from cranktrain.dynamics.model.records import ModelArrays
@@ -26,7 +27,6 @@ from cranktrain.engine.connections import Coupling, GearMesh, Load, SlidingJoint
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.additions import read_added
-from cranktrain.structure.in_motion.linear import Equations, SmallMotions
 from cranktrain.studies.added_modes import on_springs
 from cranktrain.studies.torsion.line_link import linear_engine
 

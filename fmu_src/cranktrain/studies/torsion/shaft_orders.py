@@ -12,7 +12,7 @@ stiffness of their own at each order and speed where it depends on frequency or 
 (:mod:`cranktrain.studies.torsion.line_link`). At order 0 the frame turns with the crank's mean rotation; the mean
 torque of the drive line is sought in its place.
 
-Matrices are those of :mod:`cranktrain.structure.in_motion.linear`.
+Matrices are those of :mod:`cranktrain.dynamics.linear`.
 """
 
 import math

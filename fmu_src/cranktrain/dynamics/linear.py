@@ -55,6 +55,12 @@ class Equations(NamedTuple):
     damping: NDArray[Any]
     stiffness: NDArray[Any]
 
+    @property
+    def first_order(self) -> NDArray[Any]:
+        """Matrix A (2 n, 2 n) of ẏ = A y with y = (x, ẋ)."""
+        n, inverse = len(self.mass), np.linalg.inv(self.mass)
+        return np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ self.stiffness, -inverse @ self.damping]])
+
     def add(self, rows: NDArray[Any], tangents: Sequence[Array], shift: complex = 0.0) -> None:
         """Add a law with components ``rows`` (c, n) and tangents A, V, P (c, c) in a band with ``shift`` isΩ, 1/s."""
         acceleration, velocity, place = tangents
