@@ -14,7 +14,7 @@ from started import at_speed
 
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model.arrays import structural_damping
+from cranktrain.dynamics.model.arrays import build_model, structural_damping
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.tangents import SAMPLES
 from cranktrain.engine.file import load_engine
@@ -118,6 +118,17 @@ def test_on_linear_bearings_matrices_and_modes_are_those_of_the_linear_model():
     modes = damped_modes(*wanted)
     theirs = modes.hz[(modes.hz > 60.0) & (modes.damping_ratios < 0.5)]
     assert modes_in_motion(simulation).hz[: theirs.size] == pytest.approx(theirs, rel=2e-4)
+
+
+def test_a_floating_big_end_takes_only_its_own_mass_from_its_rod():
+    engine, speed, masses = load_engine("diesel_i6"), 170.0, []
+    body, gas = crank_body(engine, "rigid"), GasTrace.from_engine(engine)
+    for big_ends in ("rigid", "impedance"):
+        settings = Settings(crank="rigid", bearings="linear", block="ground", big_ends=big_ends)
+        laws = entry.rods_in_rotation(build_model(engine, body, settings, speed, gas), speed, 36)[0].mean()
+        masses.append(-laws.acceleration[np.abs(laws.acceleration).any(axis=(1, 2)), :2, :2])
+    own = engine.rod.big_end_mass * np.eye(2)
+    np.testing.assert_allclose(masses[0] - masses[1], np.broadcast_to(own, (6, 2, 2)), atol=1e-9)
 
 
 def test_a_crank_that_only_twists_decays_as_its_modes_in_motion_do():
