@@ -5,7 +5,7 @@ The modes of a running crank differ (:mod:`cranktrain.studies.in_motion`), and i
 
 Modes are those of
 
-    M q̈ + (C − Cᵀ)/2 q̇ + K q = 0
+    M q̈ + C q̇ + K q = 0
 
 of :mod:`cranktrain.dynamics.linear` with the mean tangents of a uniform rotation: gyroscopic, centrifugal
 and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, the drive line with its discs; no
@@ -35,14 +35,15 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import Progress
 from cranktrain.dynamics.linear import SmallMotions
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
-from cranktrain.loads.damper import PARAMETERS, STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
+from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.loads.torsional_line import torsional_line
+from cranktrain.loads.torsional_line import DAMPING, torsional_line
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.structure.crank.modal import (
     KINDS,
@@ -151,30 +152,29 @@ def assurance(ones: NDArray[Any], others: NDArray[Any]) -> Array:
 
 
 def _model(engine: Engine, body: ReducedBody, level: str, damper: bool) -> ModelArrays:
-    """Running model on linear bearings and rigid ground; ``InputError`` for added bodies that have no linear form."""
+    """Undamped model on linear bearings and rigid ground; ``InputError`` for added bodies that have no linear form."""
     if reason := not_linear(engine):
         raise InputError(f"{reason}, which a Campbell diagram does not include; leave it out")
     settings = Settings(
         crank=level, bearings="held" if level == "torsional" else "linear", block="ground",
         damper="fitted" if damper else "none",
     )  # fmt: skip
-    return linear_model(replace(engine, axial_path=None), body, settings, GasTrace.from_engine(engine))
+    model = linear_model(replace(engine, axial_path=None), body, settings, GasTrace.from_engine(engine))
+    shafts = model.shaft_laws.copy()
+    shafts[:, DAMPING] = 0.0
+    return model._replace(damping=np.zeros_like(model.damping), shaft_laws=shafts)
 
 
 def _matrices(
     model: ModelArrays, motions: SmallMotions, ring: Damper | None, speed: float
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """K, C, M of small motions at a speed, undamped except for the ``ring`` of a damper."""
-    damper = dimensions(model).damper
-    laws = tangents_in_rotation(model, speed, set(range(len(model.connections))) - {damper}).mean()
-    law = np.zeros(PARAMETERS) if ring is None else damper_parameters(ring, damper_temperature(ring, speed))
+    damper, rods = dimensions(model).damper, set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
+    laws = tangents_in_rotation(model, speed, rods).mean()
+    springs = tangents_in_rotation(model, 0.0, set(range(len(model.connections))) - rods - {damper}).mean()
+    laws = laws._replace(place=laws.place + springs.place, acceleration=laws.acceleration + springs.acceleration)
     if ring is not None:
-        laws.place[damper, 0, 0] = -law[STIFFNESS]
+        law = damper_parameters(ring, damper_temperature(ring, speed))
+        laws.place[damper, 0, 0], laws.velocity[damper, 0, 0] = -law[STIFFNESS], -damping_coefficient(law)
     mass, damping, stiffness = motions.equations(speed, laws)
-    stiffness, turning, mass = (
-        0.5 * (part + sign * part.conj().T) for part, sign in ((stiffness, 1.0), (damping, -1.0), (mass, 1.0))
-    )
-    if ring is not None:
-        twist = motions.components()[motions.numbers(damper)]
-        turning = turning + damping_coefficient(law) * twist.T @ twist
-    return stiffness, turning, mass
+    return stiffness, damping, mass
