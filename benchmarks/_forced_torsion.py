@@ -1,7 +1,7 @@
 """Steady torsional vibration in the frequency domain by other ways than the product's: counterparts of its results.
 
-:func:`forced_torsion` has the cranktrain of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank` on
-bearings of level ``linear``, with and without damper; no step, no integrator. With J the ring's inertia and
+:func:`forced_torsion` has the cranktrain on bearings of level ``linear``, linearised about uniform rotation
+(:class:`PeriodicResponse`), with and without damper; no step, no integrator. With J the ring's inertia and
 link = k + iωc, the ring's twist against a hub that turns by θ is
 
     ψ = (−ω²J θ − e)/(link − ω²J),   torque on the hub −(link ψ + e)
@@ -23,6 +23,7 @@ thousandths each round gains two digits or more. The wobble of the frame
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -33,14 +34,18 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
+from cranktrain.dynamics.linear import SmallMotions
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.arrays import build_model
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import usual_level
 from cranktrain.loads.damper import STIFFNESS, damper_torque, damping_coefficient
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import GasTrace, gas_tables
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
-from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.torsion.frequency_run_up import frame_wobble
-from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
+from cranktrain.studies.torsion.rod_torque import gas_push
 
 ComplexArray = NDArray[np.complex128]
 
@@ -68,17 +73,28 @@ class OrderStructure(Protocol):
         """Samples of complex amplitudes."""
 
 
-class PeriodicResponse(PeriodicCrank):
-    """Response of a :class:`PeriodicCrank` to its forces, order by order.
+class PeriodicResponse:
+    """Response of a cranktrain on linear bearings to its rods, linearised about uniform rotation, order by order.
 
     Every order of a cycle is solved with the mean of the tangents. Their variation couples the orders; it is solved by
     GMRES, matrix-free, in the forces at samples of a cycle. The frame turns with the crank's mean rotation, as in a
-    run. Parameters are those of :class:`PeriodicCrank`.
+    run. Gravity is left out.
+
+    Parameters
+    ----------
+    engine, body : the engine and its running body, with all parts attached
+    speed : Ω, rad/s
+    gas, load : pressure trace, and share of the full-load burn
+    highest : highest order of the balance
+    mains : ``linear`` or ``held``
 
     Attributes
     ----------
+    angle : (N,) crank angle of the samples, rad
     omega : (k + 1,) angular frequencies of the orders 0, 0.5, …, rad/s
     samples : number of samples of a cycle
+    rows, forces : (m, n) motion at m components of the rods and bearings, and (N, m) forces there at rest
+    tangents : three arrays (N, m, m) of the forces by displacement, velocity and acceleration
     coupled : whether the variation over the cycle couples the orders; may be set
     """
 
@@ -92,15 +108,36 @@ class PeriodicResponse(PeriodicCrank):
         highest: float,
         mains: str = "linear",
     ) -> None:
-        super().__init__(engine, body, speed, gas, load, highest, mains)
-        self.samples = self.angle.size
+        self.samples = 8 * round(2.0 * highest)
+        self.angle: Array = np.arange(self.samples, dtype=np.float64) * (4.0 * math.pi / self.samples)
+        settings = Settings(crank="rigid", bearings=mains, block="ground", gas_load=load)
+        model = build_model(replace(engine.without_additions, axial_path=None), body, settings, speed, gas)
+        motions, laws = SmallMotions(model), tangents_in_rotation(model, speed, samples=self.samples)
+        self.mass, self.damping, self.stiffness = motions.equations(speed, laws.mean())
+        # No force acts on locked rigid motions; an added stiffness keeps their equations solvable.
+        self._scale = float(np.max(body.omega)) ** 2
+        self.stiffness += self._scale * np.diag(~self.stiffness.any(axis=0))
+        rows, forces = [], []
+        self.tangents = np.zeros((3, self.samples, len(model.ports), len(model.ports)))
+        for k, row in enumerate(model.connections):
+            size, first = int(row[at.COUPLED]), len(rows)
+            own, ports = slice(first, first + size), row[at.FIRST : at.FIRST + int(row[at.COUPLED])]
+            rows += [*motions.components()[motions.numbers(k)]]
+            forces += [*laws.forces[:, ports].T]
+            for whole, part in zip(self.tangents, laws[:3], strict=True):
+                whole[:, own, own] = part[:, k, :size, :size]
+            if row[at.OF_CYLINDER] >= 0 and row[at.TURNED] >= 0:  # the moment u × f of a rod about the crank's axis
+                rows.append(motions.port(row[at.TURNED]))
+                forces.append(np.zeros(self.samples))
+                self.tangents[0, :, first + size, own] = np.stack((forces[first + 1], -forces[first]), axis=-1)
+        self.rows, self.forces = np.array(rows), np.array(forces).T
+        self.tangents = self.tangents[:, :, : len(rows), : len(rows)]
         self.omega: Array = 0.5 * speed * np.arange(self.samples // 8 + 1, dtype=np.float64)
         self.coupled = True
-        self._known = self.forces.forces
-        self._varying = tuple(tangent - tangent.mean(axis=0) for tangent in self.forces[2:])
+        self._known = self.forces
+        self._varying = tuple(tangent - tangent.mean(axis=0) for tangent in self.tangents)
         self._flywheel: Array = body.shapes[body.index("flywheel"), 5]
         self._start: Array | None = None
-        self._scale = float(np.max(body.omega)) ** 2
 
     def response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
         """Complex amplitudes (k + 1,) of the orders of the motion ``row`` (n,).
@@ -116,11 +153,11 @@ class PeriodicResponse(PeriodicCrank):
 
     def correct(self, added: Array) -> None:
         """Take forces (N, m) into account that the linear laws do not have, from now on."""
-        self._known = self.forces.forces + added
+        self._known = self.forces + added
 
     def modal_response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
         """Complex amplitudes (k + 1, n) of the modes; arguments and errors as of :meth:`response`."""
-        rows, w = self.forces.rows, self.omega[:, None, None]
+        rows, w = self.rows, self.omega[:, None, None]
         dynamic = self.stiffness + 1j * w * self.damping - w**2 * self.mass
         dynamic = dynamic + added[:, None, None] * np.outer(row, row)
         # The frame turns with the crank's mean rotation: in its place the mean torque of the shaft is sought, which
@@ -349,22 +386,23 @@ def torsional_response(
     crank = PeriodicResponse(engine, body, speed, gas, load, highest, usual_level("torsional"))
     pulley, flywheel = (body.shapes[body.index(name), 5] for name in ("pulley", "flywheel"))
     nothing = np.zeros(crank.omega.size, dtype=complex)
-    laws, w = crank.forces, crank.omega[:, None]
+    w = crank.omega[:, None]
     follows = frame_wobble(speed, crank.omega)
-    largest = float(np.abs(laws.forces).max())
-    added = np.zeros_like(laws.forces)
+    largest = float(np.abs(crank.forces).max())
+    added = np.zeros_like(crank.forces)
     for round_ in range(1, _HELD_ROUNDS + 1):
         modes = crank.modal_response(pulley, nothing, nothing)
         turning_swing = np.where(crank.omega > 0.0, pulley[5] * modes[:, 5], 0.0)
         frame = follows * turning_swing
-        spectrum = modes @ laws.rows.T
+        spectrum = modes @ crank.rows.T
         motions = [crank.signal((1j * w) ** order * spectrum) for order in range(3)]
-        tangent = laws.forces.copy()
-        for law, motion in zip(laws[2:], motions, strict=True):
+        tangent = crank.forces.copy()
+        for law, motion in zip(crank.tangents, motions, strict=True):
             tangent += np.einsum("tij,tj->ti", law, motion)
-        turn, turning, swing = (motion[:, 2::3] for motion in motions)
+        turn, turning, swing = (motion[:, : engine.n_cylinders] for motion in motions)
         push = gas_forces(engine, speed, crank.angle[:, None] + turn, gas, load)
-        exact = exact_rod_forces(engine, body, speed, crank.angle, push, turn, turning, swing)
+        exact = tangent.copy()
+        exact[:, : engine.n_cylinders] = exact_rod_torques(engine, body, speed, crank.angle, push, turn, turning, swing)
         before, added = added, exact - tangent
         if np.abs(added - before).max() <= _HELD_SETTLED * largest:
             return HeldResponse(speed, modes @ pulley - frame, modes @ flywheel - frame, turning_swing, round_)
@@ -372,7 +410,19 @@ def torsional_response(
     raise SolverError(f"the orders do not settle at {speed * 30.0 / math.pi:.0f} rev/min; the crank twists too far")
 
 
-def exact_rod_forces(
+def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace, load: float) -> Array:
+    """Gas force (N, c) of each cylinder at crank angles, gauge pressure times piston area as in a run, N.
+
+    ``angle`` is (N,) for all cylinders or (N, c) for each; ``speed`` (rad/s), one value or (N,), scales the burn.
+    """
+    area = 0.25 * math.pi * engine.cylinders.bore**2
+    share = np.maximum(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
+    own = np.reshape(angle, (len(angle), -1)) - np.array(engine.firing_angles)
+    motored, rise = gas_push(gas_tables(gas), area, own)
+    return np.asarray(motored - area * at.AMBIENT + np.atleast_1d(share)[:, None] * rise)
+
+
+def exact_rod_torques(
     engine: Engine,
     body: ReducedBody,
     speed: float,
@@ -382,22 +432,21 @@ def exact_rod_forces(
     rate: Array,
     acceleration: Array,
 ) -> Array:
-    """Forces (N, 3 c) along x and y and moments about z of the rods on pins that run on their circles.
+    """Torques (N, c) of the rods about the axis, on pins that run on their circles.
 
     ``angle`` (N,) of the frame, ``push`` (N, c) gas forces, N; ``turn``, ``rate`` and ``acceleration`` (N, c) of the
-    pins in the frame, rad, s. A moment is that of the force on the way its pin has moved, as
-    :func:`cranktrain.structure.in_motion.periodic_forces.rod_forces` has it.
+    pins in the frame, rad, s.
     """
     rod, cylinders = engine.rod, engine.cylinders
     remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass
     out = np.zeros(16)
-    forces = np.zeros((angle.size, 3 * engine.n_cylinders))
+    torques = np.zeros((angle.size, engine.n_cylinders))
     for c in range(engine.n_cylinders):
         x0, y0 = body.positions[body.index(f"pin[{cylinders.pins[c]}]"), :2]
         down = GRAVITY * math.sin(cylinders.bank_angles[c]), GRAVITY * math.cos(cylinders.bank_angles[c])
         for k, frame in enumerate(angle):
             lead = turn[k, c]
-            # The pin's place on its circle in cylinder axes, and in the frame's.
+            # The pin's place on its circle in cylinder axes.
             theta = frame - cylinders.bank_angles[c]
             cos, sin = math.cos(theta + lead), math.sin(theta + lead)
             x, y = cos * x0 - sin * y0, sin * x0 + cos * y0
@@ -406,9 +455,5 @@ def exact_rod_forces(
                 x, y, -w * y, w * x, -(w**2) * x - a * y, -(w**2) * y + a * x, push[k, c], rod.length,
                 rod.big_end_mass, oscillating, remainder, cylinders.pin_offset, *down, out,
             )  # fmt: skip
-            cos, sin = math.cos(theta), math.sin(theta)
-            f_x, f_y = cos * out[0] + sin * out[1], cos * out[1] - sin * out[0]
-            moved_x = math.cos(lead) * x0 - math.sin(lead) * y0 - x0
-            moved_y = math.sin(lead) * x0 + math.cos(lead) * y0 - y0
-            forces[k, 3 * c : 3 * c + 3] = f_x, f_y, moved_x * f_y - moved_y * f_x
-    return forces
+            torques[k, c] = x * out[1] - y * out[0]
+    return torques

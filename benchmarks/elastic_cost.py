@@ -40,9 +40,9 @@ from cranktrain.film.elastic.grid import ROUGHNESS, ElasticGrid
 from cranktrain.film.elastic.result import film_figures, film_forces
 from cranktrain.film.elastic.workspace import FAILED
 from cranktrain.film.laws.ehd import FINE as GRID
-from cranktrain.film.laws.ehd import ElasticBore, pressure_peaks
+from cranktrain.film.laws.ehd import ElasticBore
 from cranktrain.film.laws.film_solution import EVALUATIONS, PASSES, TANGENTS
-from cranktrain.film.laws.pressure_peak import PEAK
+from cranktrain.film.laws.pressure_peak import PEAK, pressure_peaks
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]
@@ -106,7 +106,7 @@ def measured(grid: ElasticGrid = GRID, **choices: Any) -> Found:
     every = round(count * COMMON / (4.0 * math.pi))
     names = list(run.output_names)
     mains = [names.index(f"bearing[{i + 1}].film_thickness_min") for i in range(len(bore.viscosities))]
-    peaks = pressure_peaks(run.model.films)
+    peaks = pressure_peaks(run.model.films.entry)
     assert peaks is not None
     kept = rows[every - 1 :: every]
     figures = {

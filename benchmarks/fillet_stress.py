@@ -14,13 +14,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from cranktrain.core.threads import one_thread
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.reduction import crankshaft_interfaces
 from cranktrain.structure.crank.shape import fillet_ends
 from cranktrain.structure.fem.craig_bampton import Flexibility, rigid_motions
 from cranktrain.structure.fem.elasticity import component_dofs, finite_elements, sample, scalar_basis
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.mesh import crankshaft_mesh
 from cranktrain.structure.stress.features import surface_features

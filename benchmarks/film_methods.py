@@ -21,8 +21,7 @@ from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time import integrators
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.ehd import pressure_peaks
-from cranktrain.film.laws.pressure_peak import PEAK
+from cranktrain.film.laws.pressure_peak import PEAK, pressure_peaks
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]
@@ -43,7 +42,7 @@ def extremes(name: str, rpm: float, choices: dict[str, Any]) -> tuple[Array, Arr
     for k in range(CYCLES * PER_CYCLE):
         run.step((k + 1) * 4.0 * math.pi / run.inputs[0] / PER_CYCLE)
         least[k] = run.outputs[at]
-    peaks = pressure_peaks(run.model.films)
+    peaks = pressure_peaks(run.model.films.entry)
     assert peaks is not None
     return least[-PER_CYCLE:].min(axis=0), peaks[:, PEAK]
 

@@ -11,25 +11,27 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.linear import SmallMotions
+from cranktrain.dynamics.model.arrays import build_model
+from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.films import PLANE_BY_PLACE, PLANE_BY_VELOCITY
 from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
-from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank.modal import KINDS, at_largest, energy_shares, main_springs
-from cranktrain.structure.in_motion.periodic_forces import main_forces
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain.studies.torsion.damped_modes import damped_modes
-from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0
 SPEEDS = (1240.0, 1660.0, 1980.0)
@@ -54,21 +56,19 @@ def tangents(simulation: Simulation, bearing: int, speed: float, rows: dict[str,
 
 
 def mean_films(simulation: Simulation, speed: float) -> tuple[Array, Array, list[list[float]]]:
-    """Means of all films' tangents (2b, 2b) in axes of the crank, and their stiffness at x and y over the springs'."""
+    """Means of all films' tangents (b, 2, 2) in axes of the crank, and their stiffness at x and y over the springs'."""
     rows, angle = cycle_of(simulation, speed)
     cos, sin = np.cos(angle), np.sin(angle)
     turn = np.stack((np.stack((cos, -sin), axis=-1), np.stack((sin, cos), axis=-1)), axis=-2)
     back = turn.transpose(0, 2, 1)
-    b = simulation.model.bearings.shape[0]
-    place, velocity, over = np.zeros((2 * b, 2 * b)), np.zeros((2 * b, 2 * b)), []
+    place, velocity, over = [], [], []
     for i, springs in enumerate(main_springs(simulation.engine)):
         by_place, by_velocity = tangents(simulation, i, speed, rows)
-        at = slice(2 * i, 2 * i + 2)
         damping = back @ by_velocity @ turn
-        place[at, at] = (back @ by_place @ turn + speed * damping @ ACROSS).mean(axis=0)
-        velocity[at, at] = damping.mean(axis=0)
+        place.append((back @ by_place @ turn + speed * damping @ ACROSS).mean(axis=0))
+        velocity.append(damping.mean(axis=0))
         over.append([float(-by_place[:, k, k].mean() / springs[k]) for k in (0, 1)])
-    return place, velocity, over
+    return np.array(place), np.array(velocity), over
 
 
 def cycle_of(simulation: Simulation, speed: float) -> tuple[dict[str, Array], Array]:
@@ -84,21 +84,20 @@ def measured(made: Assembly, runs: SteadyRuns, rpm: float) -> dict[str, Any]:
     speed = rpm * RPM
     learned = runs.at(speed).start.learned
     place, velocity, over = mean_films(runs.simulation, speed)
-    crank = PeriodicCrank(made.engine, made.body, speed, GasTrace.from_engine(made.engine), 1.0, 4.0, "linear")
-    springs = main_forces(made.engine, made.body, speed, crank.angle)
-    stiffness = springs.rows.T @ (springs.by_place.mean(axis=0) - place) @ springs.rows
-    damping = springs.rows.T @ (springs.by_velocity.mean(axis=0) - velocity) @ springs.rows
-    thrust = made.body.shapes[made.body.index("thrust"), 2]
-    thrust = np.outer(thrust, thrust)
-    law = made.engine.thrust
+    settings = Settings(bearings="linear", block="ground")
+    plain = replace(made.engine, axial_path=None)
+    model = build_model(plain, made.body, settings, speed, GasTrace.from_engine(made.engine))
+    motions, springs, thrust = SmallMotions(model), tangents_in_rotation(model, speed).mean(), dimensions(model).thrust
     found: dict[str, Any] = {"films_over_springs": over}
     for films in (0.0, 1.0):
         for closed in (1.0, 0.0):
-            modes = damped_modes(
-                crank.stiffness + films * stiffness - (1.0 - closed) * closed_stiffness(law) * thrust,
-                crank.damping + films * damping - (1.0 - closed) * law.damping * thrust,
-                crank.mass,
-            )
+            laws = springs._replace(place=springs.place.copy(), velocity=springs.velocity.copy())
+            if films:
+                laws.place[: len(place), :2, :2], laws.velocity[: len(place), :2, :2] = place, velocity
+            laws.place[thrust] *= closed
+            laws.velocity[thrust] *= closed
+            mass, damping, stiffness = motions.equations(speed, laws)
+            modes = damped_modes(stiffness, damping, mass)
             shown = (modes.hz > RANGE[0]) & (modes.hz < RANGE[1])
             shares = energy_shares(made.engine, made.body, at_largest(modes.shapes[:, shown]), rods=True)
             torsion = shares[:, KINDS.index("torsional")]

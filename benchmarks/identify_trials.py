@@ -35,11 +35,11 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import CranktrainError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import ENCODERS
 from cranktrain.structure.assembly import Assembly
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.advice import advised
 from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import confidence_of, profiles

@@ -30,13 +30,13 @@ import numpy as np
 
 import cranktrain as ct
 from cranktrain.core.errors import CranktrainError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.structure.assembly import assemble
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain_lab.identification.orbit_runs import HIGHEST, Series
 

@@ -22,15 +22,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from benchmarks._watch_chart import draw
 
+from cranktrain.core.threads import one_thread
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.structure.assembly import assemble
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain_lab.watch.defects import LOAD, MISFIRE, Case, Defect
-from cranktrain_lab.watch.model import ComplexArray, Place, TorsionalAnswers
+from cranktrain_lab.watch.recordings import ComplexArray, Place, TorsionalAnswers
 from cranktrain_lab.watch.scatter import real_rows
 from cranktrain_lab.watch.watch import Watch
 

@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 VIEWS = "cranktrain.results.views"
 BEHIND_THE_FACE = (
-    "cranktrain.results.run.Run", f"{VIEWS}.series.Series", f"{VIEWS}.time_series.TimeSeries",
+    "cranktrain.results.run.Run", f"{VIEWS}.plot_data.Series", f"{VIEWS}.time_series.TimeSeries",
     f"{VIEWS}.over_speed.OrdersOverSpeed", f"{VIEWS}.over_speed.Campbell", f"{VIEWS}.found.VerbResult",
     f"{VIEWS}.frequencies.Frequencies",
 )  # fmt: skip

@@ -27,7 +27,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain_lab.measured.order_table import write_orders
 from cranktrain_lab.measured.tracking import Orders
 from cranktrain_lab.watch.defects import MISFIRE
-from cranktrain_lab.watch.model import ComplexArray, Place, TorsionalAnswers
+from cranktrain_lab.watch.recordings import ComplexArray, Place, TorsionalAnswers
 from cranktrain_lab.watch.watch import Watch
 
 ENGINE, CYLINDER, LOST = "diesel_i6", 3, 0.2

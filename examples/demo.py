@@ -24,23 +24,23 @@ import fmpy
 import matplotlib.pyplot as plt
 
 from cranktrain.core import machine_code
-from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results import plots
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
+from cranktrain.results.pictures.files import save_picture
+from cranktrain.results.pictures.modes import mode_picture
 from cranktrain.results.tables import frequency_tables
 from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.modal import modal_report
-from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, surface_shape
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 
 ROOT = Path(__file__).resolve().parents[1]
 SPEED_RPM = 2000.0
 STOP_TIME = 0.5
 COMMUNICATION_STEP = math.radians(2.5) / (SPEED_RPM * math.pi / 30.0)  # s, one internal step
-MAX_TURN = 0.16  # rad, how far the drawn torsional shape turns at most
 STARTED = time.perf_counter()
 
 
@@ -59,7 +59,8 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
         report = modal_report(engine, bare)
         report["critical_speeds"] = critical_speeds(engine, complete_crankshaft(engine, bare))
         draw_frequencies(engine, report, out)
-        draw_first_torsional(engine, bare, report, out)
+        shape = mode_picture(engine, bare, "torsional", free=True)
+        save_picture(out / "first_torsional_mode.png", shape, shape.enlargement)
         if compiling.poll() is None:
             say("waiting for the kernels' machine code")
             compiling.wait()
@@ -103,31 +104,6 @@ def draw_frequencies(engine: Engine, report: dict[str, Any], out: Path) -> None:
         ]
     save(figure, out / "frequencies.png")
     (out / "frequencies.txt").write_text("\n".join(lines), encoding="utf-8")
-
-
-def draw_first_torsional(engine: Engine, bare: ReducedBody, report: dict[str, Any], out: Path) -> None:
-    """Rendered first torsional shape of the free crankshaft with flywheel and pulley."""
-    crankshaft = complete_crankshaft(engine, bare)
-    frequency = report["crankshaft_free"]["torsional_hz"][0]
-    mode = int(np.argmin(np.abs(crankshaft.frequencies_hz - frequency)))
-    points, triangles, displacement = surface_shape(engine, crankshaft, mode)
-    on_axis = [k for k, name in enumerate(crankshaft.interfaces) if name.startswith(("main", "pulley", "flywheel"))]
-    on_axis.sort(key=lambda k: crankshaft.positions[k, 2])
-    turn = crankshaft.shapes[on_axis, 5, mode]
-    turn, scale = turn / turn[np.abs(turn).argmax()], MAX_TURN / turn[np.abs(turn).argmax()]
-    values = np.interp(points[:, 2], crankshaft.positions[on_axis, 2], turn)
-    figure = plt.figure(figsize=(11, 5.6))
-    ax = figure.add_axes((0.02, -0.3, 0.86, 1.55), projection="3d")
-    surface = plots.plot_mode_shape(ax, points, triangles, displacement, values, "rotation", scale)
-    bar = figure.colorbar(surface, cax=figure.add_axes((0.92, 0.2, 0.015, 0.6)))
-    bar.set_label("rotation about the crank axis, largest = 1")
-    figure.suptitle(
-        f"{engine.title}: first torsional mode of the free crankshaft with flywheel and pulley, {frequency:.1f} Hz\n"
-        f"finite elements, {bare.quality['dofs_full']:.0f} degrees of freedom; pulley end left, shape enlarged",
-        fontsize=11,
-        y=0.98,
-    )
-    save(figure, out / "first_torsional_mode.png")
 
 
 def built_fmu(engine: Engine) -> Path:

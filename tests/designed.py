@@ -4,9 +4,8 @@ import warnings
 
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.design.layouts import layout
-from cranktrain.studies.design.options import BARE
 from cranktrain.studies.design.rules import document
-from cranktrain.studies.design.sizes import sizes
+from cranktrain.studies.design.sizes import BARE, sizes
 
 
 def designed(folder, name, bore=0.0825, stroke=0.0928, bank=None, equipment=BARE, **further):

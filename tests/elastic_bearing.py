@@ -15,7 +15,7 @@ from cranktrain.film.elastic.grid import (
     ElasticGrid,
 )
 from cranktrain.film.elastic.grid import VISCOSITY as VISCOSITY_AT
-from cranktrain.film.elastic.workspace import WEIGHT, lane_work
+from cranktrain.film.elastic.workspace import PREPARED, WEIGHT, lane_work
 from cranktrain.film.laws.ehd import elastic_memory
 
 DIAMETER, WIDTH, CLEARANCE, VISCOSITY, SPEED = 0.085, 0.030, 40e-6, 0.0143, 209.4
@@ -57,6 +57,7 @@ class Bearing:
     def solve(self, position, velocity=(0, 0, 0, 0), speed=SPEED, dt=np.inf, gain=None, tangents=True):
         """Solve at a position (m) and velocity (m/s); the result's status."""
         self.memory.motions[0], self.memory.speeds[0] = [position, velocity], speed
+        self.work.marks[0, 0, PREPARED] = 0.0
         clock = float(dt), float(dt if gain is None else gain)
         viscosity = float(self.film.constants[VISCOSITY_AT])
         return elastic_film(self.film, self.work, 0, clock, self.memory, viscosity, tangents)

@@ -26,6 +26,12 @@ def with_value(text, name, value, unit=None):
     return with_line(text, name, re.sub(r'unit = ".*?"', f'unit = "{unit}"', line) if unit else line)
 
 
+def coarse_text(name, size, count=0):
+    """Text of an engine file with elements of other edges, mm; of all bodies, or of so many, the crank first."""
+    text = engine_path(name).read_text("utf-8")
+    return re.sub(r"mesh_size = \{ value = [0-9.]+", f"mesh_size = {{ value = {size:g}", text, count=count)
+
+
 def read(folder, text):
     """Engine of a text, from a file of its own."""
     path = folder / "own.toml"

@@ -20,7 +20,7 @@ import numpy as np
 from cranktrain.core.kernel import RECORDS, keep_record
 from cranktrain.dynamics.model import pack as model_pack
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.basis import basis
+from cranktrain.dynamics.model.arrays import basis
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.state import AUXILIARY, HISTORY, film_offset, offset, state_size
 from cranktrain.dynamics.model.workspace import make_work
@@ -35,6 +35,7 @@ from cranktrain.dynamics.start import mean_motion
 from cranktrain.dynamics.start.mean_motion import ORDERS as ORDERS  # half orders of torque by which a block rocks
 from cranktrain.dynamics.start.mean_motion import carried as carried
 from cranktrain.dynamics.start.mean_motion import rigid_start as rigid_start
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.arrays import lay_topology
@@ -394,7 +395,7 @@ def _at_ports(model, q):
     u = np.zeros(dimensions(model).ports)
     for row in model.bodies.rows:
         ports, width = row[top.PORTS], row[top.MODES]
-        own = model.bodies.shapes[row[top.OWN_PORT] : row[top.OWN_PORT] + ports, :width]
+        own = model.bodies.shapes[row[top.PORT] : row[top.PORT] + ports, :width]
         u[row[top.PORT] : row[top.PORT] + ports] = own @ q[row[top.MODE] :][:width]
     return u
 
@@ -463,7 +464,8 @@ def measured(end, frame, given, along, about, theta, motion, sign=1.0, sliding=N
 def measured_by(topology, theta):
     """What components of a topology's connections measure of its interfaces' motions, (C, 6 i), at a crank angle."""
     made = lay_topology(topology, Base(None, None, 0, 0, 0))
-    links, found = made.connections, np.zeros((len(made.connections.scales), made.bodies.shapes.shape[0]))
+    links, ports = made.connections, sum(len(body.shapes) for body in made.bodies)
+    found = np.zeros((len(links.scales), ports))
     terms, coefficients = links.terms, np.zeros((len(links.terms), 2))
     fill_coefficients(terms, frames_at(links.frames, theta), 0.0, coefficients)
     np.add.at(found, (terms[:, top.COMPONENT].astype(int), terms[:, top.TERM_PORT].astype(int)),
@@ -492,8 +494,16 @@ def stroke(model, c):
 def rigid_torque(model, speed, samples):
     """Torque (samples,) of all rods on a rigid crank at even angles of two turns from 0."""
     found = np.zeros(samples)
-    mean_motion.rigid_torque(model, speed, np.zeros(40), found)
+    mean_motion.rigid_torque(model, speed, np.zeros(of_law.NUMBERS), np.zeros(of_law.SIZE), found)
     return found
+
+
+def rods_in_rotation(model, speed, samples):
+    """Tangents of the rods in rotation, their forces (N, c, 2) on the pins, and by displacement (N, c, 2, 2)."""
+    rows = model.cylinders[:, at.END_ROW].astype(int)
+    found = tangents_in_rotation(model, speed, rows, samples)
+    ports = model.connections[rows][:, at.FIRST : at.FIRST + 2]
+    return found, found.forces[:, ports], found.place[:, rows, :2, :2]
 
 
 def leaning(model, speed):

@@ -25,11 +25,11 @@ from benchmarks.peer_programs.environment import ONE_THREAD, Absent
 from skfem import MeshTet2
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.threads import one_thread
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import Material
 from cranktrain.structure.fem import elasticity
 from cranktrain.structure.fem.craig_bampton import Flexibility, eigenmodes, rigid_motions
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.mesh import crankshaft_mesh
 
 ELASTIC, RIGID = 20, 6

@@ -60,6 +60,7 @@ from cranktrain.structure.in_motion.topology_modes import topology_modes as topo
 from cranktrain.studies.scene import load_scene as load_scene
 from cranktrain_lab.cli.couple import Couple as Couple
 from cranktrain_lab.cli.couple import couple as couple
+from cranktrain_lab.cli.explore import explore as explore
 from cranktrain_lab.cli.harness import RunHarness as RunHarness
 from cranktrain_lab.cli.harness import harness as harness
 from cranktrain_lab.cli.identify import Identify as Identify
@@ -72,11 +73,10 @@ from cranktrain_lab.cli.stability import Stability as Stability
 from cranktrain_lab.cli.stability import stability as stability
 from cranktrain_lab.cli.tradeoff import TradeOff as TradeOff
 from cranktrain_lab.cli.tradeoff import tradeoff as tradeoff
+from cranktrain_lab.cli.variants import optimize as optimize
+from cranktrain_lab.cli.variants import vary as vary
 from cranktrain_lab.cli.watch import Watch as Watch
 from cranktrain_lab.cli.watch import watch as watch
-from cranktrain_lab.library.explore import explore as explore
-from cranktrain_lab.library.variants import optimize as optimize
-from cranktrain_lab.library.variants import vary as vary
 from cranktrain_lab.measured.reading import read_measured as read_measured
 from cranktrain_lab.variants.results.variants import Variants as Variants
 

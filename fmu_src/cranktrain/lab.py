@@ -19,33 +19,16 @@ FUNCTIONS = {
 }
 """Function of each verb, ``module:function``."""
 NAMES = {
-    "Variants": "cranktrain_lab.variants.results.variants",
-    "analyse_measured": f"{CLI}.measured",
-    **{
-        name: f"{CLI}.{name}"
-        for name in (
-            "couple",
-            "harness",
-            "identify",
-            "run_in",
-            "stability",
-            "tradeoff",
-            "watch",
-        )
-    },
-    "AnalyseMeasured": f"{CLI}.measured",
-    "Couple": f"{CLI}.couple",
-    "RunHarness": f"{CLI}.harness",
-    "Identify": f"{CLI}.identify",
-    "RunIn": f"{CLI}.run_in",
-    "Stability": f"{CLI}.stability",
-    "TradeOff": f"{CLI}.tradeoff",
-    "Watch": f"{CLI}.watch",
-    "explore": "cranktrain_lab.library.explore",
-    "optimize": "cranktrain_lab.library.variants",
-    "read_measured": "cranktrain_lab.measured.reading",
-    "vary": "cranktrain_lab.library.variants",
-}
+    name: f"{CLI}.{module}"
+    for module, names in {
+        "couple": ("couple", "Couple"), "explore": ("explore",), "harness": ("harness", "RunHarness"),
+        "identify": ("identify", "Identify"), "measured": ("analyse_measured", "AnalyseMeasured"),
+        "run_in": ("run_in", "RunIn"), "stability": ("stability", "Stability"), "tradeoff": ("tradeoff", "TradeOff"),
+        "variants": ("optimize", "vary"), "watch": ("watch", "Watch"),
+    }.items()
+    for name in names
+}  # fmt: skip
+NAMES |= {"Variants": "cranktrain_lab.variants.results.variants", "read_measured": "cranktrain_lab.measured.reading"}
 """Names of the library and their modules."""
 FILE_KINDS = {
     "harness": ("Harness file of cranktrain", "cranktrain_lab.harness.tables:HarnessTable"),

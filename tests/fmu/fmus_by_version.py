@@ -9,9 +9,8 @@ import pytest
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
-from cranktrain.fmu.engine_fmu import build, engine_interface
+from cranktrain.fmu.engine_fmu import build, engine_interface, with_starts
 from cranktrain.fmu.flat import FlatModel
-from cranktrain.fmu.start_levels import with_starts
 from cranktrain.structure.assembly import running_crank
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 

@@ -8,7 +8,6 @@ from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 
-import build_fmu as command
 import numpy as np
 import pytest
 from fmpy import extract, read_model_description, simulate_fmu
@@ -18,7 +17,7 @@ from fmus_by_version import torsional_fmu
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
-from cranktrain.fmu.clocks import clock_table
+from cranktrain.fmu.description3 import clock_table
 from cranktrain.fmu.engine_fmu import engine_interface, product
 from cranktrain_lab.coupling.fmu3_unit import open_fmu
 
@@ -192,19 +191,6 @@ def test_our_own_master_takes_an_fmu_with_clocks(fmus):
         unit.step(0.0, 1e-4)
         assert 0.0 < unit.read()[0] < 1.0
     assert not any("dead_centre" in name for name in unit.outputs)
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        (("diesel_i6", "--clocks"), "--clocks are of FMI 3.0; add --fmi 3.0"),
-        (("combustion_i6", "--clocks", "--fmi", "3.0"), "clocks tick at dead centres of an engine's or a scene's FMU"),
-    ],
-)
-def test_clocks_that_cannot_be_are_refused_in_one_line(given, words, tmp_path, capsys):
-    assert command.main([*given, "-o", str(tmp_path)]) == 2
-    [line] = capsys.readouterr().err.splitlines()
-    assert words in line and list(tmp_path.iterdir()) == []
 
 
 def test_clocks_are_of_fmi_3(tmp_path):

@@ -6,9 +6,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from refusals import refused_files
 from small_fmus import MASS, edited, small_fmu
 
-from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import describe_fmu
 from cranktrain.store.hdf5 import read_result
 from cranktrain_lab.harness.file import load_harness
@@ -74,22 +74,6 @@ def test_an_engine_has_its_valve_train_or_not(tmp_path):
     assert set(load_harness(path).units) == {"combustion", "cranktrain"}
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("valvetrain = false\n[units.valvetrain]\nrecord = []", "leave one of them out"),
-        ("valvetrain = 0", "valvetrain: 0 is not true or false"),
-        ('[units.valvetrain]\nbuild = "valvetrain_i7"', "did you mean 'valvetrain_i6'"),
-        ("[units]\ncombustion = 5", "units.combustion"),
-    ],
-)
-def test_a_valve_train_that_cannot_be_is_refused(tmp_path, text, said):
-    path = tmp_path / "harness.toml"
-    path.write_text(ENGINE.format(text), "utf-8")
-    with pytest.raises(InputError, match=said):
-        load_harness(path)
-
-
 def test_what_fails_is_told(harness):
     """Exit code 1, the number that was found, a failure in JUnit's file; an end that nobody expected is an error."""
     text = MASSES.replace("expected = -0.8668", "expected = 0.5") + "\n[[scenario]]\nname = 'unexpected'\n"
@@ -127,51 +111,7 @@ def test_equal_seeds_give_equal_runs(harness):
     assert one == same != other
 
 
-WRONG = [
-    ("stop_s = 2.0\nstep_s", "stop_s = 2.0\ncycles = 3\nstep_s", "both cycles and stop_s; give one of them"),
-    ("stop_s = 2.0\nstep_s", "stop_s = -1\nstep_s", "stop_s -1 must be above zero"),
-    ('scheme = "gauss-seidel"', 'scheme = "gaus-seidel"', "did you mean 'gauss-seidel'"),
-    ('scheme = "gauss-seidel"', 'shceme = "jacobi"', "unknown key 'shceme'; did you mean 'scheme'"),
-    ('scheme = "gauss-seidel"', 'scheme = "iterative"', "mass, spring cannot keep and restore its state"),
-    ('fmu = "Mass.fmu"', 'fmu = "Mas.fmu"', "units.mass.fmu: Mas.fmu does not exist"),
-    ('fmu = "Mass.fmu"', 'build = "diesel_i5"', "units.mass.build: "),
-    ("stop_s = 2.0\nstep_s", "stop_s = 2.0\nvalvetrain = false\nstep_s", "name an engine, or leave it out"),
-    ('"mass.place -> spring.place"', '"mas.place -> spring.place"', "no unit 'mas'; did you mean 'mass'"),
-    ('"mass.place -> spring.place"', '"mass.plase -> spring.place"', "mass has no output 'plase'; did you"),
-    ('"mass.place -> spring.place"', '"mass.place to spring.place"', "is not 'unit.output -> unit.input'"),
-    ("stiffness = 2.0", "stifness = 2.0", "spring: there is no variable 'stifness'; did you mean 'stiffness'"),
-    ("stiffness = 2.0", "stiffness = { value = 2.0, unit = 'furlogn' }", "unit 'furlogn' is not known"),
-    ('given = ["spring.force * mass.speed"]', 'given = ["spring.force"]', "is not 'unit.variable * unit.variable'"),
-    ('input = "spring.anchor", at_s', 'input = "spring.anker", at_s', "no such input; did you mean 'anchor'"),
-    ('input = "spring.anchor", at_s', 'input = "spring.place", at_s', "it is connected by mass.place -> "),
-    ("at_s = 1.0, value", "at_s = -1.0, value", "at_s = -1 is not within the scenario"),
-    ("at_s = 1.0, value", "at_cycles = 1.0, value", "at_cycles needs speed_rpm"),
-    ('input = "mass.force", rms', 'input = "spring.anker", rms', "noise on spring.anker: spring has no such input"),
-    ('input = "mass.force", gives', 'input = "spring.anchor", gives', "nothing is connected to it; did you mean"),
-    ("from_s = 0.5, to_s = 1.5", "from_s = 1.5, to_s = 0.5", "from 1.5 s must be before to 0.5 s"),
-    ("ramp = [", 'step = [{ input = "spring.anchor", at_s = 1, value = 0 }]\nramp = [', "is changed twice"),
-    ('kind = "hangs"', 'kind = "hang"', "kind 'hang' does not exist; did you mean 'hangs'"),
-    ('output = "force", at_s', 'output = "forse", at_s', "spring.forse is not an output; did you mean 'force'"),
-    ('what = "final"', 'what = "finale"', "what 'finale' does not exist; did you mean 'final'"),
-    ('output = "mass.place", what = "final"', 'output = "mass.force", what = "final"', "an input, which is not"),
-    ('output = "mass.place", what = "final"', 'output = "mass.place", order = 1', "orders need angle or speed_rpm"),
-    ('residual = "spring"', 'residual = "springs"', "there is no power bond 'springs'; did you mean 'spring'"),
-    ('ratio_to = "free"', 'ratio_to = "fre"', "ratio_to: 'fre' is no other scenario; did you mean 'free'"),
-    ("tolerance = 1e-12", "tolerances = 1e-12", "unknown key 'tolerances'; did you mean 'tolerance'"),
-    ("least = 0.02, most = 0.3", "least = 0.3, most = 0.02", "least 0.3 is above most 0.02"),
-    ('name = "spring dies"', 'name = "spring fails"', "two scenarios are named 'spring fails'"),
-    ('name = "spring dies"', 'name = "../dies"', "give one of letters, digits and blanks"),
-    ("at_s = 1.0, value = 1.5", "at_s = 1.0, value = '1.5 mm'", "'mm' is given, and the variable declares none"),
-    ("stiffness = 2.0", "stiffness = '2 N/mm'", "spring: stiffness: unit 'N/mm' is given, and the variable declares"),
-    ("stiffness = 2.0", "stiffness = '2'", "spring: stiffness: '2' is a text without a unit; write 2 without quotes"),
-    ("rms = 0.1, ", "rms = '0.1 N', ", "scenario 'ramp and noise': noise on mass.force: unit 'N' is given, and the"),
-    ("expected = -0.8668, absolute = 0.02", "most = '-866.8 mm'", "assert 1: unit 'mm' is given, and the variable"),
-    ("at_s = 1.0, value = 1.5", "at_s = '1 mm', value = 1.5", "at_s: unit 'mm' measures length, not time; did you"),
-    ("stop_s = 2.0\nstep_s", "stop_s = '2 min\u00b2'\nstep_s", "stop_s: unit 'min\u00b2' does not measure time"),
-]
-
-
-@pytest.mark.parametrize(("text", "wrong", "said"), WRONG)
+@pytest.mark.parametrize(("text", "wrong", "said"), refused_files()["masses"]["with_fmus"])
 def test_wrong_entries_are_one_line_before_anything_is_run(harness, text, wrong, said):
     assert text in MASSES
     code, found, err = harness(MASSES.replace(text, wrong, 1), "--junit", "out.xml")

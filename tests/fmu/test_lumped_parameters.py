@@ -18,10 +18,9 @@ from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.carried import carried_levels
 from cranktrain.fmu.description import expand
-from cranktrain.fmu.engine_fmu import engine_interface, family_counts, full_interface
+from cranktrain.fmu.engine_fmu import engine_interface, family_counts, full_interface, start_settings, with_starts
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.geometry import geometry, start_values, with_geometry
-from cranktrain.fmu.start_levels import start_settings, with_starts
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.structure.crank.level import bare_crank, running_crank
 

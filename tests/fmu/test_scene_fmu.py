@@ -7,12 +7,12 @@ import zipfile
 import build_fmu
 import pytest
 from coarse_engines import COARSE, coarse
+from engine_texts import coarse_text
 from film_tables import coarse_mains
 from fmpy import read_model_description
 from some import some
 
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.engine.file import engine_path
 from cranktrain.fmu import flat
 from cranktrain.fmu.build import build_scene
 from cranktrain.studies.planning.planning import plan
@@ -45,10 +45,7 @@ def scene(request, tmp_path_factory):
     """Scene on a coarse engine, with method and step fixed."""
     name, wishes = SCENES[request.param]
     folder = tmp_path_factory.mktemp("scene")
-    text = engine_path(name).read_text(encoding="utf-8")
-    size = f"mesh_size = {{ value = {1e3 * COARSE[name]:g}"
-    text = re.sub(r"mesh_size = \{ value = [0-9.]+", size, text, count=1)
-    (folder / "engine.toml").write_text(text, encoding="utf-8")
+    (folder / "engine.toml").write_text(coarse_text(name, 1e3 * COARSE[name], count=1), encoding="utf-8")
     frequency = 50 if "rigid" in request.param else 500
     path = folder / f"{request.param}.toml"
     path.write_text(
@@ -127,9 +124,7 @@ def test_the_library_finds_nothing_wrong(scene_fmu, script):
     script("from fmpy.validation import validate_fmu\nassert validate_fmu(sys.argv[1]) == []", scene_fmu)
 
 
-def test_engine_options_do_not_go_with_a_scene(scene, capsys):
-    assert build_fmu.main([str(scene.path), "--no-film-table"]) == 2
-    assert "belongs to an engine" in capsys.readouterr().err
+def test_a_scene_with_a_slip_is_refused_in_one_line(scene, capsys):
     wrong = scene.path.with_name("wrong.toml")
     wrong.write_text(scene.path.read_text(encoding="utf-8").replace("outputs =", "output ="), encoding="utf-8")
     assert build_fmu.main([str(wrong)]) == 2

@@ -17,8 +17,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.fmu import engine_fmu, module_fmu
 from cranktrain.fmu.archive import DESCRIPTION
 from cranktrain.fmu.description import read_interface
-from cranktrain.fmu.terminals import TERMINALS
-from cranktrain.fmu.terminals_and_icons import terminals_and_icons, used
+from cranktrain.fmu.terminals_and_icons import TERMINALS, terminals_and_icons, used
 from cranktrain.modules.register import module_files
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from expected import data
 
-from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.limits import CrankStrength
 from cranktrain.results.strength.iacs_m53 import (
     ThrowShape,
     fatigue_strength,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_int32, c_int64, c_size_t, c_uint32, c_void_p
 
-from raw_unit import ERROR, OK
+from raw_unit import Instance
 
 C_TYPE = {"Float64": c_double, "Int32": c_int32, "Int64": c_int64, "Boolean": c_bool, "String": c_char_p}
 LOGGER = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
@@ -14,12 +14,10 @@ UPDATE = ctypes.CFUNCTYPE(
 )
 
 
-class Raw3:
-    """An instance; ``log`` holds status, category and text of each line. ``component`` is None where it is refused.
+class Raw3(Instance):
+    """An instance; ``update`` is called inside steps with it and the time, and returns None or the time of an end."""
 
-    ``update`` is called inside steps with the unit and the time, and returns None or the time at which a step is to
-    end.
-    """
+    prefix, truth = "fmi3", c_bool
 
     def __init__(self, binary, resources, token, name="unit", update=None, early=False, events=False):
         self.library = ctypes.CDLL(str(binary))
@@ -41,21 +39,6 @@ class Raw3:
         end = self.inside(self, time)
         if end is not None:
             early[0], early_time[0] = True, end
-
-    def call(self, name, *arguments):
-        given = [c_double(a) if isinstance(a, float) else c_bool(a) if isinstance(a, bool) else a for a in arguments]
-        return getattr(self.library, f"fmi3{name}")(c_void_p(self.component), *given)
-
-    def must(self, name, *arguments):
-        assert self.call(name, *arguments) == OK, (name, self.log[-1:])
-        return self
-
-    def refused(self, name, *arguments):
-        """Text of the refusal, in one line."""
-        n = len(self.log)
-        assert self.call(name, *arguments) == ERROR, name
-        assert [line[:2] for line in self.log[n:]] == [(ERROR, "logStatusError")], self.log[n:]
-        return self.log[-1][2]
 
     @staticmethod
     def values(kind, references, values):
@@ -83,11 +66,6 @@ class Raw3:
         self.told = (*(flag.value for flag in flags), last.value)
         return status
 
-    def run(self, steps, first=0, step=1e-4):
-        for k in range(first, first + steps):
-            assert self.step(k * step, step) == OK, self.log[-1:]
-        return self
-
     def derivative(self, way, unknowns, knowns, seed, n):
         """Directional or adjoint derivatives."""
         found = (c_double * n)()
@@ -95,8 +73,3 @@ class Raw3:
         seeds = (c_double * len(seed))(*seed), c_size_t(len(seed))
         self.must(f"Get{way}Derivative", *sides[0], *sides[1], *seeds, found, c_size_t(n))
         return list(found)
-
-    def free(self):
-        self.library.fmi3FreeInstance.restype = None
-        self.library.fmi3FreeInstance(c_void_p(self.component))
-        self.component = None

@@ -36,8 +36,46 @@ class Callbacks(ctypes.Structure):
     ]
 
 
-class Raw:
+class Instance:
     """An instance; ``log`` holds status, category and text of each line. ``component`` is None where it is refused."""
+
+    prefix: str
+    truth: type
+
+    def call(self, name, *arguments):
+        """Status of a call; floats, and where C has them truth values, become C's, all else is given as it is."""
+        given = [
+            c_double(a) if isinstance(a, float) else self.truth(a) if isinstance(a, bool) else a for a in arguments
+        ]
+        return getattr(self.library, self.prefix + name)(c_void_p(self.component), *given)
+
+    def must(self, name, *arguments):
+        assert self.call(name, *arguments) == OK, (name, self.log[-1:])
+        return self
+
+    def refused(self, name, *arguments):
+        """Text of the refusal, in one line under the instance's name."""
+        n = len(self.log)
+        assert self.call(name, *arguments) == ERROR, name
+        assert [line[:2] for line in self.log[n:]] == [(ERROR, "logStatusError")], self.log[n:]
+        return self.log[-1][2]
+
+    def run(self, steps, first=0, step=1e-4):
+        for k in range(first, first + steps):
+            assert self.step(k * step, step) == OK, self.log[-1:]
+        return self
+
+    def free(self):
+        release = getattr(self.library, f"{self.prefix}FreeInstance")
+        release.restype = None
+        release(c_void_p(self.component))
+        self.component = None
+
+
+class Raw(Instance):
+    """An instance of FMI 2.0."""
+
+    prefix, truth = "fmi2", c_int
 
     def __init__(self, binary, resources, guid, name="unit", kind=CO_SIMULATION, logging=False, memory=(None, None)):
         self.library = ctypes.CDLL(str(binary))
@@ -55,22 +93,6 @@ class Raw:
     def _keep(self, environment, name, status, category, text):
         formatted = text.decode().replace("%%", "\0").replace("%", "?").replace("\0", "%")  # as printf would do
         self.log.append((status, category.decode(), formatted))
-
-    def call(self, name, *arguments):
-        """Status of a call; floats become doubles, all else is given as it is."""
-        given = [c_double(a) if isinstance(a, float) else a for a in arguments]
-        return getattr(self.library, f"fmi2{name}")(c_void_p(self.component), *given)
-
-    def must(self, name, *arguments):
-        assert self.call(name, *arguments) == OK, (name, self.log[-1:])
-        return self
-
-    def refused(self, name, *arguments):
-        """Text of the refusal, in one line under the instance's name."""
-        n = len(self.log)
-        assert self.call(name, *arguments) == ERROR, name
-        assert [line[:2] for line in self.log[n:]] == [(ERROR, "logStatusError")], self.log[n:]
-        return self.log[-1][2]
 
     def get(self, kind, *references):
         values = (C_TYPE[kind] * len(references))()
@@ -120,11 +142,6 @@ class Raw:
     def step(self, time, step=1e-4):
         return self.call("DoStep", float(time), float(step), 1)
 
-    def run(self, steps, first=0, step=1e-4):
-        for k in range(first, first + steps):
-            assert self.step(k * step, step) == OK, self.log[-1:]
-        return self
-
     def state(self):
         state = c_void_p()
         self.must("GetFMUstate", byref(state))
@@ -146,11 +163,6 @@ class Raw:
     def real_status(self, kind=LAST_TIME):
         value = c_double()
         return self.call("GetRealStatus", kind, byref(value)), value.value
-
-    def free(self):
-        self.library.fmi2FreeInstance.restype = None
-        self.library.fmi2FreeInstance(c_void_p(self.component))
-        self.component = None
 
 
 def instances(make):

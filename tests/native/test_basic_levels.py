@@ -10,13 +10,12 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import ROOT, WHOLE, code_digest, kind_of, this_platform
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.carried import film_levels, without_films
-from cranktrain.fmu.engine_fmu import build, engine_interface, product
+from cranktrain.fmu.engine_fmu import build, engine_interface, product, with_starts
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.native import link
 from cranktrain.fmu.native.archive import native_data
 from cranktrain.fmu.native.engine_model import engine_model
 from cranktrain.fmu.native.exports import functions
-from cranktrain.fmu.start_levels import with_starts
 from cranktrain.structure.assembly import running_crank
 
 

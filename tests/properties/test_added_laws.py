@@ -34,6 +34,7 @@ from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted, thrus
 from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient, with_damper_housing
 from cranktrain.results.files import output_unit
 from cranktrain.results.summary import run_summary
+from cranktrain.store import film_tables
 from cranktrain.structure import assembly
 
 GRAVITY = 9.80665
@@ -363,9 +364,10 @@ def test_added_films_read_the_table_of_their_proportions():
 
 def test_tables_are_made_once_for_films_of_the_same_proportions(monkeypatch):
     made = []
-    monkeypatch.setattr(assembly, "_film_table", lambda bearing, say, resolution: made.append(bearing))
-    found = ct.film_tables(rotor_on(TABLED), resolution="coarse")
-    assert len(found) == len(made) == 1 and made[0].width == TABLED["width"]
+    monkeypatch.setattr(film_tables, "film_table", lambda settings, **_: [made.append(settings) or settings])
+    narrow = TABLED | {"width": 0.9 * TABLED["width"]}  # proportions of which no other test has made the table
+    found = ct.film_tables(rotor_on(narrow), resolution="coarse")
+    assert len(found) == len(made) == 1 and made[0].length_ratio == pytest.approx(narrow["width"] / narrow["diameter"])
     assert ct.film_tables(rotor_on(TABLED | {"level": "reynolds"})) == ()
 
 

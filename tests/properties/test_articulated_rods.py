@@ -8,11 +8,14 @@ from dataclasses import replace
 import entry
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import gas_forces
 from expected import DATA
 from one_line import one_line
 from some import some
 from started import at_speed, shown
 
+from cranktrain.dynamics.linear import SmallMotions
+from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.articulated_rod import dead_centre_angles, dead_centre_heights, piston_height
@@ -29,7 +32,6 @@ from cranktrain.results.bearings.cycle import bearing_report, rod_lean
 from cranktrain.results.orders.harmonics import last_cycle, order_amplitudes
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.assembly import running_crank
-from cranktrain.structure.in_motion.periodic_forces import gas_forces, rod_forces
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, frequency_run_up
 from cranktrain.studies.torsion.rod_torque import Rods
 
@@ -244,20 +246,24 @@ def test_torque_in_closed_form_is_that_of_the_force(engine):
     np.testing.assert_allclose(still.slope, slope, atol=1e-7 * np.abs(still.inertia).max())
 
 
+def on_springs(engine, body, speed, gas):
+    """The running model of a crank on linear bearings."""
+    return build_model(engine, body, Settings(**RIGID, bearings="linear"), speed, gas)
+
+
 @SHAPES
 def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
     """Mean torque and its tangent by the pins' places, of a rigid crank whose throw differs a little."""
-    body, gas = running_crank(engine, "rigid"), GasTrace.from_engine(engine)
-    angle, speed = np.linspace(0.1, 12.0, 9), 120.0
-    found = rod_forces(engine, body, speed, angle, gas, 1.0)
+    body, gas, speed = running_crank(engine, "rigid"), GasTrace.from_engine(engine), 120.0
+    angle = np.arange(9) * 4.0 * math.pi / 9
+    _, forces, found = entry.rods_in_rotation(on_springs(engine, body, speed, gas), speed, angle.size)
     rods = Rods.of_engine(engine, body, 0.0)
     for c, pin in some(enumerate(engine.cylinders.pins)):
         x, y = body.positions[body.index(f"pin[{pin}]"), :2]
         # A rotation by φ: T' = −½ J'' Ω² − (h p A)', of the place's tangent at x = φ e_z × X, and −x·f.
         turn = np.array([-y, x])
-        own = slice(3 * c, 3 * c + 2)
-        by_place = np.einsum("i,nij,j->n", turn, found.by_place[:, own, own], turn)
-        by_place -= x * found.forces[:, 3 * c] + y * found.forces[:, 3 * c + 1]
+        by_place = np.einsum("i,nij,j->n", turn, found[:, c], turn)
+        by_place -= x * forces[:, c, 0] + y * forces[:, c, 1]
         step, column = 1e-5, np.zeros(engine.n_cylinders)
         column[c] = step
         ahead, behind = (rods.torque(angle[:, None] + s * column[None]) for s in (1.0, -1.0))
@@ -267,28 +273,26 @@ def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
         np.testing.assert_allclose(by_place, wanted, atol=1e-6 * np.abs(wanted).max(), rtol=1e-6)
 
 
-@pytest.mark.parametrize("engine", [RADIAL, SKEW, load_engine("diesel_i6")], ids=["radial5", "skew", "six"])
-def test_the_moment_about_the_axis_goes_with_a_pin_that_is_displaced(engine):
-    """(x + u) × f(u) of a pin that turns about the axis beside its throw, under the same pressure at all angles."""
-    body, gas = running_crank(engine, "rigid"), GasTrace.from_engine(engine)
+@pytest.mark.parametrize("engine", [SKEW, load_engine("single_petrol")], ids=["skew", "single"])
+def test_the_moment_about_the_axis_goes_with_pins_that_are_displaced(engine):
+    """One pressure at all angles does no work in a cycle, also on a crank beside its axis: its mean torque stays 0."""
+    body, gas, speed = running_crank(engine, "rigid"), GasTrace.from_engine(engine), 120.0
     gas = replace(gas, motored=np.full(gas.motored.size, 4.0e6), fired=np.full(gas.motored.size, 4.0e6), own=())
-    angle, speed, step = np.linspace(0.1, 12.0, 9), 120.0, 1e-6
-    found = rod_forces(engine, body, speed, angle, gas, 1.0)
-    for c, pin in some(enumerate(engine.cylinders.pins)):
-        place = body.index(f"pin[{pin}]")
-        x, y = body.positions[place, :2]
+    model = on_springs(engine, body, speed, gas)
+    laws = entry.rods_in_rotation(model, speed, 90)[0].mean()
+    # Rotation about the axis and translations across it, in the crank's modes.
+    x, y = body.positions[0, :2]
+    turn, *across = np.linalg.solve(body.shapes[0], np.array([[-y, x, 0, 0, 0, 1], *np.eye(6)[:2]]).T).T
 
-        def moment(u, c=c, place=place):
-            positions = body.positions.copy()
-            positions[place, :2] += u
-            forces = rod_forces(engine, replace(body, positions=positions), speed, angle, gas, 1.0).forces.T
-            return positions[place, 0] * forces[3 * c + 1] - positions[place, 1] * forces[3 * c]
+    def torque(laws):
+        """Torque of the rods by either translation of the crank."""
+        still = laws._replace(place=0.0 * laws.place, velocity=0.0 * laws.velocity, forces=0.0 * laws.forces)
+        own, none = (SmallMotions(model).equations(speed, one).stiffness for one in (laws, still))
+        return np.array([turn @ (none - own)[:6, :6] @ way for way in across])
 
-        rows = found.by_place[:, 3 * c : 3 * c + 3, 3 * c : 3 * c + 2]
-        by_place = rows[:, 2] + x * rows[:, 1] - y * rows[:, 0]
-        ways = step * np.eye(2)
-        wanted = np.stack([(moment(u) - moment(-u)) / (2.0 * step) for u in ways], axis=1)
-        np.testing.assert_allclose(by_place, wanted, atol=1e-6 * np.abs(wanted).max())
+    at_rest = torque(laws._replace(forces=0.0 * laws.forces))  # as if the forces stayed at the undisplaced pins
+    assert np.abs(torque(laws)).max() < 1e-6 * np.abs(at_rest).max()
+    assert np.abs(at_rest).max() > 0.1 * np.abs(laws.forces).max()
 
 
 @pytest.mark.parametrize("name", ENGINES)

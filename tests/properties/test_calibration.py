@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from engine_texts import SIX, read
 from one_line import one_line
+from refusals import text_of
 from some import some
 
 from cranktrain.core.errors import InputError
@@ -14,27 +15,12 @@ from cranktrain.engine.file import load_engine
 from cranktrain.store.engine_text import Written, new_path, rewritten
 from cranktrain_lab.calibration import calibrate
 from cranktrain_lab.calibration.calibrate import report_of
-from cranktrain_lab.calibration.geometry import Change, changes, digests
 from cranktrain_lab.calibration.problem import Problem, match, sensitivities
 from cranktrain_lab.calibration.search import search
 from cranktrain_lab.calibration.targets import Task, load_targets
-from cranktrain_lab.calibration.train import Train
+from cranktrain_lab.calibration.train import Change, Train, changes, digests
 
-TARGETS = """
-block = "ground"
-[targets]
-torsion_1 = { of = "crankshaft", shape = "torsional", number = 1, hz = 250, tolerance = 0.02, source = "test" }
-lowest = { shape = "bending", hz = 170, tolerance = 0.02, source = "test" }
-next = { shape = "bending", hz = 200, tolerance = 0.02, source = "test" }
-twist = { shape = "torsional", hz = 238, tolerance = 0.02, source = "test" }
-[parameters]
-"flywheel.mass" = { low = 20, high = 50, unit = "kg" }
-gyration = { low = 120, high = 240, unit = "mm" }
-"main_bearing.stiffness_y" = { low = 1e8, high = 9e8, unit = "N/m" }
-[derived]
-"flywheel.polar_inertia" = { formula = "flywheel.mass * gyration ** 2" }
-"flywheel.diametral_inertia" = { formula = "0.5 * flywheel.polar_inertia + flywheel.mass * 0.06**2 / 12" }
-"""
+TARGETS = text_of("targets")
 HEAVIER = Written(31.23, "calibrated", "to a test 238 Hz")
 
 
@@ -281,35 +267,6 @@ def test_an_engine_file_without_a_place_for_a_value_is_refused_before_the_search
     assert main(["identify", "diesel_i6", str(targets), "--output", str(targets)]) == 2
     assert targets.read_text("utf-8") == TARGETS
     assert not (tmp_path / "new.toml").exists()
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('block = "ground"', 'block = "solid"', "block"),
-        ("hz = 250", "hertz = 250", "targets.torsion_1.hertz: is not known; "),
-        ("hz = 250,", "", "targets.torsion_1.hz: is missing"),
-        ("hz = 250", "hz = -3", "targets.torsion_1.hz: -3 is not within 0.01 to 100000 Hz"),
-        ('shape = "bending"', 'shape = "bend"', "'bend' is not known"),
-        ("number = 1", "number = 3", "targets.torsion_1.number: give 1 or 2"),
-        ('source = "test"', 'source = ""', "say where the number comes from"),
-        ('"flywheel.mass"', '"flywheel.mas"', "flywheel.mas: [flywheel] has no key 'mas'; "),
-        ('"flywheel.mass"', '"fly.mass"', "no table [fly]"),
-        ("low = 20", "low = 60", "low 60 is not below high 50"),
-        ("low = 20", "low = -1", "parameters.flywheel.mass: -1 kg is not within 1e-06 to 100000 kg"),
-        ('unit = "kg"', 'unit = "mm"', "parameters.flywheel.mass: unit 'mm' does not measure its mass"),
-        ("gyration ** 2", "gyrations ** 2", "unknown name 'gyrations'"),
-        ("gyration ** 2", "open('x')", "is not allowed here"),
-        ('"flywheel.polar_inertia" =', '"flywheel.mass" =', "derived.flywheel.mass: is free as well"),
-        ("[parameters]", "[parameter]", "parameter: is not known"),
-        ("[targets]", "[[targets]", "not a TOML file"),
-    ],
-)
-def test_a_bad_targets_file_says_in_one_line_what_is_wrong(tmp_path, old, new, said):
-    path = tmp_path / "bad.toml"
-    path.write_text(TARGETS.replace(old, new, 1), encoding="utf-8")
-    with one_line("bad.toml: ", said):
-        load_targets(path, load_engine("diesel_i6"))
 
 
 def test_keys_reach_entries_of_lists():

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import gas_forces
 
 from cranktrain.cli.main import main
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.critical_speeds import REACH, excitations, exciting_orders
 from cranktrain.structure.crank.level import crank_body
-from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.design.layouts import layout
 from cranktrain.studies.design.rules import first_design
 from cranktrain.studies.design.sizes import HANDBOOK, sizes

@@ -12,8 +12,9 @@ from cranktrain.engine.checks.engine import check_bearings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.balance import side_conductance
 from cranktrain.film.elastic.begin import prepare_step, turn_geometry
+from cranktrain.film.elastic.film import arrange
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.elastic.workspace import START_PLACE, WEIGHT, lane_work
+from cranktrain.film.elastic.workspace import FORWARD, FULL, START_PLACE, WEIGHT, lane_work
 from cranktrain.film.laws.ehd import FINE, IN_LOOP, elastic_arrays
 from cranktrain.structure.block.saddle import bore_compliance
 
@@ -117,6 +118,26 @@ def test_sums_are_exact_where_pressure_falls_along_a_wedge():
     z, w = np.polynomial.legendre.leggauss(400)
     exact = w @ ((last - 1.0 / (1.0 - tilt * z) ** 2) / (last - 1.0 / h[0] ** 2))
     assert own @ pressure == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("n_phi", [12, 13, 16, 17])
+def test_a_closed_ring_has_neighbours_at_most_two_places_apart_and_a_cut_one_next_to_each_other(n_phi):
+    """Each column once. The ring is cut behind the first of its ruptured columns."""
+    grid = ElasticGrid(n_phi, 5)
+    film = grid.film(0.085, 0.03, 4e-5, 0.01)
+    work = lane_work(film)
+    work.nodes[0, FULL] = 1.0
+    work.lane[FORWARD] = 100.0
+    assert arrange(film, work, 0, 1e5) == 2 * grid.n_z
+    assert sorted(work.rows) == list(range(n_phi))
+    assert np.abs(work.rows - np.roll(work.rows, 1)).max() == 2
+    ruptured = np.arange(n_phi - 3, n_phi + 4) % n_phi
+    work.nodes[0, FULL].reshape(n_phi, -1)[ruptured] = 0.0
+    assert arrange(film, work, 0, 1e5) == grid.n_z
+    assert work.rows[ruptured[1]] == 0 and work.rows[ruptured[0]] == n_phi - 1
+    assert (np.diff(np.roll(work.rows, -ruptured[1])) == 1).all()
+    # Oil that passes several columns in a step reaches around.
+    assert arrange(film, work, 0, 1.0) == 2 * grid.n_z
 
 
 @pytest.mark.parametrize("opening", [1.0, 1.001, 3.0, 50.0])

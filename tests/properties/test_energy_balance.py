@@ -17,7 +17,7 @@ from box_block import box_block
 from small_block import single
 from standing import rigid_block
 
-from cranktrain.dynamics.settled.powers import PowerSamples
+from cranktrain.dynamics.settled.samples import PowerSamples
 from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance

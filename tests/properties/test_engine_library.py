@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from docs.engine_library import ROWS, text_of
 from scipy.linalg import eigh
 from some import some
 from started import at_speed, shown
@@ -22,7 +23,6 @@ from cranktrain.structure.assembly import running_crank
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.sections import crank_pieces, piece_moments
 from cranktrain.structure.crank.torsional import discs, shaft_matrix, shaft_nodes
-from cranktrain.studies.design.library import ROWS, text_of
 from cranktrain.studies.torsion.frequency_run_up import LINEAR, frequency_run_up
 
 INTERVALS = {

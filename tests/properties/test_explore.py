@@ -15,7 +15,6 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.studies.campbell import campbell
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 from cranktrain_lab.explore.engine_file import write_engine
-from cranktrain_lab.explore.history import History
 from cranktrain_lab.explore.knobs import (
     FIRING,
     LOAD,
@@ -27,6 +26,7 @@ from cranktrain_lab.explore.knobs import (
     with_order,
 )
 from cranktrain_lab.explore.live import ORDERS, Curves, LiveTorsion
+from cranktrain_lab.explore.page import History
 from cranktrain_lab.variants.torsional import structure_of
 
 RUBBER = {

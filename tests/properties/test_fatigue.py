@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cranktrain.core.errors import InputError
-from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.limits import CrankStrength
 from cranktrain.results.strength.assessment import judged, nominal_histories, rule_rows
 from cranktrain.results.strength.critical_plane import findley_constants, findley_judgement, least_circle
 from cranktrain.results.strength.fatigue import (

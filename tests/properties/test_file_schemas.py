@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 from jsonschema import Draft7Validator
+from one_line import one_line
+from refusals import refused_files
 from superelements import shaft, write_superelement
 
 from cranktrain.cli.main import main
@@ -68,41 +70,10 @@ HARNESS = (EXAMPLES / "harness.toml").read_text("utf-8")
 TARGETS = (EXAMPLES / "diesel_i6_pulley.targets.toml").read_text("utf-8")
 BURN = module_files()["combustion_i6"].read_text("utf-8")
 VALVES = module_files()["valvetrain_i6"].read_text("utf-8")
-SLIPS = [
-    ("engine", SIX, "[flywheel]", "[fly_wheel]", "unknown table 'fly_wheel'; did you mean 'flywheel'"),
-    ("engine", SIX, "piston_mass =", "pistonmass =", "unknown key 'pistonmass'; did you mean 'piston_mass'"),
-    ("engine", SIX, r"\npiston_mass = [^\n]*", "", "cylinders: key 'piston_mass' is missing"),
-    ("engine", SIX, r"piston_mass = [^\n]*", "piston_mass = 1.78", r"cylinders\.piston_mass: write it as"),
-    ("engine", SIX, r"\nboundary_friction = [^\n]*", "\nboundary_friction = 3", r"boundary_friction: write it as"),
-    ("engine", SIX, r"(\nlength = \{ value = 215), unit = \"mm\"", r'\1, unit = "kg"', "unit 'kg' does not measure"),
-    ("engine", SIX, r"(\nlength = \{ value = 215), unit = \"mm\"", r"\1", "unit '1' does not measure its length"),
-    ("engine", SIX, r"(\nlength = \{ value = )215", r"\g<1>'215'", "length: '215' is a text without a unit"),
-    ("engine", SIX, r"(\nlength = \{ value = )215, unit = \"mm\"", r"\g<1>'1,5 m'", "write decimals with a point"),
-    ("engine", SIX, r"(\nlength = \{ value = )215", r"\g<1>[215]", "a single value is wanted"),
-    ("engine", SIX, r"(\nlength = \{ value = )215", r"\g<1>215000", "215000|2.15e.05 mm is not within 1 to 5000 mm"),
-    ("engine", SIX, r"(\nlength = \{ value = 215.*origin = )\"\w+\"", r'\1"guessed"', "origin 'guessed' is not known"),
-    ("engine", SIX, r"(\nlength = \{ value = 215.*origin = ).*\}", r'\1"published" }', "needs a note"),
-    ("engine", SIX, "value = \"vogel\"", "value = \"vogl\"", "unknown law 'vogl'; did you mean 'vogel'"),
-    ("engine", FOUR, '"gear_mesh"', '"gear_mess"', "law 'gear_mess' does not exist; did you mean 'gear_mesh'"),
-    ("engine", FOUR, 'frame = "forwards"', "frame = 3", r"body 'balancer\[2\]'\.frame: 3 is not a text"),
-    ("scene", SCENE, "accuracy = ", "acuracy = ", "unknown key 'acuracy'; did you mean 'accuracy'"),
-    ("scene", SCENE, r"accuracy = \S+", "accuracy = 3", "accuracy: 3 is more than 0.5"),
-    ("scene", SCENE, r"accuracy = \S+", "accuracy = '3'", "accuracy: '3' is a text without a unit; write 3 without"),
-    ("scene", SCENE, r"\noutputs", "\ncycles = 1\noutputs", "cycles: 1 is not within 2 to 10000 cycles"),
-    ("scene", RUN_UP, "points = 5", "points = 5.5", r"run_up\.points: 5\.5 is not a whole number"),
-    ("scene", RUN_UP, "points = 5", "", r"run_up\.points is missing; a run-up has from, to"),
-    ("harness", HARNESS, "speed_rpm = 2000", "speed_rpm = 2", "speed_rpm: 2 is not within 10 to 30000 rev/min"),
-    ("harness", HARNESS, "misfire = ", "misfires = ", r"scenario 'misfire': unknown key 'misfires'; did you mean 'mis"),
-    ("harness", HARNESS, "cylinder = 1", "cylinder = 1.5", r"'misfire'\.misfire\[1\]\.cylinder: 1\.5 is not a"),
-    ("harness", HARNESS, 'gives = "last"', 'gives = "lst"', "gives 'lst' does not exist; did you mean 'last'"),
-    ("harness", HARNESS, "rms = 0.1, ", "", r"noise\[1\]: key 'rms' is missing; it needs input, rms"),
-    ("targets", TARGETS, "tolerance = ", "tolerances = ", r"tolerances: is not known; did you mean 'tolerance'"),
-    ("targets", TARGETS, r"tolerance = \S+", "tolerance = 2", r"tolerance: 2 is not within 1e-06 to 0\.99"),
-    ("targets", TARGETS, 'shape = "torsional"', 'shape = "torsion"', "did you mean 'torsional'"),
-    ("combustion", BURN, r"\[walls\]", "[wall]", "unknown table 'wall'; did you mean 'walls'"),
-    ("combustion", BURN, 'unit = "mg"', 'unit = "mm"', r"injection\.mass: unit 'mm' does not measure its mass"),
-    ("valve-train", VALVES, "lash = { value = 0.3", "lash = { value = 30", r"train\.lash: 30 mm is not within 0 to 10"),
-]  # fmt: skip
+TEXTS = {
+    "SIX": SIX, "FOUR": FOUR, "SCENE": SCENE, "RUN_UP": RUN_UP, "HARNESS": HARNESS, "TARGETS": TARGETS, "BURN": BURN,
+    "VALVES": VALVES,
+}  # fmt: skip
 
 
 def test_a_superelement_is_valid_and_its_slips_are_not(validators, tmp_path):
@@ -121,17 +92,16 @@ def test_a_superelement_is_valid_and_its_slips_are_not(validators, tmp_path):
             read_body(path)
 
 
-@pytest.mark.parametrize(("kind", "text", "old", "new", "said"), SLIPS)
-def test_slips_are_refused_by_the_schema_and_by_the_reader(validators, tmp_path, kind, text, old, new, said):
+@pytest.mark.parametrize(("kind", "name", "old", "new", "said"), refused_files()["schemas"]["slips"])
+def test_slips_are_refused_by_the_schema_and_by_the_reader(validators, tmp_path, kind, name, old, new, said):
     pattern = old if "\\" in old else re.escape(old)
-    assert re.search(pattern, text)
-    wrong = re.sub(pattern, new, text, count=1)
+    assert re.search(pattern, TEXTS[name])
+    wrong = re.sub(pattern, new, TEXTS[name], count=1)
     assert not validators[kind].is_valid(tomllib.loads(wrong))
     path = tmp_path / "own.toml"
     path.write_text(wrong, "utf-8")
-    with pytest.raises(InputError, match=said) as refused:
+    with one_line(match=rf"^own\.toml: .*({said})"):
         READERS[kind](path)
-    assert str(refused.value).startswith("own.toml: ") and "\n" not in str(refused.value)
 
 
 def test_ranges_are_those_of_the_reader_in_every_unit(validators):
@@ -161,8 +131,6 @@ def test_the_verb_prints_or_writes_the_schema(tmp_path, capsys):
     assert capsys.readouterr().out == "" and main(["schema", "engine"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads(target.read_text("utf-8")) == json.loads(json.dumps(file_schema("engine")))
-    assert main(["schema", "engin"]) == 2
-    assert "no kind of file is named 'engin'; did you mean 'engine'?" in capsys.readouterr().err
     other = tmp_path / "other.toml"
     other.write_text("x = 1", "utf-8")
     assert main(["schema", "scene", "--output", str(other)]) == 2 and other.read_text("utf-8") == "x = 1"

@@ -19,7 +19,7 @@ from cranktrain.film.elastic.content import CONTENT
 from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED, elastic_film, solve_group
 from cranktrain.film.elastic.grid import LIMITS
 from cranktrain.film.elastic.oil import oil_tables
-from cranktrain.film.elastic.workspace import lane_work
+from cranktrain.film.elastic.workspace import PREPARED, lane_work
 from cranktrain.film.laws.ehd import IN_LOOP, ElasticMemory, elastic_arrays, elastic_memory
 from cranktrain.structure.assembly import assemble
 
@@ -76,6 +76,7 @@ class Films:
         self.film.constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, *LIMITS[2:])
         memory, clock = self._memory(), (self.elapsed, self.gain)
         viscosity = float(self.bore.viscosities[i])
+        self.bore.scratch.marks[:, :, PREPARED] = 0.0
         assert elastic_film(self.film, self.bore.scratch, i, clock, memory, viscosity, True) == CONVERGED
         return memory.out[i]
 

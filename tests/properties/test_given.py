@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from one_line import one_line
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
@@ -59,9 +60,8 @@ def spring(**changed):
     ],
 )  # fmt: skip
 def test_values_of_another_kind_are_told_in_one_line(made, said):
-    with pytest.raises(InputError, match=said) as caught:
+    with one_line(match=said):
         made()
-    assert "\n" not in str(caught.value)
 
 
 def test_arrays_serve_as_lists():

@@ -12,9 +12,9 @@ from identified import identified, model_of, places, write_orders
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import confidence_of
 from cranktrain_lab.identification.data import Data

@@ -8,8 +8,8 @@ import pytest
 from identified import model_of, places
 
 from cranktrain.cli.main import main
+from cranktrain.core.threads import one_thread
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.advice import HELPS, advised, half_intervals
 from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import Confidence, confidence_of

@@ -8,10 +8,10 @@ import pytest
 from identified import identified, model_of, places, stated, write_orders
 
 import cranktrain as ct
+from cranktrain.core.threads import one_thread
 from cranktrain.core.typed_file import record
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.bending import Bending
 from cranktrain_lab.identification.data import FREQUENCY, MOUNTS, TARGET, Data, Scalar
 from cranktrain_lab.identification.model import mode_of

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from some import some
 
+from cranktrain.core.threads import one_thread
 from cranktrain.results.orders.measured import read_measured_orders
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.bias import Bias, Residue, _unlikely, covariance, effective_count, estimated_bias
 from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import (

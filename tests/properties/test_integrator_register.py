@@ -11,6 +11,7 @@ from pathlib import Path
 import entry
 import pytest
 from bodies import rigid_crank
+from one_line import one_line
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
@@ -150,9 +151,8 @@ def test_elastic_films_refuse_them_in_one_line(name, levels):
     engine = load_engine(name)
     for method in LOST:
         chosen = resolved(Settings(integrator=method, **levels), engine)
-        with pytest.raises(InputError, match=f"do not converge with integrator '{method}'; use auto, or") as error:
+        with one_line(match=f"do not converge with integrator '{method}'; use auto, or"):
             check_levels(chosen, engine)
-        assert "\n" not in str(error.value)
         others = resolved(Settings(integrator=method, bearings="table"), engine)
         check_levels(others, engine)
         assert keeps_peaks(method, others, engine) and not keeps_peaks(method, chosen, engine)

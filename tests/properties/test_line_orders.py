@@ -12,6 +12,7 @@ import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from one_line import one_line
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.units import RPM
@@ -312,9 +313,8 @@ def test_an_engine_with_all_of_it_survives_its_dictionary():
     ],
 )
 def test_elements_that_contradict_themselves_are_refused(values, says):
-    with pytest.raises(InputError, match=says) as caught:
+    with one_line(match=says):
         element_values("shaft", values)
-    assert "\n" not in str(caught.value)
 
 
 # In time the mean torque of the gas winds up each shaft; small oscillations about it are those of its tangent.

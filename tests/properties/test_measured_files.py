@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from measured_files import FORMATS, write
+from one_line import one_line
 
 import cranktrain as ct
 from cranktrain.cli.main import main
@@ -103,9 +104,8 @@ def test_files_of_another_kind_are_told(kind, tmp_path):
     path = write(tmp_path, kind, TIME, COLUMNS, UNITS)
     for content in (b"", b"\x00\x01\x02 nothing" * 40):
         path.write_bytes(content)
-        with pytest.raises(ct.InputError, match=path.name) as error:
+        with one_line(match=path.name):
             ct.read_measured(path)
-        assert "\n" not in str(error.value)
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from measured_files import FORMATS, write
+from one_line import one_line
 
 import cranktrain as ct
 
@@ -69,9 +70,8 @@ def test_odd_files_are_read_with_one_line(kind, odd, tmp_path):
 @pytest.mark.parametrize("kind", [k for k in FORMATS if k not in ("uff", "uffb", "wav")])
 def test_files_without_a_sample_are_refused_in_one_line(kind, tmp_path):
     path = write(tmp_path, kind, TIME[:0], dict.fromkeys(UNITS, PRESSURE[:0]), UNITS)
-    with pytest.raises(ct.InputError, match=r"holds no channel of numbers|no points or values") as error:
+    with one_line(match=r"holds no channel of numbers|no points or values"):
         ct.read_measured(path)
-    assert "\n" not in str(error.value)
 
 
 def test_equal_names_in_one_file_are_told_apart(tmp_path):

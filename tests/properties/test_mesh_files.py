@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.structure.fem.mesh_file import interface_name, read_surfaces_and_tetrahedra
-from cranktrain.structure.fem.own_mesh import check_one_piece
-from cranktrain.structure.fem.reduction import content_digest
+from cranktrain.structure.fem.own_mesh import check_one_piece, content_digest
 
 CUBE = Cube()
 NAMES = {"MAIN_1": "main[1]", "pin1": "pin[1]"}

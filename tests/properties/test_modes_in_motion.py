@@ -7,25 +7,29 @@ from functools import cache
 import entry
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import gas_forces
 from bodies import six
 from small_block import single
 from started import at_speed
 
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
+from cranktrain.dynamics.model.arrays import build_model, structural_damping
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.tangents import SAMPLES
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import AxialPath
+from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.in_motion.cycle_means import main_tangents, mean_law, plain_means, tangents_over_cycle
-from cranktrain.structure.in_motion.eigenproblem import SAMPLES, equations_in_motion, modes_in_motion, settled_means
+from cranktrain.structure.in_motion.eigenproblem import equations_in_motion, modes_in_motion, settled_means
 from cranktrain.structure.in_motion.joint import fading, mean_answer
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs
 from cranktrain.studies.run_up.free_decay import torsional_mode
 from cranktrain.studies.torsion.damped_modes import damped_modes
-from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 ON_SPRINGS = {"crank": "beam", "bearings": "linear", "block": "ground"}
 
@@ -51,29 +55,80 @@ def short():
     return engine, crank_body(engine, "beam")
 
 
-def test_on_linear_bearings_the_matrices_are_those_of_the_linear_model():
+def linear_matrices(engine, body, speed, gas):
+    """K, C, M of a single whose bearings are the same in all directions; the rod's by differences of its force."""
+    turn, n = np.array([[0.0, -1.0], [1.0, 0.0]]), body.n_modes
+    pin = body.index("pin[1]")
+    place, shape, rod = body.positions[pin, :2], body.shapes[pin], engine.rod
+    oscillating, out = rod.small_end_mass + engine.cylinders.piston_mass, np.zeros(16)
+
+    def on_pin(angle, u, v, a):
+        """Force of the rod on its displaced pin and moment u × f, in axes of the crank."""
+        at, own = place + u, angle - engine.cylinders.bank_angles[0]
+        axes = np.array([[math.cos(own), -math.sin(own)], [math.sin(own), math.cos(own)]])
+        ahead = math.atan2(place[0] * at[1] - place[1] * at[0], place @ at)
+        push = gas_forces(engine, speed, np.array([angle + ahead]), gas, 1.0)[0, 0]
+        motion = at, v + speed * turn @ at, a + 2.0 * speed * turn @ v - speed**2 * at
+        rod_force(*np.concatenate([axes @ part for part in motion]), push, rod.length, rod.big_end_mass, oscillating,
+                  remainder_inertia(rod), engine.cylinders.pin_offset, 0.0, 0.0, out)  # fmt: skip
+        force = axes.T @ out[:2]
+        return np.array([*force, u[0] * force[1] - u[1] * force[0]])
+
+    tangents = np.zeros((3, 3, 3))
+    for angle in np.arange(SAMPLES) * 4.0 * math.pi / SAMPLES:
+        for k, step in enumerate((1e-7, 1e-4, 1e-1)):
+            for way in range(2):
+                change = np.zeros((3, 2))
+                change[k, way] = step
+                tangents[k, :, way] += (on_pin(angle, *change) - on_pin(angle, *-change)) / (2.0 * step * SAMPLES)
+    rows = shape[[0, 1, 5]]
+    matrices = [
+        np.diag(body.omega**2) + speed**2 * (body.stress_stiffness - body.centrifugal),
+        np.diag(structural_damping(engine, body)) + 2.0 * speed * body.gyroscopic, np.eye(n),
+    ]  # fmt: skip
+    for matrix, tangent in zip(matrices, tangents, strict=True):
+        matrix -= rows.T @ tangent @ rows
+    bearing, line = engine.main_bearing, engine.drive_line
+    for i in range(len(engine.crankshaft.main_widths)):
+        main = body.shapes[body.index(f"main[{i + 1}]"), :2]
+        matrices[0] += main.T @ (bearing.ground_stiffness[0] * np.eye(2) + speed * bearing.damping_x * turn) @ main
+        matrices[1] += bearing.damping_x * main.T @ main
+    for name, k, spring, damper in (
+        ("thrust", 2, closed_stiffness(engine.thrust), engine.thrust.damping),
+        ("flywheel", 5, line.stiffness, line.damping),
+    ):
+        row = body.shapes[body.index(name), k]
+        matrices[0] += spring * np.outer(row, row)
+        matrices[1] += damper * np.outer(row, row)
+    return matrices
+
+
+def test_on_linear_bearings_matrices_and_modes_are_those_of_the_linear_model():
     """A short crank: one cylinder, a beam."""
     engine, body = short()
     simulation = settled(engine, body, 2000.0, **ON_SPRINGS)
     means = plain_means(tangents_over_cycle(simulation), 300.0)
     # The bearings' loads move their displaced points, which a linear model about the undeformed crank leaves out.
-    means = means._replace(forces=0.0 * means.forces, displaced=0.0 * means.displaced)
+    own = means.laws
+    means = means._replace(laws=own._replace(forces=0.0 * own.forces, displaced=0.0 * own.displaced))
     found = equations_in_motion(simulation, means)
-    gas = GasTrace.from_engine(engine)
-    linear = PeriodicCrank(engine, body, 2000.0 * RPM, gas, 1.0, SAMPLES / 16.0)
-    for name in ("mass", "damping", "stiffness"):
-        ours, theirs = getattr(found, name), getattr(linear, name)
-        assert np.abs(ours - theirs).max() <= 1e-6 * np.abs(theirs).max()
-
-
-def test_on_linear_bearings_modes_in_motion_are_those_of_the_linear_model():
-    engine, body = short()
-    simulation = settled(engine, body, 2000.0, **ON_SPRINGS)
-    found = modes_in_motion(simulation)
-    linear = PeriodicCrank(engine, body, 2000.0 * RPM, GasTrace.from_engine(engine), 1.0, SAMPLES / 16.0)
-    modes = damped_modes(linear.stiffness, linear.damping, linear.mass)
+    wanted = linear_matrices(engine, body, 2000.0 * RPM, GasTrace.from_engine(engine))
+    for name, theirs in zip(("stiffness", "damping", "mass"), wanted, strict=True):
+        assert np.abs(getattr(found, name) - theirs).max() <= 1e-6 * np.abs(theirs).max()
+    modes = damped_modes(*wanted)
     theirs = modes.hz[(modes.hz > 60.0) & (modes.damping_ratios < 0.5)]
-    assert found.hz[: theirs.size] == pytest.approx(theirs, rel=2e-4)
+    assert modes_in_motion(simulation).hz[: theirs.size] == pytest.approx(theirs, rel=2e-4)
+
+
+def test_a_floating_big_end_takes_only_its_own_mass_from_its_rod():
+    engine, speed, masses = load_engine("diesel_i6"), 170.0, []
+    body, gas = crank_body(engine, "rigid"), GasTrace.from_engine(engine)
+    for big_ends in ("rigid", "impedance"):
+        settings = Settings(crank="rigid", bearings="linear", block="ground", big_ends=big_ends)
+        laws = entry.rods_in_rotation(build_model(engine, body, settings, speed, gas), speed, 36)[0].mean()
+        masses.append(-laws.acceleration[np.abs(laws.acceleration).any(axis=(1, 2)), :2, :2])
+    own = engine.rod.big_end_mass * np.eye(2)
+    np.testing.assert_allclose(masses[0] - masses[1], np.broadcast_to(own, (6, 2, 2)), atol=1e-9)
 
 
 def test_a_crank_that_only_twists_decays_as_its_modes_in_motion_do():
@@ -163,8 +218,8 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
     simulation = settled(replace(engine, axial_path=path), body, 2000.0, **ON_SPRINGS)
     means, _ = settled_means(simulation)
     k = entry.rows(simulation.model)["axial_joint"]
-    assert -means.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)
-    assert abs(means.velocity[k, 0, 0]) < 4e4
+    assert -means.laws.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)
+    assert abs(means.laws.velocity[k, 0, 0]) < 4e4
 
 
 @pytest.mark.slow

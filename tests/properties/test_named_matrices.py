@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from one_line import one_line
 from superelements import describe, shaft
 
 from cranktrain.cli.main import main
@@ -142,9 +143,8 @@ def test_a_punch_file_with_both_matrices_is_read_and_an_odd_one_refused(tmp_path
     if says is None:
         assert frequencies(path) == pytest.approx(wanted, rel=1e-6)
         return
-    with pytest.raises(InputError, match=says) as caught:
+    with one_line(match=says):
         read_body(path)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("size", [0, 7, 200])

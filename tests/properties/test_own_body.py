@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from one_line import one_line
 from scipy.linalg import eigh
 from small_block import single
 from superelements import (
@@ -254,9 +255,8 @@ def test_a_superelement_that_cannot_be_used_is_refused_with_what_would_serve(tmp
     path = write_superelement(tmp_path, frame, ends, matrices)
     if where != "matrices":
         (tmp_path / where).write_text(spoil((tmp_path / where).read_text()))
-    with pytest.raises(InputError, match=says) as refused:
+    with one_line(match=says):
         read_body(path)
-    assert "\n" not in str(refused.value)
 
 
 @pytest.fixture(scope="module")
@@ -310,8 +310,6 @@ def test_the_command_takes_a_superelement_and_writes_it_as_a_body(crank, tmp_pat
     assert told["output"] == made and told["path"] == str(crank[1])
     assert main(["modal", "diesel_i6", "--body", made, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["reduction"]["modes"] == told["modes"]
-    assert main(["reduce", "diesel_i6", "--mesh", "a.msh", "--body", "b.npz"]) == 2
-    assert "not allowed with" in capsys.readouterr().err
 
 
 def test_an_fmu_has_the_users_crank_at_all_levels_but_the_beams(crank):
@@ -323,13 +321,6 @@ def test_an_fmu_has_the_users_crank_at_all_levels_but_the_beams(crank):
     # a torsional crank of the solid body: its first mode is that of the solid on rods, locked
     assert own["torsional"].frequencies_hz[6] > 100.0
     assert np.array_equal(own["beam"].omega, running_crank(engine, "beam").omega)
-
-
-def test_scenes_and_missing_files_have_no_body_of_their_own(tmp_path, capsys):
-    import build_fmu as command
-
-    assert command.main(["diesel_i6", "-o", str(tmp_path), "--body", str(tmp_path / "none.npz")]) == 2
-    assert "no such reduced body" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
@@ -360,5 +351,3 @@ def test_a_block_of_another_engine_is_refused(tmp_path, small_block, capsys):
     flexible = ["simulate", "diesel_i6", "--speed", "2000", "--block", "flexible", "--block-body", str(path)]
     assert main([*flexible, "--bearings", "ehd"]) == 2
     assert "need the shapes of the block's bores" in capsys.readouterr().err
-    assert main(["reduce", "diesel_i6", "--block-output", str(tmp_path / "b.npz")]) == 2
-    assert "--block-output needs --block flexible" in capsys.readouterr().err

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
+from one_line import one_line
 from scipy.special import ellipk
 from tests.rods import beside, part
 
@@ -258,9 +259,8 @@ WRONG = [
 
 @pytest.mark.parametrize(("call", "said"), WRONG)
 def test_wrong_laws_are_told_in_one_line(call, said):
-    with pytest.raises(InputError, match=said) as caught:
+    with one_line(match=said):
         call()
-    assert "\n" not in str(caught.value)
 
 
 def test_what_cannot_have_an_own_law_says_so(tmp_path):

@@ -28,7 +28,7 @@ from cranktrain.dynamics.model.state import (
 )
 from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.outputs.register import Outputs
-from cranktrain.dynamics.outputs.slots import COLUMNS
+from cranktrain.dynamics.run_record import COLUMNS
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step_control import STEPPING_SPEED

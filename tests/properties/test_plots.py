@@ -54,19 +54,6 @@ def test_a_table_shows_every_cell(ax):
     assert cells[0, 0] == "Hz" and cells[2, 1] == "axial"
 
 
-def test_a_mode_shape_moves_its_points_and_spans_its_colours():
-    figure = plt.figure()
-    ax = figure.add_subplot(projection="3d")
-    points = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.5]])
-    shift = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-    surface = plots.plot_mode_shape(ax, points, np.array([[0, 1, 2]]), shift, np.array([0.0, 0.5, -2.0]), "turn", 0.6)
-    # the crank axis z is drawn along the horizontal axis; point 2 moved there by 0.6
-    assert ax.get_xlim() == pytest.approx((0.0, 0.6), abs=0.05)
-    assert (surface.norm.vmin, surface.norm.vmax) == (-2.0, 2.0)
-    figure.canvas.draw()
-    plt.close(figure)
-
-
 def test_pressure_has_firing_dead_centre_in_the_middle(ax):
     angles = np.arange(0.0, 720.0, 1.0)
     plots.plot_pressure(ax, angles, {"fired": np.where(angles == 10.0, 12e6, 1e5)})

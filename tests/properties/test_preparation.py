@@ -265,7 +265,7 @@ def plain_start(model, engine, body, speed):
 
 
 def plain_leaning(engine, block, torque, spectrum, omega):
-    """Motion of the block that leans and rocks, (n_b,) each, by numpy."""
+    """Motion of the block that leans and rocks as a rigid body, (n_b,) each, by numpy."""
     at = [block.index(f"bore[{i + 1}]") for i in range(len(engine.crankshaft.main_widths))]
     load = -block.shapes[at, 5].mean(axis=0)
     held = [block.shapes[block.index(f"mount[{i + 1}]")] for i in range(len(engine.mounts.x))]
@@ -273,9 +273,9 @@ def plain_leaning(engine, block, torque, spectrum, omega):
         sum(shape.T @ np.diag(values) @ shape for shape, values in zip(held, of_mounts, strict=True))
         for of_mounts in (engine.mounts.stiffness, engine.mounts.damping)
     )
-    place = np.linalg.solve(np.diag(block.omega**2) + stiffness, torque * load)
-    rate = np.zeros(block.n_modes)
+    place, rate = np.zeros((2, block.n_modes))
     k, c = stiffness[:6, :6], damping[:6, :6]
+    place[:6] = np.linalg.solve(k, torque * load[:6])
     for part, w in zip(spectrum[: entry.ORDERS], omega[: entry.ORDERS], strict=True):
         motion = np.linalg.solve(k + 1j * w * c - w**2 * np.eye(6), 2.0 * part * load[:6])
         place[:6] += motion.real

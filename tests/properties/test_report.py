@@ -212,8 +212,6 @@ def test_measured_orders_lie_on_the_charts_and_stand_beside_the_computed_ones(fo
         ("orders.csv", "speed_rpm,order,amplitude,unit\n2380,6.2,0.21,deg\n", ("--measured", "orders.csv"),
          "orders.csv, line 2: order 6.2 is not a multiple of 0.5"),
         ("diesel_i6_fatigue.json", '{"fillets": 3}', ("--results", "."), "is no result of 'cranktrain fatigue"),
-        ("none", "", ("--from", "2000", "--to", "800"), "--from 2000 --to 800: is no range within 20 to 20000 rev/min"),
-        ("none", "", ("--orders", "6,6.2"), "--orders order 6.2 is not a multiple of 0.5"),
         ("report.html", "<html>a page of someone", (), "is no report of cranktrain"),
     ],
 )  # fmt: skip

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from cranktrain.dynamics.linear import Equations
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.torsional import torsional_in_motion
 from cranktrain.structure.in_motion.eigenproblem import ModesInMotion, vibrations
-from cranktrain.structure.in_motion.linear import Equations
 from cranktrain.structure.in_motion.residues import order_forces, unit_torques
 from cranktrain.studies.in_motion.report import listed
 

@@ -9,7 +9,7 @@ import pytest
 
 import cranktrain as ct
 from cranktrain.core.errors import StoreError
-from cranktrain.results.views.series import Series
+from cranktrain.results.views.plot_data import Series
 
 NAME = "pulley.torsion"
 LINES = 10

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_line import one_line
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.film.reynolds.field import Edges, Supply, solve_film
@@ -343,9 +344,8 @@ ONE[3, 2] = True
 )
 def test_bad_input_is_one_clear_line(changes, message):
     data = {"h": FLAT, "lengths": (0.1, 0.1), "viscosity": ETA} | changes
-    with pytest.raises(InputError, match=message) as error:
+    with one_line(match=message):
         solve_film(data.pop("h"), data.pop("lengths"), **data)
-    assert "\n" not in str(error.value)
 
 
 def test_a_step_refuses_what_it_cannot_carry_on():

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_line import one_line
 
 import cranktrain.studies.run_up.run_up as verb
 from cranktrain.core.errors import InputError, StoreError
@@ -67,9 +68,8 @@ def test_a_file_cut_short_or_of_another_kind_is_refused(tmp_path):
     path = run_up([100.0, 110.0]).save(tmp_path / "run-up.h5")
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(StoreError, match=r"damaged.*runup") as refused:
+    with one_line(match=r"damaged.*runup", kind=StoreError):
         RunUp.load(path)
-    assert "\n" not in str(refused.value)
     other = write_result(tmp_path / "run.h5", {"time": (np.zeros(2), "s")})
     with pytest.raises(StoreError, match="not a cranktrain run-up"):
         RunUp.load(other)

@@ -11,7 +11,6 @@ import pytest
 from matplotlib.figure import Figure
 
 from cranktrain.cli.main import main
-from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results.bearings.run_up_cycles import bearing_outputs
 from cranktrain.results.orders.deviations import deviations
@@ -138,25 +137,6 @@ def test_of_a_speed_measured_twice_all_points_are_drawn_and_the_bar_is_their_mea
     assert np.nanmax([bar.get_height() for bar in bars]) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("rpm,order,amplitude\n1,2,3\n", "its header is"),
-        ("speed_rpm,order,amplitude,unit\n2000,6,x,deg\n", "line 2: amplitude 'x' is not a number"),
-        ("speed_rpm,order,amplitude,unit\n2000,6,1,degr\n", "did you mean 'deg'"),
-        ("speed_rpm,order,amplitude,unit\n2000,6.2,1,deg\n", "not a multiple of 0.5"),
-        ("speed_rpm,order,amplitude,unit\n-3,6,1,deg\n", "not positive"),
-        ("speed_rpm,order,amplitude,unit\n2000,6,1\n", "line 2: 3 values"),
-        ("speed_rpm,order,amplitude,unit\n", "no points"),
-    ],
-)
-def test_measured_orders_that_are_none_are_refused(tmp_path, text, message):
-    path = tmp_path / "measured.csv"
-    path.write_text(text)
-    with pytest.raises(InputError, match=message):
-        read_measured_orders(path)
-
-
 def test_history_is_the_sum_of_the_orders(run_up):
     figure = figures.history_figure(run_up, shown.ALONG, "six")
     line = figure.axes[0].lines[0]
@@ -231,11 +211,6 @@ def test_humps_have_no_label(uneven):
         6,
         9,
     }
-
-
-def test_two_scales_at_once_are_refused(capsys):
-    assert main(["plot", "none.h5", "--log", "--linear"]) == 2
-    assert capsys.readouterr().err.strip() == "cranktrain: --log and --linear ask for two scales; leave one of them out"
 
 
 def test_twist_is_drawn_with_the_range_of_all_its_orders(run_up):
@@ -327,7 +302,6 @@ def test_verb_draws_a_file_and_says_what_it_lacks(run_up, tmp_path, capsys):
     names = {place.name for place in (tmp_path / "out").iterdir()}
     assert {"torsion_orders.png", "axial_orders.png", "waterfall.png", "axial_harmonics.png"} <= names
     assert names <= set(figures.file_names())
-    assert main(["plot", str(tmp_path / "none.h5")]) == 2
 
 
 def complete_run_up(run_up):

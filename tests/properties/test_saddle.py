@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import free_six
+from one_line import one_line
 
 import cranktrain.structure.block.saddle as saddle_module
 from cranktrain.core.errors import InputError
@@ -148,9 +149,8 @@ def test_finite_elements_run_once(monkeypatch, tmp_path, usual):
     ],
 )
 def test_impossible_dimensions_are_refused_in_one_line(change, key):
-    with pytest.raises(InputError, match=rf"saddle\.{key}: ") as refused:
+    with one_line(match=rf"saddle\.{key}: "):
         saddle_mesh(replace(PLAN, **change))
-    assert "\n" not in str(refused.value)
 
 
 def test_more_shapes_than_patterns_are_refused(usual):

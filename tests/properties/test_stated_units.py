@@ -118,24 +118,6 @@ def test_a_scene_takes_units_of_a_keys_dimension_and_refuses_others(tmp_path, un
         assert str(caught.value).startswith("scene.toml: ") and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("given", "says"),
-    [
-        ({"frequency": "600"}, "frequency_hz: '600' is a text without a unit; write 600 without quotes, or '20 Hz'"),
-        ({"frequency": "0,6 kHz"}, "frequency_hz: '0,6 kHz' is no number with a unit; write decimals with a point"),
-        ({"frequency": "6 00 Hz"}, "frequency_hz: '6 00 Hz' is no number with a unit"),
-        ({"frequency": "600 Hzz"}, "frequency_hz: unit 'Hzz' is not known; did you mean 'Hz'?"),
-        ({"frequency": "six"}, "frequency_hz: 'six' is not a finite number"),
-        ({"speed": "3e4 rpm"}, "speeds_rpm[1]: 30000 is not within 20 to 20000 rev/min"),
-        ({"accuracy": "60 %"}, "accuracy: 0.6 is more than 0.5"),
-    ],
-)
-def test_odd_texts_of_a_scene_are_one_line(tmp_path, given, says):
-    with pytest.raises(InputError, match=re.escape(says)) as caught:
-        scene(tmp_path, **given)
-    assert "\n" not in str(caught.value)
-
-
 HARNESS = 'engine = "diesel_i6"\nvalvetrain = false\nspeed_rpm = "2000 1/min"\ncycles = 2\nstep_deg = "17.5 mrad"\n'
 
 
@@ -173,24 +155,6 @@ def test_bounds_of_a_harness_may_have_units_of_their_own(tmp_path):
     assert (both.unit, both.bounds.least, both.bounds.most) == ("bar", 1.0, pytest.approx(2.0))
     assert (mixed.unit, mixed.bounds.least, mixed.bounds.most) == ("Pa", pytest.approx(1e5), 3e5)
     assert relative.bounds.relative == pytest.approx(0.02)
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ('assert = [{ output = "combustion.p", what = "mean", least = 1, most = "2 bar" }]',
-         "scenario 'a'.assert[1].least: 1 has no unit, but other numbers have; give each its unit, or the key"),
-        ('assert = [{ output = "combustion.p", what = "mean", least = "1 mm", most = "2 bar" }]',
-         "assert[1].most: unit 'bar' has another dimension than 'mm'; give one of the same dimension"),
-        ('step = [{ input = "cranktrain.x", at_s = "1 mm", value = 1 }]', "at_s: unit 'mm' measures length, not time"),
-        ('step = [{ input = "cranktrain.x", at_s = 0, value = "1" }]', "value: '1' is a text without a unit"),
-        ('step = [{ input = "cranktrain.x", at_s = 0, value = "1 furlogn" }]', "value: unit 'furlogn' is not known"),
-    ],
-)  # fmt: skip
-def test_odd_texts_of_a_harness_are_one_line(tmp_path, text, says):
-    with pytest.raises(InputError, match=re.escape(says)) as caught:
-        harness(tmp_path, text)
-    assert "\n" not in str(caught.value)
 
 
 def test_targets_take_texts(tmp_path):

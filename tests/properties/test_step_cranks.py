@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from one_line import one_line
 from step_cranks import step
 
 from cranktrain.cli.main import main
@@ -172,9 +173,8 @@ def test_what_is_no_whole_crank_is_told(tmp_path, how, says):
 def test_broken_files_are_told(tmp_path, change, says):
     path = step(tmp_path / "odd.step", other={"angles": (0,)})
     path.write_text(change(path.read_text()))
-    with pytest.raises(InputError, match=says) as caught:
+    with one_line(match=says):
         found_in(path)
-    assert "\n" not in str(caught.value)
 
 
 def test_what_the_file_leaves_open_is_stated_by_options(tmp_path, monkeypatch, capsys):
@@ -194,11 +194,6 @@ def test_what_the_file_leaves_open_is_stated_by_options(tmp_path, monkeypatch, c
         assert main([*first.split(), *options.split()]) == 2, options
         assert says in capsys.readouterr().err.strip().splitlines()[-1], options
     assert not list(Path().glob("two*")), "nothing is left of a refusal"
-    sizes = ["--layout", "i4", "--bore-mm", "80"]
-    assert main(["new", "one", *sizes]) == 2
-    assert "--stroke-mm missing" in capsys.readouterr().err
-    assert main(["new", "one", *sizes, "--stroke-mm", "80", "--mains", "5"]) == 2
-    assert "--mains needs --cad FILE" in capsys.readouterr().err
 
 
 def test_from_a_step_file_to_a_mesh_that_its_engine_takes(tmp_path, monkeypatch, capsys):

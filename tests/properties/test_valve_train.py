@@ -277,22 +277,3 @@ def test_refused_inputs():
 def test_settings_that_no_valve_train_has(changes, said):
     with pytest.raises(InputError, match=said):
         build_model(replace(six(), **changes))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("lash = { value = 0.3", "lash = { value = 30", "train.lash: 30 mm is not within"),
-        ("[seat]", "[saet]", "unknown table 'saet'"),
-        ("base_radius = { value = 26", "base_radius = { value = 6", "base_radius 6 mm is too small for the intake cam"),
-        ('engine = "diesel_i6"', 'engine = "diesel_i7"', "diesel_i6"),
-    ],
-)
-def test_module_files_that_cannot_be_used(tmp_path, old, new, said):
-    text = module_files()["valvetrain_i6"].read_text("utf-8")
-    assert old in text
-    path = tmp_path / "own.toml"
-    path.write_text(text.replace(old, new), "utf-8")
-    with pytest.raises(InputError, match=said) as refusal:
-        load(path)
-    assert "\n" not in str(refusal.value)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from one_line import one_line
 
 import cranktrain as ct
 from cranktrain.core.typed_file import record
@@ -360,9 +361,8 @@ WRONG = [
 
 @pytest.mark.parametrize(("varied", "given", "told"), WRONG)
 def test_wrong_studies_are_one_line(varied, given, told):
-    with pytest.raises(ct.InputError, match=told) as error:
+    with one_line(match=told):
         ct.vary("diesel_i6", varied, **{"outputs": ["twist"], "speeds_rpm": 2000, "inherit": False, "n": 4, **given})
-    assert "\n" not in str(error.value)
 
 
 def test_limits_that_exclude_each_other_are_refused(tmp_path):

@@ -9,12 +9,12 @@ from some import some
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.watch.defects import MISFIRE, with_misfire
 from cranktrain_lab.watch.detector import Finding, Verdict
-from cranktrain_lab.watch.model import Place, TorsionalAnswers
+from cranktrain_lab.watch.recordings import Place, TorsionalAnswers
 from cranktrain_lab.watch.scatter import real_rows, scatter_of
 from cranktrain_lab.watch.watch import Watch, said
 

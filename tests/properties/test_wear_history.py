@@ -154,27 +154,6 @@ def test_the_command_writes_history_table_and_engine(tmp_path, capsys, monkeypat
     assert (tmp_path / "four_petrol_wear.h5").is_file() and (tmp_path / "t.csv").is_file()
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (
-            ["--wear-coefficient", "1e-8"],
-            "--wear-coefficient applies only to wear over time; give --hours or --schedule",
-        ),
-        (["--hours", "1", "--passes", "3"], "--passes does not go with --hours"),
-        (["--schedule", "missing.csv"], "missing.csv"),
-        (["--hours", "1", "--increment", "3"], "increment 3 is not within 0 to 1"),
-        (["--hours", "1", "--crank", "rigid"], "does not bend, so no edge touches"),
-    ],
-)
-def test_what_the_command_cannot_do_is_refused(tmp_path, capsys, monkeypatch, words, message):
-    monkeypatch.chdir(tmp_path)
-    assert main(["run-in", "four_petrol", *(["--crank", "beam"] if "--crank" not in words else []), *words]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1 and message in error
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.slow
 def test_the_history_ends_at_the_shape_that_passes_of_wear_find():
     """Both end where the least gap is half of the roughness; passes wear in leaps and so somewhat more."""

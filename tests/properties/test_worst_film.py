@@ -14,8 +14,16 @@ from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.levels import BLOCKS
 from cranktrain.film.contact.asperity import contact_constants
 from cranktrain.film.elastic.grid import FILM_MIN, PRESSURE_MAX, ElasticGrid
-from cranktrain.film.laws.ehd import FINE, pressure_peaks
-from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP, PEAKS, keep_peak, pressure_drop
+from cranktrain.film.laws.ehd import FINE
+from cranktrain.film.laws.pressure_peak import (
+    PEAK,
+    PEAK_ANGLE,
+    PEAK_DROP,
+    PEAKS,
+    keep_peak,
+    pressure_drop,
+    pressure_peaks,
+)
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.results.summary import NOT_RESOLVED, films_not_resolved, grid_errors
 from cranktrain.results.tables import grid_text, resolution_text
@@ -82,7 +90,7 @@ def test_fine_level_in_a_four(tmp_path, monkeypatch):
         for k in range(720):
             run.step((k + 1) * math.radians(2.0) / run.inputs[0])
             films[k] = run.outputs[at]
-        found.append((films[360:].min(axis=0), pressure_peaks(entry.films(run))[:, PEAK]))
+        found.append((films[360:].min(axis=0), pressure_peaks(entry.films(run).entry)[:, PEAK]))
     assert found[0][0] == pytest.approx(found[1][0], rel=0.05)
     assert found[0][1] == pytest.approx(found[1][1], rel=0.08)
 

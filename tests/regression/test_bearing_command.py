@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 
 import numpy as np
 import pytest
@@ -243,74 +242,3 @@ def test_help_states_the_norms(capsys):
     text = capsys.readouterr().out
     for part in ("So = F psi^2/(B D eta omega)", "deps/dt", "M psi^2/(B^2 D eta omega)", "omega_s sqrt(c m/W)"):
         assert part in text
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("bearing", "plain"), "needs --eccentricity"),
-        (("bearing", "plain", "--eccentricity", "0.5"), "also needs --length-ratio"),
-        (("bearing", "plain", "--load-n", "5"), "also needs --diameter-mm"),
-        (("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "1"), "surfaces touch"),
-        (("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "-0.1"), "not within 0 to 1"),
-        (("bearing", "plain", "--length-ratio", "0", "--eccentricity", "0.5"), "length ratio 0"),
-        ((*GIVEN, "--load-n", "100"), "--load-n does not go with --eccentricity"),
-        ((*LOADED, "--tilt", "0", "0.1"), "--tilt does not go with --load-n"),
-        ((*GIVEN, "--tilt", "0.5", "0"), r"edge touch .* less than 0\.4 is possible"),
-        ((*GIVEN, "--cavitation", "raynolds"), "did you mean 'reynolds'"),
-        ((*GIVEN, "--supply", "widest"), "did you mean 'widest-gap'"),
-        ((*GIVEN, "--squeeze-only", "--squeeze", "1"), "drop one of the two"),
-        ((*GIVEN, "--supply", "none", "--cavitation", "mass-conserving"), "runs dry"),
-        ((*GIVEN, "--supply", "widest-gap", "--cavitation", "full"), "use 'none'"),
-        ((*GIVEN, "--supply", "widest-gap", "--squeeze-only"), "use 'none'"),
-        (
-            ("bearing", "plain", "--length-ratio", "0.5", "--eccentricity", "nan"),
-            "--eccentricity is not a finite number",
-        ),
-        ((*GIVEN, "--squeeze", "1e400"), "--squeeze is not a finite number"),
-        ((*GIVEN, "--grid", "96", "-16"), "6 to 512"),
-        ((*GIVEN, "--grid", "8", "16"), "12 to 4096"),
-        ((*LOADED[:-1], "0"), "load 0 N must be above zero"),
-        ((*LOADED[:-1], "-5"), "load -5 N must be above zero"),
-        ((*LOADED[:-1], "1e15"), "no film carries"),
-        ((*LOADED, "--clearance-um", "-40"), "--clearance-um -40 must be above zero"),
-        ((*LOADED, "--clearance-um", "40000"), "twentieth of the diameter"),
-        ((*LOADED, "--viscosity", "-1"), "--viscosity -1 must be above zero"),
-        ((*LOADED, "--grooves", "two-axial", "--groove-deg", "180"), "overlap"),
-        ((*LOADED, "--grooves", "one"), "valid: two-axial"),
-        ((*LOADED, "--groove-deg", "20"), "needs --grooves"),
-        ((*LOADED, "--moment-nm", "0", "2000"), "no film carries 5000 N and moment"),
-        ((*LOADED, "--cavitation", "mass-conserving", "--supply", "none"), "runs dry"),
-        ((*LOADED, "--boundary-friction", "0.1"), "needs --roughness-um"),
-        ((*LOADED, "--hardness-mpa", "200"), "--hardness-mpa needs --roughness-um"),
-        ((*LOADED, "--roughness-um", "1", "--asperity-factor", "0.05", "--asperity-density", "9"), "give one"),
-        ((*GIVEN, "--asperity-ratio", "0.01"), "--asperity-ratio does not go with --eccentricity"),
-        ((*LOADED, "--roughness-um", "0"), "--roughness-um 0 must be above zero"),
-        ((*LOADED, "--pressure-law", "barus"), "--pressure-law and --pressure-viscosity go together"),
-        ((*LOADED, "--pressure-law", "barrus", "--pressure-viscosity", "20"), "did you mean 'barus'"),
-        ((*LOADED, "--compressibility", "dowson"), "did you mean 'dowson-higginson'"),
-        ((*LOADED, "--bore", "diesel_i6"), r"elastic bore is of \d.* mm\^2, this bearing of"),
-        ((*GIVEN, "--roughness-um", "1"), "--roughness-um does not go with --eccentricity"),
-        (("bearing", *LOADED[1:-2], "--eccentricity", "0.5", "--moment-nm", "1", "0"), "--moment-nm does not go with"),
-        (("bearing", "plain", "--diameter-mm", "85", "--eccentricity", "0.5"), "also needs --width-mm"),
-        (("bearing", *LOADED[1:-2], "--eccentricity", "0"), "eccentricity 0 must be above zero"),
-        (("bearing", *LOADED[1:-2], "--eccentricity", "1.2"), "give less than 1"),
-        ((*LOADED, "--cavitation", "mass-conserving", "--grooves", "two-axial", "--groove-deg", "180"), "overlap"),
-        ((*LOADED, "--cavitation", "mass-conservin"), "did you mean 'mass-conserving'"),
-        ((*LOADED, "--cavitation", "guembel", "--supply", "widest-gap"), "use none"),
-        ((*LOADED, "--grooves", "two-axial", "--groove-deg", "-20"), "overlap or vanish"),
-        ((*LOADED, "--speed", "0"), "--speed 0 must be above zero"),
-        ((*LOADED, "--viscosity", "nan"), "--viscosity nan must be above zero"),
-        ((*LOADED, "--inlet-temperature-c", "80"), "does not go with"),
-        ((*WARM[:-2],), "also needs --oil-viscosity-100"),
-        ((*WARM, "--oil-viscosity-100", "200"), "viscosities decrease"),
-        ((*WARM, "--heat-share", "1.5"), "not within 0 to 1"),
-        ((*WARM, "--inlet-temperature-c", "1000"), "not within -60 to 250"),
-    ],
-)
-def test_wrong_input_ends_in_one_line_and_exit_code_2(capsys, arguments, says):
-    assert main([*arguments, "--json"]) == 2
-    captured = capsys.readouterr()
-    assert set(json.loads(captured.out)["error"]) == {"what", "where", "remedy"}
-    assert captured.err.count("\n") == 1
-    assert re.search(says, captured.err), captured.err

@@ -62,26 +62,6 @@ def test_modal_puts_a_level_beside_the_solid(level, capsys):
     assert "deviation" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["modal", "diesel_i6", "--crank", "beem"], "'beam'"),
-        (["modal", "diesel_i6", "--crank", "beam", "--damper"], "--crank solid"),
-        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsionel"], "'torsional'"),
-        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "beam", "--bearings", "held"], "linear"),
-        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "beam", "--steady"], "--crank torsional"),
-        (
-            ["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsional", "--film-temperature", "heat-balance"],
-            "held",
-        ),
-    ],
-)
-def test_what_makes_no_sense_is_refused_in_one_line(arguments, words, capsys):
-    assert main(arguments) == 2
-    text = capsys.readouterr().err.strip()
-    assert words in text and "\n" not in text
-
-
 @pytest.mark.parametrize(("source", "words"), [("bicera", "charts"), ("ker wilson", "'ker-wilson'")])
 def test_torsional_sources_are_checked(source, words, tmp_path, capsys):
     text = engine_path("diesel_i6").read_text(encoding="utf-8")

@@ -6,10 +6,10 @@ import math
 from pathlib import Path
 
 import pytest
+from docs.engine_library import ROWS, SHIP
 
 from cranktrain.cli.main import main
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.design.library import ROWS, SHIP
 
 DATA = Path(__file__).parents[1] / "data" / "engines"
 ENGINES = (*ROWS, SHIP, *(str(path) for path in sorted(DATA.glob("*.toml"))))

@@ -74,23 +74,6 @@ def test_locked_journals_bend_each_throw_alone_and_more_load_is_less_safe(capsys
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--criterion", "heigh"], "--criterion 'heigh' does not exist; did you mean 'haigh'?"),
-        (["--speed", "10"], "--speed 10 is not within 20 to 20000 rev/min"),
-        (["--speed", "2000", "1e9"], "--speed 1e+09 is not within 20 to 20000 rev/min"),
-        (["--crank", "brick"], "--crank 'brick' does not exist"),
-        (["--fillets", "9"], "--fillets '9' is not a throw; engine 'diesel_i6' has 1 to 6, or all"),
-        (["--fillets", "1", "--crank", "beam"], "crank level 'beam' has no stresses; use solid"),
-        (["--load", "3"], "--load 3 is not within 0 to 2"),
-    ],
-)
-def test_wrong_options(capsys, arguments, says):
-    assert main(["fatigue", "diesel_i6", *arguments]) == 2
-    assert says in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
     ("pattern", "text", "says"),
     [
         (

@@ -48,13 +48,6 @@ def test_old_keywords_and_functions_name_the_new_ones():
         ct.calibrate  # noqa: B018
 
 
-@pytest.mark.parametrize("words", [("bearing",), ("bearing", "--load-n", "5"), ("bearing", "rolle"), ("bearings",)])
-def test_a_family_needs_its_kind(words, capsys):
-    assert main([*words]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1 and ("plain, roller or table" in error or "did you mean 'bearing" in error)
-
-
 def test_a_damper_is_fitted_where_it_is_asked_for():
     """One default: every verb leaves the damper out."""
     found = {verb: one.default for verb, known in KNOWN.items() for one in known.fields if one.name == "damper"}

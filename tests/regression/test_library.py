@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from one_line import one_line
 
 import cranktrain as ct
 from cranktrain.cli.main import main
@@ -96,9 +97,8 @@ def test_xarray_is_used_where_it_is_there(run):
     ],
 )
 def test_wrong_keywords_are_refused_in_one_line(choices, says):
-    with pytest.raises(ct.InputError, match=says) as error:
+    with one_line(match=says):
         ct.simulate("diesel_i6", **choices)
-    assert "\n" not in str(error.value)
 
 
 def test_an_assembly_runs_at_several_speeds(run):

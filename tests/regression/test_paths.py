@@ -2,13 +2,13 @@
 
 import json
 import math
-import re
 
 import numpy as np
 import pytest
+from engine_texts import coarse_text
 
 from cranktrain.cli.main import main
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.scene import load_scene
 
@@ -23,9 +23,7 @@ def place(tmp_path_factory):
     home = tmp_path_factory.mktemp("home")
     folder = home / FOLDER
     folder.mkdir()
-    text = engine_path("diesel_i6").read_text("utf-8")
-    text = re.sub(r"mesh_size = \{ value = [0-9.]+", "mesh_size = { value = 30", text)
-    (folder / "My Six.TOML").write_text(text, "utf-8")
+    (folder / "My Six.TOML").write_text(coarse_text("diesel_i6", 30), "utf-8")
     engine = load_engine("diesel_i6")
     gas = GasTrace.from_engine(engine)
     angle = np.arange(-360.0, 360.0)

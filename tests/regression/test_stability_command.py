@@ -131,16 +131,6 @@ def test_a_kept_map_that_is_broken_is_computed_anew(calls, tmp_path):
     assert calls["first"] == 2
 
 
-@pytest.mark.parametrize(
-    ("options", "meant"),
-    [(("--map", "oil_whril"), "oil_whirl"), (("--map", "secnd"), "valid"), (("--workers", "0"), "1024")],
-)
-def test_bad_choices_end_with_one_line(tmp_path, capsys, options, meant):
-    assert main(["stability", "--output", str(tmp_path), *options]) == 2
-    error = capsys.readouterr().err.strip()
-    assert meant in error and "\n" not in error
-
-
 def test_a_folder_that_cannot_be_is_refused_before_any_map(calls, tmp_path, capsys):
     (tmp_path / "out").write_text("a file")
     assert run(tmp_path) == 2

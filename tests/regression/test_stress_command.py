@@ -1,25 +1,15 @@
 """The verb stress: what its JSON and its file hold, its check, and wrong input."""
 
 import json
-import re
 
 import numpy as np
 import pytest
 
 from cranktrain.cli.main import main
-from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.store.bodies import export_body
 from cranktrain.store.hdf5 import read_result
 from cranktrain.structure.crank.beam import beam_body
-
-
-@pytest.fixture(scope="module")
-def coarse(tmp_path_factory):
-    """Engine file with the coarse mesh of the other tests."""
-    text = engine_path("diesel_i6").read_text(encoding="utf-8")
-    path = tmp_path_factory.mktemp("stress") / "coarse.toml"
-    path.write_text(re.sub(r"mesh_size = \{ value = [0-9.]+", "mesh_size = { value = 25", text), encoding="utf-8")
-    return path
 
 
 @pytest.mark.slow
@@ -62,24 +52,6 @@ def test_fillets_of_a_throw_by_sub_models(coarse, capsys):
     assert set(fine) == {"web[1].pin", "web[2].pin", "web[1].main", "web[2].main", "pin[1].oil_bore"}
     for name, one in fine.items():
         assert one["safety_factor"] == pytest.approx(one["safety_factor_by_rule_factors"], rel=0.5) or "bore" in name
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--speed", "10"), "--speed 10 is not within 20"),
-        (("--speed", "2200", "--bearings", "impedence"), "impedance"),
-        (("--speed", "2200", "--bearings", "held"), "held"),
-        (("--speed", "2200", "--output", "."), "folder"),
-        (("--speed", "2200", "--output", "out.parquet"), "out.parquet: a result is HDF5; name it out.h5"),
-        (("--speed", "2200", "--fillets", "7"), "1 to 6"),
-        (("--speed", "2200", "--fillets", "all", "--mesh", "own.msh"), "own.msh"),
-    ],
-)
-def test_wrong_input_is_one_line(arguments, says, capsys):
-    assert main(["stress", "diesel_i6", *arguments]) == 2
-    error = capsys.readouterr().err.strip()
-    assert says in error and "\n" not in error
 
 
 @pytest.mark.parametrize("option", ["--body", "--mesh"])

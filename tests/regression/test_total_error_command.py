@@ -25,21 +25,6 @@ def scene(few, monkeypatch, tmp_path):
     return few
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--family", "modes"), "--family does not go with --total; leave one out"),
-        (("nothing.toml",), "nothing.toml"),
-        (("--output", "/dev/null/here"), "cannot be written to"),
-    ],
-)
-def test_wrong_input_is_one_line(arguments, says, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(["tradeoff", "--total", *arguments]) == 2
-    error = capsys.readouterr().err
-    assert says in error and error.count("\n") == 1
-
-
 def test_json_is_what_ships_and_tables_say_what_to_take(scene, capsys, tmp_path):
     arguments = ["tradeoff", "--total", "--output", str(tmp_path / "out")]
     assert main([*arguments, "--json"]) == 0

@@ -20,21 +20,6 @@ def scene(small, monkeypatch, tmp_path):
     return small
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--family", "integrator"), "--family 'integrator' does not exist; did you mean 'integrators'?"),
-        (("nothing.toml",), "nothing.toml"),
-        (("--output", "/dev/null/here"), "cannot be written to"),
-    ],
-)
-def test_wrong_input_is_one_line(arguments, says, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(["tradeoff", *arguments]) == 2
-    error = capsys.readouterr().err
-    assert says in error and error.count("\n") == 1
-
-
 def test_json_and_tables(scene, capsys, tmp_path):
     arguments = ["tradeoff", "--quick", "--family", "modes", "--output", str(tmp_path / "out")]
     assert main([*arguments, "--json"]) == 0

@@ -17,8 +17,16 @@ from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.design.balance import cylinder_places, free_forces
 from cranktrain.studies.design.layouts import LAYOUTS, layout
-from cranktrain.studies.design.options import DAMPERS, FLYWHEELS, Equipment, equipment
-from cranktrain.studies.design.sizes import FUELS, MECHANICAL_EFFICIENCY, Sizes, sizes
+from cranktrain.studies.design.sizes import (
+    DAMPERS,
+    FLYWHEELS,
+    FUELS,
+    MECHANICAL_EFFICIENCY,
+    Equipment,
+    Sizes,
+    equipment,
+    sizes,
+)
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import Option, Question
 

@@ -168,7 +168,7 @@ def _computed(named: str | Path | Engine, ask: Runup) -> tuple[RunUp, VerbResult
     from cranktrain.results.run_up.run_up import check_run_up_target
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses
     from cranktrain.studies.planning.level_error import level_error
-    from cranktrain.studies.run_up.modes_in_motion import in_motion
+    from cranktrain.studies.run_up.modes import in_motion
     from cranktrain.studies.run_up.plan import job_of, run_up_speeds
     from cranktrain.studies.run_up.report import critical_speeds_at_rest, report, torsional_peaks
     from cranktrain.studies.run_up.workers import runs_here

@@ -164,7 +164,6 @@ def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -
 def _check(ask: Simulate, engine: Engine, settings: Settings) -> None:
     """Refuse requested results that the run cannot give, before it begins; ``InputError``."""
     from cranktrain.dynamics.simulation import check_far_end
-    from cranktrain.results.figures import FILM_PICTURES, MOTION_PICTURES, check_folder
 
     check_far_end(engine)
     locked = not bearing_law(settings.bearings).carries
@@ -175,6 +174,8 @@ def _check(ask: Simulate, engine: Engine, settings: Settings) -> None:
     if ask.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if ask.plots is not None:
+        from cranktrain.results.figures import FILM_PICTURES, MOTION_PICTURES, check_folder
+
         check_folder(Path(ask.plots), pictures=MOTION_PICTURES if locked else MOTION_PICTURES + FILM_PICTURES)
 
 

@@ -149,18 +149,18 @@ def _spreading() -> Any:
     return spread
 
 
-def _alone() -> Any:
+def _counting() -> Any:
     numba = compiler()
 
-    def alone(typing_context: Any, like: Any) -> Any:
-        one = _one(like)
+    def lane_count(typing_context: Any, like: Any) -> Any:
+        lanes = 1 if _one(like) else SINGLES
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return context.get_constant(numba.types.boolean, one)
+            return context.get_constant(numba.types.int64, lanes)
 
-        return numba.types.boolean(like), generate
+        return numba.types.int64(like), generate
 
-    return alone
+    return lane_count
 
 
 def _of_lanes(make: Callable[..., Any], masked: bool = False) -> Callable[[], Any]:
@@ -290,8 +290,8 @@ rounded: Any = Intrinsic(_rounding)
 """``(array of doubles, index, array)``: read the doubles of all lanes, rounded to the type of the second array."""
 spread: Any = Intrinsic(_spreading)
 """``(number, array)``: vector with one number in all lanes, of the type of an array's vectors."""
-alone: Any = Intrinsic(_alone)
-"""``(array)``: True, known when a kernel is compiled, if the array holds one object in doubles."""
+lane_count: Any = Intrinsic(_counting)
+"""``(array)``: number of objects of an array, 1 in doubles; known when a kernel is compiled, and what depends on it."""
 choose: Any = Intrinsic(_of_lanes(_choice, masked=True))
 """``(mask, one, other)``: in each lane ``one`` where the mask is true, else ``other``."""
 plus_product: Any = Intrinsic(_of_lanes(_plus))

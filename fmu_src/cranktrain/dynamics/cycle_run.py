@@ -27,18 +27,15 @@ from cranktrain.dynamics.settled.cycles import (
     settled_cycles,
 )
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, Judge, Settling
-from cranktrain.dynamics.settled.powers import PowerSamples
-from cranktrain.dynamics.settled.samples import Samples, Sink
+from cranktrain.dynamics.settled.samples import PowerSamples, Samples, Sink
 from cranktrain.dynamics.warm_films import (
     PASSES,
     SETTLED,
     balanced_temperatures,
     cycle_means,
-    warn_of_bounds,
-    warn_unsettled,
 )
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.ehd import pressure_peaks
+from cranktrain.film.laws.pressure_peak import pressure_peaks
 from cranktrain.film.laws.register import Law
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import required_damper
@@ -195,7 +192,7 @@ def run_cycles(
         learned=recorded.learned,
         powers=powers.cycle if driven and recorded.complete else None,
         step=h,
-        film_peaks=pressure_peaks(simulation.model.films),
+        film_peaks=pressure_peaks(simulation.model.films.entry),
     )
 
 
@@ -236,9 +233,16 @@ def balanced(
         if damper:
             simulation.damper_temperature = warmth
         result = run()
-    warn_of_bounds(bounds)
+    held = [i for i, bound in enumerate(bounds) if bound]
+    if held:
+        names = ", ".join(f"main[{i + 1}]" for i in held)
+        warnings.warn(f"heat balance bounded at {names}; main[{held[0] + 1}]: {bounds[held[0]]}", stacklevel=2)
     if max(changes) >= SETTLED:
-        warn_unsettled(max(changes), passes)
+        warnings.warn(
+            f"heat balance not settled by pass {passes}: temperatures would still change by {max(changes):.2g} K; "
+            "run more cycles",
+            stacklevel=2,
+        )
     return result
 
 

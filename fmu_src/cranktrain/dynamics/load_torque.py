@@ -18,20 +18,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cranktrain.core.argument_checks import called, takes_two, without_unit
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.function_checks import called, takes_two, without_unit
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.model.records import ModelArrays
-from cranktrain.dynamics.model.state import (
-    LEAD_ANGLE,
-    LEAD_SPEED,
-    POSITION,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
-    TIME,
-    VELOCITY,
-    offset,
-)
+from cranktrain.dynamics.model.state import offset
 
 LoadValues: TypeAlias = ArrayLike | Callable[..., float]
 NAME = "load_torque_nm"
@@ -109,7 +101,7 @@ class LoadFollower:
         ``end_speed`` is the speed ratio of loaded end and crank.
         """
         angle, speed = loaded_end(model, state, end_speed)
-        time, change = float(state[TIME]), 0.0
+        time, change = float(state[st.TIME]), 0.0
         if self._before is not None and time > self._before[0]:
             change = (speed - self._before[1]) / (time - self._before[0])
         self._before = time, speed
@@ -123,6 +115,6 @@ class LoadFollower:
 def loaded_end(model: ModelArrays, state: Array, end_speed: float) -> tuple[float, float]:
     """Angle (rad) and speed (rad/s) of the dynamometer's rotor at a state."""
     n, turning = model.omega2.size, model.rotor.size
-    q, v = (state[offset(kind, n) :][:turning] for kind in (POSITION, VELOCITY))
-    angle = end_speed * (state[SHAFT_ANGLE] + state[LEAD_ANGLE]) + float(model.rotor @ q)
-    return float(angle), float(end_speed * (state[SHAFT_SPEED] + state[LEAD_SPEED]) + float(model.rotor @ v))
+    q, v = (state[offset(kind, n) :][:turning] for kind in (st.POSITION, st.VELOCITY))
+    angle = end_speed * (state[st.SHAFT_ANGLE] + state[st.LEAD_ANGLE]) + float(model.rotor @ q)
+    return float(angle), float(end_speed * (state[st.SHAFT_SPEED] + state[st.LEAD_SPEED]) + float(model.rotor @ v))

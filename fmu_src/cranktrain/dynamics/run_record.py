@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import kernel, record
+from cranktrain.core.kernel import call_kernel, kernel, record
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import Parts, structure
@@ -16,19 +16,45 @@ from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.preparation import prepare_model, tell_stages
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
-from cranktrain.dynamics.model.state import TIME, state_size
+from cranktrain.dynamics.model.state import LAST_INTERVAL, TIME, state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
+from cranktrain.dynamics.outputs.laws import begin_observation
 from cranktrain.dynamics.outputs.register import Outputs, observers, output_counts, output_needs
-from cranktrain.dynamics.run import observe
 from cranktrain.dynamics.start.start import start as start_state
 from cranktrain.dynamics.time.communication import advance
+from cranktrain.dynamics.time.reconstruction import reconstruct
 from cranktrain.dynamics.time.status import INPUT_NEGATIVE, INPUT_NOT_FINITE, NOT_AHEAD, OK, UNKNOWN_METHOD
+from cranktrain.dynamics.time.step_control import frame_at, ports_at_state, pressures_at_state
 from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 
 LONGEST_STEP = 1.0
 """Longest communication step, s; over longer steps held or extrapolated inputs would be meaningless."""
+
+
+# Columns of the families in :class:`cranktrain.dynamics.outputs.register.Outputs`:
+# ADDRESS: address of the kernel that fills the family's values.
+# FIRST, END: index of the family's first value, and index after its last value.
+# MEMBERS, WANTED: number of members of the family; 1 if its values are wanted.
+ADDRESS, FIRST, END, MEMBERS, WANTED, COLUMNS = range(6)
+
+
+@kernel
+def observe(model, work, state, outputs):
+    """Fill the wanted ``outputs`` from the state alone, so that a restored state gives the same outputs."""
+    reconstruct(model, work, state)
+    frame_at(model, work, state, state[LAST_INTERVAL], 0.0, work.frames[0], work.pressures[0])
+    ports_at_state(model, work, state)
+    pressures_at_state(model, work, state)
+    begin_observation(model, work)
+    families = outputs.families
+    for k in range(families.shape[0]):
+        if families[k, WANTED] == 0:
+            continue
+        values = outputs.values[families[k, FIRST] : families[k, END]]
+        arguments = (model, work, state, families[k, MEMBERS], values)
+        call_kernel(families[k, ADDRESS], arguments)
 
 
 @record

@@ -7,6 +7,7 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -19,36 +20,19 @@ from cranktrain.dynamics import run_record
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.model.arrays import Parts, build_model, common_crank, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.numbers import LEAST_STEP
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
-from cranktrain.dynamics.model.state import (
-    CONTRACTION,
-    LAST_INTERVAL,
-    LIMITED,
-    MAX_INPUTS,
-    METHOD,
-    OMEGA_REFERENCE,
-    SAMPLES,
-    SHAFT_ACCELERATION,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
-    STEP_LAST,
-    STEP_REFERENCE,
-    TIME,
-    UNDER_WAY,
-    state_size,
-)
+from cranktrain.dynamics.model.state import state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
 from cranktrain.dynamics.outputs.register import Outputs, families_of, observers, output_counts, output_needs
-from cranktrain.dynamics.outputs.slots import WANTED
-from cranktrain.dynamics.run_record import LONGEST_STEP, Run
+from cranktrain.dynamics.run_record import LONGEST_STEP, WANTED, Run
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
-from cranktrain.dynamics.settled.powers import PowerSamples
-from cranktrain.dynamics.settled.samples import Sink
+from cranktrain.dynamics.settled.samples import PowerSamples, Sink
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
@@ -169,11 +153,9 @@ class Simulation(SteppedModel):
         self._end_speed = torsional_line(engine).end_speed
         self.on_demand, self._watched = False, set[int]()
         self.power_samples: PowerSamples | None = None
-        if self.inputs.size > MAX_INPUTS:
-            raise InputError(
-                f"at most {(MAX_INPUTS - at.OTHER_INPUTS) // at.CYLINDER_INPUTS} cylinders, engine '{engine.name}' has "
-                f"{engine.n_cylinders}"
-            )
+        if self.inputs.size > st.MAX_INPUTS:
+            most = (st.MAX_INPUTS - at.OTHER_INPUTS) // at.CYLINDER_INPUTS
+            raise InputError(f"at most {most} cylinders, engine '{engine.name}' has {engine.n_cylinders}")
 
     def _fitting(self, body: ReducedBody) -> ReducedBody:
         """The body at the settings' crank level; ``InputError`` for a body that bends at a level without bending."""
@@ -225,7 +207,7 @@ class Simulation(SteppedModel):
     @property
     def limited(self) -> bool:
         """True if the last communication step reached ``work_limit`` and was cut short."""
-        return bool(self._current()[LIMITED] > 0.0)
+        return bool(self._current()[st.LIMITED] > 0.0)
 
     @property
     def load_torque(self) -> float:
@@ -246,7 +228,7 @@ class Simulation(SteppedModel):
     def _end_step(self) -> None:
         """End a step under way at the present time, before the model is replaced."""
         state = self._current()
-        if state[UNDER_WAY] > 0.0:
+        if state[st.UNDER_WAY] > 0.0:
             end_step_here(self.model, self.work, state)
 
     def _model(self) -> ModelArrays:
@@ -268,12 +250,16 @@ class Simulation(SteppedModel):
 
     @film_temperatures.setter
     def film_temperatures(self, temperatures: Array) -> None:
-        state = self._current()
-        before, self._temperatures = self._temperatures, temperatures
+        self._remake("_temperatures", temperatures)
+
+    def _remake(self, name: str, value: Any) -> None:
+        """Make the model with another value of an attribute, at the present state; ``InputError`` changes nothing."""
+        state, before = self._current(), getattr(self, name)
+        setattr(self, name, value)
         try:
             model = self._model()
         except InputError:
-            self._temperatures = before
+            setattr(self, name, before)
             raise
         self._end_step()
         self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
@@ -287,16 +273,7 @@ class Simulation(SteppedModel):
 
     @damper_temperature.setter
     def damper_temperature(self, temperature: float) -> None:
-        state = self._current()
-        before, self.settings = self.settings, replace(self.settings, damper_temperature=temperature)
-        try:
-            model = self._model()
-        except InputError:
-            self.settings = before
-            raise
-        self._end_step()
-        self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
-        self._observe()
+        self._remake("settings", replace(self.settings, damper_temperature=temperature))
 
     def go_on_at(self, speed: float) -> None:
         """Make the present state the start of a run at another ``speed`` (rad/s), with its oil and damper temperatures.
@@ -312,10 +289,10 @@ class Simulation(SteppedModel):
         # Factors belong to the old speed, and input samples to the old run.
         self.work.key[:] = -1.0
         self.work.counters[:] = 0.0
-        state[[TIME, SAMPLES, LAST_INTERVAL, SHAFT_ACCELERATION]] = 0.0
-        state[SHAFT_SPEED] = state[OMEGA_REFERENCE] = speed
-        state[STEP_REFERENCE] = state[STEP_LAST] = -1.0
-        state[CONTRACTION] = FIRST_CONTRACTION
+        state[[st.TIME, st.SAMPLES, st.LAST_INTERVAL, st.SHAFT_ACCELERATION]] = 0.0
+        state[st.SHAFT_SPEED] = state[st.OMEGA_REFERENCE] = speed
+        state[st.STEP_REFERENCE] = state[st.STEP_LAST] = -1.0
+        state[st.CONTRACTION] = FIRST_CONTRACTION
 
     def _balanced_temperatures(self) -> Array:
         """Temperatures (b,), K, of the main bearings' films, from a run at the present speed until outputs repeat."""
@@ -348,7 +325,7 @@ class Simulation(SteppedModel):
         if not self._entries.compiles:
             return
         state, outputs = self.state, self.outputs.copy()
-        self._entries.advance(float(state[TIME]) + 1.0e-6)
+        self._entries.advance(float(state[st.TIME]) + 1.0e-6)
         self._current()[:], self.outputs[:] = state, outputs
         self.work.counters[:] = 0.0
         self.work.key[:] = -1.0
@@ -367,7 +344,7 @@ class Simulation(SteppedModel):
             raise InputError(f"{what} must be finite ({unit}), got {value:g}")
 
     def _check_state(self, vector: Array) -> None:
-        if vector[METHOD] not in (0.0, self._current()[METHOD]):
+        if vector[st.METHOD] not in (0.0, self._current()[st.METHOD]):
             raise InputError(
                 f"this state is not one of integrator '{self.settings.integrator}'; restore it where the integrator is "
                 "that of its run"
@@ -439,12 +416,13 @@ class Simulation(SteppedModel):
 
     def _error(self, status: int, t_end: float, state: Array) -> CranktrainError:
         """Error to raise for the failure status of a step to ``t_end`` (s) that no input explains."""
-        interval = t_end - state[TIME]
+        interval = t_end - state[st.TIME]
         if not interval > 0.0:
-            return InputError(f"communication step must be positive, got {interval:g} s at t = {state[TIME]:g} s")
+            return InputError(f"communication step must be positive, got {interval:g} s at t = {state[st.TIME]:g} s")
         if interval > LONGEST_STEP:
             return InputError(
-                f"communication step of {interval:g} s at t = {state[TIME]:g} s is too long; at most {LONGEST_STEP:g} s"
+                f"communication step of {interval:g} s at t = {state[st.TIME]:g} s is too long; "
+                f"at most {LONGEST_STEP:g} s"
             )
         if status == STALLED:
             return SolverError(
@@ -463,10 +441,11 @@ class Simulation(SteppedModel):
         if eps.size and status != SINGULAR:
             worst = int(eps.argmax())
             lost = f", film of main[{worst + 1}] lost (eccentricity {eps[worst]:.3f})"
-        angle = math.degrees(state[SHAFT_ANGLE] % (4.0 * math.pi))
+        angle = math.degrees(state[st.SHAFT_ANGLE] % (4.0 * math.pi))
         return (
-            f"step failed at t = {state[TIME]:.6g} s, crank angle {angle:.1f} deg, {state[SHAFT_SPEED] / RPM:.0f} "
-            f"rev/min after {MAX_HALVINGS} halvings: {own or f'{cause}{lost}; {remedy}'}"
+            f"step failed at t = {state[st.TIME]:.6g} s, crank angle {angle:.1f} deg, "
+            f"{state[st.SHAFT_SPEED] / RPM:.0f} rev/min after {MAX_HALVINGS} halvings: "
+            f"{own or f'{cause}{lost}; {remedy}'}"
         )
 
 

@@ -12,7 +12,6 @@ length (:func:`cranktrain.film.steady.heat_balance.adiabatic_temperature`).
 The power of a journal's tilting is left out; big ends and the thrust bearing stay at the engine's temperature.
 """
 
-import warnings
 from collections.abc import Mapping
 
 import numpy as np
@@ -69,20 +68,3 @@ def balanced_temperatures(
         for i, values in enumerate(zip(temperatures, powers, flows, strict=True))
     ]
     return np.array([temperature for temperature, _ in found]), tuple(bound for _, bound in found)
-
-
-def warn_of_bounds(bounds: tuple[str, ...]) -> None:
-    """Warn of all bearings whose heat balance is bounded, with the reason for the first of them."""
-    held = [i for i, bound in enumerate(bounds) if bound]
-    if held:
-        names = ", ".join(f"main[{i + 1}]" for i in held)
-        warnings.warn(f"heat balance bounded at {names}; main[{held[0] + 1}]: {bounds[held[0]]}", stacklevel=3)
-
-
-def warn_unsettled(change: float, passes: int) -> None:
-    """Warn of temperatures that the last of ``passes`` runs would still change by ``change`` K."""
-    warnings.warn(
-        f"heat balance not settled by pass {passes}: temperatures would still change by {change:.2g} K; "
-        "run more cycles",
-        stacklevel=3,
-    )

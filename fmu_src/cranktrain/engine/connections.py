@@ -1,7 +1,7 @@
 """Data of the force laws that join added bodies, one class per law (SI)."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 
 from cranktrain.engine import quantities as q
 from cranktrain.engine.parts import (
@@ -213,20 +213,7 @@ class RingDamper:
     def needed(given: Given) -> Needed:
         """Those keys that a damper of an engine needs and this one has."""
         keys, why = Damper.needed(lambda key: given("fluid" if key == "law" else key))
-        optional = (
-            "viscosity",
-            "viscosity_slope",
-            "critical_stress",
-            "flow_exponent",
-            "ring_outer_radius",
-            "ring_inner_radius",
-            "ring_width",
-            "axial_gap",
-            "outer_gap",
-            "inner_gap",
-            "stiffness",
-            "loss_factor",
-        )
+        optional = {entry.name for entry in fields(RingDamper) if entry.default is not MISSING}
         return Needed(tuple(key for key in keys if key in optional), why)
 
     kind: q.RingDamperKind

@@ -18,10 +18,9 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
 from cranktrain.engine.additions import Additions, BodyTable, ConnectionTable, FrameTable, split_end
 from cranktrain.engine.articulated_rod import Articulation, articulations, dead_centre_heights, rods_of
-from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
-from cranktrain.engine.limits import BearingLimits, Limits
+from cranktrain.engine.limits import BearingLimits, CrankStrength, Limits
 from cranktrain.engine.rod_shape import RodShape, rod_additions
 
 IDLE_SHARE = 0.25

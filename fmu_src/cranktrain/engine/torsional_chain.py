@@ -33,7 +33,7 @@ of the table; without a shaft to ``dynamometer`` its far end is free.
 """
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from pathlib import Path
@@ -41,13 +41,8 @@ from typing import Any, get_args
 
 import numpy as np
 
-from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.text_dialect import Dialect
-from cranktrain.core.text_header import named
-from cranktrain.core.text_rows import read_rows
-from cranktrain.core.text_table import first_words
 from cranktrain.core.units import known_factor
 from cranktrain.core.user_file import TABLES, ending, is_number, read_toml
 from cranktrain.engine import quantities as q
@@ -118,7 +113,9 @@ def is_chain(path: str | Path) -> bool:
     """True if a file is a table of discs and shafts."""
     try:
         if ending(path) in TABLES:
-            return any(kind_of(word, COLUMNS) == "disc" for word in first_words(path, "chain", ""))
+            from cranktrain.core.text_table import first_words
+
+            return any(_column(word) == "disc" for word in first_words(path, "chain", ""))
         return ending(path) == ".toml" and "disc" in read_toml(path, "chain", "")
     except InputError:
         return False
@@ -148,6 +145,9 @@ def read_chain(path: str | Path, ends: tuple[str, ...] = (GROUND,)) -> Chain:
 
 def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
     """Rows of a text table in the form that TOML gives, with numbers in SI by the units of their columns."""
+    from cranktrain.core.text_header import named
+    from cranktrain.core.text_rows import read_rows
+
     valid = (*DISC_COLUMNS, *SHAFT_COLUMNS)
     remedy = f"name the columns in the first line: {', '.join(valid)}"
 
@@ -172,7 +172,7 @@ def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
         where = f"{path}: line {number}"
         rows = zip(columns, cells, scales, strict=True)
         filled = {
-            key: text if key in TEXTS else _numbers(where, key, text, table.dialect, scale)
+            key: text if key in TEXTS else _numbers(where, key, text, table.dialect.number, scale)
             for key, text, scale in rows
             if key and text not in ("", "-", "--")
         }
@@ -195,6 +195,8 @@ def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
 
 def _column(name: str) -> str:
     """Column of a table that a word names; empty if the word names no column."""
+    from cranktrain.core.column_names import kind_of
+
     return name if name in COLUMNS else kind_of(name, COLUMNS)
 
 
@@ -212,18 +214,18 @@ def _scale(where: str, column: str, unit: str) -> float:
     return found.scale
 
 
-def _numbers(where: str, key: str, text: str, dialect: Dialect, scale: float) -> float | list[float]:
-    """Number in a cell, or the numbers of a list with slashes."""
-    if SHAFT_COLUMNS.get(key, "") in LISTS and "/" in text:
-        return [scale * _number(where, key, part.strip(), dialect) for part in text.split("/")]
-    return scale * _number(where, key, text, dialect)
-
-
-def _number(where: str, key: str, text: str, dialect: Dialect) -> float:
-    try:
-        return dialect.number(text)
-    except ValueError:
-        raise InputError(f"{where}: {key} = '{text}' is not a number; write it with a decimal point") from None
+def _numbers(
+    where: str, key: str, text: str, number: Callable[[str], float], scale: float
+) -> float | list[float]:  # fmt: skip
+    """Number in a cell, or the numbers of a list with slashes, each read by ``number``."""
+    listed = SHAFT_COLUMNS.get(key, "") in LISTS and "/" in text
+    found = []
+    for part in text.split("/") if listed else [text]:
+        try:
+            found.append(scale * number(part.strip()))
+        except ValueError:
+            raise InputError(f"{where}: {key} = '{part}' is not a number; write it with a decimal point") from None
+    return found if listed else found[0]
 
 
 def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict[str, Any]:

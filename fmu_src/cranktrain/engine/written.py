@@ -41,11 +41,11 @@ def document_of(engine: Engine) -> dict[str, Any]:
 
 def text_of(document: dict[str, Any]) -> str:
     """TOML text of a document."""
-    lines = [HEAD, *(f"{key} = {_toml(value)}" for key, value in document.items() if isinstance(value, str))]
+    lines = [HEAD, *(f"{key} = {toml_text(value)}" for key, value in document.items() if isinstance(value, str))]
     for name, table in document.items():
         for one in table if isinstance(table, list) else [table] if isinstance(table, dict) else []:
             lines += ["", f"[[{name}]]" if isinstance(table, list) else f"[{name}]"]
-            lines += [f"{key} = {_toml(value)}" for key, value in one.items()]
+            lines += [f"{key} = {toml_text(value)}" for key, value in one.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -123,13 +123,19 @@ def _as_written(value: float, scale: float, zero: float) -> float | None:
     return next((one for one in tried if one * scale + zero == value), None)
 
 
-def _toml(value: Any) -> str:
+def toml_text(value: Any) -> str:
     """TOML text of a value of a document."""
     if isinstance(value, dict):
-        return f"{{ {', '.join(f'{key} = {_toml(own)}' for key, own in value.items())} }}"
+        return f"{{ {', '.join(f'{key} = {toml_text(own)}' for key, own in value.items())} }}"
     if isinstance(value, list):
-        return f"[{', '.join(map(_toml, value))}]"
+        return f"[{', '.join(map(toml_text, value))}]"
     if isinstance(value, bool):
         return "true" if value else "false"
     # JSON escapes texts as TOML does, except for DEL, which only TOML escapes.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f") if isinstance(value, str) else repr(value)
+
+
+def entry_text(key: str, value: str, unit: str, origin: str, note: str) -> str:
+    """Line of an engine file with a value, given as TOML text, its unit (empty: it has none), origin and note."""
+    measured = f', unit = "{unit}"' if unit else ""
+    return f'{key} = {{ value = {value}{measured}, origin = "{origin}", note = {toml_text(note)} }}'

@@ -19,7 +19,15 @@ from cranktrain.film.laws.register import LAWS, PLAIN
 from cranktrain.fmu.archive import model_description
 from cranktrain.fmu.carried import ALL, BASIC, USUAL, carried_levels, left_out_text, without_films
 from cranktrain.fmu.description import Interface
-from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, family_counts, full_interface
+from cranktrain.fmu.engine_fmu import (
+    build,
+    check_target,
+    engine_interface,
+    family_counts,
+    full_interface,
+    start_settings,
+    with_starts,
+)
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.module_fmu import build_module, module_product
@@ -28,7 +36,6 @@ from cranktrain.fmu.native.link import checked_platform
 from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.parallel_build import made_beside, make_block, make_bores
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
-from cranktrain.fmu.start_levels import start_settings, with_starts
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.pressure_map import read_gas

@@ -22,10 +22,13 @@ def cylinder_volume(engine: Engine, angle: Array, cylinder: int = 0) -> tuple[Ar
     -------
     volume (n,) m³, derivative (n,) m³/rad
     """
-    if engine.articulations[cylinder] is not None:
-        return _over_articulated_rod(engine, angle, cylinder)
-    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.offsets[0]
     area = 0.25 * math.pi * engine.cylinders.bore**2
+    if engine.articulations[cylinder] is not None:
+        height, rate = piston_height(engine, cylinder, angle + engine.firing_angles[cylinder])
+        top, bottom = dead_centre_heights(engine, cylinder).tolist()
+        clearance = area * (top - bottom) / (engine.cylinders.compression_ratio - 1.0)
+        return clearance + area * (top - height), -area * rate
+    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.offsets[0]
     top = math.sqrt((length + r) ** 2 - offset**2)
     stroke = top - math.sqrt((length - r) ** 2 - offset**2)
     x = -r * np.sin(angle) - offset
@@ -34,15 +37,6 @@ def cylinder_volume(engine: Engine, angle: Array, cylinder: int = 0) -> tuple[Ar
     volume = clearance + area * (top - r * np.cos(angle) - s)
     derivative = area * (r * np.sin(angle) - x * r * np.cos(angle) / s)
     return volume, derivative
-
-
-def _over_articulated_rod(engine: Engine, angle: Array, cylinder: int) -> tuple[Array, Array]:
-    """Return volume and derivative above the piston of an articulated rod, by the exact path of this piston."""
-    area = 0.25 * math.pi * engine.cylinders.bore**2
-    height, rate = piston_height(engine, cylinder, angle + engine.firing_angles[cylinder])
-    top, bottom = dead_centre_heights(engine, cylinder).tolist()
-    clearance = area * (top - bottom) / (engine.cylinders.compression_ratio - 1.0)
-    return clearance + area * (top - height), -area * rate
 
 
 def mean_effective_pressure(engine: Engine, pressure: Array) -> float:

@@ -193,17 +193,13 @@ class GasTrace:
 
 def trace_of(engine: Engine, rows: Sequence[Array], source: str) -> GasTrace:
     """Make a trace of given pressures: one row (SAMPLES,), Pa, over 720 degrees, or one for each cylinder."""
-    traces = [
-        GasTrace(
-            motored=_motored(engine, fired),
-            fired=fired,
-            imep=mean_effective_pressure(engine, fired),
-            best_speed=engine.best_speed,
-            falloff=0.0,
-            source=source,
-        )
-        for fired in rows
-    ]
+    traces = []
+    for fired in rows:
+        # The motored compression starts from the measured pressure at the end of the intake stroke.
+        intake, work = float(fired[SAMPLES * 3 // 4]), mean_effective_pressure(engine, fired)
+        compressor = engine.compressor is not None
+        motored = np.full(SAMPLES, intake) if compressor else _trace(engine, 0.0, intake_pressure=intake)
+        traces.append(GasTrace(motored, fired, work, engine.best_speed, 0.0, source))
     if len(traces) == 1:
         return traces[0]
     return replace(GasTrace.mean(traces, [1.0 / len(traces)] * len(traces), source), own=tuple(traces))
@@ -227,13 +223,6 @@ def spline_coefficients(samples: Array) -> Array:
     table = np.zeros((n, 4))
     fill_spline(values, np.zeros(n), table)
     return table
-
-
-def _motored(engine: Engine, fired: Array) -> Array:
-    """Estimate the motored trace (SAMPLES,), Pa, of a measured fired trace."""
-    # The motored compression starts from the measured pressure at the end of the intake stroke.
-    intake = float(fired[SAMPLES * 3 // 4])
-    return np.full(SAMPLES, intake) if engine.compressor is not None else _trace(engine, 0.0, intake_pressure=intake)
 
 
 def gas_tables(gas: GasTrace) -> Array:

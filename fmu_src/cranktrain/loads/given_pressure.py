@@ -19,8 +19,8 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cranktrain.core.argument_checks import called, takes_two, without_unit
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.function_checks import called, takes_two, without_unit
 from cranktrain.engine.model import Engine
 from cranktrain.loads.built_in_trace import CYCLE, SAMPLES
 from cranktrain.loads.gas_pressure import Gas, GasTrace, trace_of

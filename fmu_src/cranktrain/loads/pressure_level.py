@@ -60,7 +60,8 @@ def unit_of_trace(name: str, engine: Engine, angle: Array, pressure: Array) -> P
         and low <= start * UNITS[unit] <= high
         and LEAST <= least * UNITS[unit] <= 1.2 * high
     ]
-    if engine.compressor is None and _unthrottled(engine):
+    diesel = engine.compressor is None and engine.cylinders.compression_ratio >= DIESEL
+    if diesel and engine.burn.intake_pressure > SUPERCHARGED:
         fits = [unit for unit in fits if start * UNITS[unit] >= UNTHROTTLED] or fits
     if len(fits) == 1:
         how = (
@@ -77,10 +78,6 @@ def unit_of_trace(name: str, engine: Engine, angle: Array, pressure: Array) -> P
         f"{name}: no unit is stated and none fits a peak of {peak:.4g} over {start:.3g} at the intake: "
         f"{meant(CANDIDATES, peak)}; state it, --pressure-unit or the header"
     )
-
-
-def _unthrottled(engine: Engine) -> bool:
-    return engine.cylinders.compression_ratio >= DIESEL and engine.burn.intake_pressure > SUPERCHARGED
 
 
 def refuse_any_unit(name: str, peak: float) -> None:

@@ -45,7 +45,7 @@ SHARES = (
     Share("added_bodies", "added bodies, structural damping", at.BODIES_LOSS),
     Share("axial_force", "work against the axial force", at.AXIAL_FORCE_WORK),
 )
-"""All parts of the gas work. A new loss needs an observer that fills an entry of ``Work.powers``, and a row here."""
+"""All parts of the gas work. A new loss needs an account, a slot of ``Work.powers``, and a row here."""
 
 
 def energy_balance(powers: Array, step: float) -> dict[str, Any]:

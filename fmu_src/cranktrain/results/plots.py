@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
 
@@ -82,50 +81,6 @@ def plot_table(ax: Any, header: Sequence[str], rows: Sequence[Sequence[str]], ti
         if row == 0:
             cell.set_facecolor("#e8eef5")
             cell.set_text_props(weight="bold")
-
-
-def plot_mode_shape(
-    ax: Any, points: Array, triangles: NDArray[np.int64], displacement: Array, values: Array, label: str, scale: float
-) -> Any:
-    """Render a deformed surface, coloured by a value at its points.
-
-    Parameters
-    ----------
-    ax : three-dimensional axes
-    points : (n, 3) m, z along the crank axis; drawn along the horizontal axis
-    triangles : (m, 3) indices of points
-    displacement : (n, 3) m, drawn enlarged by ``scale``
-    values : (n,) colour, e.g. the rotation about the crank axis; ``label`` names it for a colour bar
-
-    Returns
-    -------
-    The collection, for a colour bar
-    """
-    from matplotlib import colormaps, colors
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    moved = (points + scale * displacement)[:, [2, 0, 1]]
-    corners = moved[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    light = np.array([0.35, -0.65, 0.67])
-    brightness = 0.45 + 0.55 * np.abs(normal @ light)
-    limit = float(np.abs(values).max()) or 1.0
-    norm = colors.Normalize(-limit, limit)
-    colour = colormaps["coolwarm"](norm(values[triangles].mean(axis=1)))
-    colour[:, :3] *= brightness[:, None]
-    surface = Poly3DCollection(corners, facecolors=colour, edgecolors="none", linewidths=0.0, antialiased=False)
-    surface.set_cmap("coolwarm")
-    surface.set_norm(norm)
-    surface.set_array(None)
-    surface.set_label(label)
-    ax.add_collection3d(surface)
-    low, high = moved.min(axis=0), moved.max(axis=0)
-    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    ax.set_box_aspect(high - low)
-    ax.view_init(elev=22, azim=-62)
-    ax.set_axis_off()
-    return surface
 
 
 def plot_bearing_load(ax: Any, force_x: Array, force_y: Array, name: str) -> None:

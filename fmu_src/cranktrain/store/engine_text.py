@@ -14,6 +14,7 @@ from cranktrain.engine import values
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS
+from cranktrain.engine.written import entry_text, toml_text
 from cranktrain.store.whole_file import Kind, check_place, whole_file
 
 DIGITS = 4
@@ -59,10 +60,8 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
     for key, change in changes.items():
         table, name, index = re.fullmatch(r"([a-z_]+)\.([a-z0-9_]+)(?:\[(\d+)\])?", key).groups()  # type: ignore[union-attr]
         old = document.get(table, {}).get(name)
-        note = change.note.replace("\\", "\\\\").replace('"', '\\"')
         if isinstance(change.value, tuple):
-            entry = f'{name} = {{ value = {list(change.value)}, origin = "{change.origin}", note = "{note}" }}'
-            put(lines, key, table, name, entry)
+            put(lines, key, toml_text(list(change.value)), "", change)
             continue
         rule = values.quantity(engine, key)
         unit = (old or {}).get("unit", next(iter(UNITS[rule.dimension])))
@@ -72,8 +71,7 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
             entries = [_number(entry) for entry in old["value"]]
             entries = [number if index in (None, str(i)) else entry for i, entry in enumerate(entries, 1)]
             old["value"], number = [float(entry) for entry in entries], f"[{', '.join(entries)}]"
-        entry = f'{name} = {{ value = {number}, unit = "{unit}", origin = "{change.origin}", note = "{note}" }}'
-        put(lines, key, table, name, entry)
+        put(lines, key, number, unit, change)
     return "\n".join(lines) + "\n"
 
 
@@ -84,13 +82,16 @@ def write_new(path: Path, text: str) -> None:
         load_engine(temporary)
 
 
-def put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:
-    """Put an entry into the lines of an engine file, in place of the old entry or after the last one of its table.
+def put(lines: list[str], key: str, value: str, unit: str, change: Written) -> None:
+    """Put a value, given as TOML text, into the lines of an engine file: for the old one, or at the end of its table.
 
     The old entry's indentation and a comment behind it are kept. A table that the file does not have is added.
+    (tomlkit would move tables of a file whose [[body]] and [[frame]] alternate, so the lines are edited here.)
 
     Raises ``InputError`` for an entry that is not written as ``name = ...`` under ``[table]``.
     """
+    table, name = key.partition("[")[0].split(".")
+    entry = entry_text(name, value, unit, change.origin, change.note)
     document = tomllib.loads("\n".join(lines))
     start = next((i for i, line in enumerate(lines) if re.fullmatch(rf"\s*\[\s*{table}\s*\]\s*(#.*)?", line)), None)
     if start is None:

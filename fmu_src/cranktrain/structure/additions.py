@@ -1,10 +1,13 @@
 """Elastic bodies that an engine file adds: reduced bodies read from files, and shafts made of beams."""
 
+from __future__ import annotations
+
 import json
 import math
 from dataclasses import asdict, replace
 from hashlib import sha256
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,8 +22,9 @@ from cranktrain.dynamics.topology.values import End, Frame, Topology
 from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
 from cranktrain.loads.torsional_line import torsional_line
-from cranktrain.structure.fem.frame import Frame as Beams
-from cranktrain.structure.fem.frame import Section, circular
+
+if TYPE_CHECKING:
+    from cranktrain.structure.fem.frame import Section
 
 FIXED_MODES = 40
 """Number of fixed-interface modes of a shaft before modes above its cut-off are removed."""
@@ -38,12 +42,12 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
 
     Interfaces of a user's ``own_crank`` and ``own_block`` are not checked here because these files are read later.
     """
-    from cranktrain.structure.block.mesh import block_interface_names
-    from cranktrain.structure.crank.shape import crank_interfaces
-
     added = engine.additions.connection
     if not added and not engine.additions.body:
         return
+    from cranktrain.structure.block.mesh import block_interface_names
+    from cranktrain.structure.crank.shape import crank_interfaces
+
     topology_outputs(engine)
     for table in added:
         wanted = () if table.film is None else film_parts(table.film, table.ends)
@@ -106,6 +110,8 @@ def _from_file(table: BodyTable) -> ReducedBody:
 
 def shaft_body(table: BodyTable, axes: Frame) -> ReducedBody:
     """Reduced body of a shaft or rod made of beams between its stations, with its discs, in axes of its frame."""
+    from cranktrain.structure.fem.frame import Frame as Beams
+
     frame = Beams(table.youngs_modulus, table.youngs_modulus / (2.0 * (1.0 + table.poisson_ratio)))
     places = np.unique(np.round([*table.stations, *table.held_at], 9))
     places = places[np.append(True, np.diff(places) > SHORTEST)]
@@ -133,6 +139,8 @@ def shaft_body(table: BodyTable, axes: Frame) -> ReducedBody:
 
 def _section(table: BodyTable, place: float) -> Section:
     """Section of a shaft or rod at a position along its axis."""
+    from cranktrain.structure.fem.frame import Section, circular
+
     k = max(0, int(np.searchsorted(table.stations, place)) - 1)
     if table.diameters:
         return circular(table.diameters[k], table.density, table.poisson_ratio)

@@ -4,10 +4,12 @@ Command line, studies, FMU build and library all use this module, so a fidelity 
 Parts are kept as long as the process lives, and on disk if making them takes long.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -26,11 +28,13 @@ from cranktrain.engine.connections import Film
 from cranktrain.engine.levels import CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.store.bodies import FOLDER_HEADER
 from cranktrain.structure.additions import check_added, read_added
+
+if TYPE_CHECKING:
+    from cranktrain.film.elastic.bore_compliance import BoreCompliance
+    from cranktrain.film.table.database import FilmTable
 
 _KEPT: dict[Any, Any] = {}
 
@@ -133,12 +137,12 @@ def check_crank_table(level: str, mesh: str | Path | None) -> None:
 
 def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
     """Bare crankshaft of discs and shafts from a table or stored body. Return None if ``mesh`` is neither."""
+    if mesh is None:
+        return None
     from cranktrain.engine.torsional_chain import is_chain, read_chain
     from cranktrain.structure.crank.chain import chain_body
     from cranktrain.structure.crank.reduction import own_crankshaft
 
-    if mesh is None:
-        return None
     if is_chain(mesh):
         return chain_body(engine, read_chain(mesh))
     return None if _stored_table(mesh) is None else own_crankshaft(engine, mesh)
@@ -335,8 +339,8 @@ def film_tables_of(
 
 def _film_tables(films: Sequence[Film], say: Progress, resolution: str = "default") -> tuple[FilmTable, ...]:
     """One film table for all films of level ``table`` with the same proportions."""
-    wanted = {bearing_settings(film, resolution): film for film in films if "table" in film_parts(film, ())}
-    return tuple(_film_table(film, say, resolution) for film in wanted.values())
+    found = [_film_table(film, say, resolution) for film in films if "table" in film_parts(film, ())]
+    return tuple({id(table): table for table in found}.values())  # films of equal proportions share one
 
 
 def big_end_table(engine: Engine, say: Progress = lambda stage: None) -> FilmTable:
@@ -359,6 +363,8 @@ def big_end_bore(engine: Engine, say: Progress = lambda stage: None) -> BoreComp
 
 
 def _film_table(bearing: PlainBearing, say: Progress, resolution: str = "default", tilt: bool = True) -> FilmTable:
+    from cranktrain.film.table.database import bearing_settings
+
     settings = bearing_settings(bearing, resolution, tilt)
 
     def shown(done: int, count: int) -> None:

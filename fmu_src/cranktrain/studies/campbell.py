@@ -5,16 +5,15 @@ The modes of a running crank differ (:mod:`cranktrain.studies.in_motion`), and i
 
 Modes are those of
 
-    M q̈ + (C − Cᵀ)/2 q̇ + K q = 0
+    M q̈ + C q̇ + K q = 0
 
-with the cycle means of the matrices of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank`: gyroscopic,
-centrifugal and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, the drive line with
-its discs; no damping but the torsional damper's, whose ring is one more coordinate
-(:mod:`cranktrain.studies.torsion.damped_modes`), at small amplitude and as warm as its table says. Frequencies are
+of :mod:`cranktrain.dynamics.linear` with the mean tangents of a uniform rotation: gyroscopic, centrifugal
+and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, the drive line with its discs; no
+damping but the torsional damper's, at small amplitude and as warm as its table says. Frequencies are
 given in axes of the turning crank, like the orders of its rods. An order is in resonance where its frequency equals
 that of a mode. Torsion and axial motion have the same frequencies in axes at rest; bending is split by ±Ω there.
 
-Bodies that an engine's file adds are further coordinates, in the bands of :mod:`cranktrain.structure.in_motion.linear`,
+Bodies that an engine's file adds are further coordinates, in the bands of :mod:`cranktrain.dynamics.linear`,
 with their connections linear as in :mod:`cranktrain.studies.torsion.added_orders`. A mode that moves mostly in bands
 other than 0 is a copy of another one and is left out.
 
@@ -25,7 +24,6 @@ so that each mode keeps its name where two frequencies cross. A mode is named at
 """
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -36,12 +34,16 @@ from scipy.optimize import linear_sum_assignment
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import Progress
+from cranktrain.dynamics.linear import SmallMotions
+from cranktrain.dynamics.model import slots
+from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
+from cranktrain.loads.torsional_line import DAMPING, torsional_line
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.structure.crank.modal import (
     KINDS,
@@ -55,14 +57,10 @@ from cranktrain.structure.crank.modal import (
     torsional_frequencies,
 )
 from cranktrain.structure.in_motion.eigenproblem import slowest_hz
-from cranktrain.structure.in_motion.linear import Equations, SmallMotions
-from cranktrain.studies.torsion.added_orders import linear_model, links, not_linear
-from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes, with_ring
-from cranktrain.studies.torsion.line_modes import LINE, named_with_line, with_line
-from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
+from cranktrain.studies.torsion.added_orders import linear_model, not_linear
+from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes
+from cranktrain.studies.torsion.line_modes import LINE, named_with_line
 
-HIGHEST_ORDER = 4.0
-"""Highest order that the samples for the cycle means resolve."""
 ADDED = "added"
 """Kind of modes that hold most of their kinetic energy in bodies that an engine's file adds."""
 _SPARE_HZ = 1.5
@@ -94,30 +92,23 @@ def campbell(
     speeds = np.asarray(speeds, dtype=float)
     if speeds.size < 2 or not np.all(np.diff(speeds) > 0.0):
         raise InputError("a Campbell diagram takes two speeds or more, increasing")
-    gas = GasTrace.from_engine(engine)
-    mains = "held" if level == "torsional" else "linear"
-    ring = engine.damper if damper else None
-    line = torsional_line(engine.without_additions)
-    attached = line if engine.drive_line_chain is not None else None
-    links, bands = _links(engine, body, level, mains, gas)
-    say(f"rods at {speeds.size} speeds")
-    cranks = [PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains) for speed in speeds.tolist()]
+    line, n = torsional_line(engine.without_additions), body.n_modes
+    model = _model(engine, body, level, damper)
+    motions = SmallMotions(model)
     say(f"modes at {speeds.size} speeds")
-    found = [
-        _modes(crank, body, attached, ring, speed, None if links is None else links(speed))
-        for crank, speed in zip(cranks, speeds.tolist(), strict=True)
-    ]
-    rotors = np.sqrt(line.inertia)
-    n, size = body.n_modes, body.n_modes + line.inertia.size
+    found, crank_mass = [], np.zeros((n, n))
+    for speed in speeds.tolist():
+        stiffness, damping, mass = _matrices(model, motions, engine.damper if damper else None, speed)
+        found.append(damped_modes(stiffness, damping, mass))
+        crank_mass = mass[:n, :n].real if not crank_mass.any() else crank_mass
     energy = np.abs(found[0].shapes) ** 2 / np.sum(np.abs(found[0].shapes) ** 2, axis=0)
-    energy = energy[len(energy) - bands.size :]
-    copies, of_added = (np.sum(energy[bands != 0.0], axis=0) >= 0.5, np.sum(energy, axis=0) >= 0.5)
-    plain = found[0].shapes[:size, ~of_added].copy()
-    plain[n:] /= rotors[:, None]
+    added = motions.mode >= model.ports.shape[1]
+    copies, of_added = (np.sum(energy[kept], axis=0) >= 0.5 for kept in (added & (motions.band != 0.0), added))
+    rotors = np.arange(line.inertia.size) + n + damper
+    plain = found[0].shapes[np.append(np.arange(n), rotors)][:, ~of_added]
+    plain[n:] /= np.sqrt(line.inertia)[:, None]
     whole = np.full(of_added.size, ADDED, dtype=object)
-    whole[~of_added] = named_with_line(
-        engine, body, line, cranks[0].mass, DampedModes(found[0].values[~of_added], plain)
-    )
+    whole[~of_added] = named_with_line(engine, body, line, crank_mass, DampedModes(found[0].values[~of_added], plain))
     of_line = np.array([name.startswith(LINE) for name in whole])
     at_rest = torsional_frequencies(*cranktrain_modes(engine, body), engine.reduction.running_cutoff_hz)[0]
     highest_hz = listed_to([at_rest]) if highest_hz is None else highest_hz
@@ -160,64 +151,30 @@ def assurance(ones: NDArray[Any], others: NDArray[Any]) -> Array:
     return np.asarray(np.abs(ones.conj().T @ others) ** 2 / np.outer(*sizes))
 
 
-def _links(
-    engine: Engine, body: ReducedBody, level: str, mains: str, gas: GasTrace
-) -> tuple[Callable[[float], Equations] | None, Array]:
-    """Equations of added bodies and their connections over the speed, and bands of their coordinates; else None."""
-    if not any(engine.additions):
-        return None, np.zeros(0)
+def _model(engine: Engine, body: ReducedBody, level: str, damper: bool) -> ModelArrays:
+    """Undamped model on linear bearings and rigid ground; ``InputError`` for added bodies that have no linear form."""
     if reason := not_linear(engine):
         raise InputError(f"{reason}, which a Campbell diagram does not include; leave it out")
-    settings = Settings(crank=level, bearings=mains, block="ground")
-    model = linear_model(replace(engine, drive_line_chain=None), body, settings, gas)
-    motions = SmallMotions(model)
-    crank, added, equations = links(model, motions)
-    kept = np.ix_(own := np.concatenate((crank[: body.n_modes], added)), own)
-    return lambda speed: Equations(*(part[kept] for part in equations(speed))), motions.band[added]
+    settings = Settings(
+        crank=level, bearings="held" if level == "torsional" else "linear", block="ground",
+        damper="fitted" if damper else "none",
+    )  # fmt: skip
+    model = linear_model(replace(engine, axial_path=None), body, settings, GasTrace.from_engine(engine))
+    shafts = model.shaft_laws.copy()
+    shafts[:, DAMPING] = 0.0
+    return model._replace(damping=np.zeros_like(model.damping), shaft_laws=shafts)
 
 
-def _joined(parts: Sequence[Array], links: Equations, crank: int) -> list[NDArray[Any]]:
-    """K, C, M of a structure with added bodies, whose coordinates come last; undamped.
-
-    The first coordinates of both are the crank's, ``crank`` in number.
-    """
-    size, more = len(parts[0]), len(links.mass) - crank
-    at = np.append(np.arange(crank), np.arange(size, size + more))
-    whole = [np.pad(part, (0, more)).astype(np.complex128) for part in parts]
-    for part, link, sign in zip(whole, (links.stiffness, links.damping, links.mass), (1.0, -1.0, 1.0), strict=True):
-        part[np.ix_(at, at)] += 0.5 * (link + sign * link.conj().T)
-    return whole
-
-
-def _modes(
-    crank: PeriodicCrank, body: ReducedBody, line: TorsionalLine | None, ring: Damper | None, speed: float,
-    links: Equations | None,
-) -> DampedModes:  # fmt: skip
-    """Modes of the turning crank at its speed, undamped except for a damper's ring, with coordinates of unit mass.
-
-    ``line`` is a drive line of discs, whose rotors follow the crank's coordinates; then come a ring, and added bodies
-    with their ``links``.
-    """
-    stiffness, mass = (0.5 * (part + part.T) for part in (crank.stiffness, crank.mass))
-    turning = 0.5 * (crank.damping - crank.damping.T)
-    hub = body.shapes[body.index("pulley"), 5]
-    if line is not None:
-        stiffness, mass, _ = with_line(stiffness, mass, body.shapes[body.index("flywheel"), 5], line)
-        root = np.append(np.ones(hub.size), 1.0 / np.sqrt(line.inertia))
-        stiffness, mass = (root[:, None] * part * root for part in (stiffness, mass))
-        more = line.inertia.size
-        turning, hub = np.pad(turning, (0, more)), np.pad(hub, (0, more))
-    size = len(mass)
+def _matrices(
+    model: ModelArrays, motions: SmallMotions, ring: Damper | None, speed: float
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """K, C, M of small motions at a speed, undamped except for the ``ring`` of a damper."""
+    damper, rods = dimensions(model).damper, set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
+    laws = tangents_in_rotation(model, speed, rods).mean()
+    springs = tangents_in_rotation(model, 0.0, set(range(len(model.connections))) - rods - {damper}).mean()
+    laws = laws._replace(place=laws.place + springs.place, acceleration=laws.acceleration + springs.acceleration)
     if ring is not None:
         law = damper_parameters(ring, damper_temperature(ring, speed))
-        stiffness, damping, mass = with_ring(
-            stiffness, mass, hub, ring.ring_inertia, law[STIFFNESS], damping_coefficient(law)
-        )
-        damping[:-1, :-1] += turning
-        turning = damping
-    if links is not None:
-        stiffness, turning, mass = _joined((stiffness, turning, mass), links, body.n_modes)
-    values, shapes = damped_modes(stiffness, turning, mass)
-    if ring is not None:
-        shapes[size] *= math.sqrt(ring.ring_inertia)
-    return DampedModes(values, shapes)
+        laws.place[damper, 0, 0], laws.velocity[damper, 0, 0] = -law[STIFFNESS], -damping_coefficient(law)
+    mass, damping, stiffness = motions.equations(speed, laws)
+    return stiffness, damping, mass

@@ -21,7 +21,6 @@ from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import Gas, GasTrace
-from cranktrain.loads.pressure_map import read_gas
 from cranktrain.loads.run_doubts import run_doubts
 from cranktrain.loads.torsional_line import torsional_line
 from cranktrain.results.run import Run
@@ -166,6 +165,8 @@ class Request:
         Warns of speeds and a load outside the range of the pressures; empty ``speeds_rpm`` stands for the own speed.
         """
         if self.pressure is not None:
+            from cranktrain.loads.pressure_map import read_gas
+
             gas = read_gas(self.pressure, engine, self.pressure_unit, self.pressure_tdc_deg)
             gas.tell_ends([rpm * RPM for rpm in speeds_rpm or (self.speed_rpm,)], self.load)
             return gas

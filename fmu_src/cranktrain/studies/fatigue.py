@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
-from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.limits import CrankStrength
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.strength.assessment import RuleRow, judged, nominal_histories, rule_rows

@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.engine import values
@@ -27,14 +28,12 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.reduction import complete_block, reduced_block
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.structure.crank.reduction import reduced_crankshaft
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.in_motion.eigenproblem import settled_means
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
-from cranktrain_lab.calibration.geometry import Change, changes
 from cranktrain_lab.calibration.problem import Match, Problem, at_bounds, engine_with, match, sensitivities
 from cranktrain_lab.calibration.search import Found, search
 from cranktrain_lab.calibration.targets import Task, load_targets
-from cranktrain_lab.calibration.train import FilmMeans, Train
+from cranktrain_lab.calibration.train import Change, FilmMeans, Train, changes
 
 CLOSED = "thrust.closed_stiffness"
 RESTS_ON = 0.05
@@ -161,8 +160,8 @@ def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
     simulation = settled_simulation(assemble(engine, settings, say=say), reference_speed(engine))
     means, hz = settled_means(simulation)
     mains, collar = simulation.model.bearings.shape[0], dimensions(simulation.model).thrust
-    axial = float(-means.place[collar, 0, 0]), float(-means.velocity[collar, 0, 0])
-    return FilmMeans(-means.place[:mains, :2, :2], -means.velocity[:mains, :2, :2], axial, hz)
+    axial = float(-means.laws.place[collar, 0, 0]), float(-means.laws.velocity[collar, 0, 0])
+    return FilmMeans(-means.laws.place[:mains, :2, :2], -means.laws.velocity[:mains, :2, :2], axial, hz)
 
 
 def start_values(engine: Engine, task: Task) -> dict[str, float]:

@@ -148,3 +148,55 @@ def _other(given: str | Path | None, ends: tuple[float, float]) -> Any:
     if not inside.any():
         raise InputError(f"--compare {given}: has no speed within those of the page; give --from and --to")
     return f"{found.attributes.get('engine', given)}, {given}", found
+
+
+ABOUT = """\
+Knobs that turn an engine's torsional vibration, in a notebook; needs the extra ``explore``.
+
+    page = ct.explore("diesel_i6")
+    page                # last in a cell: the page
+    page.engine         # the engine as the knobs stand
+"""
+
+
+class Explorer:
+    """Page for a notebook, which is shown if it is the last expression of a cell.
+
+    Attributes
+    ----------
+    view : Panel object of the page, for use in a user's own page
+    """
+
+    def __init__(self, page: Any, close: Any) -> None:
+        self._page, self.view, self.close, self._looking = page, page.view, close, False
+
+    @property
+    def engine(self) -> Engine:
+        """The engine as the knobs stand."""
+        found: Engine = self._page.engine()
+        return found
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
+        import panel as pn
+
+        from cranktrain_lab.explore.page import POLL_MS
+
+        if not self._looking:
+            pn.state.add_periodic_callback(self._page.look, POLL_MS)
+            self._looking = True
+        return self.view._repr_mimebundle_(include, exclude)
+
+    def __repr__(self) -> str:
+        return f"Explorer of '{self.engine.name}': show it in a notebook, or use 'cranktrain explore'"
+
+
+@verb(Explore, ABOUT)
+def explore(engine: str | Path | Engine, ask: Explore) -> Explorer:
+    """Knobs in a notebook."""
+    explored = explored_of(engine, ask)
+    import panel as pn
+
+    from cranktrain_lab.explore.page import Page
+
+    pn.extension(inline=True)
+    return Explorer(Page(explored), explored.close)

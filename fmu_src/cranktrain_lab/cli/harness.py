@@ -52,8 +52,7 @@ def harness(file: str | Path, ask: RunHarness) -> VerbResult:
     from cranktrain.results.figures import check_folder
     from cranktrain.store.hdf5 import RESULT
     from cranktrain_lab.harness.file import load_harness
-    from cranktrain_lab.harness.junit import JUNIT
-    from cranktrain_lab.harness.page import PAGE
+    from cranktrain_lab.harness.page import JUNIT, PAGE
     from cranktrain_lab.harness.running import checked_ports, chosen, judged, result_path
 
     asked = load_harness(file)
@@ -126,8 +125,7 @@ def _runs(
 
 def _write(ask: RunHarness, harness: Harness, found: Sequence[Judged]) -> None:
     """Write JUnit XML and the report, if requested."""
-    from cranktrain_lab.harness.junit import JUNIT, junit
-    from cranktrain_lab.harness.page import PAGE, page
+    from cranktrain_lab.harness.page import JUNIT, PAGE, junit, page
 
     if ask.junit is not None:
         with whole_file(ask.junit, JUNIT) as temporary:
@@ -139,7 +137,7 @@ def _write(ask: RunHarness, harness: Harness, found: Sequence[Judged]) -> None:
 
 def show(said: VerbResult) -> None:
     """Print the results."""
-    from cranktrain_lab.harness.junit import found_text
+    from cranktrain_lab.harness.page import found_text
 
     found: Sequence[Judged] = said.beside["judged"]
     for one in found:

@@ -14,7 +14,7 @@ from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:
     from cranktrain.cli.new import NewEngine
-    from cranktrain.studies.design.options import Equipment
+    from cranktrain.studies.design.sizes import Equipment
     from cranktrain_lab.cad.step_engine import StepEngine
 
 MESH = marked("mesh", "$MeshFormat")

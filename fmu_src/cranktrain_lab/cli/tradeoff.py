@@ -59,8 +59,8 @@ class TradeOff(Question):
 def tradeoff(ask: TradeOff) -> VerbResult:
     """Measure errors and costs, and write the files."""
     from cranktrain.core.errors import InputError
+    from cranktrain.core.threads import one_thread
     from cranktrain.results.figures import check_folder
-    from cranktrain.structure.fem.factor import one_thread
     from cranktrain_lab.tradeoff.choice import choice_text
     from cranktrain_lab.tradeoff.files import write_files
     from cranktrain_lab.tradeoff.study import chosen_families, default_scenes, scenes_of, study, total_study

@@ -14,7 +14,7 @@ from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import Option, Question, paths
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, LINEAR
 from cranktrain_lab.cli.measured import order_range
-from cranktrain_lab.watch.model import OUTPUTS
+from cranktrain_lab.watch.recordings import OUTPUTS
 
 RULES = (LINEAR, HARMONIC_BALANCE)
 DESCRIPTION = """\

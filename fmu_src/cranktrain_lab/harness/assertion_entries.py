@@ -5,8 +5,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain_lab.harness.entries import BY_FAILURE, MEASURES, ORDER, RMS, SWING, Assertion, Bounds, Ending, Scenario
-from cranktrain_lab.harness.measures import named
-from cranktrain_lab.harness.places import Times, variable
+from cranktrain_lab.harness.measures import Times, named, variable
 from cranktrain_lab.harness.tables import AssertTable, At, EndsTable
 
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain_lab.harness.entries import NAN, Change, Dropout, Fault, Noise
-from cranktrain_lab.harness.measures import named
-from cranktrain_lab.harness.places import Times, variable
+from cranktrain_lab.harness.measures import Times, named, variable
 from cranktrain_lab.harness.tables import At, Misfire, Ramp, Signal, Step
 
 Entries = Sequence[tuple[str, Any]]

@@ -42,7 +42,7 @@ from cranktrain_lab.coupling.supervised import Limits
 from cranktrain_lab.harness.assertion_entries import assertion, check_ratios, ending
 from cranktrain_lab.harness.entries import Harness, Scenario, UnitEntry, Way, file_name
 from cranktrain_lab.harness.event_entries import changes, dropouts, faults, noises
-from cranktrain_lab.harness.places import Times, variable
+from cranktrain_lab.harness.measures import Times, variable
 from cranktrain_lab.harness.recording import MISFIT, SPEED, UNIT, read_recording
 from cranktrain_lab.harness.tables import ConnectionsTable, HarnessTable, PowerTable, ScenarioTable, WayTable
 from cranktrain_lab.harness.unit_entries import start_values, units_of

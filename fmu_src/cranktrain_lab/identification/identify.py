@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError, StoreError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.typed_file import record
 from cranktrain.core.types import Array, Progress
 from cranktrain.core.units import RPM
@@ -22,7 +23,6 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.store.engine_text import EngineText, engine_text, new_path
 from cranktrain.structure.assembly import assemble
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.advice import advised, remedy_for
 from cranktrain_lab.identification.bending import Bending, targets_of

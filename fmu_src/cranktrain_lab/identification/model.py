@@ -30,7 +30,7 @@ from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank.modal import cranktrain_matrices
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns
-from cranktrain.studies.torsion.damped_modes import damped_modes
+from cranktrain.studies.torsion.damped_modes import damped_modes, with_ring
 from cranktrain.studies.torsion.damper_link import DamperLink
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
@@ -304,17 +304,13 @@ def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]
     if made.settings.damper != "fitted" or made.engine.damper is None:
         raise InputError(f"'{one.name}': asks for a mode with the damper, which is not fitted; set damper = true")
     stiffness, damping, mass = matrices
-    n, speed = mass.shape[0], one.speed or made.engine.speeds[1]
-    twist = np.append(made.body.shapes[made.body.index("pulley"), 5, _TWISTS], -1.0)
-    whole = np.zeros((n + 1, n + 1))
-    whole[:n, :n], whole[n, n] = mass, made.engine.damper.ring_inertia
+    hub, speed = made.body.shapes[made.body.index("pulley"), 5, _TWISTS], one.speed or made.engine.speeds[1]
     hz, found = 2.0 * math.pi * one.value if one.kind == FREQUENCY else 0.0, None
     hz = hz or float(2.0 * math.pi * damped_modes(stiffness, damping, mass).hz[0])
     for _ in range(_ROUNDS):
         law = DamperLink(made.engine, made.settings, np.array([speed]), np.array([[0.0, hz]])).stiffness[0, 1]
-        k, c = np.pad(stiffness, (0, 1)), np.pad(damping, (0, 1))
-        outer = np.outer(twist, twist)
-        found = damped_modes(k + law.real * outer, c + law.imag / hz * outer, whole)
+        k, c, m = with_ring(stiffness, mass, hub, made.engine.damper.ring_inertia, law.real, law.imag / hz)
+        found = damped_modes(k, c + np.pad(damping, (0, 1)), m)
         if found.hz.size < one.number:
             break
         before, hz = hz, float(np.abs(found.values[one.number - 1]))

@@ -88,11 +88,9 @@ def _with_ratios(
     note = "; ".join(
         f"mode {one.key.partition('[')[2].rstrip(']') or 'all'} {_note(one, row, data)}" for one, row in ratios
     )
-    note = note.replace("\\", "\\\\").replace('"', '\\"')
-    listed = ", ".join(f"{value:.4g}" for value in values)
-    entry = f'torsional_ratios = {{ value = [{listed}], unit = "1", origin = "{IDENTIFIED}", note = "{note}" }}'
+    listed = f"[{', '.join(f'{value:.4g}' for value in values)}]"
     lines = text.splitlines()
-    put(lines, RATIOS, "damping", "torsional_ratios", entry)
+    put(lines, RATIOS, listed, "1", Written(0.0, IDENTIFIED, note))
     return "\n".join(lines) + "\n"
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.linear import Equations, SmallMotions
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.state import (
     MODAL_BLOCKS,
@@ -28,6 +29,7 @@ from cranktrain.dynamics.model.state import (
     STEP_REFERENCE,
 )
 from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.dynamics.time.integrators import carried, integrator_table
 from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain_lab.stability.amplification import radius
@@ -76,24 +78,16 @@ class Laval:
         for k, (spring, damper) in enumerate(((HOLD, 0.0), (0.0, outer), (HOLD, 0.0))):
             bearings[k, [K_X, K_Y]] = 0.5 * spring * stiffness
             bearings[k, [C_X, C_Y]] = damper
-        self.natural = natural
+        self.natural, self._motions = natural, SmallMotions(simulation.model)
         self._start = simulation.state
         self._start[modal_places(simulation, LATERAL, list(range(MODAL_BLOCKS)))] = 0.0
 
     def eigenvalues(self, speed: float) -> NDArray[np.complex128]:
-        """Return eigenvalues (8,) of lateral motions at a speed (rad/s), in the frame, from the model's arrays."""
+        """Return eigenvalues (8,) of lateral motions at a speed (rad/s), in the frame."""
         model = self.simulation.model
-        shapes = model.ports[:6]  # x and y of the three journals
-        springs, dampers = (np.repeat(model.bearings[:, k], 2) for k in (K_X, C_X))
-        turn = np.kron(np.eye(3), np.array([[0.0, -1.0], [1.0, 0.0]]))
-        outer = shapes.T * dampers
-        stiffness = np.diag(model.omega2) + speed**2 * model.spin.T + (shapes.T * springs) @ shapes
-        stiffness += speed * outer @ turn @ shapes
-        damping = np.diag(model.damping) + 2.0 * speed * model.gyroscopic.T + outer @ shapes
-        chosen = np.ix_(LATERAL, LATERAL)
-        n = len(LATERAL)
-        top = np.hstack((np.zeros((n, n)), np.eye(n)))
-        return np.asarray(np.linalg.eigvals(np.vstack((top, np.hstack((-stiffness[chosen], -damping[chosen]))))))
+        laws = tangents_in_rotation(model, speed, range(len(model.bearings))).mean()
+        lateral = (part[np.ix_(LATERAL, LATERAL)] for part in self._motions.equations(speed, laws))
+        return np.asarray(np.linalg.eigvals(Equations(*lateral).first_order))
 
     def growth(self, speed: float) -> float:
         """Return the largest growth rate of lateral motions, 1/s."""

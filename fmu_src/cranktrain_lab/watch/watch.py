@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array, Progress
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE
 from cranktrain_lab.watch import detector as detectors
 from cranktrain_lab.watch.defects import LOAD, MISFIRE, ZERO, Defect, defects_of
 from cranktrain_lab.watch.detector import Detector, Verdict
-from cranktrain_lab.watch.model import ComplexArray, Place, TorsionalAnswers
-from cranktrain_lab.watch.recordings import Recordings, read_recordings
+from cranktrain_lab.watch.recordings import ComplexArray, Place, Recordings, TorsionalAnswers, read_recordings
 from cranktrain_lab.watch.scatter import real_rows, scatter_of
 
 Follow = Callable[[float], None]

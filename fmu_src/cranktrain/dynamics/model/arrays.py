@@ -4,10 +4,12 @@
 :func:`cranktrain.dynamics.model.pack.pack` makes the arrays.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +17,6 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.basis import basis
 from cranktrain.dynamics.model.block import block_arrays
 from cranktrain.dynamics.model.bodies import (
     locked_on_axis,
@@ -26,43 +27,49 @@ from cranktrain.dynamics.model.bodies import (
     with_rotor,
 )
 from cranktrain.dynamics.model.choices import run_numbers
-from cranktrain.dynamics.model.connections import big_end_films, laws_of
 from cranktrain.dynamics.model.hysteresis import hysteresis_rows, viscous_rows
 from cranktrain.dynamics.model.lumps import lumps
-from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
+from cranktrain.dynamics.model.mains import main_bearings
 from cranktrain.dynamics.model.pack import Cranktrain, pack
-from cranktrain.dynamics.model.ports import lay_ports
+from cranktrain.dynamics.model.ports import big_end_films, laws_of, lay_ports
 from cranktrain.dynamics.model.preparation import prepare_model
-from cranktrain.dynamics.model.records import ModelArrays
+from cranktrain.dynamics.model.records import Basis, ModelArrays
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
     Settings,
     check_levels,
+    keeps_peaks,
     resolved,
 )
 from cranktrain.dynamics.model.wound_line import wind_train
+from cranktrain.dynamics.time.integrators import INTEGRATORS, method_arrays
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import on_ground
-from cranktrain.dynamics.topology.pieces import FilmParts
+from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY, FilmParts
 from cranktrain.dynamics.topology.relations import Group, JoinedCrank, drive_train, joined_crank
 from cranktrain.dynamics.topology.slider_crank import own_rods
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.dynamics.topology.values import CRANK, Topology
 from cranktrain.engine.additions import split_end
 from cranktrain.engine.articulated_rod import dead_centre_heights
-from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
+from cranktrain.engine.lubricant import oil_constants, oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import (
     thrust_bearing,
 )
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.articulated_rod import JOINT, joint_values
-from cranktrain.loads.built_in_trace import KINKS, fill_kinks
-from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
-from cranktrain.loads.gas_pressure import GasTrace, gas_tables
+from cranktrain.loads.built_in_trace import KINKS, SAMPLES, TRACE_ROWS, fill_kinks
+from cranktrain.loads.damper import (
+    DAMPER_CONSTANTS,
+    PARAMETERS,
+    check_temperature,
+    damper_constants,
+    damper_temperature,
+    required_damper,
+)
+from cranktrain.loads.gas_pressure import GasTrace, gas_tables, trace_constants
 from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import (
@@ -72,6 +79,34 @@ from cranktrain.loads.torsional_line import (
     windup_shares,
     windup_stiffness,
 )
+
+if TYPE_CHECKING:
+    from cranktrain.film.elastic.bore_compliance import BoreCompliance
+    from cranktrain.film.table.database import FilmTable
+
+
+def basis(engine: Engine, settings: Settings, gas: GasTrace) -> Basis:
+    """Gather the constants of an engine; ``settings`` are resolved."""
+    fitted = settings.damper == "fitted"
+    damper = required_damper(engine) if fitted else None
+    mains = bearing_law(settings.bearings).carries and not engine.rollers_only
+    cylinders = engine.cylinders
+    methods, tables = method_arrays(settings.integrator)
+    lost = [not keeps_peaks(name, settings, engine) for name in INTEGRATORS]
+    return Basis(
+        oil_constants(engine.oil),
+        np.array(engine.oil.temperature_speeds, dtype=float),
+        np.array(engine.oil.temperatures, dtype=float),
+        np.array([mains, engine.big_end_bearing is not None], dtype=float),
+        np.zeros(DAMPER_CONSTANTS) if damper is None else damper_constants(damper),
+        np.zeros(1) if damper is None else np.array(damper.temperature_speeds, dtype=float),
+        np.zeros(1) if damper is None else np.array(damper.temperatures, dtype=float),
+        np.array([cylinders.bore, cylinders.compression_ratio, settings.block == "flexible"], dtype=float),
+        trace_constants(engine, gas.built_in),
+        np.zeros((TRACE_ROWS, SAMPLES)),
+        np.column_stack([methods, lost]),
+        tables,
+    )
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
@@ -179,7 +214,9 @@ def read_engine(
     if settings.block == "flexible" and block is None:
         raise InputError("block level 'flexible' needs the reduced block; make it by structure.block")
     if block is not None:
-        engine = _without_block_shares(engine)
+        # Bearings without the block's compliance, which the block has itself.
+        rigid = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
+        engine = replace(engine, main_bearing=rigid, thrust=replace(engine.thrust, block_stiffness=math.inf))
     key = "mains", settings.bearings, settings.block
     if key not in made:
         made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore)
@@ -210,13 +247,14 @@ def read_engine(
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
     damper, damping = np.zeros(PARAMETERS), structural_damping(engine, turning)
+    standing_ratio = engine.block.damping_ratio if engine.block is not None else 0.0
     damping[turning.n_modes - train_damping.size :] = train_damping
     trace = gas_tables(gas)
     least_smooth = np.zeros(KINKS)
     # If cylinders differ, the kinks of their mean trace count.
     fill_kinks(trace if len(trace) == 2 else trace.reshape(-1, 2, *trace.shape[1:]).mean(axis=0), least_smooth)
     scalars = _scalars(engine, settings, gas, line, float(pulley[5, 5]))
-    standing = block_arrays(engine, stationary, block, body.mass, body.centre)
+    standing = block_arrays(engine, stationary, block)
     pins = np.ascontiguousarray(turning.positions[[turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins], :2])
     parameters = cylinder_parameters(engine, big_end_law.carries, topology.cylinders)
     cylinders = np.hstack((parameters, ports.cylinders))
@@ -230,16 +268,23 @@ def read_engine(
         joined=joined,
         block=block,
         stationary=stationary,
-        damping=np.concatenate((damping, _stationary_damping(engine, stationary))),
+        damping=np.concatenate((damping, 2.0 * standing_ratio * stationary.omega)),
         ports=ports,
         laws=laws_of(ports, main_films, floating, rods, thrust, path, damper),
-        film_parts=_film_parts(engine, parts),
+        film_parts=FilmParts(
+            (*parts.film_tables, *(() if parts.table is None else (parts.table,))),
+            engine.main_bearing,
+            parts.bore,
+            engine.big_end_bearing,
+            parts.big_end_bore,
+            engine.oil,
+        ),
         bearings=mains,
         big_ends=big_ends,
         pins=pins,
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
-        axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
+        axis_weights=np.zeros(len(tilted)),
         cylinders=cylinders,
         gas=trace,
         kinks=least_smooth,
@@ -250,29 +295,6 @@ def read_engine(
         block_arrays=standing,
         **drive_line,
     )
-
-
-def axis_weights(places: Array, centre: float) -> Array:
-    """Weights (b,) of displacements at b ``places`` (m) of a rigid axis whose sum is the displacement at ``centre``.
-
-    Of all such weights these have the least sum of squares. They are equal if all places coincide.
-    """
-    away = places - places.mean() if places.size else places
-    spread = float(away @ away)
-    even = np.full(places.size, 1.0 / max(places.size, 1))
-    return even + away * ((centre - float(places.mean())) / spread) if spread > 0.0 else even
-
-
-def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
-    """Film tables and elastic bores for added bearings, including those of mains and big ends."""
-    tables = (*parts.film_tables, *(() if parts.table is None else (parts.table,)))
-    return FilmParts(tables, engine.main_bearing, parts.bore, engine.big_end_bearing, parts.big_end_bore, engine.oil)
-
-
-def _without_block_shares(engine: Engine) -> Engine:
-    """Engine with linear bearings and thrust bearing without the block's compliance, for use with a flexible block."""
-    mains = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
-    return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
 
 
 def _geared_crank(engine: Engine, body: ReducedBody, settings: Settings, topology: Topology) -> JoinedCrank | None:
@@ -377,11 +399,6 @@ def _line_arrays(
         "rotor": np.ascontiguousarray(rows[-1]),
     }
     return arrays, windup
-
-
-def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:
-    """Damping of each mode of block and pistons, (n_s,) 1/s."""
-    return np.asarray(2.0 * (engine.block.damping_ratio if engine.block is not None else 0.0) * body.omega)
 
 
 def _scalars(engine: Engine, settings: Settings, gas: GasTrace, line: TorsionalLine, rotation: float) -> Array:

@@ -39,17 +39,6 @@ def viscous_rows(body: ReducedBody) -> tuple[Array, Array]:
     return body.twists[found].reshape(found.size, body.n_modes), laws
 
 
-def lossy_twists(body: ReducedBody, line: TorsionalLine, line_twists: Array) -> tuple[Array, Array]:
-    """Twists (s, n) and η k (s,), N m/rad, of the s shafts with a loss factor η in a crank and its drive line.
-
-    ``line_twists`` (rows, n) are the twists of the drive line's rows.
-    """
-    own = body.shaft_laws[:, OF_SHAFT] * body.shaft_laws[:, OF_LOSS]
-    crank, shafts = np.flatnonzero(own), np.flatnonzero(line.hysteresis)
-    twists = np.vstack((body.twists[crank].reshape(crank.size, body.n_modes), line_twists[shafts]))
-    return twists, np.concatenate((own[crank], line.hysteresis[shafts]))
-
-
 def hysteresis_rows(engine: Engine, body: ReducedBody, line: TorsionalLine, line_twists: Array) -> tuple[Array, Array]:
     """Twists p_s (s, n) and damping rows (s, LAW) of the viscous damping that replaces loss factors in the time domain.
 
@@ -58,7 +47,11 @@ def hysteresis_rows(engine: Engine, body: ReducedBody, line: TorsionalLine, line
     body : all rotating bodies as one
     line_twists : (rows, n) twists of the drive line's rows in the modes of ``body``
     """
-    twists, hysteresis = lossy_twists(body, line, line_twists)
+    # Twists (s, n) and η k (s,), N m/rad, of the s shafts with a loss factor η in the crank and its drive line.
+    own = body.shaft_laws[:, OF_SHAFT] * body.shaft_laws[:, OF_LOSS]
+    crank, shafts = np.flatnonzero(own), np.flatnonzero(line.hysteresis)
+    twists = np.vstack((body.twists[crank].reshape(crank.size, body.n_modes), line_twists[shafts]))
+    hysteresis = np.concatenate((own[crank], line.hysteresis[shafts]))
     laws = np.zeros((hysteresis.size, LAW))
     if not hysteresis.size:
         return twists, laws

@@ -66,12 +66,6 @@ def joint_row(model):
 
 
 @inlined_kernel
-def damper_row(model):
-    """Row of the damper among the connections; −1 without a damper."""
-    return int(model.layout[at.DAMPER_ROW])
-
-
-@inlined_kernel
 def term_row(model):
     """First row of connections that act by sums of terms, not directly at ports as all connections before them do."""
     return int(model.layout[at.TERM_ROW])

@@ -21,17 +21,9 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import Quantity
 
 
-def _always(engine: Engine) -> bool:
-    return True
-
-
 def _rods_alone(engine: Engine) -> bool:
     """True if the engine has no articulated rods, whose masses differ from rod to rod."""
     return not any(engine.articulations)
-
-
-def _one_shaft(engine: Engine) -> bool:
-    return engine.drive_line_chain is None
 
 
 def _films(engine: Engine) -> bool:
@@ -69,7 +61,7 @@ class Lumped:
     unit: str
     title: str
     display_unit: str | None = None
-    fits: Callable[[Engine], bool] = _always
+    fits: Callable[[Engine], bool] = lambda engine: True
     each: bool = False
 
 
@@ -90,17 +82,14 @@ def _part(table: str, slot: int, what: str) -> tuple[Lumped, ...]:
     )  # fmt: skip
 
 
-def _on_mounts(engine: Engine) -> bool:
-    return engine.block is not None
-
-
 def _mounts() -> tuple[Lumped, ...]:
     """Rows of the table for stiffness and damping of the mounts."""
     units = {"stiffness": ("N/m", "N.m/rad"), "damping": ("N.s/m", "N.m.s/rad")}
     return tuple(
         Lumped(
             "mounts", f"{key}_{axis}", at.SET_MOUNTS + 6 * first + k, units[key][k > 2],
-            f"{key.capitalize()} of the mount {'about' if k > 2 else 'along'} {axis[-1]}", fits=_on_mounts, each=True,
+            f"{key.capitalize()} of the mount {'about' if k > 2 else 'along'} {axis[-1]}",
+            fits=lambda engine: engine.block is not None, each=True,
         )
         for first, key in enumerate(units)
         for k, axis in enumerate(("x", "y", "z", "rx", "ry", "rz"))
@@ -142,11 +131,11 @@ TABLE: tuple[Lumped, ...] = (
     Lumped("cylinders", "piston_mass", at.SET_PISTON, "kg", "Mass of each piston with pin and rings", fits=_rods_alone),
     Lumped(
         "drive_line", "stiffness", at.SET_LINE_STIFFNESS, "N.m/rad",
-        "Stiffness of the connecting shaft", fits=_one_shaft,
+        "Stiffness of the connecting shaft", fits=lambda engine: engine.drive_line_chain is None,
     ),
     Lumped(
         "drive_line", "damping", at.SET_LINE_DAMPING, "N.m.s/rad",
-        "Damping of the connecting shaft", fits=_one_shaft,
+        "Damping of the connecting shaft", fits=lambda engine: engine.drive_line_chain is None,
     ),
     Lumped(
         "drive_line", "dynamometer_inertia", at.SET_DYNAMOMETER, "kg.m2",
@@ -222,11 +211,6 @@ def _bounds(table: str, key: str) -> tuple[float, float]:
     return quantity.low * scale + shift, quantity.high * scale + shift
 
 
-def number_count(engine: Engine) -> int:
-    """Length of the array of numbers that a run of the engine has."""
-    return at.NUMBERS + at.MOUNT_NUMBERS * (len(engine.mounts.x) if engine.mounts is not None else 0)
-
-
 def lumped_numbers(engine: Engine, data: Mapping[str, float] | None = None) -> Array:
     """Numbers (numbers,) of a run: lumped values of ``engine``, replaced by ``data`` where given; all others are 0.
 
@@ -236,7 +220,8 @@ def lumped_numbers(engine: Engine, data: Mapping[str, float] | None = None) -> A
         a name that the engine lacks, or a value outside its range
     """
     found = {value.name: value for value in lumped_values(engine)}
-    numbers = np.zeros(number_count(engine))
+    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+    numbers = np.zeros(at.NUMBERS + at.MOUNT_NUMBERS * mounts)
     for one in found.values():
         numbers[one.slot] = one.value
     for name, value in (data or {}).items():

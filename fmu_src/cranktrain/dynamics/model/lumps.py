@@ -64,13 +64,7 @@ def lumps(
         stress=np.ascontiguousarray(turning.stress_stiffness[:r, :r]),
         loads=np.stack((turning.centrifugal_load, turning.euler_load)),
         grown=grown,
-        block_stiffness=stationary.stiffness.copy(),
-        block_damping=stationary.damping.copy(),
-        weight=stationary.weight.copy(),
-        mount_weight=np.ascontiguousarray(stationary.mount_laws[:, 3]),
         mount_motion=motion,
-        piston_shape=stationary.piston_shape.copy(),
-        piston_inverse=stationary.piston_inverse.copy(),
         room=z((at.ROOMS, r, r)),
         vectors=z((at.VECTOR_ROWS, t)),
     )

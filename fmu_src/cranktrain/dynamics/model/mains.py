@@ -1,23 +1,25 @@
 """Main bearings of a run: force law, data, and the width over which a journal's tilt has an effect."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.ports import MainJournals
+from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
 from cranktrain.engine.model import Engine
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, enter_law
 from cranktrain.film.laws.films import Films, no_films
 from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, VISCOSITY, WIDTH
 from cranktrain.film.laws.register import PLAIN, ROLLER, Law, bearing_law, usual_level
 from cranktrain.film.laws.roller import roller_parameters
-from cranktrain.film.table.database import FilmTable
 
-REFERENCE_VISCOSITY = 0.01
-"""Viscosity (Pa s) of all oil in a model that is not prepared yet; any value that all oil laws accept is suitable."""
+if TYPE_CHECKING:
+    from cranktrain.film.elastic.bore_compliance import BoreCompliance
+    from cranktrain.film.table.database import FilmTable
 
 
 class Mains(NamedTuple):

@@ -31,7 +31,7 @@ SET_WORK_LIMIT = 16
 LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD, LEVEL_STEP = range(17, 22)
 # 1 if internal steps pass over communication points.
 SET_DENSE = 22
-# Lumped data of the engine, SI, see :mod:`.lumped_data`, begin at slot LUMPED:
+# Lumped data of the engine, SI, see :mod:`.lumped_data`, are those from here on:
 # SET_FLYWHEEL, SET_PULLEY, SET_CLUTCH: first of four values of the part, which PART_MASS to PART_OFFSET count.
 # SET_DAMPER_MASS, SET_HOUSING, SET_RING: mass of the damper, inertias of its housing and ring.
 # SET_BIG_END, SET_SMALL_END, SET_ROD_INERTIA, SET_PISTON: masses at the rod's ends, its inertia, mass of a piston.
@@ -41,7 +41,7 @@ SET_DENSE = 22
 # SET_VOGEL_A, SET_VOGEL_B, SET_VOGEL_C: constants of Vogel's law of the oil.
 # SET_FLUID: viscosity of a viscous damper's fluid.
 # SET_SPRING, SET_SPRING_LOSS: stiffness of another damper's spring, and its loss factor or damping.
-SET_FLYWHEEL, SET_PULLEY, SET_CLUTCH, LUMPED = 23, 27, 31, 23
+SET_FLYWHEEL, SET_PULLEY, SET_CLUTCH = 23, 27, 31
 PART_MASS, PART_POLAR, PART_DIAMETRAL, PART_OFFSET = range(4)
 SET_DAMPER_MASS, SET_HOUSING, SET_RING, SET_BIG_END, SET_SMALL_END, SET_ROD_INERTIA, SET_PISTON = range(35, 42)
 SET_LINE_STIFFNESS, SET_LINE_DAMPING, SET_DYNAMOMETER, SET_PATH_MASS, SET_PATH_STIFFNESS = range(42, 47)

@@ -8,6 +8,7 @@ frames that turn at the given speed.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from cranktrain.dynamics.model.records import (
     plain_basis,
 )
 from cranktrain.dynamics.topology.arrays import Laid, lay_topology
-from cranktrain.dynamics.topology.body_arrays import whole_body, with_engine
+from cranktrain.dynamics.topology.body_arrays import join_bodies, whole_body
 from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import Base
 from cranktrain.dynamics.topology.slots import ENDS_GROUP, OF_BLOCK, OF_CRANK, WHIRLS
@@ -39,7 +40,12 @@ from cranktrain.loads.torsional_line import LAW
 
 LEAST_COUPLING = 1.0e-12
 """Smallest coupling between mass-normalised modes by rotation; terms are of order one, smaller ones are rounding."""
-KEPT = ("gyroscopic", "spin", "gravity", "ports", "tilts", "ends", "shafts", "lag", "rotor", "axis_weights")
+OWN = (
+    "axis_weights", "shafts", "shaft_laws", "lag", "rotor", "ends", "tilts", "bearings", "pins", "big_ends", "damper",
+    "cylinders", "gas", "scalars", "kinks", "basis", "lumps",
+)  # fmt: skip
+"""Arrays of a :class:`Cranktrain` that become those of the model."""
+KEPT = ("gyroscopic", "spin", "gravity", "ports", "tilts", "ends", "shafts", "lag", "rotor")
 """Arrays of which :class:`~cranktrain.dynamics.model.records.Lumps` has a copy."""
 
 
@@ -133,42 +139,29 @@ def pack(topology: Topology, own: Cranktrain | None = None) -> ModelArrays:
         crank.spin[:] = turning_stiffness(turning).T
     crank.centrifugal_load[:], crank.euler_load[:] = turning.centrifugal_load, turning.euler_load
     block = whole_body(ports.block, turning.n_modes, len(ports.turning), OF_BLOCK, 0.0)
+    arrays: dict[str, Any] = {name: getattr(own, name) for name in OWN}
     model = ModelArrays(
+        **arrays,
         omega2=contiguous(np.concatenate((turning.omega, standing.omega, more.omega)) ** 2),
         damping=np.concatenate((own.damping, more.damping)),
-        gravity=np.concatenate((turning.translation, standing.translation, more.bodies.translation), axis=1),
+        gravity=np.concatenate(
+            (turning.translation, standing.translation, *(body.translation for body in more.bodies)), axis=1
+        ),
         pairs=ports.pairs,
         axial=ports.axial,
-        axis_weights=own.axis_weights,
-        shafts=own.shafts,
-        shaft_laws=own.shaft_laws,
-        lag=own.lag,
-        rotor=own.rotor,
         block=own.block_arrays,
-        bodies=with_engine(crank, block, more.bodies),
+        bodies=join_bodies((crank, block, *more.bodies), more.fastest),
         links=more.connections,
-        ends=own.ends,
-        tilts=own.tilts,
-        bearings=own.bearings,
         laws=join_films(
             len(ports.connections), [(own.laws, range(sizes[2])), (more.laws, range(sizes[2], len(ports.connections)))]
         ),
-        pins=own.pins,
-        big_ends=own.big_ends,
         connections=ports.connections,
         scales=ports.scales,
         limited=ports.limited,
         judged=ports.judged,
         layout=ports.layout,
-        damper=own.damper,
-        cylinders=own.cylinders,
-        gas=own.gas,
-        scalars=own.scalars,
-        kinks=own.kinks,
         choices=np.zeros(at.CHOICES),
         stages=np.zeros(own.basis.tables.shape[1:]),
-        basis=own.basis,
-        lumps=own.lumps,
         build=build_mark(),
     )
     return model._replace(lumps=own.lumps._replace(**{name: getattr(model, name).copy() for name in KEPT}))
@@ -186,7 +179,7 @@ def with_topology_ports(ports: Ports, more: Laid, cylinders: Array) -> Ports:
     The new ports come after the crank's, after the block's, and between the block's and the pistons', respectively. The
     rows of ``cylinders`` (c, CYLINDER) get the new numbers of their ports.
     """
-    on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
+    on_crank, on_block, on_bodies = len(more.crank), len(more.block), sum(len(body.shapes) for body in more.bodies)
     pairs, axial, layout = (part.copy() for part in (ports.pairs, ports.axial, ports.layout))
     connections = ports.connections.copy()
     moved = on_crank + on_block + on_bodies

@@ -28,9 +28,11 @@ stationary body act on the *relative* motion of their ports, see :mod:`cranktrai
 module uses this order, because each connection and each cylinder has its ports in its row.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +40,19 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import Ports
+from cranktrain.dynamics.topology.damper import DamperRecord, damper_law
+from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
+from cranktrain.dynamics.topology.slider_crank import SliderCrankRecord, slider_crank_law
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import AxialPath
+from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, enter, law_films
+from cranktrain.film.laws.films import MASS, Films, join_films, no_films
+from cranktrain.film.laws.parameters import COLUMNS
+from cranktrain.film.laws.register import BIG_END, Law
+
+if TYPE_CHECKING:
+    from cranktrain.film.elastic.bore_compliance import BoreCompliance
+    from cranktrain.film.table.database import FilmTable
 
 BoolArray = NDArray[np.bool_]
 PIN_SCALE, PIN_SHARE = 1.0e-4, 1.0e-3
@@ -107,7 +121,7 @@ def lay_ports(
     rows = []
     for k, clearance in zip(mains, journals.clearances, strict=True):
         port = laid.lay(shapes[k, :2], clearance)
-        rows.append(_row((port, port + 1), pairs=0))
+        rows.append(_row((port, port + 1), at.MAINS_SQUEEZE, at.MAINS_SHEAR, pairs=0))
     along = laid.lay(shapes[collar, 2:3], 0.5 * engine.thrust.clearance)
     cylinders = np.full((len(pins), at.CYLINDER - at.PIN_PORT), at.NO_PORT)
     thrust, limited = _lay_rods(engine, body, pins, laid, rows, along, cylinders)
@@ -121,11 +135,11 @@ def lay_ports(
     if "shaft" in body.interfaces:
         joint = len(rows)
         slip = shapes[index("flywheel"), 2:3] - shapes[index("shaft"), 2:3]
-        rows.append(_row([laid.lay(slip, 0.5 * engine.thrust.clearance)]))
+        rows.append(_row([laid.lay(slip, 0.5 * engine.thrust.clearance)], at.AXIAL_JOINT_LOSS))
     if "ring" in body.interfaces:
         damper = len(rows)
         twist = shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]
-        rows.append(_row([laid.lay(twist, TWIST_SCALE)]))
+        rows.append(_row([laid.lay(twist, TWIST_SCALE)], at.DAMPER_LOSS))
     if joint >= 0:
         rows[joint][at.TOLD] = laid.lay(windup[None])
     if mains:
@@ -175,12 +189,13 @@ def _lay_rods(
     on_ends = [(port, port + 1) for port in ends]
     for c, ports in enumerate(on_pins):
         if ends:
-            rows.append(_row((*ports, *on_ends[c]), pairs=0, shape=at.OF_EYE, cylinder=c))
+            films = at.BIG_ENDS_SQUEEZE, at.BIG_ENDS_SHEAR
+            rows.append(_row((*ports, *on_ends[c]), *films, pairs=0, shape=at.OF_EYE, cylinder=c))
         else:
             rows.append(_row(ports, pairs=-1 if turns else 0, cylinder=c))
             rows[-1][at.SPIN] = held[c] if turns else at.NO_PORT
     thrust = len(rows)
-    rows.append(_row((along,)))
+    rows.append(_row((along,), at.THRUST_LOSS))
     if ends:
         cylinders[:, at.END_PORT - at.PIN_PORT] = ends
         cylinders[:, at.END_ROW - at.PIN_PORT] = len(rows) + np.arange(len(pins))
@@ -188,10 +203,14 @@ def _lay_rods(
     return thrust, [pair for end, pin in zip(on_ends, on_pins, strict=False) for pair in zip(end, pin, strict=True)]
 
 
-def _row(ports: Iterable[int], pairs: int = -1, shape: int = at.OF_PORTS, cylinder: int = -1) -> Array:
-    """Row of ``ModelArrays.connections`` for a connection between the given Newton ports."""
+def _row(ports: Iterable[int], *accounts: int, pairs: int = -1, shape: int = at.OF_PORTS, cylinder: int = -1) -> Array:
+    """Row of ``ModelArrays.connections`` for a connection between the given Newton ports.
+
+    Its power goes to the first account, that of its friction to the second one if the law rubs.
+    """
     row = np.full(at.CONNECTION, at.NO_PORT)
     row[[at.COUPLED, at.PAIRS, at.SHAPE, at.OF_CYLINDER]] = 0.0, pairs, shape, cylinder
+    row[at.ACCOUNT : at.ACCOUNT + len(accounts)], row[at.RUBS] = accounts, len(accounts) > 1
     for port in ports:
         row[at.FIRST + int(row[at.COUPLED])] = port
         row[at.COUPLED] += 1
@@ -253,3 +272,38 @@ def _block_ports(
         upper, lower = (shapes[index(f"liner[{k + 1}].{end}"), :3] for end in ("upper", "lower"))
         liners[k] = laid.lay(np.array([across @ upper, across @ lower, 0.5 * along @ (upper + lower)]))
     return laid.shapes, np.array(pairs, dtype=float).reshape(-1, 2), np.array(axial, dtype=float)
+
+
+def laws_of(
+    ports: Ports, mains: Films, big_ends: Films, rods: SliderCrankRecord, thrust: Films, path: AxialPath | None,
+    damper: Array,
+) -> Films:  # fmt: skip
+    """Force laws of all connections; ``damper`` (PARAMETERS,) are the parameters of the damper's law."""
+    of_pins, of_rods = (rods.rods[:, slot].astype(int).tolist() for slot in (at.PIN_ROW, at.END_ROW))
+    rod_laws = enter(no_films(len(of_rods)), slider_crank_law, rods)
+    rod_laws.traits[:, MASS] = 1.0
+    parts: list[tuple[Films, Sequence[int]]] = [
+        (mains, range(len(mains.entry))), (big_ends, of_pins), (rod_laws, of_rods),
+    ]  # fmt: skip
+    once = {
+        at.THRUST_ROW: thrust,
+        at.JOINT_ROW: None if path is None else axial_joint_film(path),
+        at.DAMPER_ROW: enter(no_films(1), damper_law, DamperRecord(damper, np.zeros(0), np.zeros((2, 0)))),
+    }
+    for slot, law in once.items():
+        row = int(ports.layout[slot])
+        if law is not None and row >= 0:
+            parts.append((law, [row]))
+    return join_films(len(ports.connections), parts)
+
+
+def big_end_films(
+    engine: Engine, law: Law, table: FilmTable | None, bore: BoreCompliance | None
+) -> tuple[Array, Films]:
+    """Parameters (c, COLUMNS) of the c big ends' films (0 without big-end bearings), and the force law of the films."""
+    parameters = np.zeros((engine.n_cylinders, COLUMNS))
+    if engine.big_end_bearing is not None:
+        parameters[:] = bearing_parameters(engine.big_end_bearing, REFERENCE_VISCOSITY)
+    parts = {"big_end_table": table, "big_end_bore": bore}
+    bearings = Bearings(parameters, engine.big_end_bearing, parts=parts, oil=engine.oil)
+    return parameters, law_films(law, BIG_END, bearings)

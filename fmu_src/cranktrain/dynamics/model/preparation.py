@@ -7,39 +7,10 @@ left there, so the result depends on its arguments alone.
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import term_row, thrust_row
-from cranktrain.dynamics.model.numbers import (
-    LEAST_STEP,
-    LEAST_TOLERANCE,
-    LEVEL_FILM_CHANGE,
-    LEVEL_HELD_METHOD,
-    LEVEL_METHOD,
-    LEVEL_STEP,
-    LEVEL_TOLERANCE,
-    MOST_DELAY,
-    MOST_TOLERANCE,
-    SET_ADAPTIVE,
-    SET_BORE,
-    SET_COMPRESSION,
-    SET_CRANKCASE,
-    SET_DAMPER_TEMPERATURE,
-    SET_DENSE,
-    SET_ENCODER,
-    SET_FILM_CHANGE,
-    SET_GAS_DELAY,
-    SET_GAS_LOAD,
-    SET_GAS_SOURCE,
-    SET_GRAVITY,
-    SET_METHOD,
-    SET_NEWTON_TOLERANCE,
-    SET_OIL_TEMPERATURE,
-    SET_RECONSTRUCTION,
-    SET_STEP,
-    SET_TOLERANCE,
-    SET_WORK_LIMIT,
-)
-from cranktrain.dynamics.model.trimming import trim_model, trim_oil, trim_refusal
+from cranktrain.dynamics.model.trimming import trim_model, trim_refusal
 from cranktrain.dynamics.time.status import (
     BORE_FIXED,
     DAMPER_RANGE,
@@ -68,6 +39,8 @@ HELD = 0.0
 """Number of the input reconstruction that holds inputs constant."""
 STAGED = 4.0
 """Number of the input reconstruction for a driver that gives inputs at the stages of the integrator."""
+VOGEL = 1
+"""Index of the first constant of Vogel's law among the oil's constants, see engine.lubricant."""
 CLOSE = 1.0e-9
 """Largest relative difference of two dimensions that counts as rounding by conversion to text."""
 
@@ -85,7 +58,9 @@ def prepare_model(model, numbers, temperatures, speed):
     status = trim_refusal(model, numbers)
     if status != OK:
         return status
-    trim_oil(model, numbers)
+    if model.lumps.values[to.SET_VOGEL_A] > 0.0:
+        for k in range(3):
+            model.basis.oil[VOGEL + k] = numbers[to.SET_VOGEL_A + k]
     status = refusal(model, numbers, temperatures, speed)
     if status != OK:
         return status
@@ -93,16 +68,18 @@ def prepare_model(model, numbers, temperatures, speed):
     if status != OK:
         return status
     scalars = model.scalars
-    scalars[at.GRAVITY] = numbers[SET_GRAVITY]
-    scalars[at.CRANKCASE] = numbers[SET_CRANKCASE]
-    scalars[at.GAS_LOAD] = numbers[SET_GAS_LOAD]
+    scalars[at.GRAVITY] = numbers[to.SET_GRAVITY]
+    scalars[at.CRANKCASE] = numbers[to.SET_CRANKCASE]
+    scalars[at.GAS_LOAD] = numbers[to.SET_GAS_LOAD]
     scalars[at.STEP] = step_of(numbers)
     choose(model, numbers)
     size_cylinders(model, numbers)
     for i in range(model.block.weight.shape[0]):
-        model.block.preload[i] = numbers[SET_GRAVITY] * model.block.weight[i]
+        model.block.preload[i] = numbers[to.SET_GRAVITY] * model.block.weight[i]
     for j in range(model.block.mount_laws.shape[0]):
-        model.block.mount_laws[j, at.MOUNT_PRELOAD] = numbers[SET_GRAVITY] * model.block.mount_laws[j, at.MOUNT_WEIGHT]
+        model.block.mount_laws[j, at.MOUNT_PRELOAD] = (
+            numbers[to.SET_GRAVITY] * model.block.mount_laws[j, at.MOUNT_WEIGHT]
+        )
     scalars[at.DAMPER_TEMPERATURE] = damper_warmth(model.basis, numbers, speed)
     damper_at(model.basis.damper, scalars[at.DAMPER_TEMPERATURE], model.damper)
     status = warm_films(model, oil_warmth(model.basis, numbers, speed), temperatures)
@@ -113,24 +90,26 @@ def prepare_model(model, numbers, temperatures, speed):
 def refusal(model, numbers, temperatures, speed):
     """Status for the reason why a model cannot be prepared, or OK. Oil too thin for Roelands' law is found later."""
     basis = model.basis
-    if not LEAST_STEP <= step_of(numbers) < math.inf:
+    if not to.LEAST_STEP <= step_of(numbers) < math.inf:
         return STEP_RANGE
-    if not 0.0 <= numbers[SET_GAS_DELAY] <= MOST_DELAY:
+    if not 0.0 <= numbers[to.SET_GAS_DELAY] <= to.MOST_DELAY:
         return DELAY_RANGE
-    if not 0.0 <= numbers[SET_WORK_LIMIT] < math.inf:
+    if not 0.0 <= numbers[to.SET_WORK_LIMIT] < math.inf:
         return LIMIT_RANGE
     row = method_row(numbers)
     if not 0.0 <= row < basis.methods.shape[0]:
         return UNKNOWN_METHOD
     if basis.methods[int(row), at.LOSES_PEAKS] != 0.0:
         return PEAKS_LOST
-    if numbers[SET_ADAPTIVE] != 0.0:
+    if numbers[to.SET_ADAPTIVE] != 0.0:
         if basis.methods[int(row), at.EMBEDDED] == 0.0:
             return NOT_EMBEDDED
-        if not LEAST_TOLERANCE <= numbers[SET_TOLERANCE] <= MOST_TOLERANCE:
+        if not to.LEAST_TOLERANCE <= numbers[to.SET_TOLERANCE] <= to.MOST_TOLERANCE:
             return TOLERANCE_RANGE
-    other_bore = written(numbers[SET_BORE], basis.cylinders[at.BORE]) != basis.cylinders[at.BORE]
-    other_ratio = written(numbers[SET_COMPRESSION], basis.cylinders[at.COMPRESSION]) != basis.cylinders[at.COMPRESSION]
+    other_bore = written(numbers[to.SET_BORE], basis.cylinders[at.BORE]) != basis.cylinders[at.BORE]
+    other_ratio = (
+        written(numbers[to.SET_COMPRESSION], basis.cylinders[at.COMPRESSION]) != basis.cylinders[at.COMPRESSION]
+    )
     if other_bore and basis.cylinders[at.BORE_FITTED] > 0.0:
         return BORE_FIXED
     if (other_bore or other_ratio) and basis.trace[BUILT_IN] == 0.0:
@@ -151,22 +130,22 @@ def refusal(model, numbers, temperatures, speed):
 @inlined_kernel
 def step_of(numbers):
     """Internal step, rad: the chosen step, or the default step of the level."""
-    return numbers[SET_STEP] if numbers[SET_STEP] != 0.0 else numbers[LEVEL_STEP]
+    return numbers[to.SET_STEP] if numbers[to.SET_STEP] != 0.0 else numbers[to.LEVEL_STEP]
 
 
 @inlined_kernel
 def method_row(numbers):
     """Row of the integrator in its register: the chosen integrator, or the default of the level."""
-    if numbers[SET_METHOD] >= 0.0:
-        return numbers[SET_METHOD]
-    return numbers[LEVEL_HELD_METHOD] if numbers[SET_RECONSTRUCTION] == HELD else numbers[LEVEL_METHOD]
+    if numbers[to.SET_METHOD] >= 0.0:
+        return numbers[to.SET_METHOD]
+    return numbers[to.LEVEL_HELD_METHOD] if numbers[to.SET_RECONSTRUCTION] == HELD else numbers[to.LEVEL_METHOD]
 
 
 @inlined_kernel
 def oil_warmth(basis, numbers, speed):
     """Temperature of the oil supplied to the films, K."""
-    if numbers[SET_OIL_TEMPERATURE] != 0.0:
-        return numbers[SET_OIL_TEMPERATURE]
+    if numbers[to.SET_OIL_TEMPERATURE] != 0.0:
+        return numbers[to.SET_OIL_TEMPERATURE]
     return temperature_at(speed, basis.oil_speeds, basis.oil_temperatures)
 
 
@@ -175,8 +154,8 @@ def damper_warmth(basis, numbers, speed):
     """Temperature of the damper, K; 0 for an engine without a damper."""
     if basis.damper[KIND] == NO_DAMPER:
         return 0.0
-    if numbers[SET_DAMPER_TEMPERATURE] != 0.0:
-        return numbers[SET_DAMPER_TEMPERATURE]
+    if numbers[to.SET_DAMPER_TEMPERATURE] != 0.0:
+        return numbers[to.SET_DAMPER_TEMPERATURE]
     return temperature_at(speed, basis.damper_speeds, basis.damper_temperatures)
 
 
@@ -195,12 +174,12 @@ def tell_stages(model, staged):
 def choose(model, numbers):
     """Write the integrator, its tolerances and the other choices of the settings into a model."""
     choices = model.choices
-    choices[at.GAS_SOURCE] = numbers[SET_GAS_SOURCE]
-    choices[at.RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
-    choices[at.ENCODER] = numbers[SET_ENCODER]
-    choices[at.GAS_DELAY] = numbers[SET_GAS_DELAY]
-    choices[at.WORK_LIMIT] = numbers[SET_WORK_LIMIT]
-    choices[at.DENSE] = numbers[SET_DENSE]
+    choices[at.GAS_SOURCE] = numbers[to.SET_GAS_SOURCE]
+    choices[at.RECONSTRUCTION] = numbers[to.SET_RECONSTRUCTION]
+    choices[at.ENCODER] = numbers[to.SET_ENCODER]
+    choices[at.GAS_DELAY] = numbers[to.SET_GAS_DELAY]
+    choices[at.WORK_LIMIT] = numbers[to.SET_WORK_LIMIT]
+    choices[at.DENSE] = numbers[to.SET_DENSE]
     row = int(method_row(numbers))
     method = model.basis.methods[row]
     table = model.basis.tables[row]
@@ -210,22 +189,22 @@ def choose(model, numbers):
     choices[at.EMBEDDED_ORDER] = method[at.EMBEDDED]
     choices[at.ORDER] = method[at.METHOD_ORDER]
     choices[at.METHOD_MARK] = method[at.MARK]
-    choices[at.STEP_TOLERANCE] = numbers[SET_TOLERANCE] if numbers[SET_ADAPTIVE] != 0.0 else 0.0
-    choices[at.NEWTON_TOLERANCE] = numbers[SET_NEWTON_TOLERANCE]
-    if numbers[SET_NEWTON_TOLERANCE] == 0.0:
-        choices[at.NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[at.AMPLIFICATION]
+    choices[at.STEP_TOLERANCE] = numbers[to.SET_TOLERANCE] if numbers[to.SET_ADAPTIVE] != 0.0 else 0.0
+    choices[at.NEWTON_TOLERANCE] = numbers[to.SET_NEWTON_TOLERANCE]
+    if numbers[to.SET_NEWTON_TOLERANCE] == 0.0:
+        choices[at.NEWTON_TOLERANCE] = numbers[to.LEVEL_TOLERANCE] / method[at.AMPLIFICATION]
     model.laws.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
-    choices[at.FILM_CHANGE] = numbers[SET_FILM_CHANGE]
-    if numbers[SET_FILM_CHANGE] == 0.0:
-        choices[at.FILM_CHANGE] = numbers[LEVEL_FILM_CHANGE]
+    choices[at.FILM_CHANGE] = numbers[to.SET_FILM_CHANGE]
+    if numbers[to.SET_FILM_CHANGE] == 0.0:
+        choices[at.FILM_CHANGE] = numbers[to.LEVEL_FILM_CHANGE]
 
 
 @kernel
 def size_cylinders(model, numbers):
     """Set piston area, clearance volume and built-in gas trace for the bore and compression ratio of a run."""
     made = model.basis.cylinders
-    bore = written(numbers[SET_BORE], made[at.BORE])
-    ratio = written(numbers[SET_COMPRESSION], made[at.COMPRESSION])
+    bore = written(numbers[to.SET_BORE], made[at.BORE])
+    ratio = written(numbers[to.SET_COMPRESSION], made[at.COMPRESSION])
     area = 0.25 * math.pi * bore**2
     for k in range(model.cylinders.shape[0]):
         model.cylinders[k, at.AREA] = area

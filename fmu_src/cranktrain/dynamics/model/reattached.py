@@ -237,9 +237,10 @@ def add_stress(lumps, side, moments, scratch):
         for k in range(3):
             skewed(outward, k, load)
             turned[k, j] = paired(moments, load, f)
-        # ∫ρ (e_z×r_z)·(e_z×φ_j) with the rotation about z through the origin, which is e_z×X.
+        # ∫ρ (e_z×r_z)·(e_z×φ_j) with the rotation about z through the origin, e_z×X, turned to −X_⊥.
         turn_in_place(f)
-        turn_of_outward(outward, load)
+        for k in range(12):
+            load[k] = -outward[k]
         turned[SPUN, j] = paired(moments, load, f)
     for k in range(6):
         for j in range(r):
@@ -269,13 +270,6 @@ def add_stress(lumps, side, moments, scratch):
                 total += lumps.rigid[k, i] * turned[k - 3 if k < 5 else 3, j]
             stress[i, j] += total
             stress[j, i] += total
-
-
-@kernel
-def turn_of_outward(outward, load):
-    """Write to ``load`` the field of e_z×(e_z×X), which is −X_⊥."""
-    for k in range(12):
-        load[k] = -outward[k]
 
 
 @kernel

@@ -13,7 +13,7 @@ from cranktrain.dynamics.model.numbers import NUMBERS
 from cranktrain.dynamics.time.integrators import method_arrays
 from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
 from cranktrain.dynamics.topology.records import Bodies, Links
-from cranktrain.dynamics.topology.slots import MODE, MODES, OF_BLOCK, OF_CRANK, OTHERS, OWN_MODE, OWN_PORT, PORTS, RATE
+from cranktrain.dynamics.topology.slots import MODE, MODES, OF_BLOCK, OF_CRANK, OTHERS, OWN_MODE, PORT, PORTS, RATE
 from cranktrain.film.laws.films import PAIR, Films, IntArray
 from cranktrain.loads.built_in_trace import SAMPLES, TRACE_CONSTANTS, TRACE_ROWS
 from cranktrain.loads.damper import DAMPER_CONSTANTS
@@ -137,15 +137,8 @@ class Lumps(NamedTuple):
     shafts: Array  # (s, t) twist of each shaft of the drive line
     lag: Array  # (t,) lag of the drive line's rotors behind a crank that turns slowly by 1 rad
     rotor: Array  # (t,) rotation of a free dynamometer in each mode
-    axis_weights: Array  # (b,) weights of main journals in the displacement of the crank's centre of mass
     grown: Array  # (t,) slot of the mass or inertia if a mode moves just one lumped part, else NOT_LUMPED
-    block_stiffness: Array  # (n_b, n_b) stiffness of the mounts in the block's modes
-    block_damping: Array  # (n_b, n_b) damping of the mounts in the block's modes
-    weight: Array  # (n_s,) preload of the mounts per m/s² of gravity
-    mount_weight: Array  # (6j,) preload of each mount component per m/s² of gravity
     mount_motion: Array  # (6j, 6) motion of each mount in the block's rigid motions about the origin
-    piston_shape: Array  # (2, 2) shape P of a guided piston's ports in its modes
-    piston_inverse: Array  # (2, 2) inverse mass P Pᵀ of a guided piston at its ports
     room: Array  # (ROOMS, r, r) scratch
     vectors: Array  # (VECTOR_ROWS, t) scratch
     scratch: Array  # (64,)
@@ -159,8 +152,8 @@ def no_lumps() -> Lumps:
     n, square, row = z(0), z((0, 0)), z((0, 0))
     return Lumps(
         z(NUMBERS), traits, z((2, 6, 0)), z((2, 3)), z((6, 6)), n, n, n, n, n, square, square, square, square,
-        z((2, 0)), z((3, 0)), row, row, z((4, 0)), row, n, n, n, n, square, square, n, n, z((0, DIRECTIONS)),
-        np.eye(2), np.eye(2), z((of.ROOMS, 0, 0)), z((of.VECTOR_ROWS, 0)), z(64),
+        z((2, 0)), z((3, 0)), row, row, z((4, 0)), row, n, n, n, z((0, DIRECTIONS)),
+        z((of.ROOMS, 0, 0)), z((of.VECTOR_ROWS, 0)), z(64),
     )  # fmt: skip
 
 
@@ -212,7 +205,7 @@ class ModelArrays(NamedTuple):
         """Part of a table of :class:`Bodies` that belongs to a body; writing to it changes the model."""
         first = self.bodies.rows[row]
         by_port = name == "shapes"
-        begin, count = first[[OWN_PORT, PORTS]] if by_port else first[[OWN_MODE, MODES]]
+        begin, count = first[[PORT, PORTS]] if by_port else first[[OWN_MODE, MODES]]
         whole = getattr(self.bodies, name)[begin : begin + count]
         return np.asarray(whole if whole.ndim == 1 else whole[:, : first[MODES]])
 

@@ -102,7 +102,12 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     if bearings == "auto":
         bearings = usual_level(settings.crank, mains_kind(engine))
     law = bearing_law(bearings)
-    block = _usual_block(settings, engine, law) if settings.block == "auto" else settings.block
+    block = settings.block
+    if block == "auto":
+        described = None not in (engine.block, engine.mounts, engine.piston_guidance)
+        hung = any(engine.articulations)  # engines with articulated rods have rigid pistons
+        deforms = settings.crank in CRANKS and CRANKS[settings.crank].elastic
+        block = law.block if described and deforms and settings.pistons != "rigid" and not hung else "ground"
     law = ruling_law(bearings, settings.big_ends, engine)
     pistons = settings.pistons
     if pistons == "auto":
@@ -153,14 +158,6 @@ def usual_film_change(law: Law, engine: Engine) -> float:
     """Default fraction by which a film may close in a step: the least value of the ruling law and all added films."""
     films = [bearing_law(table.film.level) for table in engine.additions.connection if table.film is not None]
     return min(row.film_change for row in (law, *films))
-
-
-def _usual_block(settings: Settings, engine: Engine, law: Law) -> str:
-    """Default block level of a run; ``law`` is the force law of its main bearings."""
-    described = None not in (engine.block, engine.mounts, engine.piston_guidance)
-    hung = any(engine.articulations)  # engines with articulated rods have rigid pistons
-    deforms = settings.crank in CRANKS and CRANKS[settings.crank].elastic
-    return law.block if described and deforms and settings.pistons != "rigid" and not hung else "ground"
 
 
 def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:

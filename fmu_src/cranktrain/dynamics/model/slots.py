@@ -84,20 +84,24 @@ OF_PORTS, OF_EYE, OF_TERMS = range(3)
 # SENSE_A, SENSE_B, FRAME_A, FRAME_B: sense of both ends relative to the law's axes, and frames of both ends.
 # RUBS: 1 if friction of the force law acts on both ends.
 # OF_CYLINDER: cylinder of the rod, or whose gas pressure is input of the force law (−1: none).
-# IS_GAS: 1 if the law is gas.
 # IS_LOAD: 1 if the force law is a load.
 # TAKES: column of ``Work.frames`` with an input of the run that the force law takes (−1: none).
+# ACCOUNT, RUB_ACCOUNT: slots of ``Work.powers`` for the power that the connection takes by motion of its ends, and by
+# friction.
 # INNER: first of two ports that only this connection moves, so that the stage solves for them within its evaluation.
 # FOLLOWED: first of three ports that the law follows and loads, without tangents.
-GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, OF_CYLINDER, IS_GAS, IS_LOAD, TAKES = range(11, 23)
-INNER, FOLLOWED, CONNECTION = 23, 24, 25
+GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, OF_CYLINDER, IS_LOAD, TAKES, ACCOUNT = range(11, 23)
+RUB_ACCOUNT, INNER, FOLLOWED, CONNECTION = range(23, 27)
 NO_PORT = -1.0
 # Columns of ``Work.gas``, one row for each cylinder, at the last evaluation of a stage or of the state:
 # SLOPE: derivative of the pressure by the angle of the cylinder's own pin, Pa/rad.
 # VOLUME, OWN_ANGLE: volume above the piston, m³, where it is needed, and the crank angle of the own pin, rad.
 # COUPLE: friction torque on the rod by the film of a floating big end, N m.
-# SEEN: 1 if the row of ``Work.rods`` is that of the state for which the pressure was found last.
-SLOPE, VOLUME, OWN_ANGLE, COUPLE, SEEN, GAS = range(6)
+SLOPE, VOLUME, OWN_ANGLE, COUPLE, GAS = range(5)
+# Columns of ``Work.told``, one row for each connection:
+# SEEN: 1 if the row of ``Work.found`` is that of the state that is being observed.
+# SPEEDS, RUBBING: sum and difference of the speeds of both ends about z, as its law was told them, rad/s.
+SEEN, SPEEDS, RUBBING, TOLD_SPEEDS = range(4)
 # Columns of ``Work.frames``, one row for each stage, part 1:
 # THETA, OMEGA, OMEGA_DOT: angle, speed and acceleration of the crank's frame, rad, rad/s, rad/s².
 # LEAD, LEAD_RATE: lead of the frame relative to the shaft of given speed, rad, and its rate.
@@ -167,21 +171,20 @@ N_WORK, N_CUT, N_LIMITED, COUNTERS = 7, 8, 9, 10
 KEY_STEP, KEY_SPEED, KEYS = range(3)
 # Slots of ``Work.powers``, W, for the output torques:
 # GAS_POWER: power of the gas on the pistons relative to a block at rest.
-# MAINS_FRICTION, BIG_ENDS_FRICTION, LINERS_FRICTION: friction in mains, big ends and liners relative to parts at rest.
-GAS_POWER, MAINS_FRICTION, BIG_ENDS_FRICTION, LINERS_FRICTION = range(4)
-# Slots of ``Work.powers`` for the energy balance:
+# FRICTION_POWER: friction in mains, big ends and liners relative to parts at rest.
+GAS_POWER, FRICTION_POWER = range(2)
+# Slots of ``Work.powers`` for the energy balance, the accounts of connections and bodies:
 # GAS_WORK: power of the gas on pistons and heads, W.
 # DYNAMOMETER_POWER to AXIAL_FORCE_WORK: powers of all loads and losses, W.
-# STORED: energy stored in bodies and shafts, J.
-GAS_WORK, DYNAMOMETER_POWER, VALVE_POWER, MAINS_SHEAR, MAINS_SQUEEZE, THRUST_LOSS, BIG_ENDS_SHEAR = range(4, 11)
-BIG_ENDS_SQUEEZE, LINERS_LOSS, SKIRTS_LOSS, DAMPER_LOSS, CRANK_LOSS, BLOCK_LOSS = range(11, 17)
-MOUNTS_LOSS, SHAFTS_LOSS, AXIAL_JOINT_LOSS, AXIAL_FORCE_WORK, STORED = range(17, 22)
 # LINKS_LOSS: power (W) that added connections take from the bodies, including the power stored in their springs.
-# BODIES_LOSS: power (W) that added bodies lose by their own damping.
-LINKS_LOSS, BODIES_LOSS, POWERS = 22, 23, 24
+# CRANK_LOSS, BLOCK_LOSS, BODIES_LOSS: power (W) that crank, block and added bodies lose by their own damping.
+# STORED: energy stored in bodies and shafts, J.
+GAS_WORK, DYNAMOMETER_POWER, VALVE_POWER, MAINS_SHEAR, MAINS_SQUEEZE, THRUST_LOSS, BIG_ENDS_SHEAR = range(2, 9)
+BIG_ENDS_SQUEEZE, LINERS_LOSS, SKIRTS_LOSS, DAMPER_LOSS, CRANK_LOSS, BLOCK_LOSS, BODIES_LOSS = range(9, 16)
+MOUNTS_LOSS, SHAFTS_LOSS, AXIAL_JOINT_LOSS, AXIAL_FORCE_WORK, LINKS_LOSS, STORED, POWERS = range(16, 23)
 # Columns of ``Work.family``: addresses of the kernels for a step, and for its difference from the embedded solution.
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
-# Columns of ``Basis.methods``, one row for each integrator, see :mod:`cranktrain.dynamics.model.basis`:
+# Columns of ``Basis.methods``, one row for each integrator, see :class:`cranktrain.dynamics.model.records.Basis`:
 # EMBEDDED, METHOD_ORDER: order of the embedded method (0: none), and order that tolerances follow.
 # AMPLIFICATION: largest factor by which the error of a stage enters the step.
 # MARK: number that identifies the integrator in a state.
@@ -198,8 +201,8 @@ MAINS_OIL, BIG_ENDS_OIL, FILM_KINDS = range(3)
 # START_ROTATION, START_ROTATION_RATE: rotation of the crank relative to the mean wind-up (rad) and its rate.
 # START_INERTIA: inertia of crank and rods, kg m²; 0 if there is no estimate.
 START_WINDUP, START_TORQUE, START_ROTATION, START_ROTATION_RATE, START_INERTIA, START_MEAN = range(6)
-# Rows of ``Work.start.block``: load by a unit torque, the block's displacement, its rate, and pivots.
-START_LOAD, START_PLACE, START_RATE, START_PIVOTS, START_ROWS = range(5)
+# Rows of ``Work.start.block``: load by a unit torque, the block's displacement, and its rate.
+START_LOAD, START_PLACE, START_RATE, START_ROWS = range(4)
 START_SAMPLES, START_HARMONICS = 720, 361
 """Number of angles per cycle at which the torque on a rigid crank is sampled, and number of its harmonics."""
 ROTATION = 5

@@ -27,13 +27,11 @@ from cranktrain.dynamics.model.turned_modes import (
     turn_shapes,
     weigh_axis,
 )
-from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
+from cranktrain.dynamics.motion.linear_algebra import dot, factor_lu, solve_lu
 from cranktrain.dynamics.time.status import CLEARANCE_FIXED, GEARS_FIXED, NO_RIGID_PART, OK
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.loads.damper import FLUID, KIND, LOSS_FACTOR, NEWTONIAN, RUBBER, SPRING
 
-VOGEL = 1
-"""Index of the first constant of Vogel's law among the oil's constants, see engine.lubricant."""
 ROUNDING = 1.0e-9
 LOAD, LOAD_END, FIELDS = 12, 18, 20
 """Positions in scratch: load on the mounts, its end, and the fields of parts."""
@@ -61,14 +59,6 @@ def trim_refusal(model, numbers):
 def other(lumps, numbers, slot):
     """True if a number differs from the value that the bodies were made for."""
     return numbers[slot] != lumps.values[slot]
-
-
-@kernel
-def trim_oil(model, numbers):
-    """Set the constants of Vogel's viscosity law of the oil from the numbers of a run."""
-    if model.lumps.values[to.SET_VOGEL_A] > 0.0:
-        for k in range(3):
-            model.basis.oil[VOGEL + k] = numbers[to.SET_VOGEL_A + k]
 
 
 @kernel
@@ -152,22 +142,11 @@ def trim_pistons(model, numbers):
     """Set the two modes of guided pistons, which include the mass of the rod's small end."""
     lumps, block = model.lumps, model.block
     traits = lumps.traits
-    stationary = model.lumps.weight.shape[0]
-    first = lumps.vectors.shape[1]
-    for k in range(3):
-        for j in range(first, first + stationary):
-            model.gravity[k, j] = lumps.gravity[k, j]
-    for i in range(2):
-        for j in range(2):
-            block.piston_shape[i, j] = lumps.piston_shape[i, j]
-            block.piston_inverse[i, j] = lumps.piston_inverse[i, j]
     if traits[of.GUIDED] == 0.0:
         return
     piston = numbers[to.SET_PISTON]
     arm = traits[of.PISTON_ARM]
     block.guidance[block.guidance.shape[0] - 1] = piston * arm
-    if not (other(lumps, numbers, to.SET_PISTON) or other(lumps, numbers, to.SET_SMALL_END)):
-        return
     one = math.sqrt(piston + numbers[to.SET_SMALL_END])
     before = math.sqrt(lumps.values[to.SET_PISTON] + lumps.values[to.SET_SMALL_END])
     lean = -piston * arm / one
@@ -183,58 +162,47 @@ def trim_pistons(model, numbers):
     start = int(traits[of.FIRST_PISTON])
     for c in range(int(traits[of.PISTONS])):
         for k in range(3):
-            model.gravity[k, start + 2 * c] *= one / before
+            model.gravity[k, start + 2 * c] = lumps.gravity[k, start + 2 * c] * (one / before)
             model.gravity[k, start + 2 * c + 1] = 0.0
 
 
 @kernel
 def trim_mounts(model, numbers):
-    """Set stiffness and damping of the mounts in the block's modes."""
-    lumps, block = model.lumps, model.block
-    mounts = block.mounts.shape[0]
-    modes = lumps.block_stiffness.shape[0]
+    """Set stiffness and damping of the mounts, by themselves and in the block's modes."""
+    block = model.block
+    modes = block.stiffness.shape[0]
     for i in range(modes):
         for j in range(modes):
-            block.stiffness[i, j] = lumps.block_stiffness[i, j]
-            block.damping[i, j] = lumps.block_damping[i, j]
-    for row in range(mounts):
+            block.stiffness[i, j] = 0.0
+            block.damping[i, j] = 0.0
+    for row in range(block.mounts.shape[0]):
         slot = to.SET_MOUNTS + to.MOUNT_NUMBERS * (row // 6) + row % 6
-        for which in range(2):
-            column = at.MOUNT_STIFFNESS if which == 0 else at.MOUNT_DAMPING
-            block.mount_laws[row, column] = numbers[slot + 6 * which]
-            if not other(lumps, numbers, slot + 6 * which):
-                continue
-            more = numbers[slot + 6 * which] - lumps.values[slot + 6 * which]
-            matrix = block.stiffness if which == 0 else block.damping
-            for i in range(modes):
-                for j in range(modes):
-                    matrix[i, j] += more * block.mounts[row, i] * block.mounts[row, j]
+        law, shape = block.mount_laws[row], block.mounts[row]
+        law[at.MOUNT_STIFFNESS] = numbers[slot]
+        law[at.MOUNT_DAMPING] = numbers[slot + 6]
+        for i in range(modes):
+            for j in range(modes):
+                block.stiffness[i, j] += law[at.MOUNT_STIFFNESS] * shape[i] * shape[j]
+                block.damping[i, j] += law[at.MOUNT_DAMPING] * shape[i] * shape[j]
 
 
 @kernel
 def weigh_block(model, numbers):
-    """Set the forces of the mounts that carry the engine at rest, see dynamics.model.block."""
+    """Set the forces of the mounts that carry the engine at rest, per m/s² of gravity."""
     lumps, block = model.lumps, model.block
     traits = lumps.traits
     rows = block.mounts.shape[0]
-    for i in range(lumps.weight.shape[0]):
-        block.weight[i] = lumps.weight[i]
-    for row in range(rows):
-        block.mount_laws[row, at.MOUNT_WEIGHT] = lumps.mount_weight[row]
-    heavier = False
-    for slot in range(lumps.values.shape[0]):
-        if to.LUMPED <= slot <= to.SET_PISTON or slot >= to.SET_MOUNTS:
-            heavier = heavier or other(lumps, numbers, slot)
-    if rows == 0 or not heavier:
+    for i in range(block.weight.shape[0]):
+        block.weight[i] = 0.0
+    if rows == 0:
         return
     crank, load, supports = lumps.scratch[TOTAL:LOAD], lumps.scratch[LOAD:LOAD_END], lumps.room[of.SQUARES]
     rods = numbers[to.SET_BIG_END] + numbers[to.SET_SMALL_END] + numbers[to.SET_PISTON]
     rods *= model.cylinders.shape[0]
-    mass = traits[of.BLOCK_MASS] + crank[0] + rods
+    share = (crank[0] + rods) / crank[0]
     for k in range(6):
         load[k] = 0.0
-    load[1] = -mass
-    share = (crank[0] + rods) / crank[0]
+    load[1] = -(traits[of.BLOCK_MASS] + crank[0] + rods)
     load[TURN_X] = traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE + 2] + share * crank[ALONG_AXIS]
     load[TURN_Z] = -(traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE] + share * crank[1])
     for i in range(6):
@@ -247,13 +215,8 @@ def weigh_block(model, numbers):
     if factor_lu(supports, 6, lumps.vectors[of.PIVOTS]) != 0:
         return
     solve_lu(supports, 6, lumps.vectors[of.PIVOTS], load)
-    for i in range(block.weight.shape[0]):
-        block.weight[i] = 0.0
     for row in range(rows):
-        carried = 0.0
-        for k in range(6):
-            carried += lumps.mount_motion[row, k] * load[k]
-        carried *= -block.mount_laws[row, at.MOUNT_STIFFNESS]
+        carried = -block.mount_laws[row, at.MOUNT_STIFFNESS] * dot(lumps.mount_motion[row], load, 6)
         block.mount_laws[row, at.MOUNT_WEIGHT] = carried
         for i in range(block.weight.shape[0]):
             block.weight[i] += block.mounts[row, i] * carried
@@ -267,7 +230,9 @@ def trim_films(model, numbers):
     for i in range(model.bearings.shape[0]):
         if lumps.plain[i] > 0.0 and clearance > 0.0:
             model.bearings[i, CLEARANCE] = clearance
-            scale_ports(model, i, clearance)
+            row = model.connections[i]
+            for k in range(row[at.COUPLED]):
+                model.scales[row[at.FIRST + k]] = clearance
     clearance = numbers[to.SET_PIN_CLEARANCE]
     if clearance > 0.0:
         for k in range(model.big_ends.shape[0]):
@@ -276,14 +241,6 @@ def trim_films(model, numbers):
             if port >= 0:
                 model.scales[port] = clearance
                 model.scales[port + 1] = clearance
-
-
-@kernel
-def scale_ports(model, i, clearance):
-    """Set the scale of the ports of main journal i to its clearance."""
-    row = model.connections[i]
-    for k in range(int(row[at.COUPLED])):
-        model.scales[int(row[at.FIRST + k])] = clearance
 
 
 @kernel

@@ -220,33 +220,24 @@ def turning_stiffness(lumps, n):
 
 
 @kernel
-def crank_total(lumps, changed, out):
-    """Write the mass of the crank and its first moments about the origin to ``out[0:4]``."""
-    mass = lumps.traits[of.CRANK_MASS]
-    for k in range(3):
-        out[1 + k] = mass * lumps.traits[of.CRANK_CENTRE + k]
-    out[0] = mass
-    if changed == 0:
-        return
-    for side in range(2):
-        added = lumps.scratch[MOMENTS * side + MASS]
-        out[0] += added
-        for k in range(3):
-            out[1 + k] += added * lumps.places[side, k]
-        out[ALONG_AXIS] += lumps.scratch[MOMENTS * side + FIRST]
-
-
-@kernel
 def weigh_axis(model, changed):
-    """Set the weights of the main journals, see dynamics.model.arrays.axis_weights."""
+    """Write the crank's mass and first moments about the origin to scratch, and set the weights of the main journals.
+
+    Their sum is 1, and the weighted sum of displacements of a rigid axis is the displacement at the crank's centre of
+    mass. Of all such weights these have the least sum of squares; they are equal if all journals coincide.
+    """
     lumps = model.lumps
     count = lumps.mains.shape[0]
-    for i in range(count):
-        model.axis_weights[i] = lumps.axis_weights[i]
     total = lumps.scratch[TOTAL : TOTAL + MOMENTS]
-    crank_total(lumps, changed, total)
-    if changed == 0 or count == 0:
-        return
+    total[0] = lumps.traits[of.CRANK_MASS]
+    for k in range(3):
+        total[1 + k] = total[0] * lumps.traits[of.CRANK_CENTRE + k]
+    for side in range(2 if changed != 0 else 0):
+        added = lumps.scratch[MOMENTS * side + MASS]
+        total[0] += added
+        for k in range(3):
+            total[1 + k] += added * lumps.places[side, k]
+        total[ALONG_AXIS] += lumps.scratch[MOMENTS * side + FIRST]
     mean = 0.0
     for i in range(count):
         mean += lumps.mains[i] / count

@@ -15,8 +15,9 @@ from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
-from cranktrain.dynamics.topology.records import Linear, LinkWork, linear_work, link_work
-from cranktrain.film.laws.films import SIZE
+from cranktrain.dynamics.topology import slots as top
+from cranktrain.dynamics.topology.records import Linear, LinkWork
+from cranktrain.film.laws.films import NUMBERS, SIZE
 
 
 @record
@@ -27,7 +28,8 @@ class StartRoom(NamedTuple):
     circle: Array  # (2, START_SAMPLES) cosines and sines
     torque: Array  # (START_SAMPLES,) torque on a rigid crank over a cycle, N m
     spectrum: Array  # (2, START_HARMONICS) spectrum of the torque, real and imaginary parts
-    rod: Array  # (40,) scratch of one rod
+    numbers: Array  # (NUMBERS,) arguments of force laws
+    law: Array  # (SIZE,) result of a force law
     block: Array  # (START_ROWS, n_b) vectors of the block, see dynamics.model.slots
     matrix: Array  # (12, 12) of the block as a rigid body, complex numbers as pairs
     vectors: Array  # (2, 12)
@@ -55,7 +57,8 @@ class Work(NamedTuple):
     counters: Array  # (COUNTERS,) counts of steps, stages, iterations and others, see dynamics.model.slots
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     gas: Array  # (c, GAS) see dynamics.model.slots
-    rods: Array  # (c, SIZE) result of each rod's law at the state, see film.laws.films
+    found: Array  # (k, SIZE) result of each connection's law at the state, see film.laws.films
+    told: Array  # (k, TOLD_SPEEDS) speeds that the law was told there, see dynamics.model.slots
     pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given pressures as functions of time
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as applied in the present stage
     rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
@@ -83,11 +86,25 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     n, fours = d.modes, -4 * (-d.newton // 4)
     m = max(d.ports, fours)
     inputs = at.OTHER_INPUTS + at.CYLINDER_INPUTS * d.cylinders
-    z = zeros
+    z, slots, links = zeros, at.FACTOR_SLOTS, model.links
+    (rows, width), ports = model.bodies.gyroscopic.shape, model.bodies.shapes.shape[0]
     work = Work(
         key=z((at.FACTOR_SLOTS, at.KEYS)),
-        linear=linear_work(model.bodies, at.FACTOR_SLOTS),
-        links=link_work(model.bodies, model.links, m, d.newton),
+        linear=Linear(
+            z((width, width)),
+            z((slots, rows, width)),
+            z((slots, ports, width)),
+            z((slots, ports, model.bodies.transposed.shape[1])),
+        ),
+        links=LinkWork(
+            z((len(links.frames), top.MOVED)),
+            z((len(links.terms), 2)),
+            z((top.GAPS, len(links.scales))),
+            z(m),
+            z((len(model.bodies.rows), 2)),
+            z((1, fours)),
+            np.full(top.SIZES, np.nan),
+        ),
         relative=z((d.newton, d.newton)),
         turned=z((d.cylinders, 2)),
         turned_compliance=z((d.newton, d.newton)),
@@ -102,7 +119,8 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         counters=z(at.COUNTERS),
         frames=z((MAX_STAGES, at.FRAME_SIZE)),
         gas=z((d.cylinders, at.GAS)),
-        rods=z((d.cylinders, SIZE)),
+        found=z((model.connections.shape[0], SIZE)),
+        told=z((model.connections.shape[0], at.TOLD_SPEEDS)),
         pressures=z((MAX_STAGES, 2 * d.cylinders)),
         heads=z(d.cylinders),
         rises=z((d.cylinders, 2)),
@@ -129,6 +147,6 @@ def start_room(model: ModelArrays) -> StartRoom:
     z = np.zeros
     joined = 2 * len(model.pairs) + len(model.axial)
     return StartRoom(
-        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(40),
-        z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
+        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(NUMBERS),
+        z(SIZE), z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
     )  # fmt: skip

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.linear import SmallMotions
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.tangents import law_at
 from cranktrain.dynamics.topology import slots as top
-from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, NUMBERS, SIZE
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
@@ -103,27 +103,20 @@ def line_tangents(model: ModelArrays, motions: Array) -> Array:
 
     See :class:`Line` for ``motions``. There is one interval, s = 1, if no connection acts between these bodies.
     """
-    links, turning = model.links, model.ports.shape[0]
-    n = model.ports.shape[1]
+    n, links, begin = model.ports.shape[1], model.links, int(model.layout[at.TERM_ROW])
     found = np.zeros((max(1, len(motions) - 1), 2, n, n))
-    rows, elsewhere = np.zeros((links.scales.size, n)), np.zeros(links.scales.size, dtype=bool)
-    for term, coefficient in zip(links.terms, coefficients_at(links.frames, links.terms, 0.0), strict=True):
-        component, port = int(term[top.COMPONENT]), int(term[top.TERM_PORT])
-        if port < turning:
-            rows[component] += coefficient * model.ports[port]
-        else:
-            elsewhere[component] = True
-    begin = int(model.layout[at.TERM_ROW])
+    rows = SmallMotions(model, still=True).components() if begin < len(model.connections) else found
     for entry, row in zip(model.laws.entry[begin:].tolist(), model.connections[begin:], strict=True):
         own = slice(row[at.GAP], row[at.GAP] + row[at.COUPLED])
-        if elsewhere[own].any():
+        if rows[own, n:].any():
             continue
-        moved = motions[:, :, :n] @ rows[own].T
+        between = rows[own, :n]
+        moved = motions[:, :, :n] @ between.T
         if len(motions) == 1:
             moved = np.stack((moved[0], moved[0]))
             moved[:, 1] = SLIDING * links.scales[own]
         tangents = np.array([_secants(entry, *pair) for pair in pairwise(moved)])
-        found -= np.einsum("ij,skil,lm->skjm", rows[own], tangents, rows[own])
+        found -= np.einsum("ij,skil,lm->skjm", between, tangents, between)
     return found if found.any() else found[:1]
 
 

@@ -89,7 +89,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
         m = row[top.PORTS]
         o = row[top.OWN_MODE]
         g = row[top.GROUP]
-        p = row[top.OWN_PORT]
+        p = row[top.PORT]
         response = part.response[level][p : p + m]
         compliance = part.compliance[level][p : p + m]
         products(bodies.shapes[p : p + m], part.inverse[level][g : g + n], m, n, n, response)
@@ -188,20 +188,6 @@ def move_freely(model, work, stage):
 
 
 @kernel
-def respond(model, work, slot, f, q):
-    """Add the response of all bodies but pistons to forces f (m,) at their ports to the modal motion q (n,)."""
-    bodies = model.bodies
-    for b in range(bodies.rows.shape[0]):
-        row = bodies.rows[b]
-        m = row[top.PORTS]
-        if m == 0:
-            continue
-        p = row[top.OWN_PORT]
-        response = work.linear.response[slot][p : p + m]
-        add_product(response, f[row[top.PORT] :], m, row[top.MODES], q[row[top.MODE] :])
-
-
-@kernel
 def to_ports(model, q, u):
     """Motion u (m,) of all ports from the modal motion q (n,)."""
     bodies = model.bodies
@@ -223,14 +209,16 @@ def to_ports(model, q, u):
 
 
 @kernel
-def answer(model, work, slot, f, u):
-    """Add displacements by forces f (m,) at the ports of all bodies but pistons to u (m,): u += H f."""
+def add_response(model, table, first, f, out):
+    """Add the response of all bodies but pistons to forces f (m,) at their ports to ``out``.
+
+    With ``Linear.response`` of a step size as ``table`` and MODE as ``first`` it is modal motion (n,), with
+    ``Linear.compliance`` and GROUP_PORT motion of the ports (m,); the column after ``first`` has the number of values.
+    """
     bodies = model.bodies
     for b in range(bodies.rows.shape[0]):
         row = bodies.rows[b]
         m = row[top.PORTS]
-        if m == 0:
-            continue
-        p = row[top.OWN_PORT]
-        compliance = work.linear.compliance[slot][p : p + m]
-        add_product(compliance, f[row[top.PORT] :], m, row[top.GROUP_PORTS], u[row[top.GROUP_PORT] :])
+        if m > 0:
+            p = row[top.PORT]
+            add_product(table[p : p + m], f[p:], m, row[first + 1], out[row[first] :])

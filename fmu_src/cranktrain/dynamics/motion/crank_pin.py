@@ -8,16 +8,7 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.film.laws.films import (
-    ACCELERATION,
-    TWIST,
-    TWIST_CHANGE,
-    TWIST_COS,
-    TWIST_RATE,
-    TWIST_SIN,
-    WHIRL,
-    WHIRL_CHANGE,
-)
+from cranktrain.film.laws import films as on
 
 SMALL = 0.1
 """Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
@@ -37,16 +28,16 @@ def turn(phi):
 @inlined_kernel
 def tell_twist(phi, rate, change, numbers):
     """Write the rotation (rad) of a first end in its frame and its derivatives to the ``numbers`` of a law."""
-    numbers[TWIST] = phi
-    numbers[TWIST_RATE] = rate
-    numbers[TWIST_CHANGE] = change
-    numbers[TWIST_COS], numbers[TWIST_SIN] = turn(phi)
+    numbers[on.TWIST] = phi
+    numbers[on.TWIST_RATE] = rate
+    numbers[on.TWIST_CHANGE] = change
+    numbers[on.TWIST_COS], numbers[on.TWIST_SIN] = turn(phi)
 
 
 @inlined_kernel
 def pin_place(pin, x, y, numbers):
     """Position in the frame of a ``pin`` (2,) that is displaced by x and y (m), with its rotation in ``numbers``."""
-    cos, sin, phi = numbers[TWIST_COS], numbers[TWIST_SIN], numbers[TWIST]
+    cos, sin, phi = numbers[on.TWIST_COS], numbers[on.TWIST_SIN], numbers[on.TWIST]
     return cos * pin[0] - sin * pin[1] + x + phi * pin[1], sin * pin[0] + cos * pin[1] + y - phi * pin[0]
 
 
@@ -62,10 +53,10 @@ def in_space(x, y, vx, vy, whirl, place, velocity):
 @inlined_kernel
 def accelerate(vx, vy, ax, ay, place, numbers):
     """Write the acceleration in space of a displacement ``place`` in axes that turn to ``numbers``."""
-    whirl = numbers[WHIRL]
-    change = numbers[WHIRL_CHANGE]
-    numbers[ACCELERATION] = ax - 2.0 * whirl * vy - change * place[1] - whirl * whirl * place[0]
-    numbers[ACCELERATION + 1] = ay + 2.0 * whirl * vx + change * place[0] - whirl * whirl * place[1]
+    whirl = numbers[on.WHIRL]
+    change = numbers[on.WHIRL_CHANGE]
+    numbers[on.ACCELERATION] = ax - 2.0 * whirl * vy - change * place[1] - whirl * whirl * place[0]
+    numbers[on.ACCELERATION + 1] = ay + 2.0 * whirl * vx + change * place[0] - whirl * whirl * place[1]
 
 
 @inlined_kernel
@@ -76,9 +67,9 @@ def pin_motion(pin, place, velocity, numbers):
     ``numbers`` of a law with masses. The last two results are what rotation adds to the displacement of the pin beyond
     the first order.
     """
-    whirl = numbers[WHIRL]
-    change = numbers[WHIRL_CHANGE]
-    rate = numbers[TWIST_RATE]
+    whirl = numbers[on.WHIRL]
+    change = numbers[on.WHIRL_CHANGE]
+    rate = numbers[on.TWIST_RATE]
     x0 = pin[0]
     y0 = pin[1]
     # First and second derivative of what rotation adds, in the frame's axes; both are 0 for a pin without rotation.
@@ -88,21 +79,21 @@ def pin_motion(pin, place, velocity, numbers):
     more_vy = 0.0
     more_ax = 0.0
     more_ay = 0.0
-    if numbers[TWIST] != 0.0 or rate != 0.0:
-        turned_x = numbers[TWIST_COS] * x0 - numbers[TWIST_SIN] * y0
-        turned_y = numbers[TWIST_SIN] * x0 + numbers[TWIST_COS] * y0
-        more_x = turned_x - x0 + numbers[TWIST] * y0
-        more_y = turned_y - y0 - numbers[TWIST] * x0
+    if numbers[on.TWIST] != 0.0 or rate != 0.0:
+        turned_x = numbers[on.TWIST_COS] * x0 - numbers[on.TWIST_SIN] * y0
+        turned_y = numbers[on.TWIST_SIN] * x0 + numbers[on.TWIST_COS] * y0
+        more_x = turned_x - x0 + numbers[on.TWIST] * y0
+        more_y = turned_y - y0 - numbers[on.TWIST] * x0
         more_vx = -rate * (turned_y - y0)
         more_vy = rate * (turned_x - x0)
-        more_ax = -numbers[TWIST_CHANGE] * (turned_y - y0) - rate * rate * turned_x
-        more_ay = numbers[TWIST_CHANGE] * (turned_x - x0) - rate * rate * turned_y
+        more_ax = -numbers[on.TWIST_CHANGE] * (turned_y - y0) - rate * rate * turned_x
+        more_ay = numbers[on.TWIST_CHANGE] * (turned_x - x0) - rate * rate * turned_y
     x0 += more_x
     y0 += more_y
     vx = velocity[0] + more_vx - whirl * y0
     vy = velocity[1] + more_vy + whirl * x0
-    ax = numbers[ACCELERATION] + more_ax - 2.0 * whirl * more_vy - change * y0 - whirl * whirl * x0
-    ay = numbers[ACCELERATION + 1] + more_ay + 2.0 * whirl * more_vx + change * x0 - whirl * whirl * y0
+    ax = numbers[on.ACCELERATION] + more_ax - 2.0 * whirl * more_vy - change * y0 - whirl * whirl * x0
+    ay = numbers[on.ACCELERATION + 1] + more_ay + 2.0 * whirl * more_vx + change * x0 - whirl * whirl * y0
     return x0 + place[0], y0 + place[1], vx, vy, ax, ay, more_x, more_y
 
 

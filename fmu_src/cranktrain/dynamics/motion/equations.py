@@ -31,7 +31,8 @@ from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.links import link_forces
 from cranktrain.dynamics.motion.masses import eye_force, mass_force
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
-from cranktrain.film.laws.films import FORCE, FRICTION, FROZEN, INERTANCE, MASS, RATIO, RUBBING, SPEED, film_call
+from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 
@@ -109,12 +110,12 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     for k in range(f.shape[0]):
         f[k] = 0.0
     status = 0
-    model.laws.numbers[RATIO] = ratio
-    model.laws.numbers[INERTANCE] = 1.0 / c_q
+    model.laws.numbers[on.RATIO] = ratio
+    model.laws.numbers[on.INERTANCE] = 1.0 / c_q
     frame[at.GIVEN_POWER] = 0.0
     line_up_laws(model, work, frame)
     for k in range(term_row(model)):
-        if model.laws.traits[k, MASS] > 0.0:
+        if model.laws.traits[k, on.MASS] > 0.0:
             status |= mass_force(model, work, frame, pressures, k, c_q, c_v)
         elif model.connections[k, at.SHAPE] == at.OF_EYE:
             status |= eye_force(model, work, frame, k, ratio)
@@ -145,7 +146,7 @@ def law_force(model, work, frame, k, ratio):
     """
     row = model.connections[k]
     laws = model.laws
-    status = call_at_ports(model, work, frame, FORCE, k, laws.out)
+    status = call_at_ports(model, work, frame, on.FORCE, k, laws.out, laws.out)
     hand_forces(row, frame, laws.out, work.port[at.U], work.port[at.FORCES])
     law_block(laws.out, row[at.COUPLED], row[at.PAIRS], ratio, frame[at.WHIRL], work.blocks[k])
     return status
@@ -174,13 +175,13 @@ def journal_force(model, work, frame, k, ratio):
     in_space(d[first], d[first + 1], dd[first], dd[first + 1], whirl, place, velocity)
     if tilts:
         in_space(d[second], d[second + 1], dd[second], dd[second + 1], whirl, place[2:], velocity[2:])
-    laws.numbers[SPEED] = frame[at.OMEGA] + work.port[at.UD, spin]
-    laws.numbers[RUBBING] = laws.numbers[SPEED]
-    status = film_call(laws, FORCE, k, out, out)
-    if laws.numbers[FROZEN] == 0.0:
+    laws.numbers[on.SPEED] = frame[at.OMEGA] + work.port[at.UD, spin]
+    laws.numbers[on.RUBBING] = laws.numbers[on.SPEED]
+    status = film_call(laws, on.FORCE, k, out, out)
+    if laws.numbers[on.FROZEN] == 0.0:
         pairs_block(out, ratio, whirl, work.blocks[k])
     torque = hand_pair(first, frame[at.CRANK_X], frame[at.CRANK_Y], out, u, f, 0.0)
     if tilts:
         torque = hand_pair(second, 0.0, 0.0, out[2:], u, f, torque)
-    f[spin] = torque + out[FRICTION]
+    f[spin] = torque + out[on.FRICTION]
     return status

@@ -20,26 +20,8 @@ from cranktrain.dynamics.motion.film_ports import (
 )
 from cranktrain.dynamics.motion.links import measure_links, place_link, turn_terms
 from cranktrain.dynamics.motion.relative import relative_motion
-from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
-from cranktrain.film.laws.films import (
-    CLOSE_STAGE,
-    CLOSE_STEP,
-    CLOSES,
-    ELAPSED,
-    END_X,
-    END_Y,
-    GAIN,
-    MEMORY,
-    OPEN_STAGE,
-    OPEN_STEP,
-    RATE,
-    STAGE,
-    STEP,
-    TELLS_RATE,
-    film_call,
-)
-from cranktrain.film.laws.films import COS as FRAME_COS
-from cranktrain.film.laws.films import SIN as FRAME_SIN
+from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
 
@@ -90,9 +72,9 @@ def measure_at_state(model, work, state, whirl):
 def frame_at_state(model, state):
     """Write the frame's angle at the state to the ``numbers`` of laws."""
     numbers = model.laws.numbers
-    numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
-    numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
-    numbers[FRAME_ANGLE] = state[SHAFT_ANGLE]
+    numbers[on.COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    numbers[on.SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    numbers[on.ANGLE] = state[SHAFT_ANGLE]
 
 
 @kernel
@@ -103,13 +85,13 @@ def open_step(model, work, state):
     numbers = model.laws.numbers
     whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
     frame_at_state(model, state)
-    cos = numbers[FRAME_COS]
-    sin = numbers[FRAME_SIN]
+    cos = numbers[on.COS]
+    sin = numbers[on.SIN]
     measure_at_state(model, work, state, whirl)
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0:
+        if model.laws.traits[k, on.MEMORY] > 0.0:
             place_at_state(model, work, state, whirl, k)
-            recalling_call(model, state, OPEN_STEP, k, work.scratch)
+            recalling_call(model, state, on.OPEN_STEP, k, work.scratch)
             if model.connections[k, at.SHAPE] == at.OF_EYE:
                 frame_again(numbers, cos, sin)
 
@@ -120,13 +102,13 @@ def open_stage(model, work, stage, elapsed, h, gain):
     if not remembers(model.laws):
         return
     numbers = model.laws.numbers
-    numbers[ELAPSED] = elapsed
-    numbers[STEP] = h
-    numbers[GAIN] = gain
-    numbers[STAGE] = float(stage)
+    numbers[on.ELAPSED] = elapsed
+    numbers[on.STEP] = h
+    numbers[on.GAIN] = gain
+    numbers[on.STAGE] = float(stage)
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0:
-            film_call(model.laws, OPEN_STAGE, k, model.stages[1 + stage], work.scratch)
+        if model.laws.traits[k, on.MEMORY] > 0.0:
+            film_call(model.laws, on.OPEN_STAGE, k, model.stages[1 + stage], work.scratch)
 
 
 @inlined_kernel
@@ -144,12 +126,12 @@ def close_stage(model, work, frame):
     measure_links(model, work, u, ud)
     line_up_laws(model, work, frame)
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0:
+        if model.laws.traits[k, on.MEMORY] > 0.0:
             if model.connections[k, at.SHAPE] == at.OF_TERMS:
                 place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], ud, k)
-                status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)
+                status = film_call(model.laws, on.CLOSE_STAGE, k, work.scratch, work.scratch)
             else:
-                status = call_at_ports(model, work, frame, CLOSE_STAGE, k, work.scratch)
+                status = call_at_ports(model, work, frame, on.CLOSE_STAGE, k, work.scratch, work.scratch)
             if status != 0:
                 return status
     return 0
@@ -159,8 +141,8 @@ def close_stage(model, work, frame):
 def close_step(model, work, state):
     """Write the memory of force laws after the last stage of a step to the state."""
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0:
-            recalling_call(model, state, CLOSE_STEP, k, work.scratch)
+        if model.laws.traits[k, on.MEMORY] > 0.0:
+            recalling_call(model, state, on.CLOSE_STEP, k, work.scratch)
 
 
 @kernel
@@ -175,11 +157,11 @@ def fastest_closing(model, work, state, whirl):
     measure_at_state(model, work, state, whirl)
     worst = 0.0
     for k in range(model.connections.shape[0]):
-        if laws.traits[k, CLOSES] == 0.0 or model.connections[k, at.SHAPE] == at.OF_EYE:
+        if laws.traits[k, on.CLOSES] == 0.0 or model.connections[k, at.SHAPE] == at.OF_EYE:
             continue
         place_at_state(model, work, state, whirl, k)
-        if laws.traits[k, TELLS_RATE] > 0.0:
-            recalling_call(model, state, RATE, k, work.scratch)
+        if laws.traits[k, on.TELLS_RATE] > 0.0:
+            recalling_call(model, state, on.RATE, k, work.scratch)
             worst = max(worst, work.scratch[0])
         elif model.connections[k, at.SHAPE] == at.OF_TERMS:
             bearing = model.links.bearings[k - term_row(model)]
@@ -197,7 +179,7 @@ def closing_rate(law, place, velocity):
     e = math.sqrt(x * x + y * y)
     if e == 0.0:
         return 0.0
-    a = place[END_X]
-    b = place[END_Y]
+    a = place[on.END_X]
+    b = place[on.END_Y]
     reach = math.sqrt(e * e + a * a + b * b + 2.0 * abs(x * a + y * b))
     return abs(x * velocity[0] + y * velocity[1]) / e / max(law[CLEARANCE] - reach, law[CONTACT_HEIGHT])

@@ -16,22 +16,8 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.crank_pin import cylinder_axes, in_space, pin_motion, tell_twist
-from cranktrain.film.laws.films import (
-    ANGLE,
-    BY_PLACE,
-    BY_VELOCITY,
-    COS,
-    FRICTION,
-    LINE_UP,
-    RUBBING,
-    SIN,
-    SPEED,
-    TOGETHER,
-    TURN,
-    WHIRL,
-    WHIRL_CHANGE,
-    film_call,
-)
+from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 
 ROW = 4
 """Values in a row of a law's tangents, and of a connection's block."""
@@ -40,9 +26,9 @@ ROW = 4
 @inlined_kernel
 def frame_numbers(frame, numbers):
     """Write the frame's angle into the ``numbers`` of laws."""
-    numbers[COS] = frame[at.COS]
-    numbers[SIN] = frame[at.SIN]
-    numbers[ANGLE] = frame[at.THETA]
+    numbers[on.COS] = frame[at.COS]
+    numbers[on.SIN] = frame[at.SIN]
+    numbers[on.ANGLE] = frame[at.THETA]
 
 
 @inlined_kernel
@@ -70,8 +56,8 @@ def tell_law(model, frame, k, u, ud):
     speed = frame[at.OMEGA]
     if row[at.SPIN] >= 0:
         speed += ud[row[at.SPIN]]
-    model.laws.numbers[SPEED] = speed
-    model.laws.numbers[RUBBING] = speed
+    model.laws.numbers[on.SPEED] = speed
+    model.laws.numbers[on.RUBBING] = speed
     if row[at.TOLD] >= 0:
         windup = u[row[at.TOLD]] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
         model.laws.place[k, row[at.COUPLED]] = model.scalars[at.WINDUP_K] * windup
@@ -91,8 +77,8 @@ def place_eye(model, k, u, ud, omega, pin_speed):
     numbers = model.laws.numbers
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
-    numbers[WHIRL] = omega
-    numbers[WHIRL_CHANGE] = 0.0
+    numbers[on.WHIRL] = omega
+    numbers[on.WHIRL_CHANGE] = 0.0
     tell_twist(u[row[at.SPIN]], ud[row[at.SPIN]], 0.0, numbers)
     i = row[at.FIRST]
     in_space(u[i], u[i + 1], ud[i], ud[i + 1], omega, place, velocity)
@@ -107,49 +93,49 @@ def place_eye(model, k, u, ud, omega, pin_speed):
     place[1] = pin_y - y
     velocity[0] = pin_vx - vx
     velocity[1] = pin_vy - vy
-    cos, sin = cylinder_axes(rod, numbers[COS], numbers[SIN])
+    cos, sin = cylinder_axes(rod, numbers[on.COS], numbers[on.SIN])
     side = cos * x - sin * y - rod[at.OFFSET]
     height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
     rod_speed = (cos * vx - sin * vy) / height
     lean_sin = side / rod[at.ROD]
     lean_cos = height / rod[at.ROD]
-    numbers[SPEED] = pin_speed + rod_speed
-    numbers[RUBBING] = pin_speed - rod_speed
-    numbers[COS] = cos * lean_cos + sin * lean_sin
-    numbers[SIN] = sin * lean_cos - cos * lean_sin
-    numbers[TURN] = rod_speed
+    numbers[on.SPEED] = pin_speed + rod_speed
+    numbers[on.RUBBING] = pin_speed - rod_speed
+    numbers[on.COS] = cos * lean_cos + sin * lean_sin
+    numbers[on.SIN] = sin * lean_cos - cos * lean_sin
+    numbers[on.TURN] = rod_speed
     return rod_speed
 
 
 @inlined_kernel
 def frame_again(numbers, cos, sin):
     """Restore the axes of the crank's frame in the ``numbers`` of the force laws."""
-    numbers[COS] = cos
-    numbers[SIN] = sin
-    numbers[TURN] = 0.0
+    numbers[on.COS] = cos
+    numbers[on.SIN] = sin
+    numbers[on.TURN] = 0.0
 
 
 @inlined_kernel
-def call_at_ports(model, work, frame, action, k, out):
+def call_at_ports(model, work, frame, action, k, memory, out):
     """Call the law of connection k, at ports or in an eye, at the motion of a stage. Return 0, or a failure status."""
     u = work.port[at.U]
     ud = work.port[at.UD]
     if model.connections[k, at.SHAPE] == at.OF_EYE:
         place_eye(model, k, u, ud, frame[at.OMEGA], frame[at.OMEGA] + ud[model.connections[k, at.SPIN]])
-        status = film_call(model.laws, action, k, out, out)
+        status = film_call(model.laws, action, k, memory, out)
         frame_again(model.laws.numbers, frame[at.COS], frame[at.SIN])
         return status
     place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
     tell_law(model, frame, k, u, ud)
-    return film_call(model.laws, action, k, out, out)
+    return film_call(model.laws, action, k, memory, out)
 
 
 @kernel
 def line_up_laws(model, work, frame):
     """Pass the motion of all journals and pins to laws that solve several films together."""
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, TOGETHER] > 0.0 and model.connections[k, at.SHAPE] != at.OF_TERMS:
-            call_at_ports(model, work, frame, LINE_UP, k, model.laws.out)
+        if model.laws.traits[k, on.TOGETHER] > 0.0 and model.connections[k, at.SHAPE] != at.OF_TERMS:
+            call_at_ports(model, work, frame, on.LINE_UP, k, model.laws.out, model.laws.out)
 
 
 @inlined_kernel
@@ -172,7 +158,7 @@ def hand_forces(row, frame, out, u, f):
         x = 0.0
         y = 0.0
     if row[at.SPIN] >= 0:
-        torque += out[FRICTION]
+        torque += out[on.FRICTION]
     f[row[at.TURNED]] += torque
 
 
@@ -188,17 +174,17 @@ def hand_pair(port, x, y, out, u, f, torque):
 def law_block(out, size, pairs, ratio, whirl, block):
     """Tangent of a law's ``size`` forces by the displacement of its ports into the 4 × 4 ``block``.
 
-    ``pairs`` is the first component of those that rotate with the frame's axes, or −1.
+    ``pairs`` is the first component of those that rotate with the law's axes, at ``whirl`` (rad/s), or −1.
     """
     for r in range(size):
         for s in range(size):
             i = ROW * r + s
-            block[i] = out[BY_PLACE + i] + ratio * out[BY_VELOCITY + i]
+            block[i] = out[on.BY_PLACE + i] + ratio * out[on.BY_VELOCITY + i]
         if pairs >= 0:
             for s in range(pairs, size, 2):
                 i = ROW * r + s
-                block[i] += whirl * out[BY_VELOCITY + i + 1]
-                block[i + 1] -= whirl * out[BY_VELOCITY + i]
+                block[i] += whirl * out[on.BY_VELOCITY + i + 1]
+                block[i + 1] -= whirl * out[on.BY_VELOCITY + i]
 
 
 @inlined_kernel
@@ -207,7 +193,7 @@ def pairs_block(out, ratio, whirl, block):
     for r in range(ROW):
         for s in range(0, ROW, 2):
             i = ROW * r + s
-            x = out[BY_VELOCITY + i]
-            y = out[BY_VELOCITY + i + 1]
-            block[i] = out[BY_PLACE + i] + ratio * x + whirl * y
-            block[i + 1] = out[BY_PLACE + i + 1] + ratio * y - whirl * x
+            x = out[on.BY_VELOCITY + i]
+            y = out[on.BY_VELOCITY + i + 1]
+            block[i] = out[on.BY_PLACE + i] + ratio * x + whirl * y
+            block[i + 1] = out[on.BY_PLACE + i + 1] + ratio * y - whirl * x

@@ -59,7 +59,6 @@ def find_pressure(model, work, frame, u, pressures, k, measured):
     else:
         x, y = pin_place(pin, -u[i] * pin[1], u[i] * pin[0], numbers)
     found = work.gas[c]
-    found[at.SEEN] = 0.0
     if measured or frame[at.BURN] < 0.0:
         found[at.VOLUME] = volume_over(rod, piston_height(model, frame, u, x, y, c) - work.rises[c, 0])
     found[at.OWN_ANGLE] = own_angle(model, frame, u, x, y, c)
@@ -151,15 +150,6 @@ def knows_volumes(work):
 
 
 @inlined_kernel
-def pressure_in(work, cylinder, angle, volume):
-    """Pressure (Pa, absolute) that the inputs give at the crank's angle in the actual volume (m³) above the piston."""
-    k = 1 + cylinder
-    bend = (angle - work.inputs[at.ANGLES, 1]) * work.inputs[at.BEND, k]
-    value = work.inputs[at.VALUE, k] + (angle - work.inputs[at.ANGLES, 0]) * (work.inputs[at.RATE, k] + bend)
-    return max(value / volume ** work.inputs[at.EXPONENT, k], 0.0)
-
-
-@inlined_kernel
 def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
     """Pressure (Pa, absolute) of a cylinder at its own crank angle; for a trace also the derivative by angle, Pa/rad.
 
@@ -174,7 +164,11 @@ def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
     exponent = work.inputs[at.EXPONENT, 1 + cylinder]
     if exponent > 0.0:
         if knows_volumes(work):
-            return pressure_in(work, cylinder, frame[at.CRANK], volume), 0.0
+            # Pressures belong to the crank's angle and to the actual volume.
+            turned = frame[at.CRANK] - work.inputs[at.ANGLES, 1]
+            rate = work.inputs[at.RATE, 1 + cylinder] + turned * work.inputs[at.BEND, 1 + cylinder]
+            value = work.inputs[at.VALUE, 1 + cylinder] + (frame[at.CRANK] - work.inputs[at.ANGLES, 0]) * rate
+            return max(value / volume**exponent, 0.0), 0.0
         return given_pressure(model, work, cylinder, angle, 0.0), 0.0
     if exponent < 0.0:
         at_crank = gas_volume(model, cylinder, frame[at.CRANK])

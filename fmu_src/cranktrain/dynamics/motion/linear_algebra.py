@@ -103,10 +103,20 @@ def eliminate(a, n, i, height, k):
         a[r, k + 1] = f1
         a[r, k + 2] = f2
         a[r, k + 3] = f3
+    j = k + 4
     if height == 4:
-        subtract_four(a, n, i, k)
-    else:
-        subtract_one(a, n, i, k)
+        while j + 3 < n:
+            subtract_4x4(a, a, a, i, k, j)
+            j += 4
+        for c in range(j, n):
+            subtract_column(a, a, a, i, k, c)
+        return
+    while j + 3 < n:
+        subtract_1x4(a, a, a, i, k, j)
+        j += 4
+    for c in range(j, n):
+        f0, f1, f2, f3 = a[i, k], a[i, k + 1], a[i, k + 2], a[i, k + 3]
+        a[i, c] = a[i, c] - f0 * a[k, c] - f1 * a[k + 1, c] - f2 * a[k + 2, c] - f3 * a[k + 3, c]
 
 
 @inlined_kernel
@@ -137,29 +147,6 @@ def factor_block(a, n, start, end):
             for c in range(j, n):
                 a[r, c] -= a[r, p] * a[p, c]
     return 0
-
-
-@inlined_kernel
-def subtract_four(a, n, i, k):
-    """Subtract the four pivots from k on from the later columns of the four rows from i on."""
-    j = k + 4
-    while j + 3 < n:
-        subtract_4x4(a, a, a, i, k, j)
-        j += 4
-    for c in range(j, n):
-        subtract_column(a, a, a, i, k, c)
-
-
-@inlined_kernel
-def subtract_one(a, n, i, k):
-    """Subtract the four pivots from k on from the later columns of row i."""
-    j = k + 4
-    while j + 3 < n:
-        subtract_1x4(a, a, a, i, k, j)
-        j += 4
-    for c in range(j, n):
-        f0, f1, f2, f3 = a[i, k], a[i, k + 1], a[i, k + 2], a[i, k + 3]
-        a[i, c] = a[i, c] - f0 * a[k, c] - f1 * a[k + 1, c] - f2 * a[k + 2, c] - f3 * a[k + 3, c]
 
 
 @kernel

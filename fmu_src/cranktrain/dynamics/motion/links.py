@@ -15,31 +15,11 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import term_row, turning_ports
 from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twist
-from cranktrain.dynamics.motion.film_ports import frame_numbers
+from cranktrain.dynamics.motion.film_ports import frame_numbers, law_block
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
-from cranktrain.film.laws.films import (
-    ANGLE,
-    BY_PLACE,
-    BY_VELOCITY,
-    CLOSES,
-    COS,
-    COUPLE,
-    FORCE,
-    FRICTION,
-    GAS_POWER,
-    GRAVITY,
-    INPUT,
-    MASS,
-    PRESSURE,
-    RUBBING,
-    SIN,
-    SLOPE,
-    SPEED,
-    WHIRL,
-    WHIRL_CHANGE,
-    film_call,
-)
+from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 
 
 @inlined_kernel
@@ -102,20 +82,27 @@ def link_forces(model, work, frame, pressures, ratio):
     status = 0
     out = model.laws.out
     for k in range(term_row(model), model.connections.shape[0]):
-        status |= link_law(model, work, frame, pressures, k, FORCE, work.scratch)
+        status |= link_law(model, work, frame, pressures, k, on.FORCE, work.scratch, out)
         row = model.connections[k]
-        if model.laws.traits[k, MASS] > 0.0 and frame[at.BURN] < 0.0:
-            frame[at.GIVEN_POWER] += out[GAS_POWER]
         first = row[at.GAP]
+        if frame[at.BURN] < 0.0:
+            if model.laws.traits[k, on.MASS] > 0.0:
+                frame[at.GIVEN_POWER] += out[on.GAS_POWER]
+            elif row[at.ACCOUNT] == at.GAS_WORK and row[at.OF_CYLINDER] >= 0:
+                frame[at.GIVEN_POWER] += out[0] * (model.laws.velocity[k, 0] - wandering(model, work, frame, u, first))
         for r in range(row[at.COUPLED]):
             gaps[top.F, first + r] = out[r]
-        link_block(row, out, ratio, frame_turn(work, row) * frame[at.WHIRL], work.blocks[k])
+        turning = frame_turn(work, row) * frame[at.WHIRL]
+        law_block(out, row[at.COUPLED], row[at.PAIRS], ratio, turning, work.blocks[k])
         if row[at.RUBS] > 0:
             rub(row, links.levers[k - term_row(model)], out, gaps[top.D], u, f)
     frame_numbers(frame, model.laws.numbers)
     load_ports(model, work, gaps[top.F], f)
     for k in range(links.leans.shape[0]):
-        lean(model, work, frame, k, u, f)
+        power = lean(model, work, frame, k, u, f)
+        row = model.connections[int(links.leans[k, top.LEANING])]
+        if frame[at.BURN] < 0.0 and row[at.ACCOUNT] == at.GAS_WORK and row[at.OF_CYLINDER] >= 0:
+            frame[at.GIVEN_POWER] += power
     displaced_moments(model, work, frame, u, f)
     return status
 
@@ -127,7 +114,7 @@ def rub(row, lever, out, gaps, u, f):
     The torque is friction plus the moment of transverse couples on a tilted end with a ``lever``. The opposite torque
     acts on the second end about its own centre, from which the first end is displaced.
     """
-    torque = out[FRICTION]
+    torque = out[on.FRICTION]
     if row[at.SPIN] >= 0:
         turn = row[at.SPIN]
         if lever > 0.0:
@@ -140,17 +127,16 @@ def rub(row, lever, out, gaps, u, f):
                 torque += x * out[pair + 1] - y * out[pair]
         f[turn] += row[at.SENSE_A] * torque
     if row[at.REACTS] >= 0:
-        across = second_lever(row, out, gaps)
+        across = second_lever(row, gaps[row[at.GAP] :], out)
         f[row[at.REACTS]] -= row[at.SENSE_B] * (torque + across)
 
 
 @inlined_kernel
-def second_lever(row, out, gaps):
-    """Moment (N m) about the second end's centre of a bearing's force at the first end."""
+def second_lever(row, place, out):
+    """Moment (N m) about the second end's centre of a bearing's force at the first end, displaced by ``place``, m."""
     if row[at.PAIRS] != 0.0:
         return 0.0
-    first = row[at.GAP]
-    return gaps[first] * out[1] - gaps[first + 1] * out[0]
+    return place[0] * out[1] - place[1] * out[0]
 
 
 @kernel
@@ -210,6 +196,25 @@ def sliding_rate(work, slide):
 
 
 @inlined_kernel
+def wandering(model, work, frame, u, j):
+    """Rate of component j by motion of the contact point of a sliding end over the other body, which does no work.
+
+    u (m,) are the displacements of the ports.
+    """
+    terms = model.links.terms
+    frames = work.links.frames
+    rate = 0.0
+    for t in range(model.links.starts[j], model.links.starts[j + 1]):
+        term = terms[t]
+        if term[top.LEVER_FRAME] >= 0.0:
+            apart = frames[int(term[top.GIVEN_FRAME]), top.TURNED] - frames[int(term[top.OWN_FRAME]), top.TURNED]
+            lever_rate = frames[int(term[top.LEVER_FRAME]), top.PLACE_X1 + int(term[top.LEVER_WAY])]
+            factor = term[top.AMPLITUDE] * math.cos(apart + term[top.ANGLE]) * lever_rate
+            rate += factor * u[model.links.taken[t, 0]]
+    return frame[at.OMEGA] * rate
+
+
+@inlined_kernel
 def frame_turn(work, row):
     """Rotation, per rotation of the crank, of the axes of a connection's law about their own z."""
     return row[at.AXES_SENSE] * work.links.frames[row[at.AXES], top.TURN]
@@ -240,32 +245,32 @@ def place_link(model, work, whirl, omega, ud, k):
     frames = work.links.frames
     sense = row[at.AXES_SENSE]
     angle = sense * frames[row[at.AXES], top.TURNED]
-    numbers[ANGLE] = angle
-    numbers[COS] = math.cos(angle)
-    numbers[SIN] = math.sin(angle)
+    numbers[on.ANGLE] = angle
+    numbers[on.COS] = math.cos(angle)
+    numbers[on.SIN] = math.sin(angle)
     own = sense * frames[row[at.FRAME_A], top.TURN] * omega
     other = sense * frames[row[at.FRAME_B], top.TURN] * omega
     if row[at.SPIN] >= 0:
         own += row[at.SENSE_A] * ud[row[at.SPIN]]
     if row[at.REACTS] >= 0:
         other += row[at.SENSE_B] * ud[row[at.REACTS]]
-    numbers[SPEED] = own + other
-    numbers[RUBBING] = own - other
+    numbers[on.SPEED] = own + other
+    numbers[on.RUBBING] = own - other
 
 
 @inlined_kernel
-def link_law(model, work, frame, pressures, k, action, memory):
-    """Evaluate the law of connection k at its motion, into ``model.laws.out``. Return 0, or a failure status."""
+def link_law(model, work, frame, pressures, k, action, memory, out):
+    """Evaluate the law of connection k at its motion, into ``out`` (SIZE,). Return 0, or a failure status."""
     laws = model.laws
     place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
     if model.connections[k, at.OF_CYLINDER] >= 0.0:
-        laws.numbers[PRESSURE] = pressures[model.connections[k, at.OF_CYLINDER]] - model.scalars[at.CRANKCASE]
+        laws.numbers[on.PRESSURE] = pressures[model.connections[k, at.OF_CYLINDER]] - model.scalars[at.CRANKCASE]
     if model.connections[k, at.TAKES] >= 0:
-        laws.numbers[INPUT] = frame[model.connections[k, at.TAKES]]
-    if laws.traits[k, MASS] > 0.0:
+        laws.numbers[on.INPUT] = frame[model.connections[k, at.TAKES]]
+    if laws.traits[k, on.MASS] > 0.0:
         tell_motion(model, work, frame, k)
-    laws.out[FRICTION] = 0.0
-    return film_call(laws, action, k, memory, laws.out)
+    out[on.FRICTION] = 0.0
+    return film_call(laws, action, k, memory, out)
 
 
 @kernel
@@ -274,33 +279,20 @@ def tell_motion(model, work, frame, k):
     row = model.connections[k]
     numbers = model.laws.numbers
     turn = frame_turn(work, row)
-    numbers[WHIRL] = turn * frame[at.OMEGA]
-    numbers[WHIRL_CHANGE] = turn * frame[at.OMEGA_DOT]
-    numbers[GRAVITY] = model.scalars[at.GRAVITY]
-    numbers[SLOPE] = 0.0
-    numbers[COUPLE] = 0.0
+    numbers[on.WHIRL] = turn * frame[at.OMEGA]
+    numbers[on.WHIRL_CHANGE] = turn * frame[at.OMEGA_DOT]
+    numbers[on.GRAVITY] = model.scalars[at.GRAVITY]
+    numbers[on.SLOPE] = 0.0
+    numbers[on.COUPLE] = 0.0
     first = row[at.GAP]
     udd = work.port[at.UDD]
     place = model.laws.place[k]
     vx, vy = work.links.gaps[top.DD, first], work.links.gaps[top.DD, first + 1]
-    in_space(place[0], place[1], vx, vy, numbers[WHIRL], place, model.laws.velocity[k])
+    in_space(place[0], place[1], vx, vy, numbers[on.WHIRL], place, model.laws.velocity[k])
     accelerate(vx, vy, component(model, work, first, udd), component(model, work, first + 1, udd), place, numbers)
     spin = row[at.SPIN]
     sense = row[at.SENSE_A]
     tell_twist(sense * work.port[at.U, spin], sense * work.port[at.UD, spin], sense * udd[spin], numbers)
-
-
-@inlined_kernel
-def link_block(row, out, ratio, turning, block):
-    """Tangent (4 × 4) of a connection's forces by displacement in a stage, in axes rotating at ``turning``, rad/s."""
-    for k in range(16):
-        block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
-    if row[at.PAIRS] >= 0:
-        for r in range(4):
-            for pair in range(row[at.PAIRS], row[at.COUPLED] - 1, 2):
-                i = 4 * r + pair
-                block[i] += turning * out[BY_VELOCITY + i + 1]
-                block[i + 1] -= turning * out[BY_VELOCITY + i]
 
 
 @kernel
@@ -392,15 +384,9 @@ def unit_answer(model, work, i, slot, answered):
     for t in range(links.starts[i], links.starts[i + 1]):
         row = model.bodies.rows[links.taken[t, 1]]
         first, count = row[top.GROUP_PORT], row[top.GROUP_PORTS]
-        add_times(answered[first : first + count], work.links.coefficients[t, 0],
-                  work.linear.compliance[slot, links.taken[t, 0], :count])  # fmt: skip
-
-
-@inlined_kernel
-def add_times(out, factor, row):
-    """Add ``factor`` times ``row`` to ``out``, both of one length."""
-    for k in range(out.shape[0]):
-        out[k] += factor * row[k]
+        moved = work.linear.compliance[slot, links.taken[t, 0]]
+        for k in range(count):
+            answered[first + k] += work.links.coefficients[t, 0] * moved[k]
 
 
 @inlined_kernel
@@ -441,6 +427,6 @@ def link_size(model, work):
         for j in range(first, first + model.connections[k, at.COUPLED]):
             change = abs(step[j]) / model.links.scales[j]
             size = max(size, change)
-            if model.laws.traits[k, CLOSES] > 0.0:
+            if model.laws.traits[k, on.CLOSES] > 0.0:
                 limited = max(limited, change)
     return size, limited

@@ -12,33 +12,12 @@ from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, tell_twis
 from cranktrain.dynamics.motion.film_ports import (
     ROW,
     call_at_ports,
-    frame_numbers,
     hand_pair,
     pairs_block,
 )
 from cranktrain.dynamics.motion.gas import find_pressure, gas_force
-from cranktrain.film.laws.films import (
-    ACCELERATION,
-    BY_INNER,
-    BY_PLACE,
-    COUPLE,
-    FOLLOWED,
-    FORCE,
-    FRICTION,
-    FROZEN,
-    GAS_POWER,
-    GRAVITY,
-    INERTANCE,
-    INNER,
-    OBSERVE,
-    PRESSURE,
-    RATIO,
-    SLOPE,
-    WALL,
-    WHIRL,
-    WHIRL_CHANGE,
-    film_call,
-)
+from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 
 INNER_STEPS = 12
 INNER_TOLERANCE = 1.0e-15
@@ -54,50 +33,49 @@ def mass_force(model, work, frame, pressures, k, c_q, c_v):
     row = model.connections[k]
     out = model.laws.out
     f = work.port[at.FORCES]
-    tell_mass(model, work, frame, k, at.U)
+    tell_mass(model, work, frame, k)
     find_pressure(model, work, frame, work.port[at.U], pressures, k, False)
     tell_gas(model, work, pressures, k)
     inner = row[at.INNER] >= 0
-    status = inner_force(model, work, k, c_q, c_v) if inner else film_call(model.laws, FORCE, k, out, out)
+    status = inner_force(model, work, k, c_q, c_v) if inner else film_call(model.laws, on.FORCE, k, out, out)
     if row[at.PAIRS] < 0:
         f[row[at.FIRST]] += out[0]
     else:
-        torque = hand_pair(row[at.FIRST], frame[at.CRANK_X], frame[at.CRANK_Y], out, work.port[at.U], f, out[FRICTION])
+        torque = hand_pair(
+            row[at.FIRST], frame[at.CRANK_X], frame[at.CRANK_Y], out, work.port[at.U], f, out[on.FRICTION]
+        )
         if row[at.TURNED] >= 0:
             f[row[at.TURNED]] += torque
     for j in range(3 if row[at.FOLLOWED] >= 0 else 0):
-        f[row[at.FOLLOWED] + j] += out[FOLLOWED + j]
-    if model.laws.numbers[FROZEN] == 0.0:
+        f[row[at.FOLLOWED] + j] += out[on.FOLLOWED + j]
+    if model.laws.numbers[on.FROZEN] == 0.0:
         block = work.blocks[k]
         for r in range(0, 2 * ROW, ROW):
             for s in range(2):
-                block[r + s] = out[BY_PLACE + r + s]
+                block[r + s] = out[on.BY_PLACE + r + s]
     if frame[at.BURN] < 0.0:
         c = row[at.OF_CYLINDER]
         head = gas_force(model.cylinders[c], model.scalars, pressures[c]) * work.rises[c, 1]
-        frame[at.GIVEN_POWER] += out[GAS_POWER] + head
+        frame[at.GIVEN_POWER] += out[on.GAS_POWER] + head
     return status
 
 
 @inlined_kernel
-def tell_mass(model, work, frame, k, moved):
-    """Pass the motion of all its ports to the law of connection k, whose first end turns with the crank's frame.
-
-    The motion is in row ``moved`` of ``work.port`` (displacement) and in the two rows of rate and acceleration.
-    """
+def tell_mass(model, work, frame, k):
+    """Pass the motion of all its ports to the law of connection k, whose first end turns with the crank's frame."""
     row = model.connections[k]
     numbers = model.laws.numbers
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
-    u = work.port[moved]
-    ud = work.port[moved + 1]
-    udd = work.port[moved + 2]
-    numbers[WHIRL] = frame[at.OMEGA]
-    numbers[WHIRL_CHANGE] = frame[at.OMEGA_DOT]
-    numbers[GRAVITY] = model.scalars[at.GRAVITY]
+    u = work.port[at.U]
+    ud = work.port[at.UD]
+    udd = work.port[at.UDD]
+    numbers[on.WHIRL] = frame[at.OMEGA]
+    numbers[on.WHIRL_CHANGE] = frame[at.OMEGA_DOT]
+    numbers[on.GRAVITY] = model.scalars[at.GRAVITY]
     i = row[at.FIRST]
     if row[at.PAIRS] == 0:
-        in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers[WHIRL], place, velocity)
+        in_space(u[i], u[i + 1], ud[i], ud[i + 1], numbers[on.WHIRL], place, velocity)
         accelerate(ud[i], ud[i + 1], udd[i], udd[i + 1], place, numbers)
     i = row[at.SPIN]
     if i >= 0:
@@ -106,17 +84,17 @@ def tell_mass(model, work, frame, k, moved):
         tell_twist(0.0, 0.0, 0.0, numbers)
     i = row[at.INNER]
     if i >= 0:
-        numbers[ACCELERATION + 2] = udd[i]
+        numbers[on.ACCELERATION + 2] = udd[i]
         for j in range(2):
-            place[INNER + j] = u[i + j]
-            velocity[INNER + j] = ud[i + j]
+            place[on.INNER + j] = u[i + j]
+            velocity[on.INNER + j] = ud[i + j]
     i = row[at.FOLLOWED]
     if i >= 0:
         for j in range(3):
-            numbers[WALL + j] = u[i + j]
-            numbers[WALL + 3 + j] = ud[i + j]
-        numbers[WALL + 6] = frame[at.BLOCK_X]
-        numbers[WALL + 7] = frame[at.BLOCK_Y]
+            numbers[on.WALL + j] = u[i + j]
+            numbers[on.WALL + 3 + j] = ud[i + j]
+        numbers[on.WALL + 6] = frame[at.BLOCK_X]
+        numbers[on.WALL + 7] = frame[at.BLOCK_Y]
 
 
 @inlined_kernel
@@ -124,9 +102,9 @@ def tell_gas(model, work, pressures, k):
     """Pass the gas pressure, and the friction of a big end's film on the rod, to the law of connection k."""
     numbers = model.laws.numbers
     c = model.connections[k, at.OF_CYLINDER]
-    numbers[PRESSURE] = pressures[c] - model.scalars[at.CRANKCASE]
-    numbers[SLOPE] = work.gas[c, at.SLOPE]
-    numbers[COUPLE] = work.gas[c, at.COUPLE]
+    numbers[on.PRESSURE] = pressures[c] - model.scalars[at.CRANKCASE]
+    numbers[on.SLOPE] = work.gas[c, at.SLOPE]
+    numbers[on.COUPLE] = work.gas[c, at.COUPLE]
 
 
 @kernel
@@ -147,14 +125,19 @@ def inner_force(model, work, k, c_q, c_v):
     inverse = model.block.piston_inverse
     status = 0
     for _ in range(INNER_STEPS):
-        laws.numbers[ACCELERATION + 2] = (u[i] - u_q[i]) / c_q
+        laws.numbers[on.ACCELERATION + 2] = (u[i] - u_q[i]) / c_q
         for j in range(2):
-            place[INNER + j] = u[i + j]
-            velocity[INNER + j] = u_v[i + j] + c_v * ((u[i + j] - u_q[i + j]) / c_q)
-        status = film_call(laws, FORCE, k, out, out)
+            place[on.INNER + j] = u[i + j]
+            velocity[on.INNER + j] = u_v[i + j] + c_v * ((u[i + j] - u_q[i + j]) / c_q)
+        status = film_call(laws, on.FORCE, k, out, out)
         # r = u_free + c_q M⁻¹ f − u, and I − c_q M⁻¹ ∂f/∂u.
-        across, moment = out[INNER], out[INNER + 1]
-        xx, xt, tx, tt = out[BY_INNER], out[BY_INNER + 1], out[BY_INNER + ROW], out[BY_INNER + ROW + 1]
+        across, moment = out[on.INNER], out[on.INNER + 1]
+        xx, xt, tx, tt = (
+            out[on.BY_INNER],
+            out[on.BY_INNER + 1],
+            out[on.BY_INNER + ROW],
+            out[on.BY_INNER + ROW + 1],
+        )
         r_x = u_free[i] + c_q * (inverse[0, 0] * across + inverse[0, 1] * moment) - u[i]
         r_t = u_free[i + 1] + c_q * (inverse[1, 0] * across + inverse[1, 1] * moment) - u[i + 1]
         a = 1.0 - c_q * (inverse[0, 0] * xx + inverse[0, 1] * tx)
@@ -168,28 +151,9 @@ def inner_force(model, work, k, c_q, c_v):
         u[i + 1] += move_t
         if abs(move_x) + abs(move_t) < INNER_TOLERANCE:
             break
-    work.port[at.FORCES, i] = out[INNER]
-    work.port[at.FORCES, i + 1] = out[INNER + 1]
+    work.port[at.FORCES, i] = out[on.INNER]
+    work.port[at.FORCES, i + 1] = out[on.INNER + 1]
     return status
-
-
-@kernel
-def observe_rod(model, work, c):
-    """Fill ``work.rods[c]`` by the law of rod c at the state, once a state, without friction of a film on the rod."""
-    if work.gas[c, at.SEEN] > 0.0:
-        return
-    work.gas[c, at.SEEN] = 1.0
-    k = int(model.cylinders[c, at.END_ROW])
-    frame = work.frames[0]
-    numbers = model.laws.numbers
-    found = work.rods[c]
-    frame_numbers(frame, numbers)
-    tell_mass(model, work, frame, k, at.STATE_U)
-    tell_gas(model, work, work.pressures[0], k)
-    numbers[RATIO] = 0.0
-    numbers[INERTANCE] = 0.0
-    numbers[COUPLE] = 0.0
-    film_call(model.laws, OBSERVE, k, found, found)
 
 
 @kernel
@@ -203,10 +167,10 @@ def eye_force(model, work, frame, k, ratio):
     u = work.port[at.U]
     f = work.port[at.FORCES]
     spin = row[at.SPIN]
-    status = call_at_ports(model, work, frame, FORCE, k, out)
+    status = call_at_ports(model, work, frame, on.FORCE, k, out, out)
     place = model.laws.place[k]
     end = row[at.FIRST + 2]
-    couple = out[FRICTION] + place[0] * out[1] - place[1] * out[0]
+    couple = out[on.FRICTION] + place[0] * out[1] - place[1] * out[0]
     work.gas[row[at.OF_CYLINDER], at.COUPLE] = -couple
     f[row[at.FIRST]] += out[0]
     f[row[at.FIRST] + 1] += out[1]

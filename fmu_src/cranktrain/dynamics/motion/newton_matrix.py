@@ -11,24 +11,21 @@ from cranktrain.dynamics.motion.linear_algebra import factor_rows, factor_sparse
 from cranktrain.dynamics.topology import slots as top
 
 
-@inlined_kernel
-def start_jacobian(jacobian):
-    """Set the Newton matrix to the identity, which padding rows beyond the components keep."""
-    size = jacobian.shape[0]
-    for i in range(size):
-        row = jacobian[i]
-        for j in range(size):
-            row[j] = 0.0
-        row[i] = 1.0
-
-
 @kernel
-def fill_jacobian(model, compliance, blocks, jacobian):
-    """Subtract (H J)ᵀ from ``jacobian``; H is the compliance of all components, J the sum of the connections' blocks.
+def factor_newton(model, compliance, blocks, jacobian):
+    """Make and factorise the Newton matrix (I − H J)ᵀ, in place in ``jacobian``. Return 0, or 1 if it is singular.
 
-    ``compliance`` is kept transposed, [k, i] = H_ik, because it is symmetric only without gyroscopic terms.
+    H is the compliance of all components, J the sum of the connections' ``blocks``. ``compliance`` is kept transposed,
+    [k, i] = H_ik, because it is symmetric only without gyroscopic terms. Padding rows beyond the components stay those
+    of the identity.
     """
     connections = model.connections
+    whole = jacobian.shape[0]
+    for i in range(whole):
+        row = jacobian[i]
+        for j in range(whole):
+            row[j] = 0.0
+        row[i] = 1.0
     terms = model.links.scales.shape[0]
     n = terms + model.scales.shape[0]
     for k in range(connections.shape[0]):
@@ -43,6 +40,7 @@ def fill_jacobian(model, compliance, blocks, jacobian):
             if size % 2 == 1:
                 last = compliance[own + connections[k, at.COUPLED + size]]
                 subtract_shares(row, (blocks[k, 4 * (size - 1) + a], 0.0), last, last, n)
+    return factor_rows(jacobian, whole) if terms == 0 else factor_sparse_rows(jacobian, whole)
 
 
 @inlined_kernel
@@ -55,14 +53,6 @@ def subtract_shares(row, shares, first, second, n):
         i += LANES
     for j in range(i, n):
         row[j] = row[j] - of_first * first[j] - of_second * second[j]
-
-
-@kernel
-def factor_matrix(model, work):
-    """Factorise the Newton matrix. Return 0, or 1 if it is singular."""
-    if model.links.scales.shape[0] == 0:
-        return factor_rows(work.jacobian, work.jacobian.shape[0])
-    return factor_sparse_rows(work.jacobian, work.jacobian.shape[0])
 
 
 @kernel

@@ -2,7 +2,8 @@
 
 A family is a kernel ``observe(model, work, state, members, out) -> 0`` that fills ``out``, the values of its members
 one after the other, from the state alone. Its caller leaves in ``work`` the frame at the state (``frames[0]``), the
-cylinder pressures (``pressures[0]``) and the ports (``port[STATE_U]`` and the rows after it, ``port[RELATIVE]``).
+cylinder pressures (``pressures[0]``), the ports (``port[STATE_U]`` and the rows after it, ``port[RELATIVE]``) and the
+components of terms; :func:`cranktrain.dynamics.outputs.laws.observe_law` calls a force law there.
 Adding an output is one kernel, one row and its entry in ``modelDescription/interface.toml``.
 
 Names do not depend on levels, because the FMU's description is fixed before levels are chosen. Values that a level does
@@ -52,7 +53,6 @@ class Family:
        holds names, these are the outputs
     units : units of outputs whose name does not imply them, see :func:`cranktrain.results.files.output_unit`
     unjudged : outputs that do not show how settled a run is: angles that grow or wrap, counts, parts of others
-    after : by output, families whose kernels must run before, because they leave its input
     """
 
     name: str
@@ -61,7 +61,6 @@ class Family:
     count: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
     unjudged: frozenset[str] = frozenset()
-    after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def members(self, counts: Counts) -> int:
         """Number of members of this family."""
@@ -147,7 +146,7 @@ def output_names(counts: Counts) -> tuple[str, ...]:
 class Outputs(NamedTuple):
     """Outputs of a run and the kernels that fill them."""
 
-    families: NDArray[np.int64]  # (f, COLUMNS) see dynamics.outputs.slots
+    families: NDArray[np.int64]  # (f, COLUMNS) see dynamics.run_record
     values: Array  # (outputs,) value of each output
     build: NDArray[np.void]  # (0,) see core.build_mark
 
@@ -167,12 +166,7 @@ def observers(counts: Counts, model: Any, work: Any, state: Array, values: Array
 
 def families_of(counts: Counts) -> list[tuple[int, ...]]:
     """For each output, in order: rows of the families that must be observed."""
-    rows = {key: row for row, key in enumerate(FAMILIES)}
-    found: list[tuple[int, ...]] = []
-    for key, family in FAMILIES.items():
-        of_member = [tuple(rows[k] for k in (*family.after.get(name, ()), key)) for name in family.outputs]
-        found += of_member * family.members(counts) if family.outputs else [(rows[key],)] * family.size(counts)
-    return found
+    return [(row,) for row, family in enumerate(FAMILIES.values()) for _ in range(family.size(counts))]
 
 
 _TWISTS = {"crank": "torsional"}
@@ -213,7 +207,7 @@ for _family in (
     ),
     Family(
         "bearing",
-        f"{_HERE}.main_bearings:observe_bearings",
+        f"{_HERE}.bearings:observe_bearings",
         {
             "force.x": _LOADED,
             "force.y": _LOADED,
@@ -240,17 +234,17 @@ for _family in (
         "bearings",
         unjudged=frozenset({"gap.angle", "gap.side", "gap.rate"}),
     ),
-    Family("thrust", f"{_HERE}.main_bearings:observe_thrust", {"force": _BENDS, "displacement": _BENDS}),
+    Family("thrust", f"{_HERE}.bearings:observe_thrust", {"force": _BENDS, "displacement": _BENDS}),
     Family(
         "axial",
-        f"{_HERE}.axial:observe_axial",
+        f"{_HERE}.crank:observe_axial",
         {"engine": _SHAKES, "bearing": _BENDS, "crank": _BENDS},
         units={"axial.engine": "m", "axial.bearing": "m", "axial.crank": "m"},
         unjudged=frozenset({"engine", "bearing", "crank"}),  # these are parts of an output that is judged
     ),
     Family(
         "axial_path",
-        f"{_HERE}.axial:observe_axial_path",
+        f"{_HERE}.crank:observe_axial_path",
         {"force": _BENDS, "slip": _BENDS},
         units={"axial_path.slip": "m"},
         unjudged=frozenset({"slip"}),  # a spline may creep from cycle to cycle
@@ -272,7 +266,7 @@ for _family in (
     ),
     Family(
         "big_end",
-        f"{_HERE}.big_ends:observe_big_ends",
+        f"{_HERE}.bearings:observe_big_ends",
         {
             "force.x": {},
             "force.y": {},
@@ -310,7 +304,6 @@ for _family in (
         {"torque": _DAMPED, "heat": _DAMPED, "twist": _DAMPED, "temperature": _DAMPED},
         unjudged=frozenset({"twist"}),  # a ring in its fluid may slip from cycle to cycle
     ),
-    # This family precedes those that read powers and energies, because it adds to them.
     Family("added", f"{_HERE}.links:observe_links", {}, "added"),
     Family(
         "torque",
@@ -318,23 +311,6 @@ for _family in (
         {"indicated": {}, "friction": _FILM, "brake": {}},
         units={f"torque.{name}": "N m" for name in ("indicated", "friction", "brake")},
         unjudged=frozenset({"indicated", "friction", "brake"}),  # these are made of outputs that are judged
-        after={
-            "indicated": ("cylinder",),
-            "friction": ("bearing", "big_end", "piston"),
-            "brake": (
-                "crank",
-                "bearing",
-                "thrust",
-                "axial",
-                "axial_path",
-                "cylinder",
-                "big_end",
-                "piston",
-                "mount",
-                "damper",
-                "added",
-            ),
-        },
     ),
     Family("gas", f"{_HERE}.crank:observe_gas", {"work": {}}, units={"gas.work": "J"}, unjudged=frozenset({"work"})),
     Family(

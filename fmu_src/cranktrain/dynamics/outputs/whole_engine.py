@@ -3,65 +3,52 @@
 Axes are at rest, x across the engine, y upwards, z along the crank. Values that a level does not model are 0.
 """
 
-from cranktrain.core.kernel import law_kernel
+from cranktrain.core.kernel import inlined_kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import damper_row, turning_modes
+from cranktrain.dynamics.model.layout import turning_modes
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
-from cranktrain.loads.damper import damper_torque
+from cranktrain.dynamics.motion.linear_algebra import dot
+from cranktrain.dynamics.outputs.laws import observe_law
+from cranktrain.dynamics.topology.damper import HEAT
 
 AXES = 6
 """Number of components: displacements along and rotations about x, y, z, or forces and moments."""
-TORQUE, HEAT, TWIST, TEMPERATURE, DAMPER_OUTPUTS = range(5)
-DAMPER_HEAT = 3
-"""Position in the results of the damper's force law of the dissipated power."""
+TORQUE, DAMPER_HEAT, TWIST, TEMPERATURE, DAMPER_OUTPUTS = range(5)
 
 
 @law_kernel
 def observe_mounts(model, work, state, members, out):
     """Forces and moments of each mount on the engine, including those that carry the engine's weight."""
-    n = model.omega2.shape[0]
-    t = turning_modes(model)
-    q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
-    v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
     block = model.block
-    work.powers[at.MOUNTS_LOSS] = 0.0
     for j in range(AXES * members):
         out[j] = 0.0
     for j in range(block.mounts.shape[0]):
-        place = 0.0
-        rate = 0.0
-        for i in range(model.block.preload.shape[0]):
-            place += block.mounts[j, i] * q[i]
-            rate += block.mounts[j, i] * v[i]
         law = block.mount_laws[j]
-        work.powers[at.MOUNTS_LOSS] += law[at.MOUNT_DAMPING] * rate * rate
+        place = of_block(model, state, POSITION, block.mounts[j])
+        rate = of_block(model, state, VELOCITY, block.mounts[j])
         out[j] = law[at.MOUNT_PRELOAD] - law[at.MOUNT_STIFFNESS] * place - law[at.MOUNT_DAMPING] * rate
     return 0
+
+
+@inlined_kernel
+def of_block(model, state, kind, shape):
+    """Position, velocity or acceleration, by ``kind``, of a point of the block with a ``shape`` (n_s,)."""
+    first = offset(kind, model.omega2.shape[0]) + turning_modes(model)
+    return dot(shape, state[first:], model.block.preload.shape[0])
 
 
 @law_kernel
 def observe_block(model, work, state, members, out):
     """Displacement and rotation of the block as a whole."""
-    n = model.omega2.shape[0]
-    t = turning_modes(model)
-    q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     for j in range(AXES):
-        motion = 0.0
-        for i in range(model.block.preload.shape[0]):
-            motion += model.block.motion[j, i] * q[i]
-        out[j] = motion
+        out[j] = of_block(model, state, POSITION, model.block.motion[j])
     return 0
 
 
 @law_kernel
 def observe_cover(model, work, state, members, out):
     """Acceleration of the cover's middle, normal to the cover."""
-    n = model.omega2.shape[0]
-    t = turning_modes(model)
-    a = state[offset(ACCELERATION, n) + t : offset(ACCELERATION, n) + n]
-    out[0] = 0.0
-    for i in range(model.block.preload.shape[0]):
-        out[0] += model.block.cover[i] * a[i]
+    out[0] = of_block(model, state, ACCELERATION, model.block.cover)
     return 0
 
 
@@ -70,15 +57,11 @@ def observe_damper(model, work, state, members, out):
     """Torque of the damper's ring on the housing, dissipated power, twist relative to the housing, temperature."""
     for j in range(DAMPER_OUTPUTS):
         out[j] = 0.0
-    work.powers[at.DAMPER_LOSS] = 0.0
-    damper = damper_row(model)
+    damper = int(model.layout[at.DAMPER_ROW])
     if damper >= 0:
-        port = model.connections[damper, at.FIRST]
-        r = work.scratch
-        damper_torque(model.damper, work.port[at.STATE_U, port], work.port[at.STATE_UD, port], r)
-        out[TORQUE] = r[0]
-        out[HEAT] = r[DAMPER_HEAT]
-        work.powers[at.DAMPER_LOSS] = r[DAMPER_HEAT]
-        out[TWIST] = work.port[at.STATE_U, port]
+        observe_law(model, work, state, damper)
+        out[TORQUE] = work.found[damper, 0]
+        out[DAMPER_HEAT] = work.found[damper, HEAT]
+        out[TWIST] = model.laws.place[damper, 0]
         out[TEMPERATURE] = model.scalars[at.DAMPER_TEMPERATURE]
     return 0

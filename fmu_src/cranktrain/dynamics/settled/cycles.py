@@ -33,7 +33,7 @@ from cranktrain.dynamics.settled.longer_periods import (
     nearest_period,
     repeats_every,
 )
-from cranktrain.dynamics.settled.motion import Motion, correct_motion, motion_of, settling_motion
+from cranktrain.dynamics.settled.motion import correct_motion, motion_of, settling_motion
 from cranktrain.dynamics.settled.samples import Samples
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
@@ -275,7 +275,8 @@ def settled_cycles(
             return Recorded(kept, Settling(done, repeats, tolerance, left), True, learned=modes.learned)
         if done + block > most:
             return Recorded(rows, settling, True, learned=modes.learned)
-        stays = _gains_no_more(worst, patience if block == 1 else PATIENCE_OF_BLOCKS)
+        last = patience if block == 1 else PATIENCE_OF_BLOCKS
+        stays = len(worst) >= 2 * last and min(worst[-last:]) > GAIN * min(worst[:-last])
         if stays and creep is not None and creep.fresh_start():
             worst = worst[-1:]
         elif stays:
@@ -289,7 +290,9 @@ def settled_cycles(
             total = total.plus(creep.correction(start, change, total))
         elif creep is None and block == 1 and modes.joint_correction:
             total = total.plus(past.further())
-        move_on(simulation, total)
+        state = simulation.state
+        correct_motion(simulation.model, state, total)
+        simulation.state = state
 
 
 class Plain(NamedTuple):
@@ -323,13 +326,6 @@ def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, short
     return Plain(taken, rows, abs(nearest), parting)
 
 
-def move_on(simulation: Stepped, motion: Motion) -> None:
-    """Add a motion to the present state."""
-    state = simulation.state
-    correct_motion(simulation.model, state, motion)
-    simulation.state = state
-
-
 def rewind(simulation: Stepped, cycles: int) -> None:
     """Make the present state a start: set its time to 0 and subtract ``cycles`` cycles from the shaft's angle."""
     state = simulation.state
@@ -343,8 +339,3 @@ def _gained(worst: list[float], tolerance: float) -> float:
     if not worst or worst[0] <= tolerance:
         return 0.0
     return math.log(worst[0] / max(worst[-1], tolerance)) / math.log(worst[0] / tolerance)
-
-
-def _gains_no_more(worst: list[float], patience: int) -> bool:
-    """True if the residuals of the last ``patience`` cycles are about as large as those of earlier cycles."""
-    return len(worst) >= 2 * patience and min(worst[-patience:]) > GAIN * min(worst[:-patience])

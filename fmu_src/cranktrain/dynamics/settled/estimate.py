@@ -72,7 +72,11 @@ class Past:
         estimates = []
         # Two estimates: from the motion of crank and pistons, and from the motion of the block.
         for body, known in enumerate(self._modes.coordinates(change)):
-            share = _combination(np.array([c[body] for c in changes]).T, known)
+            # Factors whose weighted sum of the changes is nearest to −``known``.
+            columns = np.array([c[body] for c in changes]).T
+            size = np.linalg.norm(columns, axis=0)
+            size[size == 0.0] = 1.0
+            share = np.linalg.lstsq(columns / size, -known, rcond=DISTINCT)[0] / size
             rest = change
             for c, difference in zip(share, differences, strict=True):
                 rest = rest.plus(difference, c)
@@ -83,10 +87,3 @@ class Past:
         left = self._judge.estimated(rows, outputs, estimates)
         margin = MARGIN if len(before) > 1 else MARGIN_OF_ONE
         return {name: margin * value for name, value in left.items()}
-
-
-def _combination(columns: Array, known: Array) -> Array:
-    """Factors (m,) for columns (n, m) such that the weighted sum is nearest to −``known`` (n,)."""
-    size = np.linalg.norm(columns, axis=0)
-    size[size == 0.0] = 1.0
-    return np.asarray(np.linalg.lstsq(columns / size, -known, rcond=DISTINCT)[0] / size)

@@ -24,11 +24,11 @@ from cranktrain.dynamics.model.layout import (
 )
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.workspace import start_room
-from cranktrain.dynamics.motion.gas import trace_pressure
+from cranktrain.dynamics.motion.gas import rigid_volume
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
+from cranktrain.dynamics.tangents import law_in_rotation
 from cranktrain.dynamics.topology import slots as top
-from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_on_pin, hang
-from cranktrain.loads.slider_crank import rod_force
+from cranktrain.film.laws.films import GRAVITY, PRESSURE
 
 ORDERS = 60
 """Number of harmonics (multiples of half an order) in the block's rocking motion at the start."""
@@ -36,8 +36,6 @@ RIGID = 6
 """Number of rigid modes of the block."""
 STRAIGHT = 5
 """Number of rigid modes of the crank, not counting rotation about its axis."""
-START_ROD, START_PIN = 16, 24
-"""Positions in ``StartRoom.rod`` of the motion of a rod's end, and of the pin under an articulated rod."""
 
 
 class Start(NamedTuple):
@@ -85,7 +83,7 @@ def rigid_motion(model, room, speed):
     """
     forget_motion(room)
     mean = room.mean
-    rigid_torque(model, speed, room.rod, room.torque)
+    rigid_torque(model, speed, room.numbers, room.law, room.torque)
     samples = room.torque.shape[0]
     total = 0.0
     for i in range(samples):
@@ -150,28 +148,20 @@ def lean(model, work, speed, place, rate):
     if block_port_count(model) == 0:
         return 0
     room = work.start
-    turning = turning_modes(model)
     modes = block_modes(model)
     b = model.bearings.shape[0]
     load = room.block[slots.START_LOAD]
     own = room.block[slots.START_PLACE]
     own_rate = room.block[slots.START_RATE]
-    pivots = room.block[slots.START_PIVOTS]
-    supported = work.linear.scratch
     for i in range(modes):
         load[i] = 0.0
         for k in range(b):
             bore = model.connections[k, slots.REACTS]
             load[i] -= model.bodies.shapes[bore, i] / b
-        own[i] = room.mean[slots.START_TORQUE] * load[i]
+        own[i] = 0.0
         own_rate[i] = 0.0
-        for j in range(modes):
-            supported[i, j] = model.block.stiffness[i, j]
-        supported[i, i] += model.omega2[turning + i]
-    if factor_lu(supported, modes, pivots) != 0:
-        return 1
-    solve_lu(supported, modes, pivots, own)
-    for k in range(1, ORDERS + 1):
+    room.spectrum[0, 0] = 0.5 * room.mean[slots.START_TORQUE]
+    for k in range(ORDERS + 1):
         if rock(model, room, 0.5 * speed * k, k) != 0:
             return 1
     carry(model, room.joined, own, place)
@@ -300,35 +290,21 @@ def least_squares(rows, x):
 
 
 @kernel
-def rigid_torque(model, speed, out, torque):
-    """Torque of all rods about the axis at uniform angles over a cycle, for a rigid crank at constant speed, N m."""
+def rigid_torque(model, speed, numbers, out, torque):
+    """Torque of all rods about the axis at uniform angles over a cycle, for a rigid crank at constant speed, N m.
+
+    ``numbers`` (NUMBERS,), zero but for what a law is told here, and ``out`` (SIZE,) are those of force laws.
+    """
     count = torque.shape[0]
+    numbers[GRAVITY] = model.scalars[slots.GRAVITY]
     for i in range(count):
         theta = 4.0 * math.pi * i / count
         torque[i] = 0.0
         for c in range(model.cylinders.shape[0]):
-            rod = model.cylinders[c]
-            hung = rod[slots.MASTER] >= 0.0
-            bank = model.cylinders[int(rod[slots.MASTER]), slots.BANK] if hung else rod[slots.BANK]
-            cos = math.cos(theta - bank)
-            sin = math.sin(theta - bank)
-            x = cos * model.pins[c, 0] - sin * model.pins[c, 1]
-            y = sin * model.pins[c, 0] + cos * model.pins[c, 1]
-            # Gas winds up the drive line also where an added piston carries it.
-            gas = (trace_pressure(model, c, theta, speed) - model.scalars[slots.CRANKCASE]) * rod[slots.AREA]
-            g = model.scalars[slots.GRAVITY]
-            motion = out[START_ROD:]
-            motion[X], motion[Y] = x, y
-            motion[VX], motion[VY] = -speed * y, speed * x
-            motion[AX], motion[AY] = -speed * speed * x, -speed * speed * y
-            if hung:
-                hang(rod[slots.JOINT :], motion, out[START_PIN:])
-            rod_force(
-                motion[X], motion[Y], motion[VX], motion[VY], motion[AX], motion[AY],
-                gas, rod[slots.ROD], rod[slots.M_BIG], rod[slots.M_OSC], rod[slots.DELTA_J], rod[slots.OFFSET],
-                g * math.sin(rod[slots.BANK]), g * math.cos(rod[slots.BANK]), out,
-            )  # fmt: skip
-            force_x, force_y = out[0], out[1]
-            if hung:
-                force_x, force_y, _ = force_on_pin(rod[slots.JOINT :], out[START_PIN:], out)
-            torque[i] += x * force_y - y * force_x
+            k = int(model.cylinders[c, slots.END_ROW])
+            law_in_rotation(model, k, theta, speed, numbers, out)
+            held = model.connections[k, slots.PAIRS] < 0  # the component of a pin locked on its circle is its rotation
+            torque[i] += out[0] if held else model.pins[c, 0] * out[1] - model.pins[c, 1] * out[0]
+            if model.cylinders[c, slots.OWN_ROD] == 0.0:
+                # Gas winds up the drive line also where an added piston carries it.
+                torque[i] += numbers[PRESSURE] * rigid_volume(model, c, theta)[1]

@@ -17,28 +17,9 @@ Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equa
 """
 
 from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.model.layout import port_count
-from cranktrain.dynamics.model.state import (
-    ACCELERATION,
-    BODY,
-    CONTRACTION,
-    GAS_DONE,
-    HALVINGS,
-    LEAD_ANGLE,
-    LEAD_SPEED,
-    METHOD,
-    OMEGA_REFERENCE,
-    POSITION,
-    SHAFT_ACCELERATION,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
-    STEP_BEGIN,
-    STEP_LAST,
-    VELOCITY,
-    end_size,
-    film_offset,
-    offset,
-)
+from cranktrain.dynamics.model.state import end_size, film_offset, offset
 from cranktrain.dynamics.motion.film_memory import motion_size
 from cranktrain.dynamics.motion.gas import crank_rotation
 from cranktrain.dynamics.time.step_control import base_motion
@@ -59,25 +40,25 @@ def end_offset(model, end):
 def keep_end(model, state, end):
     """Store the present motion as begin or end of the step under way."""
     o = end_offset(model, end)
-    for i in range(METHOD):
+    for i in range(st.METHOD):
         state[o + i] = state[i]
-    for i in range(motion_size(model) - BODY):
-        state[o + METHOD + i] = state[BODY + i]
+    for i in range(motion_size(model) - st.BODY):
+        state[o + st.METHOD + i] = state[st.BODY + i]
 
 
 @kernel
 def recall_end(model, state, end):
     """Restore the motion at begin or end of a step to the state; time, inputs and communication data do not change."""
     o = end_offset(model, end)
-    for i in range(SHAFT_ANGLE, LEAD_SPEED + 1):
+    for i in range(st.SHAFT_ANGLE, st.LEAD_SPEED + 1):
         state[i] = state[o + i]
-    state[OMEGA_REFERENCE] = state[o + OMEGA_REFERENCE]
-    state[CONTRACTION] = state[o + CONTRACTION]
-    state[STEP_LAST] = state[o + STEP_LAST]
-    for i in range(HALVINGS, METHOD):
+    state[st.OMEGA_REFERENCE] = state[o + st.OMEGA_REFERENCE]
+    state[st.CONTRACTION] = state[o + st.CONTRACTION]
+    state[st.STEP_LAST] = state[o + st.STEP_LAST]
+    for i in range(st.HALVINGS, st.METHOD):
         state[i] = state[o + i]
-    for i in range(motion_size(model) - BODY):
-        state[BODY + i] = state[o + METHOD + i]
+    for i in range(motion_size(model) - st.BODY):
+        state[st.BODY + i] = state[o + st.METHOD + i]
 
 
 @kernel
@@ -88,31 +69,39 @@ def interpolate_motion(model, work, state, time, sampled):
     as the guesses of ports, are those at the step's begin.
     """
     recall_end(model, state, BEGIN)
-    h = state[end_offset(model, END) + STEP_LAST]
-    t = (time - state[STEP_BEGIN]) / h
+    h = state[end_offset(model, END) + st.STEP_LAST]
+    t = (time - state[st.STEP_BEGIN]) / h
     rotation, rate, change = crank_rotation(model, state)
     lead, lead_rate, _ = frame_lead(
-        state[LEAD_ANGLE], state[LEAD_SPEED], rotation, rate, change, state[SHAFT_SPEED], t * h
+        state[st.LEAD_ANGLE], state[st.LEAD_SPEED], rotation, rate, change, state[st.SHAFT_SPEED], t * h
     )  # fmt: skip
-    angle, speed, _, kept = base_motion(model, work, state, state[STEP_BEGIN] - sampled, t * h)
-    state[SHAFT_ANGLE] = angle
-    state[SHAFT_SPEED] = speed
-    state[SHAFT_ACCELERATION] = kept
-    state[LEAD_ANGLE] = lead
-    state[LEAD_SPEED] = lead_rate
-    state[GAS_DONE] += t * (state[end_offset(model, END) + GAS_DONE] - state[GAS_DONE])
+    angle, speed, _, kept = base_motion(model, work, state, state[st.STEP_BEGIN] - sampled, t * h)
+    state[st.SHAFT_ANGLE] = angle
+    state[st.SHAFT_SPEED] = speed
+    state[st.SHAFT_ACCELERATION] = kept
+    state[st.LEAD_ANGLE] = lead
+    state[st.LEAD_SPEED] = lead_rate
+    state[st.GAS_DONE] += t * (state[end_offset(model, END) + st.GAS_DONE] - state[st.GAS_DONE])
     interpolate_modes(model, state, t, h)
-    interpolate_memory(model, state, t, h)
+    # The memory of force laws is pairs of a quantity and its rate.
+    first = film_offset(model.omega2.shape[0], port_count(model))
+    far = end_offset(model, END) + st.METHOD - st.BODY
+    for k in range(first, motion_size(model), 2):
+        rate = h * state[k + 1]
+        d = state[far + k] - state[k] - rate
+        e = h * state[far + k + 1] - rate
+        state[k] += t * (rate + t * (3.0 * d - e + t * (e - 2.0 * d)))
+        state[k + 1] = (rate + t * (2.0 * (3.0 * d - e) + 3.0 * t * (e - 2.0 * d))) / h
 
 
 @kernel
 def interpolate_modes(model, state, t, h):
     """Interpolate position, velocity, acceleration of all modes at fraction ``t`` of a step h (s), from its begin."""
     n = model.omega2.shape[0]
-    q = offset(POSITION, n)
-    v = offset(VELOCITY, n)
-    a = offset(ACCELERATION, n)
-    far = end_offset(model, END) + METHOD - BODY
+    q = offset(st.POSITION, n)
+    v = offset(st.VELOCITY, n)
+    a = offset(st.ACCELERATION, n)
+    far = end_offset(model, END) + st.METHOD - st.BODY
     # Weights of D − h v₀ − ½ h² a₀, h (v₁ − v₀ − h a₀) and h² (a₁ − a₀) in q, in h v and in h² a.
     t2 = t * t
     t3 = t2 * t
@@ -134,16 +123,3 @@ def interpolate_modes(model, state, t, h):
         state[q + i] += t * velocity + 0.5 * t2 * swing + place * d + move * e + push * f
         state[v + i] = (velocity + t * swing + place_rate * d + move_rate * e + push_rate * f) / h
         state[a + i] = (swing + place_bend * d + move_bend * e + push_bend * f) / (h * h)
-
-
-@inlined_kernel
-def interpolate_memory(model, state, t, h):
-    """Interpolate the memory of force laws, pairs of a quantity and its rate, at a fraction ``t`` of a step h (s)."""
-    first = film_offset(model.omega2.shape[0], port_count(model))
-    far = end_offset(model, END) + METHOD - BODY
-    for k in range(first, motion_size(model), 2):
-        rate = h * state[k + 1]
-        d = state[far + k] - state[k] - rate
-        e = h * state[far + k + 1] - rate
-        state[k] += t * (rate + t * (3.0 * d - e + t * (e - 2.0 * d)))
-        state[k + 1] = (rate + t * (2.0 * (3.0 * d - e) + 3.0 * t * (e - 2.0 * d))) / h

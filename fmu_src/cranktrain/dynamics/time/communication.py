@@ -13,41 +13,23 @@ the inputs follow their line again. Pressures that a partner computes change at 
 
 If a step that reaches beyond the point fails, the communication step is repeated with a step that ends at the point.
 So a run fails only where a run that steps to every point fails.
+
+The degree of irregularity of the crank's own speed, (largest − least) / mean over one cycle of the crank, has its
+extremes at communication points, so that a partner that reads the speed finds the same values. Points 5 degrees apart
+miss at most 1 − cos(n · 2.5°) of the amplitude of order n: 0.1 % of order 1, 0.9 % of order 3.
 """
 
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.state import (
-    BODY,
-    EACH_POINT,
-    INPUTS_NOW,
-    ITERATIONS,
-    LAST_INTERVAL,
-    LIMITED,
-    ONLINE_FILMS,
-    PARTS_DONE,
-    PARTS_HALVED,
-    RATES_GIVEN,
-    RESIDUAL,
-    SAMPLES,
-    STEP_BEGIN,
-    STEP_END,
-    STEP_REFERENCE,
-    SUBSTEP_BEGIN,
-    SUBSTEPS,
-    TIME,
-    UNDER_WAY,
-)
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.motion.film_memory import motion_size
-from cranktrain.dynamics.motion.gas import built_in
+from cranktrain.dynamics.motion.gas import built_in, crank_rotation
 from cranktrain.dynamics.time.between import BEGIN, END, interpolate_motion, keep_end, recall_end
-from cranktrain.dynamics.time.irregularity import follow_speed
 from cranktrain.dynamics.time.reconstruction import (
     ROUNDING,
     SLIVER,
-    is_sliver,
     reconstruct,
     take_rates,
     take_sample,
@@ -64,6 +46,7 @@ from cranktrain.dynamics.time.step_control import (
     take_sub_step,
     turning_speed,
 )
+from cranktrain.loads.gas_pressure import CYCLE
 
 WORTH = 0.9
 """Longest communication step, in internal steps, that an internal step passes over; longer steps would save little."""
@@ -75,20 +58,36 @@ ON_LINE = 1.0e-12
 """Largest relative difference of an input from its extrapolation that counts as rounding by its sender."""
 
 
+NEARLY = 1.0e-6
+"""Fraction by which a cycle may be short and still count as full, because motion does not repeat more exactly."""
+
+
+@kernel
+def follow_speed(model, state):
+    """Update the extremes of the crank's speed in the state; at the end of a cycle store its irregularity."""
+    rotation, rate, _ = crank_rotation(model, state)
+    angle = state[st.SHAFT_ANGLE] + state[st.LEAD_ANGLE] + rotation
+    speed = state[st.SHAFT_SPEED] + state[st.LEAD_SPEED] + rate
+    begins = state[st.SPEED_LARGEST] <= 0.0
+    if not begins:
+        state[st.SPEED_LEAST] = min(state[st.SPEED_LEAST], speed)
+        state[st.SPEED_LARGEST] = max(state[st.SPEED_LARGEST], speed)
+        turned = angle - state[st.ROUND_ANGLE]
+        begins = turned >= CYCLE * (1.0 - NEARLY)
+        if begins:
+            mean = turned / (state[st.TIME] - state[st.ROUND_TIME])
+            state[st.IRREGULARITY] = (state[st.SPEED_LARGEST] - state[st.SPEED_LEAST]) / mean
+    if begins:
+        state[st.ROUND_ANGLE] = angle
+        state[st.ROUND_TIME] = state[st.TIME]
+        state[st.SPEED_LEAST] = speed
+        state[st.SPEED_LARGEST] = speed
+
+
 @inlined_kernel
 def has_ends(model, state):
     """True if the state has room for the ends of a step that passes over communication points."""
     return state.shape[0] > motion_size(model)
-
-
-@kernel
-def foresee_inputs(model, work, state):
-    """Extrapolate the inputs, with rates, from the earlier samples to the communication point, into ``work.inputs``."""
-    reconstruct(model, work, state)
-    interval = state[LAST_INTERVAL]
-    for k in range(model.cylinders.shape[0] + at.AXIAL_INPUT + 1):
-        work.inputs[at.FORESEEN, k] = work.inputs[at.VALUE, k] + work.inputs[at.RATE, k] * interval
-        work.inputs[at.FORESEEN_RATE, k] = work.inputs[at.RATE, k]
 
 
 @kernel
@@ -106,7 +105,7 @@ def go_on(model, work, state, reach, builtin):
         rate = work.inputs[at.RATE, k] * reach
         if work.inputs[at.EXPONENT, k] > 0.0:
             return False
-        if state[SAMPLES] < 2.0:
+        if state[st.SAMPLES] < 2.0:
             if rate != 0.0 or not builtin:
                 return False
             continue
@@ -123,11 +122,11 @@ def pressures_move(model, work, state, inputs):
 
     A pressure changes if it differs from the last sample and has no rate, neither now nor before.
     """
-    if model.choices[at.RECONSTRUCTION] != 3.0 or state[SAMPLES] < 2.0 or built_in(model, state):
+    if model.choices[at.RECONSTRUCTION] != 3.0 or state[st.SAMPLES] < 2.0 or built_in(model, state):
         return False
     for k in range(1, model.cylinders.shape[0] + 1):
-        before = state[INPUTS_NOW + k]
-        given = state[RATES_GIVEN + k] > 0.0 or math.isfinite(work.input_rates[k])
+        before = state[st.INPUTS_NOW + k]
+        given = state[st.RATES_GIVEN + k] > 0.0 or math.isfinite(work.input_rates[k])
         if not given and abs(inputs[k] - before) > MOVED * max(abs(inputs[k]), abs(before)):
             return True
     return False
@@ -142,13 +141,18 @@ def take_inputs(model, work, state, inputs, interval):
     before = built_in(model, state)
     anew = pressures_move(model, work, state, inputs)
     if not anew:
-        foresee_inputs(model, work, state)
+        # Extrapolate the inputs, with rates, from the earlier samples to this point.
+        reconstruct(model, work, state)
+        for k in range(model.cylinders.shape[0] + at.AXIAL_INPUT + 1):
+            rate = work.inputs[at.RATE, k]
+            work.inputs[at.FORESEEN, k] = work.inputs[at.VALUE, k] + rate * state[st.LAST_INTERVAL]
+            work.inputs[at.FORESEEN_RATE, k] = rate
     take_sample(model, state, inputs, interval)
     take_rates(state, work.input_rates, interval)
     reconstruct(model, work, state)
     builtin = built_in(model, state)
-    anew = anew or state[EACH_POINT] > 0.0
-    state[EACH_POINT] = 0.0
+    anew = anew or state[st.EACH_POINT] > 0.0
+    state[st.EACH_POINT] = 0.0
     if anew or builtin != before:
         return False
     return go_on(model, work, state, model.scalars[at.STEP] / turning_speed(state, inputs), builtin)
@@ -160,19 +164,19 @@ def end_step_here(model, work, state):
 
     The repeated step uses the inputs of the samples so far. If it fails, the interpolated motion is kept.
     """
-    if state[UNDER_WAY] == 0.0:
+    if state[st.UNDER_WAY] == 0.0:
         return
-    state[UNDER_WAY] = 0.0
-    if at_end(state, state[TIME]):
+    state[st.UNDER_WAY] = 0.0
+    if at_end(state, state[st.TIME]):
         return
-    h = state[TIME] - state[STEP_BEGIN]
+    h = state[st.TIME] - state[st.STEP_BEGIN]
     for i in range(motion_size(model)):
         work.backup[2, i] = state[i]
     recall_end(model, state, BEGIN)
     if h <= SLIVER:
         return
     reconstruct(model, work, state)
-    begin = state[STEP_BEGIN] - (state[TIME] - state[LAST_INTERVAL])
+    begin = state[st.STEP_BEGIN] - (state[st.TIME] - state[st.LAST_INTERVAL])
     # The last slot of the factor cache is used, so that factors of full steps are kept.
     status, _ = take_sub_step(model, work, state, begin, h, at.FACTOR_SLOTS)
     if status != OK:
@@ -183,15 +187,8 @@ def end_step_here(model, work, state):
 @inlined_kernel
 def at_end(state, time):
     """True if the step under way has ended by ``time``, s."""
-    near = ROUNDED * (state[STEP_END] - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(time)
-    return time >= state[STEP_END] - near
-
-
-@inlined_kernel
-def holds_now(state):
-    """True if the present time lies within the step under way, as in every state that a run produces."""
-    near = ROUNDED * (state[STEP_END] - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(state[TIME])
-    return state[STEP_BEGIN] - near <= state[TIME] <= state[STEP_END] + near
+    near = ROUNDED * (state[st.STEP_END] - state[st.STEP_BEGIN]) + 4.0 * ROUNDING * abs(time)
+    return time >= state[st.STEP_END] - near
 
 
 @kernel
@@ -200,18 +197,18 @@ def pass_over(model, work, state, inputs, t_end):
 
     After a failure the state is undefined.
     """
-    sampled = state[TIME]
+    sampled = state[st.TIME]
     now = sampled
     taken = 0
     while True:
-        if state[UNDER_WAY] > 0.0:
+        if state[st.UNDER_WAY] > 0.0:
             if not at_end(state, t_end):
                 break
             recall_end(model, state, END)
-            now = state[STEP_END]
-            if state[PARTS_DONE] == PARTS:
-                state[UNDER_WAY] = 0.0
-            if abs(t_end - now) <= ROUNDED * (now - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(t_end):
+            now = state[st.STEP_END]
+            if state[st.PARTS_DONE] == PARTS:
+                state[st.UNDER_WAY] = 0.0
+            if abs(t_end - now) <= ROUNDED * (now - state[st.STEP_BEGIN]) + 4.0 * ROUNDING * abs(t_end):
                 return OK, taken
         status = step_beyond(model, work, state, inputs, now, sampled)
         if status != OK:
@@ -229,32 +226,32 @@ def step_beyond(model, work, state, inputs, now, sampled):
 
     ``work.inputs`` are those of the communication step that began at ``sampled``, s.
     """
-    if state[UNDER_WAY] == 0.0:
+    if state[st.UNDER_WAY] == 0.0:
         speed = turning_speed(state, inputs)
-        turn = speed * state[STEP_REFERENCE] / model.scalars[at.STEP]
+        turn = speed * state[st.STEP_REFERENCE] / model.scalars[at.STEP]
         if not SHORTEST <= turn <= LONGEST:
             h = model.scalars[at.STEP] / speed
-            if abs(h - state[STEP_REFERENCE]) > ROUNDED * h:
-                state[STEP_REFERENCE] = h
-        state[SUBSTEP_BEGIN] = now
-        state[PARTS_DONE] = 0.0
-        state[PARTS_HALVED] = 0.0
-    h = state[STEP_REFERENCE]
-    begin = state[SUBSTEP_BEGIN]
+            if abs(h - state[st.STEP_REFERENCE]) > ROUNDED * h:
+                state[st.STEP_REFERENCE] = h
+        state[st.SUBSTEP_BEGIN] = now
+        state[st.PARTS_DONE] = 0.0
+        state[st.PARTS_HALVED] = 0.0
+    h = state[st.STEP_REFERENCE]
+    begin = state[st.SUBSTEP_BEGIN]
     keep_end(model, state, BEGIN)
-    done = int(min(max(state[PARTS_DONE], 0.0), PARTS - 1.0))
-    halved = int(min(max(state[PARTS_HALVED], 0.0), 1.0 * MAX_HALVINGS))
+    done = int(min(max(state[st.PARTS_DONE], 0.0), PARTS - 1.0))
+    halved = int(min(max(state[st.PARTS_HALVED], 0.0), 1.0 * MAX_HALVINGS))
     status, done, halved = take_part(model, work, state, begin - sampled, h, done, halved, 0.0)
     if status != OK:
         return status
     if has_stalled(model, state):
         return STALLED
     keep_end(model, state, END)
-    state[STEP_BEGIN] = now
-    state[STEP_END] = begin + h * (done / PARTS)
-    state[PARTS_DONE] = done
-    state[PARTS_HALVED] = halved
-    state[UNDER_WAY] = 1.0
+    state[st.STEP_BEGIN] = now
+    state[st.STEP_END] = begin + h * (done / PARTS)
+    state[st.PARTS_DONE] = done
+    state[st.PARTS_HALVED] = halved
+    state[st.UNDER_WAY] = 1.0
     return OK
 
 
@@ -264,14 +261,15 @@ def advance(model, work, state, inputs, t_end):
 
     A time step that is only rounding (SLIVER) leaves the state as it is.
     """
-    interval = t_end - state[TIME]
-    if is_sliver(state, interval):
+    interval = t_end - state[st.TIME]
+    if interval <= SLIVER + ROUNDING * abs(state[st.TIME]):
         return OK
     if not turning_speed(state, inputs) * interval < MOST_STEPS * model.scalars[at.STEP]:
         return TOO_LONG
-    if state[UNDER_WAY] > 0.0 and not holds_now(state):
-        state[UNDER_WAY] = 0.0  # the owner altered the state, so a step under way may lie far in the past
-    for i in range(BODY):
+    near = ROUNDED * (state[st.STEP_END] - state[st.STEP_BEGIN]) + 4.0 * ROUNDING * abs(state[st.TIME])
+    if not state[st.STEP_BEGIN] - near <= state[st.TIME] <= state[st.STEP_END] + near:
+        state[st.UNDER_WAY] = 0.0  # the owner altered the state, so a step under way may lie far in the past
+    for i in range(st.BODY):
         work.backup[0, i] = state[i]
     iterations = work.counters[at.N_ITERATIONS]
     solved = model.laws.solved[0]
@@ -281,9 +279,9 @@ def advance(model, work, state, inputs, t_end):
     foreseen = take_inputs(model, work, state, inputs, interval)
     passes = foreseen and has_ends(model, state) and model.choices[at.DENSE] > 0.0
     passes = passes and work.staged[0, at.STAGES_GIVEN] == 0.0
-    under_way = has_ends(model, state) and state[UNDER_WAY] > 0.0
+    under_way = has_ends(model, state) and state[st.UNDER_WAY] > 0.0
     if not (passes and under_way and not at_end(state, t_end)):
-        for i in range(BODY, state.shape[0]):
+        for i in range(st.BODY, state.shape[0]):
             work.backup[0, i] = state[i]
     short = turning_speed(state, inputs) * interval <= WORTH * model.scalars[at.STEP]
     passed = passes and (short or under_way)
@@ -303,14 +301,14 @@ def advance(model, work, state, inputs, t_end):
     if status != OK:
         go_back(work, state)
         return status
-    state[TIME] = t_end
+    state[st.TIME] = t_end
     follow_speed(model, state)
-    state[SUBSTEPS] = taken
-    state[ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
+    state[st.SUBSTEPS] = taken
+    state[st.ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
     if taken > 0:
-        state[RESIDUAL] = work.counters[at.WORST_RESIDUAL]
-    state[ONLINE_FILMS] = model.laws.solved[0] - solved
-    state[LIMITED] = work.counters[at.N_CUT]
+        state[st.RESIDUAL] = work.counters[at.WORST_RESIDUAL]
+    state[st.ONLINE_FILMS] = model.laws.solved[0] - solved
+    state[st.LIMITED] = work.counters[at.N_CUT]
     work.counters[at.N_LIMITED] += work.counters[at.N_CUT]
     return OK
 

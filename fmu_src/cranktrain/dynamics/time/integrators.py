@@ -138,11 +138,6 @@ def family(table: Array) -> Family:
     return list(FAMILIES.values())[int(table[HEAD, FAMILY])]
 
 
-def method_mark(table: Array) -> float:
-    """Number that identifies a method, a checksum of its coefficients."""
-    return float(crc32(table.tobytes()))
-
-
 def carried(table: Array) -> tuple[tuple[int, int], ...]:
     """Blocks of the state that a method carries from step to step, each with the power of 1/s in its unit."""
     blocks = family(table).carried
@@ -184,7 +179,7 @@ def _method_arrays(given: str, names: tuple[str, ...]) -> tuple[Array, Array]:
     for row, table, own, name in zip(methods, tables, coefficients, full, strict=True):
         table[: len(own)] = own
         row[at.EMBEDDED], row[at.METHOD_ORDER] = integrator(name).embedded, max(2, integrator(name).order)
-        row[at.AMPLIFICATION], row[at.MARK] = largest_coefficient(own), method_mark(own)
+        row[at.AMPLIFICATION], row[at.MARK] = largest_coefficient(own), float(crc32(own.tobytes()))
     return methods, tables
 
 

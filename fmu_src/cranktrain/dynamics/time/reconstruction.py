@@ -30,29 +30,9 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.model.layout import block_port_count, turning_modes
-from cranktrain.dynamics.model.state import (
-    ANGLE_SET,
-    DEVIATIONS_SET,
-    EARLIER_INTERVAL,
-    INPUT_RATES,
-    INPUTS_BEFORE,
-    INPUTS_NOW,
-    LAST_INTERVAL,
-    LEAD_ANGLE,
-    MAX_INPUTS,
-    MOST_SAMPLES,
-    POINT_ANGLE,
-    POSITION,
-    PRESSURES_SET,
-    RATES_GIVEN,
-    SAMPLE_ANGLES,
-    SAMPLES,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
-    TIME,
-    offset,
-)
+from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume, knows_volumes
 from cranktrain.loads.gas_pressure import CYCLE
 
@@ -72,21 +52,15 @@ ROUNDING = 1.0e-15
 
 
 @inlined_kernel
-def is_sliver(state, interval):
-    """True if a communication step is so short that it is ignored."""
-    return interval <= SLIVER + ROUNDING * abs(state[TIME])
-
-
-@inlined_kernel
 def crank_angle(model, state):
     """Angle of the crank relative to the cylinders at the state, rad, which determines the gas pressure."""
     n = model.omega2.shape[0]
     rotation, _, _ = crank_rotation(model, state)
-    angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
+    angle = state[st.SHAFT_ANGLE] + state[st.LEAD_ANGLE] + rotation
     if block_port_count(model) > 0:
         t = turning_modes(model)
         for i in range(6):
-            angle -= model.block.motion[at.ROTATION, i] * state[offset(POSITION, n) + t + i]
+            angle -= model.block.motion[at.ROTATION, i] * state[offset(st.POSITION, n) + t + i]
     return angle
 
 
@@ -102,37 +76,37 @@ def take_sample(model, state, inputs, interval):
 
     With an interval of 0 there is no step, so the inputs are held and no sample is kept.
     """
-    samples = int(state[SAMPLES])
+    samples = int(state[st.SAMPLES])
     angle = crank_angle(model, state)
     belongs = angle
     told = inputs[model.cylinders.shape[0] + at.ANGLE_INPUT]
     if told != 0.0:
-        state[ANGLE_SET] = 1.0
-    if state[ANGLE_SET] > 0.0:
+        state[st.ANGLE_SET] = 1.0
+    if state[st.ANGLE_SET] > 0.0:
         belongs += nearest_turn(told - angle)
     elif samples > 0:
-        belongs -= model.choices[at.GAS_DELAY] * (angle - state[POINT_ANGLE])
-    near = samples > 0 and state[LAST_INTERVAL] < SHORT * interval
+        belongs -= model.choices[at.GAS_DELAY] * (angle - state[st.POINT_ANGLE])
+    near = samples > 0 and state[st.LAST_INTERVAL] < SHORT * interval
     if near:
-        state[EARLIER_INTERVAL] += state[LAST_INTERVAL]
+        state[st.EARLIER_INTERVAL] += state[st.LAST_INTERVAL]
     else:
-        state[EARLIER_INTERVAL] = state[LAST_INTERVAL]
-        for s in range(MOST_SAMPLES - 1, 0, -1):
-            state[SAMPLE_ANGLES + s] = state[SAMPLE_ANGLES + s - 1]
+        state[st.EARLIER_INTERVAL] = state[st.LAST_INTERVAL]
+        for s in range(st.MOST_SAMPLES - 1, 0, -1):
+            state[st.SAMPLE_ANGLES + s] = state[st.SAMPLE_ANGLES + s - 1]
             for k in range(inputs.shape[0]):
-                state[INPUTS_NOW + s * MAX_INPUTS + k] = state[INPUTS_NOW + (s - 1) * MAX_INPUTS + k]
-        samples = min(MOST_SAMPLES, samples + 1)
+                state[st.INPUTS_NOW + s * st.MAX_INPUTS + k] = state[st.INPUTS_NOW + (s - 1) * st.MAX_INPUTS + k]
+        samples = min(st.MOST_SAMPLES, samples + 1)
     first = model.cylinders.shape[0] + at.DEVIATION_INPUT
     for k in range(inputs.shape[0]):
-        state[INPUTS_NOW + k] = inputs[k]
+        state[st.INPUTS_NOW + k] = inputs[k]
         if k >= first and inputs[k] != 0.0:
-            state[DEVIATIONS_SET] = 1.0
+            state[st.DEVIATIONS_SET] = 1.0
         if 0 < k <= model.cylinders.shape[0] and abs(inputs[k] - at.AMBIENT) > GIVEN:
-            state[PRESSURES_SET] = 1.0
-    state[SAMPLE_ANGLES] = belongs
-    state[POINT_ANGLE] = angle
-    state[LAST_INTERVAL] = interval
-    state[SAMPLES] = samples if interval > 0.0 else 0.0
+            state[st.PRESSURES_SET] = 1.0
+    state[st.SAMPLE_ANGLES] = belongs
+    state[st.POINT_ANGLE] = angle
+    state[st.LAST_INTERVAL] = interval
+    state[st.SAMPLES] = samples if interval > 0.0 else 0.0
 
 
 @kernel
@@ -143,28 +117,28 @@ def take_rates(state, rates, interval):
     """
     for k in range(rates.shape[0]):
         given = interval > 0.0 and math.isfinite(rates[k])
-        state[INPUT_RATES + k] = rates[k] if given else 0.0
-        state[RATES_GIVEN + k] = 1.0 if given else 0.0
+        state[st.INPUT_RATES + k] = rates[k] if given else 0.0
+        state[st.RATES_GIVEN + k] = 1.0 if given else 0.0
 
 
 @kernel
 def reconstruct(model, work, state):
     """Fill ``work.inputs`` for the communication step that begins at the newest sample."""
     rule = model.choices[at.RECONSTRUCTION]
-    samples = int(state[SAMPLES])
-    earlier = state[EARLIER_INTERVAL]
-    interval = state[LAST_INTERVAL]
+    samples = int(state[st.SAMPLES])
+    earlier = state[st.EARLIER_INTERVAL]
+    interval = state[st.LAST_INTERVAL]
     cylinders = model.cylinders.shape[0]
-    work.inputs[at.ANGLES, at.DEVIATIONS] = state[DEVIATIONS_SET]
+    work.inputs[at.ANGLES, at.DEVIATIONS] = state[st.DEVIATIONS_SET]
     for k in range(cylinders + at.AXIAL_INPUT + 1):
-        now = state[INPUTS_NOW + k]
-        before = state[INPUTS_BEFORE + k] if samples > 1 else now
+        now = state[st.INPUTS_NOW + k]
+        before = state[st.INPUTS_BEFORE + k] if samples > 1 else now
         work.inputs[at.VALUE, k] = now
         work.inputs[at.RATE, k] = 0.0
         work.inputs[at.BEND, k] = 0.0
         work.inputs[at.EXPONENT, k] = 0.0
-        if state[RATES_GIVEN + k] > 0.0:
-            work.inputs[at.RATE, k] = state[INPUT_RATES + k]
+        if state[st.RATES_GIVEN + k] > 0.0:
+            work.inputs[at.RATE, k] = state[st.INPUT_RATES + k]
         elif rule == 2.0 and interval > 0.0:
             work.inputs[at.VALUE, k] = before
             work.inputs[at.RATE, k] = (now - before) / interval
@@ -172,28 +146,28 @@ def reconstruct(model, work, state):
             work.inputs[at.RATE, k] = (now - before) / earlier
     for k in range(1, 1 + cylinders):
         # A pressure with two identical samples is not driven by a co-simulation partner.
-        if not knows_volumes(work) and (now_moves(state, k) or state[RATES_GIVEN + k] > 0.0):
+        if not knows_volumes(work) and (now_moves(state, k) or state[st.RATES_GIVEN + k] > 0.0):
             work.inputs[at.EXPONENT, k] = -POLYTROPIC
     if rule == 3.0 and not built_in(model, state):
-        work.inputs[at.ANGLES, 0] = state[SAMPLE_ANGLES]
-        work.inputs[at.ANGLES, 1] = state[SAMPLE_ANGLES + 1]
-        least = max(LEAST_TURN, SHORT * abs(state[SHAFT_SPEED]) * interval)
+        work.inputs[at.ANGLES, 0] = state[st.SAMPLE_ANGLES]
+        work.inputs[at.ANGLES, 1] = state[st.SAMPLE_ANGLES + 1]
+        least = max(LEAST_TURN, SHORT * abs(state[st.SHAFT_SPEED]) * interval)
         for c in range(cylinders):
-            if state[RATES_GIVEN + 1 + c] == 0.0:
+            if state[st.RATES_GIVEN + 1 + c] == 0.0:
                 polytropic_series(model, work, state, c, least)
 
 
 @inlined_kernel
 def now_moves(state, k):
     """True if the newest sample of input k differs from the sample before it."""
-    return state[SAMPLES] > 1.0 and state[INPUTS_NOW + k] != state[INPUTS_BEFORE + k]
+    return state[st.SAMPLES] > 1.0 and state[st.INPUTS_NOW + k] != state[st.INPUTS_BEFORE + k]
 
 
 @inlined_kernel
 def sampled_polytropic(model, state, cylinder, sample):
     """p Vⁿ of a cylinder at one of the input samples, SI, with the volume that the co-simulation partner used."""
-    first = INPUTS_NOW + sample * MAX_INPUTS
-    volume = gas_volume(model, cylinder, state[SAMPLE_ANGLES + sample])
+    first = st.INPUTS_NOW + sample * st.MAX_INPUTS
+    volume = gas_volume(model, cylinder, state[st.SAMPLE_ANGLES + sample])
     volume += state[first + model.cylinders.shape[0] + at.DEVIATION_INPUT + cylinder]
     return state[first + 1 + cylinder] * volume**POLYTROPIC
 
@@ -208,8 +182,8 @@ def smooth(after, before):
 def polytropic_series(model, work, state, cylinder, least):
     """Set the parabola through samples of a cylinder's p Vⁿ at least ``least`` (rad) apart and without a jump."""
     k = 1 + cylinder
-    samples = int(state[SAMPLES])
-    newest, middle, oldest = state[SAMPLE_ANGLES], state[SAMPLE_ANGLES + 1], state[SAMPLE_ANGLES + 2]
+    samples = int(state[st.SAMPLES])
+    newest, middle, oldest = state[st.SAMPLE_ANGLES], state[st.SAMPLE_ANGLES + 1], state[st.SAMPLE_ANGLES + 2]
     # Without this condition a pressure that no co-simulation partner drives would vary with the volume.
     if newest - middle < least or not now_moves(state, k):
         return

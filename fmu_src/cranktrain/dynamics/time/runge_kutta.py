@@ -25,8 +25,13 @@ def runge_kutta_step(model, work, state, slot, h):
     tolerance = port_tolerance(model, work, h)
     first = 0
     if table[HEAD, EXPLICIT_FIRST] > 0.0:
-        explicit_stage(model, work, state)
+        # The first stage is the state.
         first = 1
+        for block in range(3):
+            for i in range(n):
+                work.stage[0, block, i] = state[offset(block, n) + i]
+            for k in range(port_count(model)):
+                work.known[0, block, k] = work.port[at.STATE_U + block, k]
     for s in range(first, stages):
         combine_stages(model, work, state, s, h)
         o = offset(ACCELERATION, n)
@@ -37,20 +42,6 @@ def runge_kutta_step(model, work, state, slot, h):
             return status
     keep_motion(model, work, state, stages - 1)
     return OK
-
-
-@inlined_kernel
-def explicit_stage(model, work, state):
-    """Copy the state to the first stage of a method whose first stage is explicit."""
-    n = model.omega2.shape[0]
-    for i in range(n):
-        work.stage[0, 0, i] = state[offset(POSITION, n) + i]
-        work.stage[0, 1, i] = state[offset(VELOCITY, n) + i]
-        work.stage[0, 2, i] = state[offset(ACCELERATION, n) + i]
-    for k in range(port_count(model)):
-        work.known[0, 0, k] = work.port[at.STATE_U, k]
-        work.known[0, 1, k] = work.port[at.STATE_UD, k]
-        work.known[0, 2, k] = work.port[at.STATE_UDD, k]
 
 
 @inlined_kernel

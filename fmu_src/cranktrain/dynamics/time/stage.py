@@ -23,12 +23,12 @@ from cranktrain.dynamics.model.layout import (
     turning_ports,
 )
 from cranktrain.dynamics.model.state import CONTRACTION
-from cranktrain.dynamics.motion.bodies import answer, load_others, move_freely, respond, to_ports
+from cranktrain.dynamics.motion.bodies import add_response, load_others, move_freely, to_ports
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import encoder_end, gas_force
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot
 from cranktrain.dynamics.motion.links import follow_links, link_compliance, link_size, link_steps
-from cranktrain.dynamics.motion.newton_matrix import factor_matrix, fill_jacobian, solve_step, start_jacobian
+from cranktrain.dynamics.motion.newton_matrix import factor_newton, solve_step
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.motion.turned_pins import turn_pins, turned, turned_compliance, turned_step, turned_torque
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
@@ -221,7 +221,7 @@ def follow_encoder(model, work, stage):
     q = work.modal[at.LEVER]
     for i in range(q.shape[0]):
         q[i] = work.modal[at.Q_FREE, i]
-    respond(model, work, stage.slot, work.port[at.FORCES], q)
+    add_response(model, work.linear.response[stage.slot], top.MODE, work.port[at.FORCES], q)
     work.frames[stage.number, at.ENCODED] = dot(model.ends[encoder_end(model)], q, turning_modes(model))
 
 
@@ -272,7 +272,7 @@ def newton_step(model, work, stage, keep_matrix):
         press_heads(model, work, stage)
     for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
-    answer(model, work, stage.slot, f, step)
+    add_response(model, work.linear.compliance[stage.slot], top.GROUP_PORT, f, step)
     link_steps(model, work, step)
     if not keep_matrix:
         turn_pins(model, work)
@@ -290,9 +290,7 @@ def newton_step(model, work, stage, keep_matrix):
             turning = work.linear.compliance[stage.slot]
             turned_compliance(model, work, turning, compliance, model.scales.shape[0], work.turned_compliance)
             compliance = work.turned_compliance
-        start_jacobian(work.jacobian)
-        fill_jacobian(model, compliance, work.factored, work.jacobian)
-        if factor_matrix(model, work) != 0:
+        if factor_newton(model, compliance, work.factored, work.jacobian) != 0:
             return SINGULAR
     solve_step(model, work)
     return OK
@@ -362,7 +360,7 @@ def follow_load(model, work, stage):
     step = work.port[at.U_STEP]
     for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
-    answer(model, work, stage.slot, work.port[at.FORCES], step)
+    add_response(model, work.linear.compliance[stage.slot], top.GROUP_PORT, work.port[at.FORCES], step)
     link_steps(model, work, step)
     felt_step(model, work, frame, step)
     solve_step(model, work)
@@ -388,7 +386,7 @@ def follow_forces(model, work, stage):
     follow_links(model, work, f)
     for k in range(first_piston(model)):
         work.port[at.U, k] = work.port[at.U_FREE, k]
-    answer(model, work, stage.slot, f, work.port[at.U])
+    add_response(model, work.linear.compliance[stage.slot], top.GROUP_PORT, f, work.port[at.U])
 
 
 @inlined_kernel
@@ -433,7 +431,7 @@ def recover(model, work, stage):
     a = work.stage[stage.number, 2]
     for i in range(n):
         q[i] = work.modal[at.Q_FREE, i]
-    respond(model, work, stage.slot, f, q)
+    add_response(model, work.linear.response[stage.slot], top.MODE, f, q)
     shape = model.block.piston_shape
     for c in range(0, port_count(model) - pistons, 2):
         q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])

@@ -65,18 +65,6 @@ def guess_ports(model, work, state, stage, h):
 
 
 @inlined_kernel
-def keep_ports(model, work, state, stage):
-    """Store the ports of a solved stage, and the error of their Taylor series, for later guesses."""
-    m = port_count(model)
-    o = defect_offset(model.omega2.shape[0]) + stage * m
-    for k in range(m):
-        work.known[stage, 0, k] = work.port[at.U, k]
-        work.known[stage, 1, k] = work.port[at.UD, k]
-        work.known[stage, 2, k] = work.port[at.UDD, k]
-        state[o + k] = work.port[at.U, k] - work.port[at.SERIES, k]
-
-
-@inlined_kernel
 def solve_and_keep(model, work, state, stage, h, gain):
     """Guess, solve and store one stage of a step h. Return a status (0: success).
 
@@ -89,7 +77,15 @@ def solve_and_keep(model, work, state, stage, h, gain):
         return status
     if close_stage(model, work, work.frames[stage.number]) != OK:
         return FILM_FAILED
-    keep_ports(model, work, state, stage.number)
+    # The ports, and the error of their Taylor series, are kept for later guesses.
+    known = work.known[stage.number]
+    m = port_count(model)
+    o = defect_offset(model.omega2.shape[0]) + stage.number * m
+    for k in range(m):
+        known[0, k] = work.port[at.U, k]
+        known[1, k] = work.port[at.UD, k]
+        known[2, k] = work.port[at.UDD, k]
+        state[o + k] = work.port[at.U, k] - work.port[at.SERIES, k]
     return OK
 
 

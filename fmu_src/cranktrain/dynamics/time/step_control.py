@@ -12,29 +12,9 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model import state as st
 from cranktrain.dynamics.model.layout import block_port_count, port_count, turning_modes
-from cranktrain.dynamics.model.state import (
-    ACCELERATION,
-    CONTRACTION,
-    GAS_DONE,
-    GAS_RATE,
-    HALVINGS,
-    LAST_INTERVAL,
-    LEAD_ANGLE,
-    LEAD_SPEED,
-    MAX_STAGES,
-    OMEGA_REFERENCE,
-    POSITION,
-    SHAFT_ACCELERATION,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
-    STEP_ERROR,
-    STEP_LAST,
-    STEP_REFERENCE,
-    VELOCITY,
-    defect_offset,
-    offset,
-)
+from cranktrain.dynamics.model.state import defect_offset, offset
 from cranktrain.dynamics.motion.bodies import factor_stage, to_ports
 from cranktrain.dynamics.motion.crank_pin import tell_twist
 from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, motion_size, open_step
@@ -88,11 +68,11 @@ def base_motion(model, work, state, begin, tau):
     if model.scalars[at.DRIVEN] == 0.0:
         rotation, rate, change = crank_rotation(model, state)
         return following_motion(
-            state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], rotation, rate, change, tau
+            state[st.SHAFT_ANGLE], state[st.SHAFT_SPEED], state[st.SHAFT_ACCELERATION], rotation, rate, change, tau
         )
     target = work.inputs[at.VALUE, 0] + work.inputs[at.RATE, 0] * begin
     angle, speed, acceleration = shaft_motion(
-        state[SHAFT_ANGLE], state[SHAFT_SPEED], state[SHAFT_ACCELERATION], target, work.inputs[at.RATE, 0],
+        state[st.SHAFT_ANGLE], state[st.SHAFT_SPEED], state[st.SHAFT_ACCELERATION], target, work.inputs[at.RATE, 0],
         model.scalars[at.FILTER], tau,
     )  # fmt: skip
     return angle, speed, acceleration, acceleration
@@ -109,7 +89,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     n = model.omega2.shape[0]
     rotation, rate, change = crank_rotation(model, state)
     frame[at.LEAD], frame[at.LEAD_RATE], lead_acceleration = frame_lead(
-        state[LEAD_ANGLE], state[LEAD_SPEED], rotation, rate, change, state[SHAFT_SPEED], tau
+        state[st.LEAD_ANGLE], state[st.LEAD_SPEED], rotation, rate, change, state[st.SHAFT_SPEED], tau
     )
     frame[at.THETA] = angle + frame[at.LEAD]
     frame[at.OMEGA] = speed + frame[at.LEAD_RATE]
@@ -131,8 +111,8 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
         t = turning_modes(model)
         for i in range(6):
             frame[at.FIRING] -= model.block.motion[at.ROTATION, i] * (
-                state[offset(POSITION, n) + t + i]
-                + tau * (state[offset(VELOCITY, n) + t + i] + 0.5 * tau * state[offset(ACCELERATION, n) + t + i])
+                state[offset(st.POSITION, n) + t + i]
+                + tau * (state[offset(st.VELOCITY, n) + t + i] + 0.5 * tau * state[offset(st.ACCELERATION, n) + t + i])
             )
     frame[at.CRANK] = frame[at.THETA] + rotation + tau * (rate + 0.5 * tau * change)
     frame[at.BURN] = -1.0
@@ -155,9 +135,9 @@ def encoder_rotation(model, state, tau):
     n = model.omega2.shape[0]
     t = turning_modes(model)
     row = model.ends[encoder_end(model)]
-    rotation = dot(row, state[offset(POSITION, n) :], t)
-    rotation += tau * dot(row, state[offset(VELOCITY, n) :], t)
-    return rotation + 0.5 * tau * tau * dot(row, state[offset(ACCELERATION, n) :], t)
+    rotation = dot(row, state[offset(st.POSITION, n) :], t)
+    rotation += tau * dot(row, state[offset(st.VELOCITY, n) :], t)
+    return rotation + 0.5 * tau * tau * dot(row, state[offset(st.ACCELERATION, n) :], t)
 
 
 @inlined_kernel
@@ -167,9 +147,9 @@ def ports_at_state(model, work, state):
     for block in range(3):
         o = offset(block, n)
         to_ports(model, state[o : o + n], work.port[at.STATE_U + block])
-    angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
+    angle = state[st.SHAFT_ANGLE] + state[st.LEAD_ANGLE]
     relative_motion(
-        model, math.cos(angle), math.sin(angle), state[SHAFT_SPEED] + state[LEAD_SPEED],
+        model, math.cos(angle), math.sin(angle), state[st.SHAFT_SPEED] + state[st.LEAD_SPEED],
         work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.RELATIVE], work.port[at.RELATIVE_RATE],
     )  # fmt: skip
 
@@ -185,7 +165,7 @@ def pressures_at_state(model, work, state):
     move_axis(model, frame, u)
     if block_port_count(model) > 0:
         n = model.omega2.shape[0]
-        first = offset(POSITION, n) + turning_modes(model)
+        first = offset(st.POSITION, n) + turning_modes(model)
         for c in range(model.cylinders.shape[0]):
             for k in range(2):
                 work.rises[c, k] = dot(model.block.heads[c], state[first + k * n :], model.block.preload.shape[0])
@@ -194,12 +174,6 @@ def pressures_at_state(model, work, state):
         spin = model.connections[rod, at.SPIN]
         tell_twist(u[spin] if spin >= 0 else 0.0, 0.0, 0.0, model.laws.numbers)
         find_pressure(model, work, frame, u, work.pressures[0], rod, True)
-
-
-@inlined_kernel
-def film_rate(model, work, state):
-    """Largest relative rate (1/s) at which a film's least gap changes, from the ports at the state."""
-    return fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
 
 
 @inlined_kernel
@@ -216,42 +190,42 @@ def sub_step(model, work, state, begin, h, level):
     stages = int(table[HEAD, STAGES])
     for s in range(stages):
         if work.staged[0, at.STAGES_GIVEN] > 0.0:
-            take_stage(work, (begin + table[FIRST_STAGE + s, NODE] * h) / state[LAST_INTERVAL])
+            take_stage(work, (begin + table[FIRST_STAGE + s, NODE] * h) / state[st.LAST_INTERVAL])
         frame_at(model, work, state, begin, table[FIRST_STAGE + s, NODE] * h, work.frames[s], work.pressures[s])
     end = work.frames[stages - 1]
     omega = end[at.OMEGA] - end[at.LEAD_RATE]
-    if abs(omega - state[OMEGA_REFERENCE]) > REFACTOR * abs(state[OMEGA_REFERENCE]):
-        state[OMEGA_REFERENCE] = omega
-    if h != state[STEP_LAST]:
+    if abs(omega - state[st.OMEGA_REFERENCE]) > REFACTOR * abs(state[st.OMEGA_REFERENCE]):
+        state[st.OMEGA_REFERENCE] = omega
+    if h != state[st.STEP_LAST]:
         # The error of a Taylor series grows with the step's third power, so after a far shorter step it is rounding.
-        share = h / state[STEP_LAST] if h <= (1 << MAX_HALVINGS) * state[STEP_LAST] else 0.0
+        share = h / state[st.STEP_LAST] if h <= (1 << MAX_HALVINGS) * state[st.STEP_LAST] else 0.0
         o = defect_offset(n)
-        for k in range(MAX_STAGES * m):
+        for k in range(st.MAX_STAGES * m):
             state[o + k] *= share * share * share
     slot = min(level, at.FACTOR_SLOTS - 1)
-    if work.key[slot, at.KEY_STEP] != h or work.key[slot, at.KEY_SPEED] != state[OMEGA_REFERENCE]:
+    if work.key[slot, at.KEY_STEP] != h or work.key[slot, at.KEY_SPEED] != state[st.OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
         work.key[slot, at.KEY_STEP] = -1.0  # a matrix that turns out to be singular leaves no factors in the slot
-        if factor_stage(model, work, slot, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
+        if factor_stage(model, work, slot, c_q, c_v, state[st.OMEGA_REFERENCE], 0.0, 0.0) != 0:
             return SINGULAR
         work.key[slot, at.KEY_STEP] = h
-        work.key[slot, at.KEY_SPEED] = state[OMEGA_REFERENCE]
+        work.key[slot, at.KEY_SPEED] = state[st.OMEGA_REFERENCE]
     open_step(model, work, state)
     angle, speed, _, acceleration = base_motion(model, work, state, begin, h)
     status: int = call_kernel(work.family[int(table[HEAD, FAMILY]), at.STEP_KERNEL], (model, work, state, slot, h))
     if status != OK:
         return status
-    state[STEP_LAST] = h
+    state[st.STEP_LAST] = h
     count_gas(work, table, state, h)
     close_step(model, work, state)
-    if cycle_of(angle) != cycle_of(state[SHAFT_ANGLE]):
+    if cycle_of(angle) != cycle_of(state[st.SHAFT_ANGLE]):
         # The estimate of the contraction fades with a period of its own, which would keep cycles from repeating.
-        state[CONTRACTION] = FIRST_CONTRACTION
-    state[SHAFT_ANGLE] = angle
-    state[SHAFT_SPEED] = speed
-    state[SHAFT_ACCELERATION] = acceleration
-    state[LEAD_ANGLE] = end[at.LEAD]
-    state[LEAD_SPEED] = end[at.LEAD_RATE]
+        state[st.CONTRACTION] = FIRST_CONTRACTION
+    state[st.SHAFT_ANGLE] = angle
+    state[st.SHAFT_SPEED] = speed
+    state[st.SHAFT_ACCELERATION] = acceleration
+    state[st.LEAD_ANGLE] = end[at.LEAD]
+    state[st.LEAD_SPEED] = end[at.LEAD_RATE]
     work.counters[at.N_STEPS] += 1.0
     return OK
 
@@ -264,12 +238,12 @@ def count_gas(work, table, state, h):
     if last[at.BURN] >= 0.0:
         return
     if table[HEAD, EXPLICIT_FIRST] > 0.0:
-        work.frames[0, at.GIVEN_POWER] = state[GAS_RATE]
+        work.frames[0, at.GIVEN_POWER] = state[st.GAS_RATE]
     weight = table[HEAD, C_V] if stages > 1 else 1.0
     for s in range(stages - 1):
-        state[GAS_DONE] += h * table[FIRST_STAGE + stages - 1, s] * work.frames[s, at.GIVEN_POWER]
-    state[GAS_DONE] += h * weight * last[at.GIVEN_POWER]
-    state[GAS_RATE] = last[at.GIVEN_POWER]
+        state[st.GAS_DONE] += h * table[FIRST_STAGE + stages - 1, s] * work.frames[s, at.GIVEN_POWER]
+    state[st.GAS_DONE] += h * weight * last[at.GIVEN_POWER]
+    state[st.GAS_RATE] = last[at.GIVEN_POWER]
 
 
 @inlined_kernel
@@ -283,16 +257,16 @@ def chosen_halvings(model, work, state, begin, h, least):
     """Halvings of a sub-step h for its next part: at least ``least``, more for fast closing films or at events."""
     ports_at_state(model, work, state)
     adaptive = model.choices[at.STEP_TOLERANCE] > 0.0
-    halvings = max(least, int(min(state[HALVINGS], MAX_HALVINGS))) if adaptive else least
+    halvings = max(least, int(min(state[st.HALVINGS], MAX_HALVINGS))) if adaptive else least
     piece = h / (1 << halvings)
-    rate = film_rate(model, work, state)
+    rate = fastest_closing(model, work, state, state[st.SHAFT_SPEED] + state[st.LEAD_SPEED])
     while halvings < FILM_HALVINGS and rate * piece > model.choices[at.FILM_CHANGE]:
         halvings += 1
         piece *= 0.5
     if adaptive:
         rotation, rate, _ = crank_rotation(model, state)
-        angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
-        speed = state[SHAFT_SPEED] + state[LEAD_SPEED] + rate
+        angle = state[st.SHAFT_ANGLE] + state[st.LEAD_ANGLE] + rotation
+        speed = state[st.SHAFT_SPEED] + state[st.LEAD_SPEED] + rate
         for _ in range(EVENT_HALVINGS):
             if halvings == MAX_HALVINGS:
                 break
@@ -310,17 +284,17 @@ def accept(model, work, state, h, halvings):
     for _ in range(int(model.choices[at.EMBEDDED_ORDER]) + 1):
         growth *= 2.0
     if error > 1.0 and halvings < MAX_HALVINGS:
-        state[HALVINGS] = halvings + 1
+        state[st.HALVINGS] = halvings + 1
         if error > REJECTED and not cut_short(model, work):
             return False
     elif error * growth < MARGIN and halvings > 0:
-        state[HALVINGS] = halvings - 1
+        state[st.HALVINGS] = halvings - 1
     else:
-        state[HALVINGS] = halvings
+        state[st.HALVINGS] = halvings
     if error > REJECTED:
         # No shorter step is possible, so the present step counts as missing its tolerance.
         work.counters[at.N_MISSED] += 1.0
-    state[STEP_ERROR] = error
+    state[st.STEP_ERROR] = error
     remember_outputs(model, state, h)
     return True
 
@@ -328,7 +302,7 @@ def accept(model, work, state, h, halvings):
 @inlined_kernel
 def turning_speed(state, inputs):
     """Speed (rad/s) that determines the length of sub-steps."""
-    return max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
+    return max(abs(state[st.SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
 
 
 @kernel
@@ -389,9 +363,9 @@ def take_interval(model, work, state, inputs, interval):
     """
     count = max(1, math.ceil(turning_speed(state, inputs) * interval / model.scalars[at.STEP] - ROUNDED))
     h = interval / count
-    if abs(h - state[STEP_REFERENCE]) <= ROUNDED * h:
-        h = state[STEP_REFERENCE]
-    state[STEP_REFERENCE] = h
+    if abs(h - state[st.STEP_REFERENCE]) <= ROUNDED * h:
+        h = state[st.STEP_REFERENCE]
+    state[st.STEP_REFERENCE] = h
     taken = 0
     for k in range(count):
         status, parts = take_sub_step(model, work, state, k * h, h, 0)
@@ -404,4 +378,4 @@ def take_interval(model, work, state, inputs, interval):
 @inlined_kernel
 def has_stalled(model, state):
     """True if the engine turns backwards under its load."""
-    return model.scalars[at.DRIVEN] == 0.0 and state[SHAFT_SPEED] < 0.0
+    return model.scalars[at.DRIVEN] == 0.0 and state[st.SHAFT_SPEED] < 0.0

@@ -15,7 +15,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.topology.body_arrays import body_arrays
+from cranktrain.dynamics.topology.body_arrays import body_arrays, fastest
 from cranktrain.dynamics.topology.connection_arrays import connection_arrays
 from cranktrain.dynamics.topology.records import Base, Bodies, FrameNumbers, Links
 from cranktrain.dynamics.topology.relations import groups
@@ -27,7 +27,8 @@ from cranktrain.film.laws.films import Films, IntArray
 class Laid(NamedTuple):
     """Bodies and connections of a topology: arrays, and further ports of crank and block."""
 
-    bodies: Bodies
+    bodies: list[Bodies]  # of each body
+    fastest: Array  # (FASTEST_SIZE,) highest speeds of frames, see slots
     connections: Links
     rows: IntArray  # (K, CONNECTION) rows of the connections, see dynamics.model.slots
     laws: Films  # their force laws
@@ -67,6 +68,7 @@ def lay_topology(topology: Topology, base: Base) -> Laid:
     )
     return Laid(
         bodies,
+        fastest(topology),
         connections,
         rows,
         laws,

@@ -21,13 +21,11 @@ from cranktrain.engine.checks.crankshaft import check_damper
 from cranktrain.engine.connections import Film, RingDamper, Roller, SlidingJoint, Thrust
 from cranktrain.engine.quantities import mm, need
 from cranktrain.engine.roller_bearing import FILE_KEYS, check_roller_bearing, main_roller
-from cranktrain.film.elastic.bore_compliance import RIGID_BORE
 from cranktrain.film.laws.axial_joint import REMEMBERED
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE, VISCOSITY
 from cranktrain.film.laws.register import BIG_END, PLAIN, ROLLER, THRUST, bearing_law
-from cranktrain.film.laws.rigid_bore import fitting_table
 from cranktrain.film.laws.roller import FIRST_ANGLE, roller_parameters, seats
 
 ACROSS = (
@@ -84,6 +82,8 @@ def no_bore(bearing: Film) -> InputError:
 def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
     """Part (table or bore) that a film's level needs, by name; ``InputError`` if it is missing."""
     if name == "table":
+        from cranktrain.film.laws.rigid_bore import fitting_table
+
         table = fitting_table(parts.tables, bearing)
         if table is None:
             raise InputError(
@@ -92,6 +92,8 @@ def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
             )
         return table
     if bearing.bore == "rigid":
+        from cranktrain.film.elastic.bore_compliance import RIGID_BORE
+
         return RIGID_BORE
     big_end = name == "big_end_bore"
     like, bore, here = (

@@ -16,7 +16,6 @@ import numpy as np
 
 from cranktrain.core.kernel import law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.connections import Belt
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION
 
 ROUNDED = 0.01
@@ -28,11 +27,6 @@ class BeltRecord(NamedTuple):
     """Data of one belt."""
 
     constants: Array  # (CONSTANTS,)
-
-
-def belt_record(belt: Belt) -> BeltRecord:
-    """Record of a belt from its data."""
-    return BeltRecord(np.array([belt.tension, belt.stiffness, belt.damping]))
 
 
 def strands(distance: float, radii: tuple[float, float], crossed: bool) -> list[tuple[Array, Array, Array]]:

@@ -1,7 +1,7 @@
 """Arrays of added bodies: matrices and shapes one after the other, with bodies of a group in common modes."""
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -19,54 +19,13 @@ AROUND = np.linspace(0.0, 4.0 * np.pi, 97)[:-1]
 """Crank angles (rad) of a cycle at which the motion of frames is sampled."""
 RIGID = 6
 """Number of rigid modes of a body."""
-CRANKS_GROUP = -1
-"""Mark of the crank's group, until the tables of all bodies are joined."""
-
-
-class _Body(NamedTuple):
-    """Matrices, loads and shapes of a body in the modes of its group."""
-
-    gyroscopic: Array
-    spin: Array
-    centrifugal_load: Array
-    euler_load: Array
-    translation: Array
-    turn: Array
-    carried: Array
-    shapes: Array  # (6 p, n) of the held interfaces, and the rotation of an elastic body as a whole
+CRANKS_GROUP = 1
+"""Mark of the crank's group, until the bodies are joined; before, GROUP of others counts from their own first mode."""
 
 
 def turns_whole(body: ReducedBody, held: int) -> bool:
     """True if a body's rotation as a whole is a port, as for elastic bodies, which a moment at one port would bend."""
     return held > 0 and body.n_modes > PORTS
-
-
-def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
-    """Number of ports of an added body."""
-    names = held.get(body.name, {})
-    return PORTS * len(names) + turns_whole(body.reduced, len(names))
-
-
-def _in_modes(
-    body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None, tied: bool
-) -> _Body:
-    """A body in the modes of its group; ``part`` (n, z) are the body's modal coordinates in the group's, or None."""
-    reduced, n = body.reduced, body.reduced.n_modes
-    turn = np.zeros(n)
-    turn[:PORTS] = rigid_coordinates(reduced)[5]
-    shapes = [reduced.shapes[reduced.index(name)] for name in held]
-    own = _Body(
-        reduced.gyroscopic, turning_stiffness(reduced, about_centre=True), reduced.centrifugal_load,
-        reduced.euler_load, reduced.translation, turn,
-        np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block, tied),
-        np.concatenate([np.zeros((0, n)), *shapes, *([turn[None]] if turns_whole(reduced, len(held)) else [])]),
-    )  # fmt: skip
-    if part is None:
-        return own
-    return _Body(
-        part.T @ own.gyroscopic @ part, part.T @ own.spin @ part, part.T @ own.centrifugal_load,
-        part.T @ own.euler_load, own.translation @ part, own.turn @ part, part.T @ own.carried, own.shapes @ part,
-    )  # fmt: skip
 
 
 def body_arrays(
@@ -78,8 +37,8 @@ def body_arrays(
     crank_ports: int,
     block_ports: int,
     frames: FrameNumbers,
-) -> tuple[Bodies, Array, dict[tuple[str, str], int]]:
-    """Arrays of the added bodies, shapes of further ports of the crank, and the first port of each held interface.
+) -> tuple[list[Bodies], Array, dict[tuple[str, str], int]]:
+    """Arrays of each added body, shapes of further ports of the crank, and the first port of each held interface.
 
     Parameters
     ----------
@@ -89,62 +48,46 @@ def body_arrays(
     turning = 0 if base.crank is None else base.crank.n_modes
     common = np.zeros(turning if on_crank else 0)
     lead = Group(list(on_crank), common, common, list(base.joined.values()))
-    sizes = [group.omega.size for group in (lead, *joined)]
-    counts = [[_ports(body, held) for body in group.bodies] for group in (lead, *joined)]
-    n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max([1, *sizes])
-    v, tied, z = max([1, *map(sum, counts)]), _tied(topology), zeros
-    count = sum(map(len, counts))
-    arrays = Bodies(
-        np.zeros((count, at.BODY), dtype=np.int64), z((count, at.CONSTANTS)), z((n, w)), z((n, w)), z(n), z(n),
-        z((3, n)), z((3, n)), z(n),
-        z((sum(map(sum, counts)), w)), z((n, v)), z((n, PORTS)), _fastest(topology),
-    )  # fmt: skip
-    port_of, more = dict[tuple[str, str], int](), np.zeros((0, turning))
-    mode, row_at, port, number = 0, 0, 0, 0
+    tied, found, more = _tied(topology), list[Bodies](), np.zeros((0, turning))
+    grounded = {end.body for one in topology.connections if GROUND in [e.body for e in one.ends] for end in one.ends}
+    port_of, mode = dict[tuple[str, str], int](), base.modes
     # Ports of bodies in the crank's group come after the crank's, those of all others after the block's.
-    first = base.turning_ports + PORTS * crank_ports
-    for group, size, own_counts in zip((lead, *joined), sizes, counts, strict=True):
-        start, group_port = row_at, port
-        columns = np.zeros((0, size))
-        for k, (body, ports) in enumerate(zip(group.bodies, own_counts, strict=True)):
-            reduced, frame, row = body.reduced, topology.frame(body.frame), arrays.rows[number]
-            names = held.get(body.name, {})
-            part = None if group.parts is None else group.parts[k]
-            own = _in_modes(body, frame, list(names), base.block, part, body.name in tied)
-            span = slice(row_at, row_at + size)
-            row[[at.MODE, at.MODES, at.PORT, at.PORTS]] = base.modes + mode, size, first + port, ports
-            row[[at.OWN_MODE, at.OWN_PORT, at.FRAME_OF, at.SENSE]] = row_at, port, frames[frame], frame.sense
+    port = base.turning_ports + PORTS * crank_ports
+    for group in (lead, *joined):
+        size, leads, first = group.omega.size, group is lead, port
+        parts: Sequence[Array | None] = group.parts or [None] * len(group.bodies)
+        own = [
+            _in_modes(body, topology.frame(body.frame), list(held.get(body.name, {})), base.block, part, tied)
+            for body, part in zip(group.bodies, parts, strict=True)
+        ]
+        columns = np.concatenate([np.zeros((0, size)), *(made.shapes for made in own)])
+        for k, (body, made) in enumerate(zip(group.bodies, own, strict=True)):
+            reduced, frame, row = body.reduced, topology.frame(body.frame), made.rows[0]
+            row[[at.MODE, at.MODES, at.PORT, at.PORTS]] = mode, size, port, len(made.shapes)
+            row[[at.FRAME_OF, at.SENSE]] = frames[frame], frame.sense
             row[[at.CARRIED, at.TIED, at.SWINGS, at.WHIRLS]] = (
-                not _grounded(topology, body), body.name in tied, frame.swings, True,
+                body.name not in grounded, body.name in tied, frame.swings, True,
             )  # fmt: skip
-            row[[at.GROUP, at.ENDS_GROUP]] = start, k == len(group.bodies) - 1
-            row[[at.GROUP_PORT, at.GROUP_PORTS]] = first + group_port, sum(own_counts)
-            if group is lead:
+            row[[at.GROUP, at.ENDS_GROUP]] = -size * k, k == len(own) - 1
+            row[[at.GROUP_PORT, at.GROUP_PORTS]] = first, len(columns)
+            if leads:
                 row[[at.MODE, at.GROUP, at.PORTS, at.GROUP_PORT]] = 0, CRANKS_GROUP, 0, 0
-                row[at.GROUP_PORTS] = first + sum(own_counts)
+                row[at.GROUP_PORTS] = first + len(columns)
                 row[at.TIED] &= not base.joined[body.name][:, :RIGID].any()
-            arrays.constants[number] = (
+            made.constants[0] = (
                 frame.rate, reduced.mass, *(reduced.mass * reduced.centre[:2]),
                 float(reduced.euler_load @ reduced.euler_load), row[at.TIED] * _reflected(reduced, frame),
             )  # fmt: skip
-            arrays.gyroscopic[span, :size] = own.gyroscopic.T
-            arrays.spin[span, :size] = own.spin.T
-            arrays.centrifugal_load[span], arrays.euler_load[span] = own.centrifugal_load, own.euler_load
-            arrays.translation[:, span], arrays.centre[:, span] = own.translation, own.translation / reduced.mass
-            arrays.turn[span], arrays.carried[span] = own.turn, own.carried
-            arrays.shapes[port : port + ports, :size] = own.shapes
-            port_of |= {(body.name, name): first + port + PORTS * i for i, name in enumerate(names)}
-            columns = np.concatenate((columns, own.shapes))
-            row_at, port, number = row_at + size, port + ports, number + 1
-        for k in range(len(group.bodies)):
-            arrays.transposed[start + size * k : start + size * (k + 1), : len(columns)] = columns.T
-        if group is not lead:
+            found.append(made._replace(transposed=columns.T, shapes=made.shapes[:0] if leads else made.shapes))
+            names = held.get(body.name, {})
+            port_of |= {(body.name, name): port + PORTS * i for i, name in enumerate(names)}
+            port += len(made.shapes)
+        if leads:
+            # Ports after these are numbered from the end of the block's.
+            more, port = columns.reshape(len(columns), turning), port + base.block_ports + PORTS * block_ports
+        else:
             mode += size
-            continue
-        # Ports after these are numbered from the end of the block's.
-        more, arrays = arrays.shapes[:port, :size].reshape(port, turning), arrays._replace(shapes=arrays.shapes[port:])
-        first, port = first + port + base.block_ports + PORTS * block_ports, 0
-    return arrays, more, port_of
+    return found, more, port_of
 
 
 def _tied(topology: Topology) -> set[str]:
@@ -160,7 +103,8 @@ def _tied(topology: Topology) -> set[str]:
     return found
 
 
-def _fastest(topology: Topology) -> Array:
+def fastest(topology: Topology) -> Array:
+    """Slots (FASTEST_SIZE,) of the highest speeds of the frames of all bodies."""
     frames = [topology.frame(body.frame) for body in topology.bodies]
     turns = np.array([frame.moved(angle)[[at.TURN, at.TURN2]] for frame in frames if frame.swings for angle in AROUND])
     most = np.abs(turns.reshape(-1, 2)).max(axis=0, initial=0.0)
@@ -176,12 +120,24 @@ def _reflected(body: ReducedBody, frame: Frame) -> float:
     return float(np.mean([row @ row for row in swept]))
 
 
-def _grounded(topology: Topology, body: Body) -> bool:
-    """True if a connection joins a body directly to the ground."""
-    return any(
-        body.name in names and GROUND in names
-        for names in ([end.body for end in connection.ends] for connection in topology.connections)
-    )
+def _in_modes(
+    body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None, tied: Collection[str]
+) -> Bodies:
+    """A body in the modes of its group; ``part`` (n, z) are the body's modal coordinates in the group's, or None."""
+    reduced, n = body.reduced, body.reduced.n_modes
+    turn = np.zeros(n)
+    turn[:PORTS] = rigid_coordinates(reduced)[5]
+    shapes = [reduced.shapes[reduced.index(name)] for name in held]
+    t = np.eye(n) if part is None else part
+    return Bodies(
+        np.zeros((1, at.BODY), dtype=np.int64), np.zeros((1, at.CONSTANTS)), (t.T @ reduced.gyroscopic @ t).T,
+        (t.T @ turning_stiffness(reduced, about_centre=True) @ t).T, t.T @ reduced.centrifugal_load,
+        t.T @ reduced.euler_load, reduced.translation @ t, reduced.translation @ t / reduced.mass, turn @ t,
+        np.concatenate([np.zeros((0, n)), *shapes, *([turn[None]] if turns_whole(reduced, len(held)) else [])]) @ t,
+        np.zeros((0, 0)),
+        t.T @ (np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block, body.name in tied)),
+        np.zeros(at.FASTEST_SIZE),
+    )  # fmt: skip
 
 
 def _carried(body: ReducedBody, frame: Frame, block: ReducedBody, tied: bool) -> Array:
@@ -205,32 +161,22 @@ def follows(body: ReducedBody, moved: Array, sense: float) -> Array:
     return np.asarray(body.translation[:2].T @ moved[[at.OWN_X1, at.OWN_Y1]] + sense * moved[at.TURN] * body.euler_load)
 
 
-def with_engine(crank: Bodies, block: Bodies, others: Bodies) -> Bodies:
-    """Arrays of the crank, the block and all other bodies in one table, in this order."""
-    parts = crank, block, others
-    n, w = (sum(part.gyroscopic.shape[0] for part in parts), max(part.gyroscopic.shape[1] for part in parts))
-    m, v = (sum(part.shapes.shape[0] for part in parts), max(part.transposed.shape[1] for part in parts))
-    joined = Bodies(
-        np.concatenate([part.rows for part in parts]), np.concatenate([part.constants for part in parts]),
-        zeros((n, w)), zeros((n, w)), zeros(n), zeros(n), zeros((3, n)), zeros((3, n)), zeros(n), zeros((m, w)),
-        zeros((n, v)), zeros((n, PORTS)), others.fastest,
-    )  # fmt: skip
-    mode, port, number = 0, 0, 0
-    for part in parts:
-        modes, ports = slice(mode, mode + part.gyroscopic.shape[0]), slice(port, port + part.shapes.shape[0])
-        own_rows = joined.rows[number : number + len(part.rows)]
-        own_rows[:, at.OWN_MODE] += mode
-        own_rows[:, at.GROUP] = np.where(own_rows[:, at.GROUP] == CRANKS_GROUP, 0, own_rows[:, at.GROUP] + mode)
-        own_rows[:, at.OWN_PORT] += port
-        for name in ("gyroscopic", "spin", "transposed"):
-            own = getattr(part, name)
-            getattr(joined, name)[modes, : own.shape[1]] = own
-        for name in ("centrifugal_load", "euler_load", "turn", "carried"):
-            getattr(joined, name)[modes] = getattr(part, name)
-        joined.translation[:, modes], joined.centre[:, modes] = part.translation, part.centre
-        joined.shapes[ports, : part.shapes.shape[1]] = part.shapes
-        mode, port, number = modes.stop, ports.stop, number + len(part.rows)
-    return joined
+def join_bodies(parts: Sequence[Bodies], fastest: Array) -> Bodies:
+    """Arrays of all bodies in one table, from those of each body by itself."""
+    modes, ports = (max(getattr(part, name).shape[1] for part in parts) for name in ("gyroscopic", "transposed"))
+    widths = {"gyroscopic": modes, "spin": modes, "shapes": modes, "transposed": ports}
+    joined: dict[str, Any] = {"fastest": fastest}
+    for name in Bodies._fields[:-1]:
+        each = [getattr(part, name) for part in parts]
+        if name in widths:
+            each = [np.pad(one, ((0, 0), (0, widths[name] - one.shape[1]))) for one in each]
+        whole = np.concatenate(each, axis=1 if name in ("translation", "centre") else 0)
+        joined[name] = zeros(whole.shape) if whole.dtype == np.float64 else whole
+        joined[name][:] = whole
+    rows = joined["rows"]
+    rows[:, at.OWN_MODE] = np.cumsum([0, *(len(part.turn) for part in parts)])[:-1]
+    rows[:, at.GROUP] = np.where(rows[:, at.GROUP] == CRANKS_GROUP, 0, rows[:, at.GROUP] + rows[:, at.OWN_MODE])
+    return Bodies(**joined)
 
 
 def whole_body(shapes: Array, mode: int, port: int, frame: int, rate: float) -> Bodies:

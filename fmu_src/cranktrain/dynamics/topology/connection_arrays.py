@@ -18,8 +18,9 @@ from cranktrain.dynamics.topology.records import FrameNumbers, Links
 from cranktrain.dynamics.topology.spring import load_law
 from cranktrain.dynamics.topology.terms import PORTS, Direction, Term, terms_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Connection, End, Frame, Topology
+from cranktrain.film.laws import films as on
 from cranktrain.film.laws.bearings import enter
-from cranktrain.film.laws.films import CLOSES, MASS, MEMORY, TELLS_RATE, VISCOUS, WARMS, Films, IntArray, no_films
+from cranktrain.film.laws.films import Films, IntArray, no_films
 from cranktrain.film.laws.parameters import COLUMNS
 
 KINDS = {
@@ -60,12 +61,15 @@ def connection_arrays(
     groups = {CRANK: -1, BLOCK: -1} | dict(grouped)
     rows: list[list[float]] = []
     leans: list[list[float]] = []
-    oil: list[float] = []
-    kept: list[Piece] = []
     parts: list[FilmParts] = []
+    pieces = [
+        (connection, frames, piece)
+        for connection in topology.connections
+        for frames in [[topology.end_frame(end) for end in connection.ends]]
+        for piece in pieces_of(connection, *frames)
+    ]
     shown += [(at.OTHERS + names.index(body.name), *kind) for body in topology.bodies for kind in BODY_KINDS]
-    for connection, piece in _all_pieces(topology):
-        frames = [topology.end_frame(end) for end in connection.ends]
+    for connection, frames, piece in pieces:
         size = len(piece.components)
         ports, senses = [], []
         for end, frame in zip(connection.ends, frames, strict=True):
@@ -75,7 +79,8 @@ def connection_arrays(
         rows.append([
             size, *[0] * 4, piece.pairs, ports[0], model.NO_PORT, ports[1], model.NO_PORT, model.OF_TERMS, 0,
             numbers_of[piece.axes], piece.axes.sense, *senses, *(numbers_of[frame] for frame in frames), piece.rubs,
-            piece.cylinder - 1, piece.kernel is gas_law, piece.kernel is load_law or piece.carried, piece.input,
+            piece.cylinder - 1, piece.kernel is load_law or piece.carried, piece.input,
+            model.GAS_WORK if piece.kernel is gas_law else model.LINKS_LOSS, model.LINKS_LOSS,
             model.NO_PORT, model.NO_PORT,
         ])  # fmt: skip
         leans += _leans(connection, frames, port_of, numbers_of, before + len(rows) - 1)
@@ -98,16 +103,12 @@ def connection_arrays(
             bodies = [taken[term.body] for term in own]
             found[-1].append(_Component(scale, slide, entries, bodies, {groups[term.body] for term in own}))
         shown += [(before + len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
-        oil.append(piece.viscosity)
-        kept.append(piece)
         held = connection.ends[0]
+        body = reduced_of.get(held.body)
+        first = np.zeros(3) if body is None else body.positions[body.index(held.interface)] + held.offset
+        at_pin = held.body == CRANK and held.interface.startswith("pin[")
         parts.append(
-            films_of._replace(
-                at_main=at_main(connection.ends),
-                at_pin=held.body == CRANK and held.interface.startswith("pin["),
-                first=_position(held, reduced_of),
-                connection=connection.name,
-            )
+            films_of._replace(at_main=at_main(connection.ends), at_pin=at_pin, first=first, connection=connection.name)
         )
         if piece.has_mass and connection.ends[1].body != GROUND:
             raise InputError(
@@ -115,6 +116,7 @@ def connection_arrays(
                 "ground, or rod and piston as bodies of their own"
             )
     # Laws of films read the rows of all bearings, so rows of other laws are filled with valid values.
+    kept = [piece for _, _, piece in pieces]
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     films = _table(bearings, COLUMNS)
@@ -136,8 +138,8 @@ def connection_arrays(
         np.array([one.scale for one in laid], dtype=float), np.array([j for one in meets for j in one], dtype=np.int64),
         np.cumsum([0, *map(len, meets)]).astype(np.int64), np.array([-1 in one.groups for one in laid], dtype=np.int64),
         _table([one.slide for one in laid], at.SLIDES), _table(leans, at.LEAN), _table(interfaces, at.INTERFACE),
-        loaded.astype(float), films, np.array(oil, dtype=float), np.array([piece.tilt for piece in kept]),
-        _table(shown, at.SHOWN),
+        loaded.astype(float), films, np.array([piece.viscosity for piece in kept]),
+        np.array([piece.tilt for piece in kept]), _table(shown, at.SHOWN),
     )  # fmt: skip
     return arrays, _table(rows, model.CONNECTION).astype(np.int64), _laws(kept, films, parts)
 
@@ -153,17 +155,11 @@ def _laws(pieces: Sequence[Piece], bearings: Array, parts: Sequence[FilmParts]) 
             raise InputError(f"connection '{made.connection}': {error}") from None
         enter(films, piece.kernel, record, [number])
         films.entry[number, 2] = number if made_late and piece.parameters is not None else 0
-        films.traits[number, [CLOSES, VISCOUS, WARMS, TELLS_RATE, MASS]] = (
+        films.traits[number, [on.CLOSES, on.VISCOUS, on.WARMS, on.TELLS_RATE, on.MASS]] = (
             piece.closes, piece.told_oil, piece.told_speed, piece.tells_rate, piece.has_mass,
         )  # fmt: skip
-        films.traits[number, MEMORY] = 0.0 if piece.memory is None else piece.memory(record)
+        films.traits[number, on.MEMORY] = 0.0 if piece.memory is None else piece.memory(record)
     return films
-
-
-def _position(end: End, reduced_of: Mapping[str, ReducedBody | None]) -> Array:
-    """Position (3,) of an end in the frame of its body, m; 0 on the ground."""
-    body = reduced_of.get(end.body)
-    return np.zeros(3) if body is None else body.positions[body.index(end.interface)] + end.offset
 
 
 def at_main(ends: Sequence[End]) -> bool:
@@ -228,14 +224,6 @@ def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_o
         return [-1.0, -1.0, 0.0, 0.0, 0.0]
     first, along = pair[0].frame, pair[0].sign * pair[0].along
     return [*(numbers_of[frame] for frame in frames), numbers_of[first], along[0], first.sense * along[1]]
-
-
-def _all_pieces(topology: Topology) -> list[tuple[Connection, Piece]]:
-    return [
-        (connection, piece)
-        for connection in topology.connections
-        for piece in pieces_of(connection, *(topology.end_frame(end) for end in connection.ends))
-    ]
 
 
 def _table(rows: Sequence[Any], columns: int) -> Array:

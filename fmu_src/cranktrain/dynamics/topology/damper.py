@@ -36,11 +36,6 @@ def damper_record(damper: Damper) -> DamperRecord:
     return DamperRecord(damper_parameters(damper, float(table[1, 0])), damper_constants(damper), table)
 
 
-def told_damper(parameters: Array) -> DamperRecord:
-    """Data of a damper whose ``parameters`` (PARAMETERS,) are prepared with the model."""
-    return DamperRecord(parameters, np.zeros(0), np.zeros((2, 0)))
-
-
 _read = record_reader(DamperRecord(np.zeros(1), np.zeros(1), np.zeros((1, 1))))
 
 

@@ -26,12 +26,12 @@ from cranktrain.dynamics.topology.bearings import (
     roller_pieces,
     thrust_pieces,
 )
-from cranktrain.dynamics.topology.belt import belt_law, belt_record, strands
+from cranktrain.dynamics.topology.belt import BeltRecord, belt_law, strands
 from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
 from cranktrain.dynamics.topology.damper import damper_law
 from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
-from cranktrain.dynamics.topology.liner import liner_law, liner_record
+from cranktrain.dynamics.topology.liner import LinerRecord, liner_law
 from cranktrain.dynamics.topology.own_law import own_pieces
 from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, FilmParts, Piece, between
 from cranktrain.dynamics.topology.slider_crank import HEIGHT, SIDE, SPEED, slider_crank_law, slider_crank_record
@@ -59,6 +59,7 @@ from cranktrain.engine.connections import (
 )
 from cranktrain.engine.model import optional_fields
 from cranktrain.engine.quantities import check_values, mm, need
+from cranktrain.loads.piston_guidance import skirt_parameters
 
 
 @dataclass(frozen=True)
@@ -176,16 +177,21 @@ def _as_field(kind: Any, value: Any, where: str) -> Any:
     return value
 
 
-def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
-    """Tangential, radial and axial motion of the first gear's pitch point relative to the second gear's pitch point."""
+def _centres(what: str, first: Frame, second: Frame) -> tuple[Array, float, tuple[float, float]]:
+    """Direction (3,) from the first axis to the second, distance (m) and speeds over the crank's; ``InputError``."""
     apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
     distance = float(np.linalg.norm(apart))
     speeds = first.sense * first.rate, second.sense * second.rate
     if distance < SAME or 0.0 in speeds:
-        raise InputError("gears need two frames that turn, with axes apart; give the frames ratio and axis")
+        raise InputError(f"{what} two frames that turn, with axes apart; give the frames ratio and axis")
+    return apart / distance, distance, speeds
+
+
+def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
+    """Tangential, radial and axial motion of the first gear's pitch point relative to the second gear's pitch point."""
+    towards, distance, speeds = _centres("gears need", first, second)
     if speeds[0] * speeds[1] > 0.0 and abs(speeds[0] - speeds[1]) < SAME:
         raise InputError("gears of frames that turn alike do not mesh; give one of them another ratio")
-    towards = apart / distance
     # At the pitch point P the velocities of both frames are equal, ω₁ × (P − C₁) = ω₂ × (P − C₂).
     arm = -distance * speeds[1] / (speeds[0] - speeds[1])
     along = np.cross(unit(2), towards)
@@ -276,23 +282,18 @@ def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
         ("force.upper", "force", 0), ("force.lower", "force", 1), ("friction", "force", 2), ("gap.upper", "place", 0),
         ("gap.lower", "place", 1), ("speed", "velocity", 2),
     )  # fmt: skip
-    return [Piece(components, [LENGTH] * 3, liner_law, liner_record(liner), outputs=outputs, holds=2)]
+    return [Piece(components, [LENGTH] * 3, liner_law, LinerRecord(skirt_parameters(liner)), outputs=outputs, holds=2)]
 
 
 def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
     """Piece of a belt: first the strand that runs onto the rotating first pulley, then the strand that leaves it."""
-    apart = np.array([*second.axis, 0.0]) - np.array([*first.axis, 0.0])
-    distance = float(np.linalg.norm(apart))
-    speeds = first.sense * first.rate, second.sense * second.rate
-    if distance < SAME or 0.0 in speeds:
-        raise InputError("a belt needs two frames that turn, with axes apart; give the frames ratio and axis")
+    towards, distance, speeds = _centres("a belt needs", first, second)
     radii, crossed = (belt.radius, belt.radius * abs(speeds[0] / speeds[1])), speeds[0] * speeds[1] < 0.0
     if sum(radii) >= distance:
         raise InputError(
             f"pulleys of {1e3 * radii[0]:.4g} and {1e3 * radii[1]:.4g} mm radius have no room on axes "
             f"{1e3 * distance:.4g} mm apart; give a smaller radius"
         )
-    towards = apart / distance
     axes = np.column_stack((towards, np.cross(unit(2), towards), unit(2)))
     found = strands(distance, radii, crossed)
     components = [
@@ -301,7 +302,15 @@ def _belt(belt: Belt, first: Frame, second: Frame) -> list[Piece]:
         for way, on_first, on_second in (found if speeds[0] > 0.0 else found[::-1])
     ]  # fmt: skip
     outputs = (("tension.running_on", "force", 0), ("tension.running_off", "force", 1))
-    return [Piece(components, [LENGTH, LENGTH], belt_law, belt_record(belt), outputs=outputs)]
+    return [
+        Piece(
+            components,
+            [LENGTH, LENGTH],
+            belt_law,
+            BeltRecord(np.array([belt.tension, belt.stiffness, belt.damping])),
+            outputs=outputs,
+        )
+    ]
 
 
 def _slider_crank(given: SliderCrank, pin: Frame, cylinder: Frame) -> list[Piece]:

@@ -11,10 +11,9 @@ import numpy as np
 
 from cranktrain.core.kernel import law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.connections import Liner
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY
 from cranktrain.film.laws.films import FRICTION as RUBBING_TORQUE
-from cranktrain.loads.piston_guidance import FRICTION, SLIDING, layer_force, liner_friction, skirt_parameters
+from cranktrain.loads.piston_guidance import FRICTION, SLIDING, layer_force, liner_friction
 
 ALONG = 2
 
@@ -23,11 +22,6 @@ class LinerRecord(NamedTuple):
     """Data of one piston in its liner."""
 
     law: Array  # (9,) parameters of the skirt, see skirt_parameters
-
-
-def liner_record(liner: Liner) -> LinerRecord:
-    """Data of a piston in its liner."""
-    return LinerRecord(skirt_parameters(liner))
 
 
 _read = record_reader(LinerRecord(np.zeros(1)))

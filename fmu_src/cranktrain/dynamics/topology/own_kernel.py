@@ -17,7 +17,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import OPTIONS, Kernel, compiler, record_reader
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, NUMBERS, OBSERVE, RUBBING, SIZE
+from cranktrain.film.laws import films as on
 
 MOST_AXES = 4
 OF_SCALE, OF_VALUE = 1.0e-3, 1.0e-6
@@ -208,7 +208,7 @@ def _whole(law: Function, answer: Any) -> Any:
     """Compile the law's kernel for the argument types of all laws."""
     made = _jit(_kernel(answer, len(law.axes), law.tangent is not None))
     numba = compiler()
-    place, other, memory, out = np.zeros(4), np.zeros(NUMBERS), np.zeros(1), np.zeros(SIZE)
+    place, other, memory, out = np.zeros(4), np.zeros(on.NUMBERS), np.zeros(1), np.zeros(on.SIZE)
     made.compile(tuple(map(numba.typeof, (0, 0, 0, place, place, other, memory, out))))
     return made
 
@@ -235,14 +235,14 @@ def _kernel(answer: Any, size: int, exact: bool) -> Callable[..., Any]:
     def own_law(record, action, i, place, velocity, numbers, memory, out):
         own = _read(record)
         exchange = own.exchange
-        for k in range(SIZE):
+        for k in range(on.SIZE):
             out[k] = 0.0
         for r in range(size):
             out[r] = math.nan  # the value stays NaN if compiled code raises an exception
             exchange[r] = place[r]
             exchange[VELOCITY_AT + r] = velocity[r]
-        exchange[ANGLE_AT] = numbers[ANGLE]
-        exchange[SPEED_AT] = numbers[RUBBING]
+        exchange[ANGLE_AT] = numbers[on.ANGLE]
+        exchange[SPEED_AT] = numbers[on.RUBBING]
         for k in range(1, own.values.shape[0]):
             exchange[VALUES_AT + k - 1] = own.values[k]
         status = evaluate(exchange)
@@ -250,18 +250,18 @@ def _kernel(answer: Any, size: int, exact: bool) -> Callable[..., Any]:
             return FAILURE
         for r in range(size):
             out[r] = exchange[FORCE_AT + r]
-        if action == OBSERVE:
+        if action == on.OBSERVE:
             return 0
         if exact:
             for r in range(size):
                 for s in range(size):
-                    out[BY_PLACE + 4 * r + s] = exchange[BY_PLACE_AT + 4 * r + s]
-                    out[BY_VELOCITY + 4 * r + s] = exchange[BY_VELOCITY_AT + 4 * r + s]
+                    out[on.BY_PLACE + 4 * r + s] = exchange[BY_PLACE_AT + 4 * r + s]
+                    out[on.BY_VELOCITY + 4 * r + s] = exchange[BY_VELOCITY_AT + 4 * r + s]
             return 0
         for s in range(2 * size):
             at = s if s < size else VELOCITY_AT + s - size
             unit = own.scale[s] if s < size else RATE * own.scale[s - size]
-            to = BY_PLACE + s if s < size else BY_VELOCITY + s - size
+            to = on.BY_PLACE + s if s < size else on.BY_VELOCITY + s - size
             middle = exchange[at]
             step = OF_SCALE * unit + OF_VALUE * abs(middle)
             exchange[at] = middle + step

@@ -1,7 +1,9 @@
 """Pieces of a connection, each with up to four components of motion and their force law."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -9,8 +11,10 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.terms import Direction
 from cranktrain.dynamics.topology.values import REST, Frame
 from cranktrain.engine.parts import BigEndBearing, JournalBearing, Oil
-from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.table.database import FilmTable
+
+if TYPE_CHECKING:
+    from cranktrain.film.elastic.bore_compliance import BoreCompliance
+    from cranktrain.film.table.database import FilmTable
 
 LENGTH, ANGLE = 5.0e-5, 1.0e-3
 """Motion (m, rad) that counts like one clearance in convergence tests of a connection without a clearance."""

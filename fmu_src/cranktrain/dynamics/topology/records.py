@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-import numpy as np
-
 from cranktrain.core.kernel import record
-from cranktrain.core.memory import zeros
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.pieces import FilmParts
@@ -100,22 +97,6 @@ class Base(NamedTuple):
     rows: int = 0
     films: FilmParts = FilmParts()
     joined: Mapping[str, Array] = MappingProxyType({})
-
-
-def linear_work(bodies: Bodies, slots: int) -> Linear:
-    """Workspace for the linear part of all bodies, for so many step sizes."""
-    n, w = bodies.gyroscopic.shape
-    m, v = bodies.shapes.shape[0], bodies.transposed.shape[1]
-    return Linear(zeros((w, w)), zeros((slots, n, w)), zeros((slots, m, w)), zeros((slots, m, v)))
-
-
-def link_work(bodies: Bodies, links: Links, ports: int, newton: int) -> LinkWork:
-    """Workspace for a model with ``ports`` ports and ``newton`` components of motion in all."""
-    z = zeros
-    return LinkWork(
-        z((len(links.frames), at.MOVED)), z((len(links.terms), 2)), z((at.GAPS, len(links.scales))), z(ports),
-        z((len(bodies.rows), 2)), z((1, -4 * (-newton // 4))), np.full(at.SIZES, np.nan),
-    )  # fmt: skip
 
 
 class FrameNumbers(dict[Frame, int]):

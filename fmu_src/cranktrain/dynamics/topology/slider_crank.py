@@ -21,34 +21,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.crank_pin import accelerate, cylinder_axes, in_space, pin_motion
 from cranktrain.engine.connections import SliderCrank
-from cranktrain.film.laws.films import (
-    ACCELERATION,
-    BY_INNER,
-    BY_PLACE,
-    COS,
-    COUPLE,
-    ECCENTRICITY,
-    FOLLOWED,
-    FRICTION,
-    FROZEN,
-    GAS_POWER,
-    GRAVITY,
-    INERTANCE,
-    INNER,
-    KINETIC,
-    OBSERVE,
-    P_MAX,
-    PRESSURE,
-    RATIO,
-    SIN,
-    SLOPE,
-    TWIST,
-    TWIST_CHANGE,
-    TWIST_RATE,
-    WALL,
-    WHIRL,
-    WHIRL_CHANGE,
-)
+from cranktrain.film.laws import films as on
 from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_change, force_on_pin, hang
 from cranktrain.loads.piston_guidance import HEIGHT as LAYER_HEIGHT
 from cranktrain.loads.piston_guidance import UNBALANCE, layer_force, liner_friction
@@ -67,16 +40,17 @@ from cranktrain.loads.slider_crank import (
 
 # Figures of the law, in slots of a bearing's figures: distance of the piston pin from the crank's axis (m), its rate
 # (m/s), and the force of the piston on its cylinder across it (N).
-HEIGHT, SPEED, SIDE = P_MAX, P_MAX + 1, P_MAX + 2
+HEIGHT, SPEED, SIDE = on.P_MAX, on.P_MAX + 1, on.P_MAX + 2
 # With OBSERVE, in place of the tangents:
 # RISING: rate of the piston pin along its leaning liner, m/s; the liner's own rise is not subtracted.
 # LATERAL, TILT: displacement across the liner at the height of the pin, m, and tilt relative to the liner, rad.
-# FRICTION_ALONG, SKIRT_LOSS: friction of the piston on its liner, N, and power lost in its springs, W.
+# FRICTION_ALONG, LINER_LOSS: friction of the piston on its liner, N, and the power that it takes, W.
+# SKIRT_LOSS: power lost in the springs of the skirt, W.
 # KNUCKLE: force (2) of the rod on its own pin, along the axes of its cylinder, N.
 # HELD: side force of an articulated rod on the master's piston, N.
 # ON_PIN: force (2) on the crank pin along the axes of its frame, N.
-RISING, LATERAL, TILT, FRICTION_ALONG, SKIRT_LOSS, KNUCKLE = range(BY_PLACE, BY_PLACE + 6)
-HELD, ON_PIN = KNUCKLE + 2, KNUCKLE + 3
+RISING, LATERAL, TILT, FRICTION_ALONG, SKIRT_LOSS, KNUCKLE = range(on.BY_PLACE, on.BY_PLACE + 6)
+HELD, ON_PIN, LINER_LOSS = KNUCKLE + 2, KNUCKLE + 3, KNUCKLE + 5
 # Positions in a record's room: motion of an articulated rod's end in axes of its cylinder, motion of the pin in axes of
 # the master's cylinder, result of rod_force, and of a spring layer.
 OF_END, OF_MASTER, OF_ROD, OF_LAYER, ROOM = 0, 6, 18, 31, 34
@@ -141,13 +115,13 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
         # The one component is the rotation, which the numbers hold as well.
         x0 = own.pins[i, 0]
         y0 = own.pins[i, 1]
-        turned = numbers[TWIST], numbers[TWIST_RATE], numbers[TWIST_CHANGE]
-        in_space(-turned[0] * y0, turned[0] * x0, -turned[1] * y0, turned[1] * x0, numbers[WHIRL], place, velocity)
+        turned = numbers[on.TWIST], numbers[on.TWIST_RATE], numbers[on.TWIST_CHANGE]
+        in_space(-turned[0] * y0, turned[0] * x0, -turned[1] * y0, turned[1] * x0, numbers[on.WHIRL], place, velocity)
         accelerate(-turned[1] * y0, turned[1] * x0, -turned[2] * y0, turned[2] * x0, place, numbers)
     x, y, vx, vy, ax, ay, more_x, more_y = pin_motion(own.pins[i], place, velocity, numbers)
     hung = rod[at.MASTER] >= 0.0
     bank = own.rods[int(rod[at.MASTER])] if hung else rod
-    cos, sin = cylinder_axes(bank, numbers[COS], numbers[SIN])
+    cos, sin = cylinder_axes(bank, numbers[on.COS], numbers[on.SIN])
     # Motion of the rod's end across and along its cylinder.
     across, along = cos * x - sin * y, sin * x + cos * y
     across_v, along_v = cos * vx - sin * vy, sin * vx + cos * vy
@@ -158,49 +132,58 @@ def slider_crank_law(record, action, i, place, velocity, numbers, memory, out):
         hang(rod[at.JOINT :], end, own.room[OF_MASTER:])
         across, along, across_v, along_v, across_a, along_a = end[X], end[Y], end[VX], end[VY], end[AX], end[AY]
     end_motion = across, along, across_v, along_v, across_a, along_a
-    for k in range(ECCENTRICITY):
+    for k in range(on.ECCENTRICITY):
         out[k] = 0.0
     side, reach = piston_forces(own, i, end_motion, place, velocity, numbers, action, out)
-    g_x = numbers[GRAVITY] * own.up[i, 0]
-    g_y = numbers[GRAVITY] * own.up[i, 1]
+    g_x = numbers[on.GRAVITY] * own.up[i, 0]
+    g_y = numbers[on.GRAVITY] * own.up[i, 1]
     m_b = rod[at.M_BIG]
     found[0] -= m_b * (across_a + g_x)
     found[1] -= m_b * (along_a + g_y)
     found[BY_ACCELERATION] -= m_b
     found[BY_ACCELERATION + 3] -= m_b
-    tangent = out[BY_PLACE:]
-    if action == OBSERVE:
+    tangent = out[on.BY_PLACE :]
+    if action == on.OBSERVE:
         out[KNUCKLE] = found[0]
         out[KNUCKLE + 1] = found[1]
-    elif numbers[FROZEN] != 0.0:
+    elif numbers[on.FROZEN] != 0.0:
         pass
     elif hung:
         knuckle_tangent(rod[at.JOINT :], own.room[OF_MASTER:], numbers, found, cos, sin, tangent)
     else:
-        pin_tangent(found, numbers[RATIO], numbers[INERTANCE], numbers[WHIRL], numbers[WHIRL_CHANGE], cos, sin, tangent)
+        pin_tangent(
+            found,
+            numbers[on.RATIO],
+            numbers[on.INERTANCE],
+            numbers[on.WHIRL],
+            numbers[on.WHIRL_CHANGE],
+            cos,
+            sin,
+            tangent,
+        )
     if hung:
         found[0], found[1], share = force_on_pin(rod[at.JOINT :], own.room[OF_MASTER:], found)
-        if action == OBSERVE:
+        if action == on.OBSERVE:
             out[HELD] = share
-    if numbers[SLOPE] != 0.0 and numbers[FROZEN] == 0.0 and action != OBSERVE:
-        gas_tangent(own, rod, numbers[SLOPE], side / reach, (x, y), cos, sin, tangent)
+    if numbers[on.SLOPE] != 0.0 and numbers[on.FROZEN] == 0.0 and action != on.OBSERVE:
+        gas_tangent(own, rod, numbers[on.SLOPE], side / reach, (x, y), cos, sin, tangent)
     force_x = cos * found[0] + sin * found[1]
     force_y = cos * found[1] - sin * found[0]
-    if action == OBSERVE:
+    if action == on.OBSERVE:
         out[ON_PIN] = force_x
         out[ON_PIN + 1] = force_y
     if held:
         out[0] = x * force_y - y * force_x
-        if action != OBSERVE:
+        if action != on.OBSERVE:
             # The pin moves along its circle, while the force keeps its direction.
             by_x = x * tangent[ROW] - y * tangent[0]
             by_y = x * tangent[ROW + 1] - y * tangent[1]
             tangent[0] = x * by_y - y * by_x - x * force_x - y * force_y
-        out[FRICTION] = 0.0
+        out[on.FRICTION] = 0.0
         return 0
     out[0] = force_x
     out[1] = force_y
-    out[FRICTION] = more_x * force_y - more_y * force_x
+    out[on.FRICTION] = more_x * force_y - more_y * force_x
     return 0
 
 
@@ -218,13 +201,13 @@ def piston_forces(own, i, end_motion, place, velocity, numbers, action, out):
     side = across - rod[at.OFFSET]
     rate = across_v
     change = across_a
-    gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
-    g_y = numbers[GRAVITY] * own.up[i, 1]
+    gas = numbers[on.PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
+    g_y = numbers[on.GRAVITY] * own.up[i, 1]
     down = gas
     if guided:
-        side -= place[INNER]
-        rate -= velocity[INNER]
-        change -= numbers[ACCELERATION + 2]
+        side -= place[on.INNER]
+        rate -= velocity[on.INNER]
+        change -= numbers[on.ACCELERATION + 2]
         down = skirt_forces(own, i, (side, rate, along, along_v), place, velocity, numbers, action, out)
     rod_force(
         side + rod[at.OFFSET], along, rate, along_v, change, along_a, down, rod[at.ROD], 0.0, rod[at.M_OSC],
@@ -232,27 +215,27 @@ def piston_forces(own, i, end_motion, place, velocity, numbers, action, out):
     )  # fmt: skip
     reach = found[PISTON] - along
     # The friction torque of the big end's film on the rod is balanced by forces at the piston's guide and the big end.
-    balance = numbers[COUPLE] / reach if numbers[COUPLE] != 0.0 else 0.0
+    balance = numbers[on.COUPLE] / reach if numbers[on.COUPLE] != 0.0 else 0.0
     if guided:
         weight = found[PISTON_ACCELERATION] + g_y
-        out[INNER] -= found[0] + balance
-        out[INNER + 1] += weight * (own.guidance[UNBALANCE] * place[INNER + 1] - rod[at.OFFSET] * rod[at.M_SMALL])
-        out[INNER + 1] -= rod[at.OFFSET] * found[1]
-        if action != OBSERVE:
-            of_rod = found[BY_X] + numbers[RATIO] * found[BY_VX] + numbers[INERTANCE] * found[BY_ACCELERATION]
-            out[BY_INNER] += of_rod
+        out[on.INNER] -= found[0] + balance
+        out[on.INNER + 1] += weight * (own.guidance[UNBALANCE] * place[on.INNER + 1] - rod[at.OFFSET] * rod[at.M_SMALL])
+        out[on.INNER + 1] -= rod[at.OFFSET] * found[1]
+        if action != on.OBSERVE:
+            of_rod = found[BY_X] + numbers[on.RATIO] * found[BY_VX] + numbers[on.INERTANCE] * found[BY_ACCELERATION]
+            out[on.BY_INNER] += of_rod
     else:
-        out[SIDE] = -found[0] - rod[at.M_OSC] * numbers[GRAVITY] * own.up[i, 0]
-        out[GAS_POWER] = -gas * found[PISTON_VELOCITY]
-        if action == OBSERVE:
+        out[SIDE] = -found[0] - rod[at.M_OSC] * numbers[on.GRAVITY] * own.up[i, 0]
+        out[on.GAS_POWER] = -gas * found[PISTON_VELOCITY]
+        if action == on.OBSERVE:
             out[RISING] = found[PISTON_VELOCITY]
     found[0] += balance
     out[HEIGHT] = found[PISTON]
     out[SPEED] = found[PISTON_VELOCITY]
-    if action == OBSERVE:
+    if action == on.OBSERVE:
         swing = rate / reach
         moving = rod[at.M_OSC] * out[SPEED] * out[SPEED] + rod[at.M_BIG] * (across_v * across_v + along_v * along_v)
-        out[KINETIC] = 0.5 * (moving + rod[at.DELTA_J] * swing * swing)
+        out[on.KINETIC] = 0.5 * (moving + rod[at.DELTA_J] * swing * swing)
     return side, reach
 
 
@@ -267,10 +250,10 @@ def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
     rod = own.rods[i]
     law = own.guidance
     layer = own.room[OF_LAYER:]
-    wall = numbers[WALL:]
+    wall = numbers[on.WALL :]
     followed = rod[at.LINER_PORT] >= 0.0
     side, side_rate, along, along_v = end_motion
-    gas = numbers[PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
+    gas = numbers[on.PRESSURE] * rod[at.AREA] * rod[at.OWN_ROD]
     lower = own.liners[i, 1]
     length = own.liners[i, 0] - lower
     reach = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
@@ -287,8 +270,8 @@ def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
     lost = 0.0
     for k in range(2):
         above = law[LAYER_HEIGHT + k]
-        gap = place[INNER] - place[INNER + 1] * above
-        gap_rate = velocity[INNER] - velocity[INNER + 1] * above
+        gap = place[on.INNER] - place[on.INNER + 1] * above
+        gap_rate = velocity[on.INNER] - velocity[on.INNER + 1] * above
         if followed:
             # Position of the piston along the liner, which has moved itself.
             share = (height + above - wall[RISE] - lower) / length
@@ -301,35 +284,36 @@ def skirt_forces(own, i, end_motion, place, velocity, numbers, action, out):
         pressing += layer[0]
         tilting += above * layer[0]
         lost -= layer[0] * gap_rate
-        by = layer[1] + numbers[RATIO] * layer[2]
-        out[BY_INNER] += by
-        out[BY_INNER + 1] -= above * by
-        out[BY_INNER + ROW] -= above * by
-        out[BY_INNER + ROW + 1] += above * above * by
+        by = layer[1] + numbers[on.RATIO] * layer[2]
+        out[on.BY_INNER] += by
+        out[on.BY_INNER + 1] -= above * by
+        out[on.BY_INNER + ROW] -= above * by
+        out[on.BY_INNER + ROW + 1] += above * above * by
     rubbing = liner_friction(law, upper, pressing - upper, rate)
     push = gas - rubbing
     down = push + slope * pressing
     foot = wall[1] - slope * lower if followed else 0.0
     foot_rate = wall[RATES + 1] - turning * lower if followed else 0.0
-    rising = rate + slope * (velocity[INNER] - foot_rate - turning * height) + turning * (place[INNER] - foot)
+    rising = rate + slope * (velocity[on.INNER] - foot_rate - turning * height) + turning * (place[on.INNER] - foot)
     across = pressing - slope * push
-    out[INNER] = across
-    out[INNER + 1] = -tilting
+    out[on.INNER] = across
+    out[on.INNER + 1] = -tilting
     out[SIDE] = -pressing
-    out[GAS_POWER] = -gas * rising
+    out[on.GAS_POWER] = -gas * rising
     if followed:
         # Reaction on the block of the forces of liner and gas on the piston, with its moment about the block's axis.
         block_x = wall[AXIS] * rod[at.COS_BANK] + wall[AXIS + 1] * rod[at.SIN_BANK]
         block_y = wall[AXIS + 1] * rod[at.COS_BANK] - wall[AXIS] * rod[at.SIN_BANK]
-        moment = (block_x - place[INNER]) * down + block_y * across - height * across - tilting
-        out[FOLLOWED] = (moment + lower * across) / length
-        out[FOLLOWED + 1] = -across - out[FOLLOWED]
-        out[FOLLOWED + 2] = down - gas
-    if action == OBSERVE:
+        moment = (block_x - place[on.INNER]) * down + block_y * across - height * across - tilting
+        out[on.FOLLOWED] = (moment + lower * across) / length
+        out[on.FOLLOWED + 1] = -across - out[on.FOLLOWED]
+        out[on.FOLLOWED + 2] = down - gas
+    if action == on.OBSERVE:
         out[RISING] = rising
-        out[LATERAL] = place[INNER] - foot - slope * height
-        out[TILT] = place[INNER + 1] + slope
+        out[LATERAL] = place[on.INNER] - foot - slope * height
+        out[TILT] = place[on.INNER + 1] + slope
         out[FRICTION_ALONG] = -rubbing
+        out[LINER_LOSS] = -rubbing * (rising - wall[RATES + RISE] if followed else rising)
         out[SKIRT_LOSS] = lost
     return down
 
@@ -341,10 +325,10 @@ def knuckle_tangent(joint, pin, numbers, found, cos, sin, tangent):
     ``found`` is the rod's force on its knuckle pin with its derivatives, ``pin`` the motion of the crank pin in axes of
     the master's cylinder, ``cos`` and ``sin`` those of the frame's angle to it.
     """
-    ratio = numbers[RATIO]
-    omega = numbers[WHIRL]
-    alpha = numbers[INERTANCE] - omega * omega
-    beta = 2.0 * omega * ratio + numbers[WHIRL_CHANGE]
+    ratio = numbers[on.RATIO]
+    omega = numbers[on.WHIRL]
+    alpha = numbers[on.INERTANCE] - omega * omega
+    beta = 2.0 * omega * ratio + numbers[on.WHIRL_CHANGE]
     for j in range(2):
         x = 1.0 - j
         y = 1.0 * j

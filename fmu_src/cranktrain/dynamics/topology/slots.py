@@ -4,7 +4,7 @@
 OF_CRANK, OF_BLOCK, OTHERS = range(3)
 # Columns of ``Bodies.rows``:
 # MODE, MODES, PORT, PORTS: first mode and first port of the body in the model, and numbers of its modes and ports.
-# OWN_MODE, OWN_PORT: first row of the body in the tables of modes and in those of ports.
+# OWN_MODE: first row of the body in the tables of modes; in those of ports it is PORT.
 # FRAME_OF, SENSE: number of the body's frame; 1, or −1 if the frame turns backwards.
 # CARRIED, TIED: 1 if the body moves with the block; 1 if gears, couplings or its frame move it with the crank, but 0 if
 # its motion is part of the crank's modes.
@@ -14,8 +14,8 @@ OF_CRANK, OF_BLOCK, OTHERS = range(3)
 # GROUP_PORT, GROUP_PORTS: first port of the group and number of its ports.
 # SWINGS: 1 if the body's frame does not turn uniformly with the crank.
 # WHIRLS: 1 if rotation couples modes of the body, by gyroscopic or centrifugal terms.
-MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, FRAME_OF, SENSE, CARRIED, TIED = range(10)
-GROUP, ENDS_GROUP, GROUP_PORT, GROUP_PORTS, SWINGS, WHIRLS, BODY = range(10, 17)
+MODE, MODES, PORT, PORTS, OWN_MODE, FRAME_OF, SENSE, CARRIED, TIED = range(9)
+GROUP, ENDS_GROUP, GROUP_PORT, GROUP_PORTS, SWINGS, WHIRLS, BODY = range(9, 16)
 # Columns of ``Bodies.constants``:
 # RATE: mean turns of the body's frame per turn of the crank.
 # MASS: mass of the body, kg.

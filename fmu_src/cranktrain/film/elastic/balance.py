@@ -30,7 +30,7 @@ Masks of 0 and 1 replace branches for nodes that were void, are full, or have su
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.side_by_side import alone, choose, get, most_of, put, spread
+from cranktrain.core.side_by_side import choose, get, lane_count, most_of, put, spread
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
 
@@ -84,7 +84,7 @@ def _face_flows(work, group, position, n_phi, n_z, around, thickens, compressibl
         content = forward * (1.0 + get(nodes, (at.VOID, q + j)))
         content = content - backward * (1.0 + get(nodes, (at.VOID, q_down + j)))
         pressed = around * (h * h) * drop
-        if alone(nodes) and compressible:
+        if lane_count(nodes) == 1 and compressible:
             ahead = _compression_ahead(nodes, forward, backward, around * h * h, q + j, q_down + j)
             put(faces, (at.FACE_AHEAD, f), ahead)
             content = content + compression_carried(nodes, forward, backward, ahead, q + j, q_down + j)
@@ -147,7 +147,7 @@ def _column(work, group, position, n_phi, n_z, width, factors, thickens, compres
         growth = was_full * get(nodes, (at.GROWTH, q))
         kept = was_void + void
         squeeze = was_full * slope
-        if alone(nodes) and compressible:
+        if lane_count(nodes) == 1 and compressible:
             dense = get(nodes, (at.COMPRESSED, q))
             kept = kept + (dense - was_full * get(nodes, (at.START_COMPRESSED, q)))
             growth = (1.0 + dense) * growth
@@ -173,7 +173,7 @@ def _column(work, group, position, n_phi, n_z, width, factors, thickens, compres
             by_down = by_down * get(nodes, (at.MOBILITY, q_down + line))
             by_before = by_before * get(nodes, (at.MOBILITY, q - 1))
             by_after = by_after * get(nodes, (at.MOBILITY, q + 1))
-        if alone(nodes) and compressible:
+        if lane_count(nodes) == 1 and compressible:
             dense = get(nodes, (at.DENSE, q))
             ahead = get(faces, (at.FACE_AHEAD, f))
             ahead_up = get(faces, (at.FACE_AHEAD, f_up))
@@ -261,7 +261,7 @@ def take_sides(film, work, group, unknowns):
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     nodes = work.nodes[group]
     for lane in range(lanes):
         resident = work.marks[group, lane, at.RESIDENT]

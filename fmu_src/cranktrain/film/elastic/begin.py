@@ -3,7 +3,7 @@
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.side_by_side import choose, get, least_of, most_of, plus_product, put, spread
+from cranktrain.core.side_by_side import choose, get, lane_count, least_of, most_of, plus_product, put, spread
 from cranktrain.engine.lubricant import density_factor
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
@@ -11,6 +11,7 @@ from cranktrain.film.elastic.balance import pressure_unit
 from cranktrain.film.elastic.content import GAINED, PREDICTED_ROOM, PREDICTED_VOID
 from cranktrain.film.elastic.gaps import mean_gap
 from cranktrain.film.elastic.weights import column_weights
+from cranktrain.film.elastic.workspace import shape_count
 
 FEWEST = 3
 """Least number of adjacent ruptured columns for a cut of the ring between them."""
@@ -61,7 +62,7 @@ def turn_geometry(film, work, group, lane, cut):
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     shapes = work.shapes[group]
     faces = n_phi * lines
     for position in range(n_phi):
@@ -83,7 +84,7 @@ def turn_geometry(film, work, group, lane, cut):
 def set_lane(film, work, lane, i, viscosity, own):
     """Give a lane the film ``i``: its oil (viscosity in Pa s), and motion and past from the memory ``own`` of films."""
     constants = film.constants
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     lane_values = work.lane
     wide = work.wide
     work.own[lane] = float(i)
@@ -124,7 +125,7 @@ def prepare_step(film, work, group, starts):
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     nodes = work.nodes[group]
     marks = work.marks[group]
     for lane in range(lanes):
@@ -169,7 +170,7 @@ def prepare_stage(film, work, group, content):
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     nodes = work.nodes[group]
     for lane in range(lanes):
         mine = content[int(work.own[lane])]
@@ -208,7 +209,7 @@ def _start_gaps(film, work, group):
 def _start_gap(film, work, group, position, cos, line, q, to, out):
     """Compute the distance of the surfaces at a point of all lanes, in ``out[to]``; ``cos`` is a column of trig."""
     wide = work.wide
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     trig = work.trig[group, position]
     shapes = work.shapes[group, q]
     zeta = film.lines[line, one.ZETA]
@@ -218,7 +219,7 @@ def _start_gap(film, work, group, position, cos, line, q, to, out):
         work.total[c] = (
             1.0 + film.lines[line, one.PROFILE] - x * trig[lanes * cos + c] - y * trig[lanes * (cos + 1) + c]
         )
-    for k in range(int(film.constants[one.N_SHAPES])):
+    for k in range(shape_count(film, work)):
         for c in range(lanes):
             work.total[c] += shapes[lanes * k + c] * work.shifts[at.START_SHIFT, lanes * k + c]
     for c in range(lanes):
@@ -263,8 +264,8 @@ def begin_solution(film, work, group, per_step, per_gain):
     """
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
-    count = int(film.constants[one.N_SHAPES])
-    lanes = work.own.shape[0]
+    count = shape_count(film, work)
+    lanes = lane_count(work.nodes)
     shifts = work.shifts
     for k in range(lanes * count):
         work.steps[at.STEP, k] = shifts[at.SHIFT, k] - shifts[at.START_SHIFT, k]

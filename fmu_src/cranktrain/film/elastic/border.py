@@ -16,6 +16,7 @@ from cranktrain.core.side_by_side import (
     any_lane,
     choose,
     get,
+    lane_count,
     minus_product,
     plus_product,
     put,
@@ -26,6 +27,7 @@ from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
 from cranktrain.film.elastic.balance import pressure_unit
 from cranktrain.film.elastic.grid import BLOCK
+from cranktrain.film.elastic.workspace import shape_count
 
 
 @kernel
@@ -50,6 +52,7 @@ def shape_sources(film, work, group, per_gain):
     faces = work.faces[group]
     shapes = work.shapes[group]
     start = n_phi * lines
+    count = shape_count(film, work)
     for position in range(n_phi):
         up = position - 1 if position > 0 else n_phi - 1
         row = work.rows[position] * n_z
@@ -63,7 +66,7 @@ def shape_sources(film, work, group, per_gain):
             before = get(nodes, (at.BEFORE, q))
             out = free * get(faces, (at.FACE_FLUX, f))
             into = free * get(faces, (at.FACE_FLUX, f_up))
-            for k in range(work.border.shape[0] - 1):
+            for k in range(count):
                 change = minus_product(into * get(shapes, (start + f_up, k)), out, get(shapes, (start + f, k)))
                 change = minus_product(change, own, get(shapes, (q, k)))
                 change = minus_product(change, after, get(shapes, (q + 1, k)))
@@ -119,7 +122,7 @@ def solution_loads(film, work, group, first, to):
     """Compute the generalised forces ∫ S p dA / (p₀ A₀) of eight solutions from ``first`` on, in ``loads``."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
-    n_shapes = int(film.constants[one.N_SHAPES])
+    n_shapes = shape_count(film, work)
     nodes = work.nodes[group]
     for m in range(work.loads.shape[0]):
         for r in range(BLOCK):
@@ -256,9 +259,9 @@ def present_loads(film, work, group, newton):
     nodes = work.nodes[group]
     shapes = work.shapes[group]
     sums = work.sums
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     none = spread(0.0, nodes)
-    count = 4 + int(film.constants[one.N_SHAPES])
+    count = 4 + shape_count(film, work)
     for m in range(count):
         for c in range(lanes):
             sums[lanes * m + c] = 0.0

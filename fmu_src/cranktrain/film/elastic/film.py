@@ -31,10 +31,10 @@ import numpy as np
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.side_by_side import (
-    alone,
     any_lane,
     choose,
     get,
+    lane_count,
     least_of,
     most_of,
     plus_product,
@@ -59,6 +59,7 @@ from cranktrain.film.elastic.border import (
 from cranktrain.film.elastic.gaps import oil_state, open_gaps
 from cranktrain.film.elastic.grid import BLOCK
 from cranktrain.film.elastic.result import film_figures, film_forces
+from cranktrain.film.elastic.workspace import shape_count
 
 CONVERGED, NOT_CONVERGED = 0, 1
 
@@ -110,17 +111,16 @@ def solve_group(film, work, group, clock, own):
         prepare_stage(film, work, group, own.content)
     take_sides(film, work, group, own.unknowns)
     begin_solution(film, work, group, per_step, per_gain)
-    sigma = film.constants[one.ROUGHNESS]
-    most = MOST_ITERATIONS if alone(work.nodes) else MOST_PASSES
-    passes, width = solve_films(film, work, group, sigma, (per_step, per_gain), most)
-    if alone(work.nodes) and work.status[0] == 0.0:
+    most = MOST_ITERATIONS if lane_count(work.nodes) == 1 else MOST_PASSES
+    passes, width = solve_films(film, work, group, film.constants[one.ROUGHNESS], (per_step, per_gain), most)
+    if lane_count(work.nodes) == 1 and work.status[0] == 0.0:
         again, width = _lowered(film, work, group, (per_step, per_gain), own)
         passes += again
         if work.status[0] > 0.0:
             work.status[0] = float(passes)
     tangents = False
     for c in range(wanted.shape[0]):
-        good = work.status[c] > 0.0 and (alone(work.nodes) or _flows(film, work, group, c))
+        good = work.status[c] > 0.0 and (lane_count(work.nodes) == 1 or _flows(film, work, group, c))
         work.asked[c] = wanted[c]
         if not good:
             wanted[c] = 0.0
@@ -132,6 +132,8 @@ def solve_group(film, work, group, clock, own):
     if tangents:
         film_tangents(film, work, group, width, own.out)
     take_last_step(film, work, group)
+    if lane_count(work.nodes) == 1:
+        oil_state(film, work, group)
     film_forces(film, work, group, own.out)
     if figures > 0.0:
         film_figures(film, work, group, own.out)
@@ -141,7 +143,9 @@ def solve_group(film, work, group, clock, own):
 
 @kernel
 def elastic_film(film, work, i, clock, own, viscosity, tangents):
-    """Solve film ``i`` of the memory ``own`` in doubles. Return CONVERGED or NOT_CONVERGED.
+    """Solve film ``i`` of the memory ``own`` in doubles, as group ``i``. Return CONVERGED or NOT_CONVERGED.
+
+    The marks PREPARED and STAGED of the group are 0 at the first solution of a step and of a stage.
 
     Parameters
     ----------
@@ -154,12 +158,11 @@ def elastic_film(film, work, i, clock, own, viscosity, tangents):
         if False, ``own.out`` keeps the tangents of the previous call
     """
     set_lane(film, work, 0, i, viscosity, own)
-    turn_geometry(film, work, 0, 0, 0)
-    work.marks[0, 0, at.PREPARED] = 0.0
-    work.marks[0, 0, at.RESIDENT] = 0.0
+    turn_geometry(film, work, i, 0, 0)
+    work.marks[i, 0, at.RESIDENT] = 0.0
     work.wanted[0] = 1.0
     work.tangents[0] = 1.0 if tangents else 0.0
-    solve_group(film, work, 0, (clock[0], clock[1], 1.0), own)
+    solve_group(film, work, i, (clock[0], clock[1], 1.0), own)
     return int(work.status[0])
 
 
@@ -200,7 +203,7 @@ def arrange(film, work, group, per_step):
     """
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
-    if not alone(work.nodes):
+    if lane_count(work.nodes) > 1:
         return n_z
     lines = n_z + 2
     best = 0
@@ -277,7 +280,7 @@ def _step(film, work, group, passes):
     """Compute the Newton step of active lanes, and end lanes whose step is below the limits."""
     lane = work.lane
     right = work.border.shape[0]
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     present_loads(film, work, group, True)
     border_equations(film, work, 1, 0)
     eliminate(film, work, 1)
@@ -298,7 +301,7 @@ def _reach(film, work, group):
 
     Writes the change of the gap of every node to CHANGE, and the largest relative change to MOST.
     """
-    n_shapes = int(film.constants[one.N_SHAPES])
+    n_shapes = shape_count(film, work)
     nodes = work.nodes[group]
     shapes = work.shapes[group]
     lane = work.lane
@@ -307,7 +310,7 @@ def _reach(film, work, group):
     share = one_
     largest = none
     active = get(lane, at.ACTIVE) > 0.0
-    for q in range(nodes.shape[1] // work.own.shape[0]):
+    for q in range(nodes.shape[1] // lane_count(work.nodes)):
         change = none
         for k in range(n_shapes):
             change = plus_product(change, get(shapes, (q, k)), get(work.steps, (at.STEP, k)))
@@ -325,7 +328,7 @@ def _reach(film, work, group):
         return
     for k in range(n_shapes):
         put(work.steps, (at.STEP, k), share * get(work.steps, (at.STEP, k)))
-    for q in range(nodes.shape[1] // work.own.shape[0]):
+    for q in range(nodes.shape[1] // lane_count(work.nodes)):
         put(nodes, (at.CHANGE, q), share * get(nodes, (at.CHANGE, q)))
 
 
@@ -337,7 +340,7 @@ def _judge(film, work, group):
     none = spread(0.0, lane)
     highest = none
     nodes = work.nodes[group]
-    for q in range(nodes.shape[1] // work.own.shape[0]):
+    for q in range(nodes.shape[1] // lane_count(work.nodes)):
         highest = most_of(get(nodes, (at.PRESSURE, q)), highest)
     put(lane, at.HIGHEST_PRESSURE, highest)
     put(lane, at.CHANGED, none)
@@ -362,17 +365,17 @@ def _advance(film, work, group, mode):
     none = spread(0.0, lane)
     one_ = spread(1.0, lane)
     highest = get(lane, at.HIGHEST_PRESSURE)
-    tiny = TINY if alone(lane) else TINY_SINGLE
-    switch = SWITCH if alone(lane) else SWITCH_SINGLE
+    tiny = TINY if lane_count(lane) == 1 else TINY_SINGLE
+    switch = SWITCH if lane_count(lane) == 1 else SWITCH_SINGLE
     slack = none - switch * highest
-    limit = max(film.constants[one.SIDE_LIMIT], 0.0 if alone(lane) else LEAST_SIDE)
+    limit = max(film.constants[one.SIDE_LIMIT], 0.0 if lane_count(lane) == 1 else LEAST_SIDE)
     beyond = none - limit * highest
     per_highest = 1.0 / choose(highest > 0.0, highest, one_)
     active = get(lane, at.ACTIVE) > 0.0
     thickens = film.constants[one.OIL_STEP] > 0.0
     changed = get(lane, at.CHANGED)
     moved = get(lane, at.MOVED)
-    n_shapes = int(film.constants[one.N_SHAPES])
+    n_shapes = shape_count(film, work)
     for position in range(n_phi):
         row = work.rows[position] * n_z
         for j in range(n_z):
@@ -413,14 +416,14 @@ def _move_gaps(film, work, group, per_gain):
     """Add the step of active lanes to the gaps at nodes and faces and to the shapes."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
-    n_shapes = int(film.constants[one.N_SHAPES])
+    n_shapes = shape_count(film, work)
     nodes = work.nodes[group]
     faces = work.faces[group]
     shapes = work.shapes[group]
     lane = work.lane
     active = get(lane, at.ACTIVE)
     _move_shapes(work, n_shapes, at.ACTIVE)
-    for q in range(nodes.shape[1] // work.own.shape[0]):
+    for q in range(nodes.shape[1] // lane_count(work.nodes)):
         change = active * get(nodes, (at.CHANGE, q))
         put(nodes, (at.FILM, q), get(nodes, (at.FILM, q)) + change)
         put(nodes, (at.GROWTH, q), get(nodes, (at.GROWTH, q)) + per_gain * change)
@@ -435,7 +438,7 @@ def _move_gaps(film, work, group, per_gain):
 @inlined_kernel
 def _move_shapes(work, n_shapes, mask):
     """Add the step of lanes with a mark in row ``mask`` to their shapes."""
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     for k in range(n_shapes):
         for c in range(lanes):
             work.shifts[at.SHIFT, lanes * k + c] += work.lane[lanes * mask + c] * work.steps[at.STEP, lanes * k + c]
@@ -444,13 +447,13 @@ def _move_shapes(work, n_shapes, mask):
 @kernel
 def take_last_step(film, work, group):
     """Apply the last step of converged lanes, after the tangents, which belong to the state before this step."""
-    n_shapes = int(film.constants[one.N_SHAPES])
+    n_shapes = shape_count(film, work)
     nodes = work.nodes[group]
     done = get(work.lane, at.DONE)
     put(work.lane, at.ACTIVE, done)
     _advance(film, work, group, TAKE)
     _move_shapes(work, n_shapes, at.DONE)
-    for q in range(nodes.shape[1] // work.own.shape[0]):
+    for q in range(nodes.shape[1] // lane_count(work.nodes)):
         change = done * get(nodes, (at.CHANGE, q))
         put(nodes, (at.FILM, q), get(nodes, (at.FILM, q)) + change)
         contact = get(nodes, (at.CONTACT, q))
@@ -464,7 +467,7 @@ def take_last_step(film, work, group):
 def film_tangents(film, work, group, width, outs):
     """Compute derivatives of the forces by position and velocity of lanes in ``work.tangents``, in ``outs``."""
     n_z = int(film.constants[one.N_Z])
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     last = work.border.shape[0]
     motion_sources(film, work, group)
     solve_lanes(work.band, int(film.constants[one.N_PHI]) * n_z, width, work.columns, 0)
@@ -496,7 +499,7 @@ def _flows(film, work, group, c):
     if film.constants[one.OIL_STEP] == 0.0:
         return True
     nodes = work.nodes[group]
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     flows = True
     for q in range(nodes.shape[1] // lanes):
         flows = flows and nodes[at.MOBILITY, lanes * q + c] >= LEAST_MOBILITY
@@ -509,7 +512,7 @@ def _write(film, work, group, own, whole):
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     nodes = work.nodes[group]
     for c in range(lanes):
         if work.wanted[c] == 0.0:

@@ -1,7 +1,7 @@
 """Mean gaps and contact of rough surfaces, read from a table over the distance of the surfaces, and the oil's state."""
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.side_by_side import alone, any_lane, choose, get, least_of, looked_up, most_of, put, spread
+from cranktrain.core.side_by_side import any_lane, choose, get, lane_count, least_of, looked_up, most_of, put, spread
 from cranktrain.engine.lubricant import density_factor
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA
 from cranktrain.film.elastic import grid as one
@@ -54,7 +54,7 @@ def open_gaps(film, work, group, sigma):
     one_ = spread(1.0, nodes)
     none = spread(0.0, nodes)
     unit = get(work.lane, at.PER_UNIT)
-    for q in range(nodes.shape[1] // work.own.shape[0]):
+    for q in range(nodes.shape[1] // lane_count(work.nodes)):
         h = get(nodes, (at.FILM, q))
         near = h < reach
         is_open = h
@@ -87,7 +87,7 @@ def open_gaps(film, work, group, sigma):
         put(nodes, (at.BEND, q), bend)
         put(nodes, (at.CONTACT, q), p)
         put(nodes, (at.CONTACT_SLOPE, q), by_gap)
-    for f in range(faces.shape[1] // work.own.shape[0]):
+    for f in range(faces.shape[1] // lane_count(work.nodes)):
         h = get(faces, (at.FACE_FILM, f))
         is_open, slope = mean_gap(table, h, per_sigma, sigma)
         put(faces, (at.FACE_OPEN, f), is_open)
@@ -105,7 +105,7 @@ def _row(table, h, per_sigma, near):
 @inlined_kernel
 def whole(place):
     """Return the integer part of numbers from 0 to ``BIGGEST``, above which they have no fractional part."""
-    big = BIGGEST if alone(place) else BIGGEST_SINGLE
+    big = BIGGEST if lane_count(place) == 1 else BIGGEST_SINGLE
     rounded = (place + big) - big
     return choose(rounded > place, rounded - 1.0, rounded)
 
@@ -131,7 +131,7 @@ def oil_state(film, work, group):
     if step == 0.0:
         return
     nodes = work.nodes[group]
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     compressible = film.constants[one.COMPRESSIBLE] > 0.0
     for lane in range(lanes):
         unit = work.wide[lanes * at.UNIT + lane]

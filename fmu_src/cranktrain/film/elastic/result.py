@@ -3,7 +3,18 @@
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.side_by_side import add_to, alone, any_lane, choose, get, least_of, looked_up, most_of, put, spread
+from cranktrain.core.side_by_side import (
+    add_to,
+    any_lane,
+    choose,
+    get,
+    lane_count,
+    least_of,
+    looked_up,
+    most_of,
+    put,
+    spread,
+)
 from cranktrain.film.contact.asperity import FRICTION, HIGHEST, SHEAR, SMOOTH_SPEED
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic import workspace as at
@@ -21,7 +32,7 @@ def film_forces(film, work, group, outs):
     """Compute forces and friction torque of the lanes in ``work.wanted``, in ``outs`` (b, OUT_SIZE) of their films."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     for k in range(lanes * SUMS):
         work.sums[k] = 0.0
     sigma = film.constants[one.ROUGHNESS]
@@ -76,7 +87,7 @@ def _column_sums(film, work, group, position, n_phi, n_z):
         shear = width * fill * slope / get(nodes, (at.OPEN, q))
         if thickens:
             shear = shear / get(nodes, (at.MOBILITY, q))
-        if alone(nodes) and compressible:
+        if lane_count(nodes) == 1 and compressible:
             shear = shear * (1.0 + get(nodes, (at.COMPRESSED, q)))
         sheared = sheared + shear
         total = width * get(nodes, (at.CONTACT, q))
@@ -130,7 +141,7 @@ def film_figures(film, work, group, outs):
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     nodes = work.nodes[group]
     none = spread(0.0, nodes)
     least = get(nodes, (at.FILM, 0))
@@ -193,7 +204,7 @@ def _column_flows(film, work, group, position, n_phi, n_z):
         h = get(nodes, (at.OPEN, q))
         room = room + width * h
         held = held + width * (1.0 + get(nodes, (at.VOID, q))) * h
-        if alone(nodes) and compressible:
+        if lane_count(nodes) == 1 and compressible:
             held = held + width * get(nodes, (at.COMPRESSED, q)) * h
         p = get(nodes, (potential, q))
         if line == 1:
@@ -241,7 +252,7 @@ def _outflow(film, work, group, position, line, n_phi, n_z):
     sides = across * work.lines[line, at.AFTER_SIDE] * after * (p - get(nodes, (potential, q + 1)))
     sides = sides + across * work.lines[line, at.BEFORE_SIDE] * before * (p - get(nodes, (potential, q - 1)))
     growing = get(nodes, (at.SLOPE, q)) * get(nodes, (at.GROWTH, q))
-    if alone(nodes) and film.constants[one.COMPRESSIBLE] > 0.0:
+    if lane_count(nodes) == 1 and film.constants[one.COMPRESSIBLE] > 0.0:
         growing = growing * (1.0 + get(nodes, (at.COMPRESSED, q)))
         carried = carried + h * compression_carried(nodes, forward, backward, get(faces, (at.FACE_AHEAD, f)), q, q_down)
         ahead = get(faces, (at.FACE_AHEAD, f_up))
@@ -282,7 +293,7 @@ def _crest(film, work, group, q, c):
     is at the change of sign of the axial flow. The highest node alone may underestimate a narrow ridge by a third.
     """
     lines = int(film.constants[one.N_Z]) + 2
-    lanes = work.own.shape[0]
+    lanes = lane_count(work.nodes)
     nodes = work.nodes[group]
     i = q // lines
     own = q - i * lines

@@ -103,8 +103,7 @@ def _bend(work, group, first, line, before, after, n_z):
     bend = choose(counts, bend, 0.0)
     by_high = bend * high_over
     by_low = bend * low_over
-    # With a single supply pattern this is weights[high] += by_high, weights[high + 1] -= by_high, and for ``low`` with
-    # opposite signs.
+    # In each lane this is weights[high] += by_high, weights[high + 1] -= by_high, and for ``low`` with opposite signs.
     after_high = choose(after > 0.0, by_high, 0.0)
     here_high = by_high - after_high
     before_low = choose(before > 0.0, by_low, 0.0)

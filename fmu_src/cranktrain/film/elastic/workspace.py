@@ -11,13 +11,14 @@ The ring of columns of every lane of singles is cut where its film is ruptured. 
 columns enter the matrix in an order that keeps the ring closed, see :func:`cranktrain.film.elastic.film.arrange`.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.kernel import kernel
-from cranktrain.core.side_by_side import SINGLES, alone
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.side_by_side import SINGLES, lane_count
 from cranktrain.core.types import Array
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
 from cranktrain.film.contact.gap import open_gap
@@ -84,7 +85,7 @@ LOWEST_U, PER_U, FINE_PER_U = -20.0, 16.0, 64.0
 
 
 class LaneWork(NamedTuple):
-    """Workspace of g groups of L = 8 films in singles or of one in doubles (L = 1).
+    """Workspace of g groups of L = 8 films in singles or of one film in doubles (L = 1).
 
     The films have N columns of n lines between the ends. S is the number of shapes plus one, rounded up to whole blocks
     of eight. Arrays marked with * are of singles if L = 8. The last axis interleaves the lanes: (…, m L).
@@ -119,14 +120,19 @@ class LaneWork(NamedTuple):
 
 
 def lane_work(film: ElasticFilm, films: int = 1, *, singles: bool = False) -> LaneWork:
-    """Make the workspace of a film in doubles, or with ``singles`` of ``films`` films like ``film``, eight a group."""
+    """Make the workspace of ``films`` films like ``film``: in doubles each a group, with ``singles`` eight a group."""
     n_phi, n_z = int(film.constants[at.N_PHI]), int(film.constants[at.N_Z])
     lanes = LANES if singles else 1
     lines, size, groups = n_z + 2, n_phi * n_z, -(-films // lanes)
     most = film.shapes.shape[1]
 
     def z(*shape: int) -> NDArray[Any]:
-        return np.zeros((*shape[:-1], lanes * shape[-1]), dtype=np.float32 if singles else np.float64)
+        # Vectors of eight singles that begin at a multiple of 64 bytes never lie in two cache lines.
+        size = 8 // (1 + singles) * lanes * math.prod(shape)
+        room = np.zeros(size + 64, dtype=np.uint8)
+        start = -room.ctypes.data % 64
+        numbers = room[start : start + size].view(np.float32 if singles else np.float64)
+        return numbers.reshape(*shape[:-1], lanes * shape[-1])
 
     marks = np.zeros((groups, lanes, MARKS))
     marks[:, :, CUT] = -1.0
@@ -164,7 +170,13 @@ def fill_gaps(table, per_u, contact, contact_table):
             table[k, AREA] = area
 
 
+@inlined_kernel
+def shape_count(film, work):
+    """Return the number of shapes in loops; in singles seven, known to a compiler, zeros for a film that has fewer."""
+    return BLOCK - 1 if lane_count(work.nodes) > 1 else int(film.constants[at.N_SHAPES])
+
+
 @kernel
 def rows_per_u(table):
     """Return the rows per unit of u of a table of gaps."""
-    return FINE_PER_U if alone(table) else PER_U
+    return FINE_PER_U if lane_count(table) == 1 else PER_U

@@ -20,38 +20,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.kernel import RECORDS, inlined_kernel, kernel, law_kernel, record_reader
+from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.lubricant import PRESSURE_LAWS, ROELANDS, roelands_constants
 from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
 from cranktrain.film.contact.gap import over
+from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.elastic.content import CONTENT
 from cranktrain.film.elastic.film import CONVERGED
-from cranktrain.film.elastic.grid import (
-    AROUND_LIMIT,
-    CLEARANCE,
-    COMPRESSIBLE,
-    FILM_MIN,
-    FILM_MIN_ANGLE,
-    FRICTION_TORQUE,
-    LIMITS,
-    MOVE_LIMIT,
-    N_PHI,
-    N_SHAPES,
-    N_Z,
-    OIL,
-    OIL_STEP,
-    OUT_SIZE,
-    PRESSURE_MAX,
-    SIDE_FLOW,
-    SIDE_LIMIT,
-    STEP_LIMIT,
-    ElasticFilm,
-    ElasticGrid,
-)
-from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
+from cranktrain.film.elastic.grid import BLOCK, ElasticFilm, ElasticGrid
 from cranktrain.film.elastic.oil import OilTables, fill_oil_table, oil_tables
 from cranktrain.film.elastic.workspace import LaneWork, lane_work
 from cranktrain.film.laws.film_solution import (
@@ -79,6 +58,7 @@ from cranktrain.film.laws.films import (
     GAP,
     GAP_ANGLE,
     LINE_UP,
+    OIL,
     OPEN_STAGE,
     OPEN_STEP,
     P_MAX,
@@ -90,10 +70,8 @@ from cranktrain.film.laws.films import (
     STEP,
     TOLERANCE,
     TURN,
-    Films,
+    VISCOSITY,
 )
-from cranktrain.film.laws.films import OIL as NEW_OIL
-from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
 from cranktrain.film.laws.foresight import end_slopes, keep_stage
 from cranktrain.film.laws.in_space import closing_rate, force_in_frame, turn_pairs
 from cranktrain.film.laws.parameters import VISCOSITY as VISCOSITIES
@@ -111,7 +89,7 @@ FINE = ElasticGrid(56, 8, 0.5, lands=(0.40, 0.63, 0.81))
 SMALLEST = ElasticGrid(12, 5)
 """Small grid of the dummy film that gives the array types to the compiled reader of the record."""
 
-KEPT = 4 + OIL + 1 - PRESSURE_MAX
+KEPT = 4 + one.OIL + 1 - one.PRESSURE_MAX
 """Number of values of a film's result that the state holds: the force, and the values after the tangents."""
 
 
@@ -129,7 +107,7 @@ class ElasticMemory(NamedTuple):
     rates: Array  # (stages, b, k) δ̇ of each stage, m/s
     motions: Array  # (b, 2, 4) journal positions (m) and velocities (m/s), axes of the bore
     speeds: Array  # (b,) sum of the speeds of journal and bore, axes of the bore, rad/s
-    out: Array  # (b, OUT_SIZE) result of each film, see film.elastic.grid
+    out: Array  # (b, one.OUT_SIZE) result of each film, see film.elastic.grid
     calls: Array  # (b, CALLS) counters and status of each film, see film_solution.SOLVED
     peaks: Array  # (b, PEAKS) largest pressure of the present cycle, see pressure_peak.PEAK
     content: Array  # (b, CONTENT, N) oil content, see film.elastic.content; (b, CONTENT, 0) for compressible oil
@@ -144,7 +122,7 @@ class ElasticBore(NamedTuple):
     """Record of the law: data, scratch and memory of the films of b journals."""
 
     film: ElasticFilm
-    scratch: LaneWork  # workspace of one film in doubles
+    scratch: LaneWork  # workspace of films solved one by one in doubles, a group each
     memory: ElasticMemory
     contact_height: Array  # (1,) lower bound of the gap (m) in the relative rate of closing
     viscosities: Array  # (b,) Pa s
@@ -170,10 +148,11 @@ def elastic_bore(
         tables, law = oil_tables(oil, viscosities), np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     count = len(viscosities)
-    side_by_side = 0 if film.constants[COMPRESSIBLE] > 0.0 else count
+    alone = film.constants[one.COMPRESSIBLE] > 0.0 or film.constants[one.N_SHAPES] >= BLOCK
+    lanes = lane_work(film, 0 if alone else count, singles=True)
     return ElasticBore(
-        film, lane_work(film), elastic_memory(film, count), np.array([bearing.contact_height]),
-        np.array(viscosities, dtype=float), np.array([float(swings)]), law, lane_work(film, side_by_side, singles=True),
+        film, lane_work(film, count), elastic_memory(film, count), np.array([bearing.contact_height]),
+        np.array(viscosities, dtype=float), np.array([float(swings)]), law, lanes,
     )  # fmt: skip
 
 
@@ -204,8 +183,7 @@ def fine_big_ends(bearings: Bearings) -> ElasticBore:
 
 def film_values(bore: ElasticBore) -> int:
     """Return the number of values that one film adds to the state vector."""
-    constants = bore.film.constants
-    return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + 2 * _staged(bore.film)
+    return bore.memory.start.shape[1] + 2 * bore.memory.shapes.shape[1] + KEPT + 2 * _staged(bore.film)
 
 
 def elastic_arrays(
@@ -232,22 +210,16 @@ def elastic_arrays(
     )  # fmt: skip
 
 
-def pressure_peaks(films: Films) -> Array | None:
-    """Return the largest pressures of main bearings in the present cycle, (b, PEAKS); None without elastic films."""
-    records = (RECORDS.get(address) for address in films.entry[:, 1].tolist())
-    return next((bore.memory.peaks.copy() for bore in records if isinstance(bore, ElasticBore)), None)
-
-
 def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
     """Make the memory of ``bearings`` films, initially filled with oil and with round bores."""
-    size = int(film.constants[N_PHI] * film.constants[N_Z])
-    k = int(film.constants[N_SHAPES])
+    size = int(film.constants[one.N_PHI] * film.constants[one.N_Z])
+    k = int(film.constants[one.N_SHAPES])
     z = np.zeros
     staged = _staged(film)
     return ElasticMemory(
         z((bearings, size)), z((bearings, 4)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, k)),
         z((bearings, size)), z((bearings, k)), z((8, bearings, k)), z((bearings, 2, 4)), z(bearings),
-        z((bearings, OUT_SIZE)), z((bearings, CALLS)), z((bearings, PEAKS)), z((bearings, CONTENT, staged)),
+        z((bearings, one.OUT_SIZE)), z((bearings, CALLS)), z((bearings, PEAKS)), z((bearings, CONTENT, staged)),
         z((8, bearings, staged)), z((bearings, staged)), z((8, bearings, staged)), z((bearings, staged)),
         z((bearings, 8)),
     )  # fmt: skip
@@ -255,7 +227,7 @@ def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
 
 def _staged(film: ElasticFilm) -> int:
     """Return the number of nodes whose oil follows the integrator's stages: all, or 0 if the oil is compressible."""
-    return 0 if film.constants[COMPRESSIBLE] > 0.0 else int(film.constants[N_PHI] * film.constants[N_Z])
+    return 0 if film.constants[one.COMPRESSIBLE] > 0.0 else int(film.constants[one.N_PHI] * film.constants[one.N_Z])
 
 
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
@@ -280,7 +252,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     shapes = own.shapes.shape[1]
     cos, sin, turn = _axes(bore, numbers)
     if action == FORCE:
-        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
+        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[one.CLEARANCE]
         if own.calls[i, ASKED] == 0.0:
             _move(bore, i, numbers, place, velocity)
             line_up(bore, i)
@@ -288,7 +260,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         if status != CONVERGED:
             return status
         force_in_frame(own.out[i], cos, sin, turn, out)
-        out[FRICTION] = own.out[i, FRICTION_TORQUE]
+        out[FRICTION] = own.out[i, one.FRICTION_TORQUE]
     elif action == LINE_UP:
         _move(bore, i, numbers, place, velocity)
         line_up(bore, i)
@@ -333,14 +305,13 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         start_content(bore, i)
         open_lane(bore, i)
     elif action == CLOSE_STEP:
-        keep_peak(
-            own.peaks[i], own.out[i, PRESSURE_MAX], own.unknowns[i], int(bore.film.constants[N_Z]), numbers[ANGLE]
-        )
+        n_z = int(bore.film.constants[one.N_Z])
+        keep_peak(own.peaks[i], own.out[i, one.PRESSURE_MAX], own.unknowns[i], n_z, numbers[ANGLE])
         _keep_memory(own, i, int(numbers[STAGE]), memory)
-    elif action == NEW_OIL:
+    elif action == OIL:
         _take_limits(bore.film.constants, numbers[TOLERANCE])
         choose_precision(bore, i, numbers[TOLERANCE])
-        return _take_oil(bore, i, numbers[NEW_VISCOSITY])
+        return _take_oil(bore, i, numbers[VISCOSITY])
     else:
         _move(bore, i, numbers, place, velocity)
         if action == RATE:
@@ -351,13 +322,13 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             return 0
         kept = memory[nodes + 2 * shapes :]
         turn_pairs(cos, -sin, kept, out)
-        first = 4 - PRESSURE_MAX
-        out[FRICTION] = kept[first + FRICTION_TORQUE]
-        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
-        out[P_MAX] = kept[first + PRESSURE_MAX]
-        out[FLOW] = kept[first + SIDE_FLOW]
-        out[GAP] = max(kept[first + FILM_MIN], 0.0)
-        out[GAP_ANGLE] = kept[first + FILM_MIN_ANGLE]
+        first = 4 - one.PRESSURE_MAX
+        out[FRICTION] = kept[first + one.FRICTION_TORQUE]
+        out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[one.CLEARANCE]
+        out[P_MAX] = kept[first + one.PRESSURE_MAX]
+        out[FLOW] = kept[first + one.SIDE_FLOW]
+        out[GAP] = max(kept[first + one.FILM_MIN], 0.0)
+        out[GAP_ANGLE] = kept[first + one.FILM_MIN_ANGLE]
     return 0
 
 
@@ -370,11 +341,11 @@ def _take_limits(constants, tolerance):
     (LIMITS). The factors are chosen: ``python -m benchmarks.elastic_cost``.
     """
     root = math.sqrt(tolerance)
-    step, move, side, around = LIMITS
-    constants[STEP_LIMIT] = max(step, root)
-    constants[MOVE_LIMIT] = max(move, 3.0 * root)
-    constants[SIDE_LIMIT] = max(side, 10.0 * tolerance)
-    constants[AROUND_LIMIT] = max(around, 10.0 * tolerance)
+    step, move, side, around = one.LIMITS
+    constants[one.STEP_LIMIT] = max(step, root)
+    constants[one.MOVE_LIMIT] = max(move, 3.0 * root)
+    constants[one.SIDE_LIMIT] = max(side, 10.0 * tolerance)
+    constants[one.AROUND_LIMIT] = max(around, 10.0 * tolerance)
 
 
 @kernel
@@ -382,7 +353,7 @@ def _take_oil(bore, i, viscosity):
     """Set the viscosity of film i, Pa s. Return 0, or 1 if it is too low for the law of viscosity over pressure."""
     bore.viscosities[i] = viscosity
     constants = bore.film.constants
-    if constants[OIL_STEP] == 0.0:
+    if constants[one.OIL_STEP] == 0.0:
         return 0
     law = int(bore.oil_law[0])
     first = bore.oil_law[1]
@@ -391,7 +362,7 @@ def _take_oil(bore, i, viscosity):
         first, second = roelands_constants(viscosity, bore.oil_law[1])
         if not first > 0.0:
             return 1
-    fill_oil_table(law, first, second, constants[COMPRESSIBLE] > 0.0, bore.film.oil[i])
+    fill_oil_table(law, first, second, constants[one.COMPRESSIBLE] > 0.0, bore.film.oil[i])
     return 0
 
 
@@ -406,9 +377,9 @@ def _keep_memory(own, i, stage, memory):
         memory[nodes + k] = own.shapes[i, k]
         memory[nodes + shapes + k] = own.rates[stage, i, k]
     for k in range(4):
-        memory[nodes + 2 * shapes + k] = own.out[i, FORCE_ON_JOURNAL + k]
-    for k in range(PRESSURE_MAX, OIL + 1):
-        memory[nodes + 2 * shapes + 4 + k - PRESSURE_MAX] = own.out[i, k]
+        memory[nodes + 2 * shapes + k] = own.out[i, one.FORCE + k]
+    for k in range(one.PRESSURE_MAX, one.OIL + 1):
+        memory[nodes + 2 * shapes + 4 + k - one.PRESSURE_MAX] = own.out[i, k]
     staged = own.slopes.shape[1]
     if staged > 0:
         end_slopes(own, i, stage)

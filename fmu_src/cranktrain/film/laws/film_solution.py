@@ -33,6 +33,7 @@ def choose_precision(bore, i, tolerance):
 @kernel
 def open_lane(bore, i):
     """Choose the angle at which the ring of film i is cut for its lane, and mark its group for a new preparation."""
+    bore.scratch.marks[i, 0, lanes.PREPARED] = 0.0
     if bore.lanes.marks.shape[0] == 0:
         return
     group = i // lanes.LANES
@@ -60,6 +61,7 @@ def open_content(bore, i, numbers, row):
         return
     stage = int(numbers[STAGE]), row, numbers[STEP], numbers[GAIN], numbers[ELAPSED]
     stage_content(bore.film, own.start[i], own.content_rates, i, stage, own.content[i])
+    bore.scratch.marks[i, 0, lanes.STAGED] = 0.0
     if bore.lanes.marks.shape[0] > 0:
         bore.lanes.marks[i // lanes.LANES, 0, lanes.STAGED] = 0.0
 

@@ -13,7 +13,10 @@ parabola of half width w. It is evaluated when the pressure is the largest of th
 
 import math
 
-from cranktrain.core.kernel import kernel
+import numpy as np
+
+from cranktrain.core.kernel import RECORDS, kernel
+from cranktrain.core.types import Array
 
 PEAK, PEAK_ANGLE, PEAK_DROP, PEAK_CYCLE, PEAKS = range(5)
 """Columns of a film's entry: largest pressure of the present cycle (Pa), crank angle of this pressure (rad), drop
@@ -53,3 +56,15 @@ def pressure_drop(unknowns, n_z):
     before = max(unknowns[top - 1], 0.0) if line > 0 else 0.0
     after = max(unknowns[top + 1], 0.0) if line < n_z - 1 else 0.0
     return 1.0 - 0.5 * (before + after) / unknowns[top]
+
+
+def pressure_peaks(entries: np.ndarray) -> Array | None:
+    """Largest pressures of main bearings in the present cycle, (b, PEAKS); None without elastic films.
+
+    ``entries`` (b, 3) are the kernels and records of the bearings' laws. Only a record of elastic films has ``peaks``.
+    """
+    for address in entries[:, 1].tolist():
+        peaks = getattr(getattr(RECORDS.get(address), "memory", None), "peaks", None)
+        if peaks is not None:
+            return np.array(peaks)
+    return None

@@ -161,11 +161,17 @@ def solve_film(
     pressure, deficit, owner, names = given_pressures(edges, supplies, grid, cavitation)
     free = owner < 0
     source, store, swell = _growth(film, grid, squeeze, growth, dt, previous, cavitation)
-    lasting = np.zeros_like(film) if dt is not None else _lasting(film * grid.areas, carried_x, carried_z, source)
+    lasting = np.zeros_like(film)
+    if dt is None:
+        # The factor of deficits in the oil balance (m³/s) for a very long time step makes the fill unique.
+        moved = max(float(np.abs(flow).max()) for flow in (carried_x, carried_z, source)) or 1.0
+        lasting = film * grid.areas * (moved / (MEMORY * (film * grid.areas).sum()))
     balance = Balance(
         *_conductances(faces, eta, grid), carried_x, carried_z, source, store + lasting, incompressible(film.shape)
     )
-    empty = _first_guess(previous if guess is None else guess, free, cavitation)
+    empty, known = np.zeros(free.shape, dtype=bool), previous if guess is None else guess
+    if known is not None and known.ruptured.shape == free.shape and cavitation not in ("full", "guembel"):
+        empty = (known.ruptured | (known.fill < 1.0)) & free
     order, width = band_order(free, periodic)
     unknowns = Unknowns(order, pressure, deficit, empty, np.zeros(film.shape))
     law = mass_flow_law(pressure_viscosity, density)
@@ -181,14 +187,20 @@ def solve_film(
     content = 1.0 - deficit if density is None else np.where(deficit > 0.0, 1.0 - deficit, density(pressure)[0])
     growing = source + np.where(deficit > 0.0, -balance.store * deficit, swell * (content - 1.0))
     flows, defect = outflows(surplus, owner, names, grid, film, cross_speeds)
-    load, centre = _load(pressure, grid)
+    # The error of mass is created oil over all flows and growth, unless it is within rounding of the stored oil.
+    carried = float(max(np.abs(balance.c_x).sum(axis=1).max(), np.abs(balance.c_z).sum(axis=0).max()))
+    through = carried + sum(abs(flow) for flow in flows.values()) + float(np.abs(growing).sum())
+    error = abs(defect) / through if abs(defect) > 1.0e-15 * float(balance.store.sum()) else 0.0
+    load = float((pressure * grid.areas).sum())
+    moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
+    centre = (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
     p_max, place = largest_pressure(pressure, free & (not stepped), grid, lengths[0])
     nominal = np.asarray(h, dtype=float)
     shear = cell_sums(1.0 / nominal, grid)[2] if stepped else grid.areas / nominal
     drag = shear_forces(pressure, float((eta * (1.0 - deficit) * shear).sum()), faces, speeds, cross_speeds)
     return FilmSolution(
         grid.x, grid.z, film, grid.areas, pressure, content, empty, eta, load, centre, p_max, place, drag, flows,
-        float(growing.sum()), _mass_defect(balance, growing, flows, defect), passes,
+        float(growing.sum()), error, passes,
     )  # fmt: skip
 
 
@@ -197,19 +209,6 @@ def _carried(name: str, speeds: tuple[float, float], film: Array, slip: Array) -
     if len(speeds) != 2 or not np.isfinite(speeds).all():
         raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {speeds}")
     return np.asarray(0.5 * (speeds[0] + speeds[1]) * film + 0.5 * (speeds[0] - speeds[1]) * slip)
-
-
-def _first_guess(guess: FilmSolution | None, free: NDArray[np.bool_], cavitation: str) -> NDArray[np.bool_]:
-    """Return the initial guess of the ruptured nodes."""
-    if guess is None or guess.ruptured.shape != free.shape or cavitation in ("full", "guembel"):
-        return np.zeros(free.shape, dtype=bool)
-    return (guess.ruptured | (guess.fill < 1.0)) & free
-
-
-def _lasting(volumes: Array, *flows: Array) -> Array:
-    """Return factor m of deficits in the oil balance (m³/s) for a very long time step, which makes the fill unique."""
-    moved = max(float(np.abs(a).max()) for a in flows)
-    return np.asarray(volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum())))
 
 
 class Problem(NamedTuple):
@@ -262,23 +261,11 @@ def _solved(problem: Problem, most: int) -> tuple[int, bool]:
         status = SINGULAR  # a sealed gap full of oil, even if rounding hides the zero pivot
     settled = status == CONVERGED and bool(np.isfinite(unknowns.pressure).all())
     if not settled and not (most and status == STALLED):
-        raise SolverError(_failure(status, problem.cavitation))
+        reason = "ruptured zones did not settle; try a finer grid or a smaller change of the film"
+        if status == SINGULAR:
+            reason = "nothing determines the pressure; open an edge, or let oil leave a closing film"
+        raise SolverError(f"film ({problem.cavitation}): {reason}")
     return passes, settled
-
-
-def _load(pressure: Array, grid: Rectangle) -> tuple[float, tuple[float, float]]:
-    """Return the load ∫p dA, N, and its centre (x, z), m; nan without load."""
-    load = float((pressure * grid.areas).sum())
-    moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
-    return load, (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
-
-
-def _mass_defect(balance: Balance, growing: Array, flows: Mapping[str, float], defect: float) -> float:
-    """Return created oil over the sum of inflow, outflow, growth and carried flow; 0 if it is within rounding."""
-    carried = float(max(np.abs(balance.c_x).sum(axis=1).max(), np.abs(balance.c_z).sum(axis=0).max()))
-    through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(growing).sum())
-    rounding = 1e-15 * float(balance.store.sum())  # relative to the stored oil, for a film without any flow
-    return abs(defect) / through if abs(defect) > rounding else 0.0
 
 
 def _problem(
@@ -397,10 +384,3 @@ def _settle(
         else:
             ratio = (reached / shortening) ** 0.5
     return status, passes
-
-
-def _failure(status: int, cavitation: str) -> str:
-    """Return the message of a failure: its reason and a remedy."""
-    if status == SINGULAR:
-        return f"film ({cavitation}): nothing determines the pressure; open an edge, or let oil leave a closing film"
-    return f"film ({cavitation}): ruptured zones did not settle; try a finer grid or a smaller change of the film"

@@ -10,9 +10,8 @@ from xml.etree.ElementTree import Element, SubElement
 from cranktrain.core.machine_code import code_digest
 from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
 from cranktrain.fmu.arrays import Group, array_table, grouped, scalars
-from cranktrain.fmu.clocks import clock_table
 from cranktrain.fmu.description import Variable, complete
-from cranktrain.fmu.description3 import description3
+from cranktrain.fmu.description3 import clock_table, description3
 from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.file_format import NativeFile, Texts, table, to_bytes
 from cranktrain.fmu.native.interface import NativeModel, interface_tables

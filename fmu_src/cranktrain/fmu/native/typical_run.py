@@ -14,7 +14,7 @@ from cranktrain.dynamics.settled.motion import motion_of
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.dynamics.start.settling import settle
-from cranktrain.dynamics.tangents import evaluate_at_state
+from cranktrain.dynamics.tangents import evaluate_at_state, tangents_in_rotation
 from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
@@ -25,7 +25,6 @@ from cranktrain.film.contact.journal import slice_resultants
 from cranktrain.film.elastic.workspace import fill_gaps
 from cranktrain.film.table.interpolation import stretched
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.structure.in_motion.periodic_forces import rod_forces
 
 ENGINE = "diesel_i6"
 
@@ -48,8 +47,7 @@ def typical_calls(run: Run) -> None:
     relief(0.9, (1.0e-6, 0.5, 2.0))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
-    # Forces of rods on a rigidly rotating crank serve run-ups in the frequency domain and modes in motion.
-    rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
+    tangents_in_rotation(run.model, 200.0, samples=1)
     turns.take_turns(*turns.no_turns())
 
 

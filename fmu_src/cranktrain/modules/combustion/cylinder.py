@@ -8,12 +8,7 @@ from cranktrain.modules.combustion.burn import ignition_rate, wiebe_rate
 from cranktrain.modules.combustion.gas import enthalpy, gas_constant, heat_capacity, internal_energy, temperature_of
 from cranktrain.modules.combustion.valve_flow import built_in_lift, flow_slope, nozzle_flow, valve_area
 from cranktrain.modules.combustion.volume_deviation import deviation, deviation_rate
-from cranktrain.modules.combustion.wall_heat import (
-    COMBUSTION_TERM,
-    MOTORED_EXPONENT,
-    piston_term,
-    woschni_coefficient,
-)
+from cranktrain.modules.combustion.wall_heat import COMBUSTION_TERM, MOTORED_EXPONENT, piston_term, woschni_coefficient
 
 OK, COLD = 0, 1
 """Statuses of an evaluation: success; failure, because no temperature fits the energy or mass or volume is ≤ 0."""

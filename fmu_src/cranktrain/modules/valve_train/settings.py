@@ -16,13 +16,7 @@ from cranktrain.modules.crank_angle import ANGLES, OK, TIMES
 from cranktrain.modules.module_settings import check_values, run_numbers, stated
 from cranktrain.modules.valve_train import cam as cams
 from cranktrain.modules.valve_train import slots as at
-from cranktrain.modules.valve_train.preparation import (
-    NO_SEAT_TIME,
-    SMALL_BASE,
-    check_numbers,
-    make_cam,
-    prepare_model,
-)
+from cranktrain.modules.valve_train.preparation import NO_SEAT_TIME, SMALL_BASE, check_numbers, make_cam, prepare_model
 from cranktrain.modules.valve_train.run_record import Model, Run, Work
 
 if TYPE_CHECKING:  # an FMU contains the settings without the quantities of module files

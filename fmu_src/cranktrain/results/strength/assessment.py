@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.limits import CrankStrength
 from cranktrain.results.strength import iacs_m53
 from cranktrain.results.strength.fatigue import FilletHistory, Judgement
 from cranktrain.results.strength.iacs_m53 import ThrowShape, fillet_factors, oil_bore_factors

@@ -17,7 +17,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.limits import CrankStrength
 from cranktrain.results.strength.fatigue import REVERSED_SHEAR, FilletHistory, Judgement, surface_strength
 
 PLANES = 900

@@ -7,25 +7,27 @@ These loads are not exactly balanced, because the pieces are not the elastic bod
 tolerance. The residual is distributed over the pieces as one rigid acceleration at each instant. :func:`imbalance`
 gives the part of the residual that is due to the run, with the exact inertia of the reduced body's six rigid motions.
 
-The torque in a crank from a table of discs and shafts is that of its shafts, see
-:mod:`cranktrain.results.strength.table_torques`.
-
 The elastic motion within a piece and moments on a tilting collar are left out.
+
+The torque in a crank that was made from a table of discs and shafts is that of its shafts, because the inertias of the
+table's discs differ from those of the crank's pieces: k ψ + c ψ̇ of the table's shaft at the cut, with its twist ψ. A
+disc lies at the interface of its name. Other discs are placed as if all shafts to their neighbours had equal length, so
+a branch lies at its root and does not contribute to the torque along the crank.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.reduced_body import Array, rigid_coordinates, turning_stiffness
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, turning_stiffness
 from cranktrain.core.rigid_slices import second_moments, skew
 from cranktrain.engine.additions import split_end
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
-from cranktrain.results.strength.table_torques import disc_couples, shaft_couples
 from cranktrain.structure.crank.reduction import attached_parts
 from cranktrain.structure.crank.sections import Piece, crank_pieces, interface_places, piece_moments
 from cranktrain.structure.crank.shape import stations
@@ -322,3 +324,54 @@ def wrenches(cycle: RecordedCycle) -> Array:
         every = np.ones(load.z.size, dtype=bool)
         found[:, row] += np.concatenate(load.resultant(every, cycle.body.positions[row]), axis=1)
     return found
+
+
+def shaft_couples(cycle: RecordedCycle) -> tuple[Array, Array]:
+    """Positions z (k,), m, and couples (n, k), N m, about the axis whose sum in front of a cut is the cut's torque."""
+    body = cycle.body
+    places = disc_places(body)
+    z, couples = [], []
+    for row, name, (spring, damper, _) in zip(body.twists, body.shafts, body.shaft_laws.tolist(), strict=True):
+        if spring > 0.0:
+            torque = spring * (cycle.position @ row) + damper * (cycle.velocity @ row)
+            z += [places[end] for end in _ends(name)]
+            couples += [torque, -torque]
+    return np.array(z), np.array(couples).T
+
+
+def disc_couples(cycle: RecordedCycle) -> tuple[Array, Array]:
+    """Positions z (k,), m, and couples (n, k), N m, about the axis of discs with absolute damping."""
+    body = cycle.body
+    places = disc_places(body)
+    found = np.flatnonzero(body.shaft_laws[:, 0] == 0.0).tolist()
+    z = [places[body.shafts[k].removeprefix("disc ")] for k in found]
+    return np.array(z), -(cycle.velocity @ body.twists[found].T) * body.shaft_laws[found, 1]
+
+
+def disc_places(body: ReducedBody) -> dict[str, float]:
+    """Position z of each disc, m, by name."""
+    pairs = [_ends(name) for name, law in zip(body.shafts, body.shaft_laws, strict=True) if law[0] > 0.0]
+    found = {end: float(body.positions[body.index(end), 2]) for end in _flat(pairs) if end in body.interfaces}
+    others = sorted(set(_flat(pairs)) - found.keys())
+    matrix, right = np.zeros((len(others), len(others))), np.zeros(len(others))
+    for pair in pairs:
+        for one, other in (pair, pair[::-1]):
+            if one in found:
+                continue
+            at = others.index(one)
+            matrix[at, at] += 1.0
+            if other in found:
+                right[at] += found[other]
+            else:
+                matrix[at, others.index(other)] -= 1.0
+    return found | dict(zip(others, np.linalg.solve(matrix, right).tolist(), strict=True))
+
+
+def _ends(shaft: str) -> tuple[str, str]:
+    """Names of the two discs of a shaft from its name, without the number of a parallel shaft after the comma."""
+    one, _, other = shaft.partition(" to ")
+    return one, other.partition(", ")[0]
+
+
+def _flat(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    return [end for pair in pairs for end in pair]

@@ -24,7 +24,7 @@ import rainflow
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.limits import CrankStrength
 
 
 class FatigueClass(NamedTuple):

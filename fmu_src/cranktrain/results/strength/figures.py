@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.limits import CrankStrength
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.figures import save_figure

@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.limits import CrankStrength
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.sections import bare_outline, web_width
 

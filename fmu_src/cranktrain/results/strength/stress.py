@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array
 from cranktrain.results.strength.cut_loads import bare_instants, wrenches
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.store.hdf5 import write_result
 from cranktrain.structure.crank.reduction import complete_crankshaft
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.stress.direct_solution import direct_solution
 from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import von_mises

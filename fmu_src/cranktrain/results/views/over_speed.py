@@ -18,8 +18,7 @@ from cranktrain.results.run_up.figures import order_figure
 from cranktrain.results.run_up.plot_data import ALONG, TORSIONAL, Beside, Quantity, figure_of
 from cranktrain.results.run_up.plots import plot_campbell
 from cranktrain.results.run_up.run_up import TORSION, RunUp
-from cranktrain.results.views.plot_data import for_notebook, html_table, interactive_lines, optional
-from cranktrain.results.views.series import Series
+from cranktrain.results.views.plot_data import Series, for_notebook, html_table, interactive_lines, optional
 
 STRONGEST = 6
 """Number of orders that an interactive picture shows by default."""

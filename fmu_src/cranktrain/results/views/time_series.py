@@ -13,8 +13,7 @@ from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
-from cranktrain.results.views.plot_data import for_notebook, html_table, interactive_lines, optional
-from cranktrain.results.views.series import Series
+from cranktrain.results.views.plot_data import Series, for_notebook, html_table, interactive_lines, optional
 
 SHOWN = ("pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
 """Outputs shown in a notebook's table."""

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
@@ -24,7 +25,6 @@ from cranktrain.structure.block.reduction import block_model, input_digest
 from cranktrain.structure.block.saddle import DEGREE, FACET_ORDER, WAVES
 from cranktrain.structure.fem.craig_bampton import Flexibility, rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.mesh import surface_basis
 from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.fem.surface_compliance import kept_compliance, radial_loads

@@ -14,6 +14,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, attach, truncate
+from cranktrain.core.threads import one_thread
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block import shape
 from cranktrain.structure.block.mesh import (
@@ -26,10 +27,9 @@ from cranktrain.structure.block.mesh import (
 from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.fem.craig_bampton import Flexibility
 from cranktrain.structure.fem.elasticity import FEModel
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.own_body import is_body, read_body
-from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
-from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, kept_path, reduced_structure
+from cranktrain.structure.fem.own_mesh import check_places, content_digest, kept_path, mesh_unit
+from cranktrain.structure.fem.reduction import Progress, ReductionTask, reduced_structure
 
 # Version of the stored body: raised when changed code makes another body from the same inputs.
 RECIPE = 1

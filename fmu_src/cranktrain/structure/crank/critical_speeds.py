@@ -17,6 +17,7 @@ Sources: E. J. Nestorides, *A Handbook on Torsional Vibration* (1958), phase dia
 """
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,11 +26,14 @@ from scipy.linalg import eigh
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
+from cranktrain.dynamics.model import slots
+from cranktrain.dynamics.model.arrays import build_model
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.engine.firing import is_even
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.structure.crank.modal import cranktrain_matrices, energy_shares, named_mode, pulley_answers
-from cranktrain.structure.in_motion.periodic_forces import rod_forces
 from cranktrain.structure.in_motion.residues import order_forces
 
 HIGHEST_ORDER = 12.0
@@ -38,8 +42,6 @@ COUNTS = 0.05
 """Fraction of the largest excitation from which an order is listed."""
 REACH = 1.25
 """Critical speeds are listed up to this multiple of the highest speed, because orders grow below their resonance."""
-SAMPLES = 360
-"""Number of crank angles of a cycle at which forces are evaluated."""
 
 
 class Excitation(NamedTuple):
@@ -83,10 +85,12 @@ def exciting_orders(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = N
 def excitations(engine: Engine, crankshaft: ReducedBody, shape: Array, gas: Gas | None = None) -> tuple[Array, Array]:
     """Orders 0.5, 1, … (o,) and the excitation |φᵀ f_n| (o,) of a mode φ (n,) of unit modal mass."""
     speed = engine.best_speed
-    angle: Array = np.arange(SAMPLES, dtype=np.float64) * (4.0 * math.pi / SAMPLES)
     trace = (gas or GasTrace.from_engine(engine)).at(speed, 1.0)
-    forces = rod_forces(engine, crankshaft, speed, angle, trace, 1.0)
-    sizes = np.abs(order_forces(forces.forces).T @ (forces.rows @ shape))
+    plain = replace(engine.without_additions, drive_line_chain=None, axial_path=None)
+    settings = Settings(crank="rigid", bearings="linear", block="ground")
+    model = build_model(plain, crankshaft, settings, speed, trace)
+    forces = tangents_in_rotation(model, speed, model.cylinders[:, slots.END_ROW].astype(int)).forces
+    sizes = np.abs(order_forces(forces).T @ (model.ports @ shape))
     return np.asarray(0.5 * np.arange(1, sizes.size + 1)), np.asarray(sizes)
 
 

@@ -15,9 +15,7 @@ from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
 from cranktrain.core.types import Progress
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
-from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only
 
 
 def bare_crank(
@@ -59,7 +57,11 @@ def complete_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody
     A crank that only twists keeps its axis in place, as in the running model.
     """
     row, complete = crank_level(level), complete_crankshaft(engine, bare)
-    return twist_only(complete) if row.elastic and not row.bends else complete
+    if row.elastic and not row.bends:
+        from cranktrain.structure.crank.torsional import twist_only
+
+        return twist_only(complete)
+    return complete
 
 
 def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
@@ -97,13 +99,31 @@ class Maker(NamedTuple):
     running: Callable[[Engine, ReducedBody], ReducedBody]
 
 
+def _rigid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    from cranktrain.structure.crank.torsional import rigid_crank
+
+    return rigid_crank(engine) if solid is None else rigid(solid)
+
+
+def _torsional(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    from cranktrain.structure.crank.torsional import torsional_body
+
+    return torsional_body(engine, solid=solid)
+
+
+def _beam(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    from cranktrain.structure.crank.beam import beam_body
+
+    return beam_body(engine, progress)
+
+
 MAKERS = {
     "rigid": Maker(
-        lambda engine, solid, progress: rigid_crank(engine) if solid is None else rigid(solid),
+        _rigid,
         lambda engine, bare: rigid(complete_crankshaft(engine, bare)),
     ),
-    "torsional": Maker(lambda engine, solid, progress: torsional_body(engine, solid=solid), running_torsional),
-    "beam": Maker(lambda engine, solid, progress: beam_body(engine, progress), running_body),
+    "torsional": Maker(_torsional, running_torsional),
+    "beam": Maker(_beam, running_body),
     "solid": Maker(bare_solid, running_body),
 }
 """Maker of each crank level, by its name."""

@@ -36,7 +36,6 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import LumpedInertia
 from cranktrain.loads.rod_masses import mean_rod_masses, rod_masses
 from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
-from cranktrain.structure.fem.reduction import CHECKED_HZ
 from cranktrain.structure.in_motion.residues import unit_torques
 
 KINDS = ("bending", "torsional", "axial")
@@ -327,6 +326,8 @@ def listed_modes(
 
 def reduction_quality(body: ReducedBody) -> dict[str, Any]:
     """Quality of a body's reduction for a report; JSON-able."""
+    from cranktrain.structure.fem.reduction import CHECKED_HZ
+
     other = "lumped_hz" if "lumped_hz" in body.records else "consistent_hz"
     full = body.records.get("full_hz", np.zeros(0))
     beside = [body.records[name] for name in (other, "tied_hz") if name in body.records]

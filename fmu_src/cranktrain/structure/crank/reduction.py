@@ -4,38 +4,34 @@ The stored body is the bare crankshaft in all its Craig–Bampton modes. Flywhee
 roller bearings are rigid parts that are attached afterwards, so changing them needs no new finite-element computation.
 """
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, attach, truncate
-from cranktrain.core.types import Array
+from cranktrain.core.threads import one_thread
+from cranktrain.core.types import Array, Progress
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft, LumpedInertia
 from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.store.hdf5 import load_body, load_extras
 from cranktrain.structure.crank.shape import crank_interfaces, pin_centre, shaping, stations
-from cranktrain.structure.fem.craig_bampton import Flexibility, eigenmodes, rigid_motions
-from cranktrain.structure.fem.elasticity import FEModel, scalar_basis
-from cranktrain.structure.fem.factor import one_thread
-from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
-from cranktrain.structure.fem.mesh import crankshaft_mesh, surface_area
-from cranktrain.structure.fem.own_body import is_body, read_body, with_interface
-from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
-from cranktrain.structure.fem.reduction import (
-    Comparison,
-    Progress,
-    ReductionTask,
-    content_digest,
-    kept_path,
-    reduced_structure,
-)
+from cranktrain.structure.fem.own_mesh import check_places, content_digest, kept_path, mesh_unit
+
+if TYPE_CHECKING:
+    from skfem import MeshTet2
+
+    from cranktrain.structure.fem.elasticity import FEModel
+    from cranktrain.structure.fem.interfaces import InterfaceSet
+    from cranktrain.structure.fem.reduction import Comparison, ReductionTask
 
 # Version of the stored body: raised when changed code makes another body from the same inputs.
 RECIPE = 1
@@ -65,19 +61,28 @@ def reduced_crankshaft(
     rebuild : compute even if a stored body exists
     checked : include errors against the full model and comparisons with other methods, computed if they are missing
     """
-    if mesh_file is not None and is_body(mesh_file):
-        return own_crankshaft(engine, mesh_file)
+    if mesh_file is not None:
+        from cranktrain.structure.fem.own_body import is_body
+
+        if is_body(mesh_file):
+            return own_crankshaft(engine, mesh_file)
+    if not (rebuild or checked) and (kept := kept_crankshaft(engine, mesh_file)) is not None:
+        return kept
+    from cranktrain.structure.fem.reduction import reduced_structure
+
     return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild, checked)
 
 
-def kept_crankshaft(engine: Engine) -> ReducedBody | None:
+def kept_crankshaft(engine: Engine, mesh_file: str | Path | None = None) -> ReducedBody | None:
     """Bare solid crankshaft from the cache, or None if not stored; ``StoreError`` if the stored file is corrupt."""
-    path = stored_path(engine)
-    return load_body(path, input_digest(engine)) if path.exists() else None
+    path = stored_path(engine, mesh_file)
+    return load_body(path, input_digest(engine, mesh_file)) if path.exists() else None
 
 
 def own_crankshaft(engine: Engine, path: str | Path) -> ReducedBody:
     """Crankshaft from a stored body or a superelement; ``InputError`` if it does not belong to this engine."""
+    from cranktrain.structure.fem.own_body import read_body, with_interface
+
     body = read_body(path)
     if "thrust" not in body.interfaces and (own := f"main[{engine.thrust.main}]") in body.interfaces:
         body = with_interface(body, "thrust", own)
@@ -97,6 +102,9 @@ def _check_names(path: str | Path, wanted: Sequence[str], found: Iterable[str], 
 
 def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> ReductionTask:
     """Reduction of the bare crankshaft; ``InputError`` as :func:`reduced_crankshaft`."""
+    from cranktrain.structure.fem.craig_bampton import Flexibility, eigenmodes, rigid_motions
+    from cranktrain.structure.fem.interfaces import tied_surfaces
+    from cranktrain.structure.fem.reduction import ReductionTask
 
     def compared(model: FEModel, body: ReducedBody, interfaces: InterfaceSet, say: Progress) -> Comparison:
         say("rigidly tied surfaces for comparison")
@@ -203,6 +211,8 @@ def running_body(engine: Engine, body: ReducedBody | None = None, progress: Prog
 
 def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
     """Averaged interfaces of a crankshaft, each referred to its nominal position on the axis of its journal."""
+    from cranktrain.structure.fem.interfaces import placed_interfaces
+
     names = crank_interfaces(crankshaft)
     nominal = nominal_places(crankshaft)
 
@@ -223,10 +233,10 @@ def nominal_places(crankshaft: Crankshaft) -> dict[str, Array]:
 
 def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
     """Mesh made from the dimensions, or the user's own mesh."""
+    from cranktrain.structure.fem.mesh import crankshaft_mesh, read_mesh, surface_area
+
     if mesh_file is None:
         return crankshaft_mesh(engine.crankshaft, engine.thrust.main)
-    from cranktrain.structure.fem.mesh import read_mesh
-
     mesh = read_mesh(mesh_file, mesh_unit(mesh_file))
     wanted = crank_interfaces(engine.crankshaft)
     remedy = "name the facets of each journal, the pulley, the flywheel and the thrust faces"
@@ -260,6 +270,8 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
     ``section_interface`` row of the interface, in the order of z; ``section_mass`` kg; ``section_polar`` and
     ``section_diametral`` inertia about z and about the axes across through the interface, kg m²; each (s,)
     """
+    from cranktrain.structure.fem.elasticity import scalar_basis
+
     on_axis = [
         row
         for row, name in enumerate(body.interfaces)
@@ -297,23 +309,3 @@ def crank_surface(engine: Engine, mesh_file: str | Path | None) -> tuple[Array, 
     load_body(path, input_digest(engine, mesh_file))
     surface = load_extras(path)
     return surface["surface_points"], surface["surface_triangles"], surface["surface_modes"]
-
-
-def surface_shape(engine: Engine, body: ReducedBody, mode: int) -> tuple[Array, NDArray[np.int32], Array]:
-    """Surface of the crankshaft and its displacement in one mode, for pictures.
-
-    Raises ``StoreError`` if the stored crankshaft is missing or belongs to other inputs.
-
-    Parameters
-    ----------
-    body : the engine's crankshaft, or one derived from it by attaching and truncating
-    mode : 0-based index
-
-    Returns
-    -------
-    points (p, 3) m, triangles (t, 3), displacement (p, 3) per unit modal coordinate; composed of the first stored modes
-    """
-    points, triangles, pictured = crank_surface(engine, None)
-    weights = np.eye(body.n_modes)[:, mode] if body.basis is None else body.basis[:, mode]
-    displacement = np.tensordot(weights[: pictured.shape[0]], pictured.astype(float), axes=1)
-    return points, triangles, displacement

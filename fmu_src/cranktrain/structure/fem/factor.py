@@ -17,8 +17,8 @@ from scipy import sparse
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
-from threadpoolctl import threadpool_limits
 
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array, Integers
 from cranktrain.structure.fem.dissection import nested_dissection
 
@@ -127,11 +127,6 @@ class Cholesky:
         answer = np.empty_like(x)
         answer[self._order] = x
         return answer.reshape(given.shape)
-
-
-def one_thread() -> threadpool_limits:
-    """Context with one thread for linear algebra, which is faster for small blocks and gives reproducible bytes."""
-    return threadpool_limits(limits=1, user_api="blas")
 
 
 def _nodes_of_equal_pattern(rows: sparse.csr_matrix) -> tuple[sparse.csr_matrix, Integers]:

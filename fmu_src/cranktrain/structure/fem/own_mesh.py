@@ -1,13 +1,19 @@
-"""Checks of a user's own mesh: unit, connectivity, and positions of its surfaces compared with the engine file."""
+"""A user's own mesh: unit, connectivity, positions against the engine file; digest of the inputs of a body."""
 
+import json
 import math
 from collections.abc import Mapping
+from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import SCHEMA
 from cranktrain.core.types import Array, Integers
+from cranktrain.core.user_file import file_exists
 
 UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 """Length in m of each unit of coordinates."""
@@ -113,3 +119,30 @@ def _remedy(names: list[str], have: Array, want: Array, tolerance: float) -> str
 
 def _mm(place: Array) -> str:
     return "({:.1f}, {:.1f}, {:.1f})".format(*(np.round(1e3 * place, 1) + 0.0))
+
+
+def kept_path(kind: str, digest: str) -> Path:
+    """Path in the user's cache of a body with this digest of its inputs.
+
+    Names of files of earlier versions began with the engine's name; such a file with this digest is used if it exists.
+    """
+    folder, ending = cache_folder(), f"-{digest[:16]}.h5"
+    place = folder / f"{kind}{ending}"
+    return place if place.exists() else min(folder.glob(f"*{ending}"), default=place)
+
+
+def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
+    """Digest of a body's input data, and of the user's mesh if there is one."""
+    content = {"schema": SCHEMA, **content}
+    if mesh_file is not None and file_exists(mesh_file):
+        from cranktrain.structure.fem import abaqus_deck, nastran_deck
+        from cranktrain.structure.fem.mesh_file import FORMATS
+
+        file = Path(mesh_file)
+        content["mesh"] = sha256(file.read_bytes()).hexdigest()
+        deck = {"abaqus": abaqus_deck, "nastran": nastran_deck}.get(FORMATS.get(file.suffix.lower(), ""))
+        if included := [] if deck is None else deck.included_files(file):
+            content["mesh_included"] = [sha256(path.read_bytes()).hexdigest() for path in included]
+        if mesh_unit(mesh_file) != "m":
+            content["mesh_unit"] = mesh_unit(mesh_file)
+    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

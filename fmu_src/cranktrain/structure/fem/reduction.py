@@ -3,10 +3,8 @@
 On request the reduction is compared with the full model, and with the other type of mass matrix.
 """
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -16,24 +14,15 @@ from scipy import sparse
 from scipy.linalg import null_space
 from skfem import MeshTet2
 
-from cranktrain.core.cache import cache_folder
-from cranktrain.core.reduced_body import SCHEMA, ReducedBody
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array, Progress
-from cranktrain.core.user_file import file_exists
 from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.whole_file import check_kept
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes, give_back
-from cranktrain.structure.fem.elasticity import (
-    FEModel,
-    component_dofs,
-    finite_elements,
-    lumped_volume,
-    scalar_basis,
-)
-from cranktrain.structure.fem.factor import one_thread
+from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume, scalar_basis
 from cranktrain.structure.fem.interfaces import InterfaceSet
-from cranktrain.structure.fem.own_mesh import mesh_unit
 
 # Frequency (Hz) up to which the reduced body is compared with the full finite-element model.
 CHECKED_HZ = 1000.0
@@ -123,33 +112,6 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
     interfaces = task.interfaces(model)
     with one_thread():
         return model, interfaces, craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
-
-
-def kept_path(kind: str, digest: str) -> Path:
-    """Path in the user's cache of a body with this digest of its inputs.
-
-    Names of files of earlier versions began with the engine's name; such a file with this digest is used if it exists.
-    """
-    folder, ending = cache_folder(), f"-{digest[:16]}.h5"
-    place = folder / f"{kind}{ending}"
-    return place if place.exists() else min(folder.glob(f"*{ending}"), default=place)
-
-
-def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
-    """Digest of a body's input data, and of the user's mesh if there is one."""
-    content = {"schema": SCHEMA, **content}
-    if mesh_file is not None and file_exists(mesh_file):
-        from cranktrain.structure.fem import abaqus_deck, nastran_deck
-        from cranktrain.structure.fem.mesh_file import FORMATS
-
-        file = Path(mesh_file)
-        content["mesh"] = sha256(file.read_bytes()).hexdigest()
-        deck = {"abaqus": abaqus_deck, "nastran": nastran_deck}.get(FORMATS.get(file.suffix.lower(), ""))
-        if included := [] if deck is None else deck.included_files(file):
-            content["mesh_included"] = [sha256(path.read_bytes()).hexdigest() for path in included]
-        if mesh_unit(mesh_file) != "m":
-            content["mesh_unit"] = mesh_unit(mesh_file)
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def _with(body: ReducedBody, found: Comparison) -> ReducedBody:

@@ -15,10 +15,11 @@ from skfem import FacetBasis
 
 from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import CranktrainError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.fem.elasticity import FEModel
-from cranktrain.structure.fem.factor import factorise, one_thread
+from cranktrain.structure.fem.factor import factorise
 
 
 def radial_loads(model: FEModel, facets: FacetBasis, pressure: Array) -> Array:

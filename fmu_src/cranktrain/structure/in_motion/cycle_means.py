@@ -22,54 +22,38 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.linear import ACROSS
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
 from cranktrain.structure.in_motion.joint import joint_at_state, joint_stiffness
-from cranktrain.structure.in_motion.linear import ACROSS
 
 
 class CycleTangents(NamedTuple):
-    """Tangents at N equally spaced times of a settled cycle, see :class:`cranktrain.dynamics.tangents.Tangents`.
+    """Tangents at N equally spaced times of a settled cycle.
 
     Attributes
     ----------
     speed : mean speed, rad/s
-    place, velocity, acceleration : (N, k, 4, 4) tangents of the connections, along axes of the frame
-    forces, displaced : (N, m) forces and displacements at the ports
+    laws : tangents, forces and displacements at these times
     frame : (N, 3) cosine and sine of the frame's angle, and speed of the frame, rad/s
     joint : (N, 2) coefficients of the axial joint, see :mod:`cranktrain.structure.in_motion.joint`
     """
 
     speed: float
-    place: Array
-    velocity: Array
-    acceleration: Array
-    forces: Array
-    displaced: Array
+    laws: Tangents
     frame: Array
     joint: Array
 
 
 class CycleMeans(NamedTuple):
-    """Means of the force laws over a cycle, along axes of the frame.
-
-    Attributes
-    ----------
-    speed, hz : speed, rad/s, and frequency, Hz, of the vibration for which the means of films are made
-    place, velocity, acceleration : (k, 4, 4) tangents of the connections, N/m, N s/m, kg
-    forces, displaced : (m,) mean forces at the ports and mean displacements of the ports
-    """
+    """Means of the force ``laws`` over a cycle at a ``speed``, rad/s; films for vibration at ``hz``, Hz."""
 
     speed: float
     hz: float
-    place: Array
-    velocity: Array
-    acceleration: Array
-    forces: Array
-    displaced: Array
+    laws: Tangents
 
 
 def tangents_over_cycle(simulation: Simulation) -> CycleTangents:
@@ -87,14 +71,13 @@ def tangents_over_cycle(simulation: Simulation) -> CycleTangents:
         joint.append(joint_at_state(simulation))
         frame.append(simulation.work.frames[0, [slots.COS, slots.SIN, slots.WHIRL]].copy())
     simulation.state = state
-    place, velocity, acceleration, forces, displaced = (np.array(parts) for parts in zip(*found, strict=True))
-    return CycleTangents(speed, place, velocity, acceleration, forces, displaced, np.array(frame), np.array(joint))
+    laws = Tangents(*(np.array(parts) for parts in zip(*found, strict=True)))
+    return CycleTangents(speed, laws, np.array(frame), np.array(joint))
 
 
 def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
     """Means of all tangents over a cycle, for vibration at ``hz``."""
-    place, velocity, acceleration, forces, displaced = (part.mean(axis=0) for part in tangents[1:6])
-    return CycleMeans(tangents.speed, hz, place, velocity, acceleration, forces, displaced)
+    return CycleMeans(tangents.speed, hz, tangents.laws.mean())
 
 
 def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
@@ -103,9 +86,9 @@ def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: Cycl
     if path is None or k < 0:
         return means
     law = joint_stiffness(path, tangents.joint, 4.0 * math.pi / tangents.speed, hz)
-    place, velocity = means.place.copy(), means.velocity.copy()
-    place[k, 0, 0], velocity[k, 0, 0] = -law.real, -law.imag / (2.0 * math.pi * hz)
-    return means._replace(place=place, velocity=velocity)
+    laws = means.laws._replace(place=means.laws.place.copy(), velocity=means.laws.velocity.copy())
+    laws.place[k, 0, 0], laws.velocity[k, 0, 0] = -law.real, -law.imag / (2.0 * math.pi * hz)
+    return means._replace(laws=laws)
 
 
 def with_film_means(
@@ -113,18 +96,18 @@ def with_film_means(
 ) -> CycleMeans:
     """Means at ``hz`` with films in series with their ``compliances`` (p, p), m/N, in the order of :func:`films`."""
     omega = 2.0 * math.pi * hz
-    place, velocity = means.place.copy(), means.velocity.copy()
+    laws = means.laws._replace(place=means.laws.place.copy(), velocity=means.laws.velocity.copy())
     for (k, parts), compliance in zip(films(model), compliances, strict=True):
-        at = np.ix_(range(len(tangents.place)), [k], parts, parts)
-        law = -tangents.place[at][:, 0] - 1j * omega * tangents.velocity[at][:, 0]
+        at = np.ix_(range(len(tangents.joint)), [k], parts, parts)
+        law = -tangents.laws.place[at][:, 0] - 1j * omega * tangents.laws.velocity[at][:, 0]
         mean = mean_law(law, compliance)
         signs = np.ones((1, 1))
         if len(parts) < model.connections[k, slots.COUPLED]:  # the film is between a pin and its big end
             signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
         size = signs.shape[0] * len(parts)
-        place[k, :size, :size] = -np.kron(signs, mean.real)
-        velocity[k, :size, :size] = -np.kron(signs, mean.imag / omega)
-    return means._replace(hz=hz, place=place, velocity=velocity)
+        laws.place[k, :size, :size] = -np.kron(signs, mean.real)
+        laws.velocity[k, :size, :size] = -np.kron(signs, mean.imag / omega)
+    return means._replace(hz=hz, laws=laws)
 
 
 def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
@@ -154,7 +137,7 @@ def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, A
     its position and by its velocity in the bore, as seen from the ground.
     """
     mains = model.bearings.shape[0]
-    place, velocity = (-part[:, :mains, :2, :2] for part in (tangents.place, tangents.velocity))
+    place, velocity = (-part[:, :mains, :2, :2] for part in tangents.laws[:2])
     # Remove the contribution of the frame's rotation to the derivative by velocity.
     cos, sin, whirl = tangents.frame.T
     place = place - whirl[:, None, None, None] * velocity @ ACROSS

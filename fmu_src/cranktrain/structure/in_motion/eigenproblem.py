@@ -7,8 +7,7 @@ In the frame that turns with the crank at Ω, with the rotating bodies in modes 
 where K̄ and C̄ are the cycle means of the derivatives of all films, of the running thrust bearing, of floating big
 ends, of the axial joint of the drive line and of the damper (:mod:`cranktrain.structure.in_motion.cycle_means`), and t
 the twists of the drive line's shafts with their stiffness k_s and damping c_s. The rods enter by their mean tangents
-about the rigid rotation, with pistons on the axes of their cylinders
-(:func:`cranktrain.structure.in_motion.periodic_forces.rod_forces`). Solutions are q = Re x exp(λt).
+in uniform rotation of the rigid crank (:mod:`cranktrain.dynamics.tangents`). Solutions are q = Re x exp(λt).
 
 A flexible block is stationary. In a mode of the crank it moves with the exponents λ, λ + iΩ and λ − iΩ,
 
@@ -36,7 +35,6 @@ Sources: Friswell, Penny, Garvey & Lees, *Dynamics of Rotating Machines* (2010),
 """
 
 import math
-from dataclasses import replace
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -46,13 +44,12 @@ from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import ComplexArray
+from cranktrain.dynamics.linear import Equations, SmallMotions
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.bodies import locked_on_axis
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
-from cranktrain.dynamics.tangents import Tangents
+from cranktrain.dynamics.tangents import Tangents, tangents_in_rotation
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.torsional_line import STIFFNESS
 from cranktrain.structure.crank.modal import (
     KINDS,
@@ -72,8 +69,6 @@ from cranktrain.structure.in_motion.cycle_means import (
     with_film_means,
     with_joint_mean,
 )
-from cranktrain.structure.in_motion.linear import Equations, SmallMotions
-from cranktrain.structure.in_motion.periodic_forces import rod_forces
 from cranktrain.structure.in_motion.residues import order_forces, participations, unit_torques
 
 SLOWEST_HZ, SLOWEST_SHARE = 60.0, 0.25
@@ -88,22 +83,20 @@ SIDES = 4
 """Largest k of the side frequencies ω ± kΩ/2 that are included in the compliance of crank and block."""
 MOSTLY_SHAFT = 0.5
 """A mode belongs to the drive line if its shafts hold at least this fraction of the mode's elastic energy."""
-SAMPLES = 360
-"""Number of crank angles of a cycle at which rods are linearised."""
 PARTS = (*KINDS, "block", "added")
 PULLEY = 1
 """Row of ``ModelArrays.ends`` for the pulley's rotation."""
 
 
 class Rods(NamedTuple):
-    """Rods linearised about the rigid rotation: rows (3 c, n_t) of their motion, mean tangents, and loads on the crank.
+    """Rods of the crank linearised about rotation: rows of the connections, mean tangents, and loads on the crank.
 
-    ``tangents`` are derivatives by displacement, velocity and acceleration. The columns of ``loads`` (n_t, c + o) are
-    the gas torques of 1 N m, then the forces of each order, see :mod:`cranktrain.structure.in_motion.residues`.
+    The columns of ``loads`` (n_t, c + o) are the gas torques of 1 N m, then the forces of each order, see
+    :mod:`cranktrain.structure.in_motion.residues`.
     """
 
-    rows: Array
-    tangents: list[Array]
+    connections: NDArray[np.int64]
+    tangents: Tangents
     loads: ComplexArray
 
 
@@ -255,7 +248,7 @@ def consistent_means(simulation: Simulation, tangents: CycleTangents, means: Cyc
             if size < numbers.size:  # relative motion of a pin and its floating big end
                 apart = np.hstack((np.eye(size), -np.eye(size)))
             own = apart @ compliance[np.ix_(numbers, numbers)] @ apart.T
-            law = -means.place[k, :size, :size] - s * means.velocity[k, :size, :size]
+            law = -means.laws.place[k, :size, :size] - s * means.laws.velocity[k, :size, :size]
             # Compliance of crank and block at this film's ports without the film itself, (G⁻¹ − Z̄)⁻¹.
             sum_of_sides += np.linalg.solve(np.eye(size) - own @ law, own) / (2.0 * SIDES)
     return with_joint_mean(simulation, tangents, with_film_means(model, tangents, means, felt, hz), hz)
@@ -295,10 +288,13 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
 
     The first coordinates are those of all bodies that turn with the crank, of which the crank's own come first.
     """
-    of_rods = set(simulation.model.cylinders[:, slots.END_ROW].astype(int).tolist())
-    rods, tangents, _ = rods_in_motion(simulation, means.speed)
-    laws = Tangents(*means[2:])
-    return small_motions(simulation).equations(means.speed, laws, (rods, tangents[::-1]), of_rods)
+    laws, rods = Tangents(*(part.copy() for part in means.laws)), rods_in_motion(simulation, means.speed)
+    for part, own in zip(laws[:3], rods.tangents, strict=False):
+        part[rods.connections] = own[rods.connections]
+    for row in simulation.model.connections[rods.connections]:
+        ports = row[slots.FIRST : slots.FIRST + row[slots.COUPLED]]
+        laws.forces[ports], laws.displaced[ports] = rods.tangents.forces[ports], 0.0
+    return small_motions(simulation).equations(means.speed, laws)
 
 
 def small_motions(simulation: Simulation) -> SmallMotions:
@@ -316,15 +312,11 @@ def vibrations(
     The third array (k, l) has the modes' participations in ``loads`` (n, l), see
     :func:`cranktrain.structure.in_motion.residues.participations`.
     """
-    mass, damping, stiffness = equations[:3]
-    n = len(mass)
-    factor = np.linalg.inv(mass)
-    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-factor @ stiffness, -factor @ damping]])
-    values, left, right = eig(matrix, left=True)
+    values, left, right = eig(equations.first_order, left=True)
     kept = np.flatnonzero((values.imag > 2.0 * math.pi * slowest) & (-values.real < OVERDAMPED * np.abs(values)))
     kept = kept[np.argsort(values[kept].imag)]
     left, right = left[:, kept], right[:, kept]
-    return values[kept], right[:n], participations(mass, left, right, loads)
+    return values[kept], right[: len(equations.mass)], participations(equations.mass, left, right, loads)
 
 
 def rods_in_motion(simulation: Simulation, speed: float) -> Rods:
@@ -336,25 +328,16 @@ def rods_in_motion(simulation: Simulation, speed: float) -> Rods:
 
 
 def _rods(simulation: Simulation, speed: float) -> Rods:
-    """Linearise the force laws of the rods about a cycle of rigid rotation at a speed, rad/s."""
-    engine, body, model = simulation.engine, simulation.body, simulation.model
-    t, ends = model.ports.shape[1], [int(rod[slots.END_PORT]) for rod in model.cylinders]
-    if not bearing_law(simulation.settings.bearings).carries:
-        body = locked_on_axis(body)
-    if ends[0] >= 0:  # a floating big end is a separate body
-        engine = replace(engine, rod=replace(engine.rod, big_end_mass=0.0))
-    angle: Array = np.arange(SAMPLES, dtype=np.float64) * (4.0 * math.pi / SAMPLES)
-    forces = rod_forces(engine, body, speed, angle, simulation.gas, simulation.settings.gas_load)
-    rows = np.zeros((len(forces.rows), t))
-    rows[:, : forces.rows.shape[1]] = forces.rows
-    for c, end in enumerate(ends):
-        if end >= 0:
-            rows[3 * c : 3 * c + 2] = model.ports[end : end + 2]
-            rows[3 * c + 2] = 0.0
-    torques = np.zeros((t, engine.n_cylinders))
-    torques[: body.n_modes] = unit_torques(engine, body)
-    loads: ComplexArray = np.hstack((torques, rows.T @ order_forces(forces.forces))).astype(np.complex128)
-    return Rods(rows, [tangent.mean(axis=0) for tangent in forces[2:]], loads)
+    """Linearise the force laws of the rods about uniform rotation at a speed, rad/s."""
+    model, motions = simulation.model, small_motions(simulation)
+    connections, t = model.cylinders[:, slots.END_ROW].astype(np.int64), model.ports.shape[1]
+    found = tangents_in_rotation(model, speed, connections)
+    torques = np.zeros((t, len(connections)))
+    torques[: simulation.body.n_modes] = unit_torques(simulation.engine, simulation.body)
+    ports = [port for row in model.connections[connections] for port in row[slots.FIRST :][: row[slots.COUPLED]]]
+    rows = motions.components()[np.concatenate([motions.numbers(k) for k in connections.tolist()]), :t]
+    loads = np.hstack((torques, rows.T @ order_forces(found.forces[:, ports])))
+    return Rods(connections, found.mean(), loads.astype(np.complex128))
 
 
 def _shares(simulation: Simulation, engine: Engine, shapes: ComplexArray) -> Array:

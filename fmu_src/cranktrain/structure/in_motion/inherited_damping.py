@@ -35,12 +35,7 @@ from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import NOTHING_PUBLISHED
-from cranktrain.structure.crank.modal import (
-    at_largest,
-    cranktrain_matrices,
-    cranktrain_modes,
-    torsional_frequencies,
-)
+from cranktrain.structure.crank.modal import at_largest, cranktrain_matrices, cranktrain_modes, torsional_frequencies
 from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 
 MODES = 2
@@ -194,7 +189,8 @@ def _rate(
     first = [offset(part, simulation.model.omega2.size) for part in (POSITION, VELOCITY)]
     place, speed = (slice(at, at + shape.size) for at in first)
     shape = shape / math.sqrt(shape @ mass @ shape)
-    turned = np.abs(simulation.body.shapes[:, 5] @ shape).max()
+    turns = simulation.body.shapes[:, 5] @ shape
+    turned = -turns[np.abs(turns).argmax()]  # eigenvectors have any sign, and films resist a little more one way
     kicked = state.copy()
     kicked[speed] += shape * (KICK * omega / turned)
     motions = np.zeros((2, count, 2))

@@ -1,6 +1,6 @@
 """Modes of bodies and connections of a topology at rest, at crank angle 0.
 
-Stiffness and mass are those of :mod:`cranktrain.structure.in_motion.linear` without speed. Flanks of gears without
+Stiffness and mass are those of :mod:`cranktrain.dynamics.linear` without speed. Flanks of gears without
 backlash are in contact; with backlash the gears are free, in the middle of their play.
 """
 
@@ -11,13 +11,13 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.linear import SmallMotions
 from cranktrain.dynamics.model.pack import Cranktrain, no_body, pack
 from cranktrain.dynamics.model.records import no_ports
-from cranktrain.dynamics.tangents import tangents_at_rest
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.relations import groups, joined_crank
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
-from cranktrain.structure.in_motion.linear import SmallMotions
 
 
 class TopologyModes(NamedTuple):
@@ -71,7 +71,7 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
         turning=body, joined=parts, block=block, stationary=block or no_body(), damping=np.zeros(first), ports=ports
     )
     model = pack(topology, own)
-    mass, _, stiffness = SmallMotions(model, still=True).equations(0.0, tangents_at_rest(model))
+    mass, _, stiffness = SmallMotions(model, still=True).equations(0.0, tangents_in_rotation(model).mean())
     if crank is not None:
         stiffness[:first, :first] += crank.stiffness - np.diag(model.omega2[:first])
         mass[:first, :first] = crank.mass

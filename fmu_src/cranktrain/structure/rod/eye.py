@@ -26,6 +26,7 @@ from scipy.linalg import qr
 from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array, Progress
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import SHELL_SHARE, Material, PlainBearing, Rod
@@ -34,7 +35,7 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance, reduced_comp
 from cranktrain.structure.block.saddle import DEGREE, FACET_ORDER, WAVES, pattern_loads
 from cranktrain.structure.fem.craig_bampton import rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
-from cranktrain.structure.fem.factor import factorise, one_thread
+from cranktrain.structure.fem.factor import factorise
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
 from cranktrain.structure.fem.surface_compliance import kept_compliance
 

@@ -18,11 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array, Integers
 from cranktrain.engine.parts import Material
 from cranktrain.structure.crank.sections import bare_outline, web_width
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements
-from cranktrain.structure.fem.factor import factorise, one_thread
+from cranktrain.structure.fem.factor import factorise
 from cranktrain.structure.stress.nodal_stress import NodalStress, principal, von_mises
 from cranktrain.structure.stress.throw_mesh import QuarterThrow
 

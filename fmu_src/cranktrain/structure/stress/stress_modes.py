@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.store.hdf5 import load_body
@@ -22,7 +23,6 @@ from cranktrain.store.whole_file import check_kept, whole_file
 from cranktrain.structure.crank.reduction import reduction_task
 from cranktrain.structure.fem.craig_bampton import Reduced
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, sample
-from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.own_body import is_body
 from cranktrain.structure.fem.reduction import (

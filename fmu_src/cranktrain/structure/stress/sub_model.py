@@ -28,12 +28,13 @@ from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.rigid_slices import skew
+from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array, Integers
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.shape import oil_outlet, pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, sample
-from cranktrain.structure.fem.factor import factorise, one_thread
+from cranktrain.structure.fem.factor import factorise
 from cranktrain.structure.fem.interfaces import averaged_interfaces, unit_motions
 from cranktrain.structure.fem.mesh import surface_basis
 from cranktrain.structure.fem.reduction import Progress

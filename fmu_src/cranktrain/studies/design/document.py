@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from cranktrain.engine.model import Engine, engine_from_dict
 from cranktrain.engine.quantities import OFFSETS, UNITS
+from cranktrain.engine.written import entry_text, toml_text
 
 DIGITS, DIGITS_OF_ANGLES, DIGITS_GIVEN = 4, 9, 12
 """Numbers of significant digits: of values, of angles (more, so that firing is even), and of values stated by the user
@@ -34,8 +35,7 @@ class Entry(NamedTuple):
     @property
     def text(self) -> str:
         """Line of the engine file with the entry's value, unit, origin and note."""
-        unit = f', unit = "{self.unit}"' if self.unit else ""
-        return f'{self.key} = {{ value = {_text(self.value)}{unit}, origin = "{self.origin}", note = "{self.note}" }}'
+        return entry_text(self.key, toml_text(self.value), self.unit, self.origin, self.note)
 
 
 class Block(NamedTuple):
@@ -105,11 +105,3 @@ def _entry(key: str, value: Any, unit: str, origin: str, note: str) -> Entry:
     elif unit:
         value = rounded(value, unit)
     return Entry(key, list(value) if isinstance(value, tuple) else value, unit, origin, note)
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, list):
-        return f"[{', '.join(_text(one) for one in value)}]"
-    return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -28,14 +28,7 @@ from cranktrain.studies.design.fitting import (
 from cranktrain.studies.design.layouts import IN_LINE, VEE
 from cranktrain.studies.design.limits import bearing_limits, limits
 from cranktrain.studies.design.mounted_block import mounted_block, piston_guidance
-from cranktrain.studies.design.options import BARE, Equipment
-from cranktrain.studies.design.sizes import (
-    FILLET,
-    FLYING_WEB,
-    LAMBDA,
-    MECHANICAL_EFFICIENCY,
-    Sizes,
-)
+from cranktrain.studies.design.sizes import BARE, FILLET, FLYING_WEB, LAMBDA, MECHANICAL_EFFICIENCY, Equipment, Sizes
 
 HEISLER = "Heisler"
 LOWER_HEATING, AIR_BURNT, GAS_CONSTANT, INTAKE_KELVIN = 43e6, 14.6, 287.0, 323.0

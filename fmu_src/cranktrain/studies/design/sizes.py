@@ -364,3 +364,26 @@ def sizes(
             f"{1e-5 * WIDEST_PRESSURE:g}, change power, --rated-rpm or sizes"
         )
     return found._replace(imep=imep)
+
+
+DAMPERS = ("rubber", "viscous")
+FLYWHEELS = ("solid", "dual-mass")
+
+
+class Equipment(NamedTuple):
+    """Optional equipment: kind of ``damper`` or None, dual-mass flywheel, mounts with a block."""
+
+    damper: str | None = None
+    dual_mass: bool = False
+    mounts: bool = False
+
+
+BARE = Equipment()
+
+
+def equipment(damper: str | None, flywheel: str, mounts: bool) -> Equipment:
+    """Make the equipment from these options; ``InputError`` for an unknown word."""
+    for option, word, words in (("damper", damper, DAMPERS), ("flywheel", flywheel, FLYWHEELS)):
+        if word is not None and word not in words:
+            raise InputError(f"--{option} '{word}' is not known; {nearest(word, words)}")
+    return Equipment(damper, flywheel == FLYWHEELS[1], mounts)

@@ -6,19 +6,23 @@ speeds is used. Some scenes are not covered and get no figures: another engine, 
 without a chart, damper, floating big ends, part load, a measured trace, heat balance of films.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.studies.output_levels import plain_name
-from cranktrain.studies.planning.ladder import Pair
-from cranktrain.studies.planning.plan import percent
-from cranktrain.studies.scene import Scene
 from cranktrain.studies.total_error.families import FAMILIES
-from cranktrain.studies.total_error.point import TotalPoint
+from cranktrain.studies.total_error.point import TotalPoint, percent
 from cranktrain.studies.total_error.shipped import Shipped, shipped
+
+if TYPE_CHECKING:
+    from cranktrain.studies.planning.ladder import Pair
+    from cranktrain.studies.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.studies.planning.charted import ChartedChoice, around, choices
-from cranktrain.studies.planning.plan import percent
 from cranktrain.studies.total_error.families import FAMILIES
+from cranktrain.studies.total_error.point import percent
 from cranktrain.studies.total_error.shipped import shipped
 
 TORSION = "torsion"

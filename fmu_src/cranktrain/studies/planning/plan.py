@@ -116,11 +116,6 @@ def largest(errors: Array) -> float:
     return float(errors.max()) if errors.size else 0.0
 
 
-def percent(value: float) -> str:
-    """Text of a relative error in per cent."""
-    return f"{100.0 * value:.2g} %"
-
-
 def pair_name(pair: Pair) -> str:
     """Text of a pair of levels, such as ``solid/table``."""
     return f"{pair[0]}/{pair[1]}"

@@ -30,9 +30,10 @@ from cranktrain.studies.planning.charted import charted
 from cranktrain.studies.planning.difference import longest_step
 from cranktrain.studies.planning.ladder import SOLID, Pair, admits, candidates, dearest, film, next_pair
 from cranktrain.studies.planning.measured import Measured
-from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
+from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name
 from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import Scene, load_scene
+from cranktrain.studies.total_error.point import percent
 
 ELASTIC_METHODS = {"esdirk3": (2.0, 1.0, 0.5)}
 """Integrators with the steps (deg) that a plan tries on elastic films. Steps are short, because films close quickly."""

@@ -1,7 +1,7 @@
-"""Bodies that an engine file adds to a torsional crank: their dynamic stiffness on the crank at each speed and order.
+"""Linear model of a crank with the bodies that its engine file adds, and their dynamic stiffness at speeds and orders.
 
 Small motions of crank (c) and added bodies (a) at ω = oΩ obey D q = f with D = K + iωC − ω²M of
-:mod:`cranktrain.structure.in_motion.linear`. No force of a cylinder acts on the added bodies, so the crank feels
+:mod:`cranktrain.dynamics.linear`. No force of a cylinder acts on the added bodies, so the crank feels
 
     D_cc − D_ca D_aa⁻¹ D_ac.
 
@@ -9,27 +9,24 @@ Connections are linear about the state at rest: films and rollers are their line
 and teeth without backlash are in contact. Steady loads of connections and the weight of unbalanced bodies are left out.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import ComplexArray
+from cranktrain.dynamics.linear import Equations, SmallMotions
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import Parts, build_model
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.tangents import tangents_at_rest
+from cranktrain.dynamics.tangents import Tangents
 from cranktrain.dynamics.topology.tables import whole_topology
 from cranktrain.engine.additions import split_end
 from cranktrain.engine.connections import Coupling, GearMesh, Load, SlidingJoint
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.additions import read_added
-from cranktrain.structure.in_motion.linear import Equations, SmallMotions
 from cranktrain.studies.added_modes import on_springs
 from cranktrain.studies.torsion.line_link import linear_engine
 
@@ -38,74 +35,58 @@ _HELD = 1.0e-8
 holds a motion that the crank does not excite."""
 
 
-class AddedOrders:
-    """Dynamic stiffness of added bodies on the modes of a torsional crank, from the rotation about the axis on.
+class OrderMatrices:
+    """Matrices of a crank and of added bodies as polynomials of the speed, from the rotation about the axis on.
 
-    Raises ``InputError`` for a connection that is not linear, and for bodies whose frames do not turn uniformly.
+    Parameters
+    ----------
+    model, laws : linear model and the mean tangents of its connections
+    speed : any speed that scales the terms of the polynomials, rad/s
 
     Attributes
     ----------
-    at_rest : stiffness, damping and mass (m, m) of the modes of crank and added bodies at rest and crank angle 0; the
-        crank's part is that of the connections alone
+    of_crank : (6, n, n) factors of 1, Ω, Ω², iω, iωΩ and −ω² in the crank's dynamic stiffness
+    at_rest : equations of all modes at rest and crank angle 0, the crank's first
     """
 
-    def __init__(self, engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace) -> None:
-        if reason := not_linear(engine):
-            raise InputError(f"{reason}, which a steady state in the frequency domain does not include; run it in time")
-        model = linear_model(linear_engine(engine), body, settings, gas)
-        self._crank, self._added, equations = links(model, SmallMotions(model), slots.ROTATION)
-        # K and C are polynomials of the speed.
-        at = max(gas.best_speed, 1.0)
-        still, forwards, backwards = equations(0.0), equations(at), equations(-at)
-        even = (forwards.stiffness + backwards.stiffness) / 2.0 - still.stiffness
-        self._parts = np.stack([
-            still.stiffness, (forwards.stiffness - backwards.stiffness) / (2.0 * at), even / at**2,
-            still.damping, (forwards.damping - backwards.damping) / (2.0 * at), still.mass,
-        ]).astype(np.complex128)  # fmt: skip
-        crank, added, equations = links(model, SmallMotions(model, still=True), slots.ROTATION)
-        kept = np.concatenate((crank, added))
-        mass, damping, stiffness = (part[np.ix_(kept, kept)] for part in equations(0.0))
-        self.at_rest: tuple[Array, Array, Array] = stiffness, damping, mass
+    def __init__(self, model: ModelArrays, laws: Tangents, speed: float) -> None:
+        motions, turning = SmallMotions(model), model.ports.shape[1]
+        self._crank = np.flatnonzero((motions.mode >= slots.ROTATION) & (motions.mode < turning))
+        self._added = np.flatnonzero(motions.mode >= turning)
+        still = motions.equations(0.0, laws)
+        zero = np.zeros_like(still.mass)
+        self._parts = np.stack((still.stiffness, zero, zero, still.damping, zero, still.mass))
+        if self._added.size:  # a crank that only twists has no terms with the speed
+            forwards, backwards = (motions.equations(at, laws) for at in (speed, -speed))
+            self._parts[1] = (forwards.stiffness - backwards.stiffness) / (2.0 * speed)
+            self._parts[2] = ((forwards.stiffness + backwards.stiffness) / 2.0 - still.stiffness) / speed**2
+            self._parts[4] = (forwards.damping - backwards.damping) / (2.0 * speed)
+            still = SmallMotions(model, still=True).equations(0.0, laws)
+        self.at_rest = Equations(*(part[slots.ROTATION :, slots.ROTATION :] for part in still))
+        self.of_crank = self._parts[:, self._crank[:, None], self._crank]
 
-    def stiffness(self, speed: float, orders: Array) -> ComplexArray:
-        """Dynamic stiffness (o, n, n) at a speed (rad/s) and orders (o,)."""
-        omega = speed * orders
-        one = np.ones_like(omega)
-        weights = np.stack((one, speed * one, speed**2 * one, 1j * omega, 1j * omega * speed, -(omega**2)), axis=-1)
-        size = self._parts.shape[1]
-        dynamic = (weights @ self._parts.reshape(len(self._parts), -1)).reshape(-1, size, size)
-        c, a = self._crank, self._added
+    def weights(self, speed: Array, omega: Array) -> ComplexArray:
+        """Factors (…, 6) of the matrices at speeds and angular frequencies (…), rad/s."""
+        speed = np.broadcast_to(speed, omega.shape)
+        return np.stack((omega**0, speed, speed**2, 1j * omega, 1j * omega * speed, -(omega**2)), axis=-1)
+
+    def felt(self, speed: float, orders: Array) -> ComplexArray | float:
+        """D_ca D_aa⁻¹ D_ac (o, n, n) at a speed (rad/s) and orders (o,); 0 without added bodies."""
+        if not self._added.size:
+            return 0.0
+        c, a, n = self._crank, self._added, self._parts.shape[1]
+        weights = self.weights(np.array(speed), speed * orders)
+        dynamic = (weights @ self._parts.reshape(6, -1)).reshape(-1, n, n)
         held = dynamic[:, a[:, None], a] + _HELD * speed**2 * np.eye(a.size)
-        answer = np.linalg.solve(held, dynamic[:, a[:, None], c])
-        return np.asarray(dynamic[:, c[:, None], c] - dynamic[:, c[:, None], a] @ answer)
+        return np.asarray(dynamic[:, c[:, None], a] @ np.linalg.solve(held, dynamic[:, a[:, None], c]))
 
 
 def linear_model(engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace) -> ModelArrays:
-    """Model of an engine on rigid ground with added bodies whose connections are linear."""
+    """Model of an engine on rigid ground whose connections and drive line are linear; also those of added bodies."""
+    engine = linear_engine(engine)
     topology = whole_topology(engine, body, None, read_added(engine))
     topology = replace(topology, connections=tuple(map(on_springs, topology.connections)))
     return build_model(engine.without_additions, body, settings, gas.best_speed, gas, Parts(topology=topology))
-
-
-def links(
-    model: ModelArrays, motions: SmallMotions, first: int = 0
-) -> tuple[NDArray[np.intp], NDArray[np.intp], Callable[[float], Equations]]:
-    """Coordinates of crank, from mode ``first`` on, and added bodies, and a function of the speed (rad/s): equations.
-
-    The crank's own matrices are left out, so its part is that of the connections.
-    """
-    laws, turning = tangents_at_rest(model), model.ports.shape[1]
-    crank = np.flatnonzero((motions.mode >= first) & (motions.mode < turning))
-    none = laws._replace(place=0.0 * laws.place, velocity=0.0 * laws.velocity)
-    own = np.ix_(crank, crank)
-
-    def equations(speed: float) -> Equations:
-        found = motions.equations(speed, laws)
-        for part, without in zip(found, motions.equations(speed, none), strict=True):
-            part[own] -= without[own]
-        return found
-
-    return crank, np.flatnonzero(motions.mode >= turning), equations
 
 
 def not_linear(engine: Engine) -> str:

@@ -21,6 +21,7 @@ from scipy.linalg import eig, eigh
 
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
+from cranktrain.dynamics.linear import Equations
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import (
     STIFFNESS,
@@ -57,13 +58,10 @@ class DampedModes(NamedTuple):
 
 def damped_modes(stiffness: Array, damping: Array, mass: Array) -> DampedModes:
     """Oscillatory modes above 1 Hz of M ẍ + C ẋ + K x = 0 with K, C, M (n, n)."""
-    n = mass.shape[0]
-    zero, unit = np.zeros((n, n)), np.eye(n)
-    factor = np.linalg.inv(mass)
-    values, vectors = eig(np.block([[zero, unit], [-factor @ stiffness, -factor @ damping]]))
+    values, vectors = eig(Equations(mass, damping, stiffness).first_order)
     swinging = np.flatnonzero(values.imag > 2.0 * math.pi * SLOWEST_HZ)
     swinging = swinging[np.argsort(values[swinging].imag)]
-    return DampedModes(values[swinging], vectors[:n, swinging])
+    return DampedModes(values[swinging], vectors[: len(mass), swinging])
 
 
 def with_ring(

@@ -12,7 +12,7 @@ stiffness of their own at each order and speed where it depends on frequency or 
 (:mod:`cranktrain.studies.torsion.line_link`). At order 0 the frame turns with the crank's mean rotation; the mean
 torque of the drive line is sought in its place.
 
-Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays.build_model`.
+Matrices are those of :mod:`cranktrain.dynamics.linear`.
 """
 
 import math
@@ -28,17 +28,17 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.hysteresis import OF_LOSS, OF_SHAFT
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.mean_load import balancing_load
-from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, torsional_line
-from cranktrain.studies.torsion.added_orders import AddedOrders
-from cranktrain.studies.torsion.line_link import LineLink, linear_engine
+from cranktrain.loads.torsional_line import torsional_line
+from cranktrain.studies.torsion.added_orders import OrderMatrices, linear_model, not_linear
+from cranktrain.studies.torsion.line_link import LineLink
 from cranktrain.studies.torsion.rod_torque import Rods, gas_push
 
 _MOVES = 1.0e-4
@@ -100,10 +100,9 @@ class ShaftOrders:
                 "a run-up in the frequency domain takes a crank that only twists at a given speed; use crank "
                 "torsional, bearings held (or auto) and boundary speed, or run it in time"
             )
-        # Any speed will do here, because only the damper's temperature in this model depends on speed.
-        plain = linear_engine(engine.without_additions)
-        model = build_model(plain, body, settings, gas.best_speed, gas)
-        self._added = AddedOrders(engine, body, settings, gas) if any(engine.additions) else None
+        if reason := not_linear(engine):
+            raise InputError(f"{reason}, which a steady state in the frequency domain does not include; run it in time")
+        model = linear_model(engine, body, settings, gas)
         line = torsional_line(engine)
         self.link, self._engine, self._gas, self.balanced = LineLink(line), engine, gas, balanced
         count = round(2.0 * highest)
@@ -133,15 +132,19 @@ class ShaftOrders:
         self._rows = np.vstack((rows, *ends, self._shaft_twists, self._own_twists))
         # Loss factors are complex stiffness here. The model's last shafts represent them in time and are left out.
         kept = len(model.shafts) - np.count_nonzero(self._own_laws[:, OF_LOSS]) - np.count_nonzero(line.hysteresis)
-        shafts, laws = model.shafts[:kept, own], model.shaft_laws[:kept]
-        self._stiffness: Array = np.diag(model.omega2[own]) + shafts.T @ (laws[:, STIFFNESS, None] * shafts)
-        self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
+        model = model._replace(shafts=model.shafts[:kept], shaft_laws=model.shaft_laws[:kept])
         self._crank: tuple[Array, Array] = model.omega2[own], model.damping[own]
-        self._scale = float(self._stiffness.max())
         # The ring is appended to the crank's modes.
         self._ring = [sizes.crank_modes - slots.ROTATION] if sizes.damper >= 0 else []
         still = self.rods.torque(np.repeat(self.angle[:, None], engine.n_cylinders, axis=1))
         self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
+        laws = tangents_in_rotation(model, rows=range(int(model.layout[slots.TERM_ROW]), len(model.connections))).mean()
+        laws.acceleration[model.cylinders[:, slots.END_ROW].astype(int), 0, 0] = -still.inertia.mean(axis=0)
+        self._matrices = OrderMatrices(model, laws, max(gas.best_speed, 1.0))
+        self._parts: ComplexArray = self._matrices.of_crank
+        self._scale = float(self._parts[0].real.max())
+        mass, damping, stiffness = self._matrices.at_rest
+        self._at_rest = [stiffness, damping, mass]
         self._gas_means(still.arm)
         cylinders = np.repeat(self.angle[:, None], self.throw.size, axis=1)
         motored = self.push(cylinders, np.zeros(1))
@@ -171,13 +174,12 @@ class ShaftOrders:
         The m modes are those of its body from the rotation about the axis on.
         """
         other, own = copy(self), np.arange(squares.size)
-        other._stiffness, other._damping = self._stiffness.copy(), self._damping.copy()
-        for matrix, before, now in (
-            (other._stiffness, self._crank[0], squares), (other._damping, self._crank[1], damping)
-        ):  # fmt: skip
-            matrix[own, own] += now - before[: now.size]
+        other._parts, other._at_rest = self._parts.copy(), [part.copy() for part in self._at_rest]
+        for part, at_rest, before, now in zip((0, 3), other._at_rest, self._crank, (squares, damping), strict=False):
+            for matrix in (other._parts[part], at_rest):
+                matrix[own, own] += now - before[: now.size]
         other._crank = squares, damping
-        other._scale = float(other._stiffness.max())
+        other._scale = float(other._parts[0].real.max())
         return other
 
     def on_pins(self, values: Array) -> Array:
@@ -300,7 +302,7 @@ class ShaftOrders:
 
         It needs fewer right-hand sides than :meth:`transfer` if orders are not coupled; the arguments are the same.
         """
-        right = np.empty((*torques.shape[:2], self._stiffness.shape[0], 2), dtype=complex)
+        right = np.empty((*torques.shape[:2], self._rows.shape[1], 2), dtype=complex)
         right[..., 0] = torques @ self._rows[: self.pins]
         right[..., 1] = self._rows[self.pins]
         moved = np.linalg.solve(self._dynamic(speeds, np.arange(self.orders.size), friction), right)
@@ -310,7 +312,7 @@ class ShaftOrders:
     def rotations(self, body: ReducedBody, names: Sequence[str]) -> Array:
         """Rows (m, n) that give the rotations about the axis of interfaces of the crank's ``body``."""
         turned = body.shapes[[body.index(name) for name in names], 5, slots.ROTATION :]
-        return np.pad(turned, ((0, 0), (0, self._stiffness.shape[0] - turned.shape[1])))
+        return np.pad(turned, ((0, 0), (0, self._rows.shape[1] - turned.shape[1])))
 
     def ends_rows(self) -> Array:
         """Rows (4, n) of :class:`Observed`: twist of hub against ring, pulley, swing, flywheel."""
@@ -325,14 +327,8 @@ class ShaftOrders:
 
         Modes of added bodies at rest follow those of the crank.
         """
-        pins = self._rows[: self.pins]
-        mass = np.eye(self._stiffness.shape[0]) + pins.T @ (self.inertia[0].real[:, None] * pins)
-        own = [self._stiffness, self._damping, mass]
-        if self._added is not None:
-            more = len(self._added.at_rest[0]) - len(mass)
-            own = [np.pad(part, (0, more)) + links for part, links in zip(own, self._added.at_rest, strict=True)]
-        kept = np.delete(np.arange(len(own[0])), [] if ring else self._ring)
-        stiffness, damping, mass = (part[np.ix_(kept, kept)] for part in own)
+        kept = np.delete(np.arange(len(self._at_rest[0])), [] if ring else self._ring)
+        stiffness, damping, mass = (part[np.ix_(kept, kept)] for part in self._at_rest)
         return stiffness, damping, mass
 
     @property
@@ -347,7 +343,7 @@ class ShaftOrders:
         """
         stiffness, _, mass = self.matrices(False)
         squares, shapes = eigh(stiffness, mass)
-        crank = self._stiffness.shape[0] - len(self._ring)
+        crank = self._rows.shape[1] - len(self._ring)
         moves = np.linalg.norm(shapes[:crank], axis=0) > _MOVES * np.linalg.norm(shapes, axis=0)
         return np.sqrt(squares[(squares > 1e-6 * squares[-1]) & moves]) / (2.0 * math.pi)
 
@@ -356,25 +352,25 @@ class ShaftOrders:
 
         At order 0 the flywheel stands still, and the mean torque that this takes is the first unknown.
         """
-        n = self._stiffness.shape[0]
+        n = self._rows.shape[1]
         pins = self._rows[: self.pins]
         w = speeds[:, None] * self.orders[orders]
         share = np.broadcast_to(self.burn(speeds)[:, None], w.shape)
         motored, rise = np.zeros((2, n, n))
         if self.lead is not None:
             motored, rise = (pins.T @ (slope[:, None] * (pins - self._rows[self.lead])) for slope in self._by_turn)
-        mass = np.eye(n) + pins.T @ (self.inertia[0].real[:, None] * pins)
-        parts = (self._stiffness - motored, self._damping, mass, rise, self._hysteresis)
-        weights = np.stack((np.ones_like(w) + 0.0j, 1j * w, -(w**2), -share, 1j * (w > 0.0)), axis=-1)
-        dynamic = (weights @ np.stack([part.ravel() for part in parts])).reshape(*w.shape, n, n)
+        more = np.stack((-np.ones_like(w), -share, 1j * (w > 0.0)), axis=-1)
+        weights = np.concatenate((self._matrices.weights(speeds[:, None], w), more), axis=-1)
+        parts = np.concatenate((self._parts, np.stack((motored, rise, self._hysteresis))))
+        dynamic = (weights @ parts.reshape(len(parts), -1)).reshape(*w.shape, n, n)
         special = self.link.special
         if special:
             rubbing = np.zeros((speeds.size, self._shaft_twists.shape[0])) if friction is None else friction
             own = self._shaft_twists[special]
             excess = self.link.excess(w, self.mean_torque(speeds), rubbing)
             dynamic += np.einsum("skt,ti,tj->skij", excess, own, own)
-        if self._added is not None:
-            dynamic += np.stack([self._added.stiffness(speed, self.orders[orders]) for speed in speeds.tolist()])
+        for one, speed in zip(dynamic, speeds.tolist(), strict=True):
+            one -= self._matrices.felt(speed, self.orders[orders])
         for k in np.flatnonzero(orders == 0):
             dynamic[:, k, :, 0] = self._scale * self._flywheel
             dynamic[:, k, self._ring, self._ring] = self._scale

@@ -108,3 +108,8 @@ def at_scene(points: Iterable[TotalPoint], scene: str) -> list[TotalPoint]:
 def shown(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
     """Measured choices (points) that have the outputs of a family, cheapest first."""
     return sorted((p for p in points if p.total(family) is not None), key=lambda p: p.cost or 0.0)
+
+
+def percent(value: float) -> str:
+    """Text of a relative error in per cent."""
+    return f"{100.0 * value:.2g} %"

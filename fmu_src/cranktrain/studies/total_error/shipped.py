@@ -6,35 +6,19 @@ of other sources are marked as such.
 """
 
 import json
-import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
 
 from cranktrain.core.sources import ROOT, source_digest
 from cranktrain.engine.model import Engine
+from cranktrain.engine.written import document_of
 from cranktrain.studies.total_error.point import Best, TotalPoint, point_of
 
 FOLDER = "data"
 MODEL = ROOT / "structure" / "assembly.py"
 """Source file that makes all bodies and parts of a run; with its imports it covers the sources of the whole model."""
-LATER = (
-    ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
-    ("compressor", "", None), ("limits", "", None),
-    ("articulated_rod", "", None), ("frame", "", ()), ("body", "", ()), ("connection", "", ()),
-    ("cylinders", "firing_angles", ()),
-    ("cylinders", "firing_intervals", ()), ("cylinders", "cycle", 4.0 * math.pi),
-    ("cylinders", "axis_offsets", ()), ("cylinders", "rods_on_pin", "side-by-side"), ("cylinders", "crosshead", False),
-    ("crankshaft", "pins_between_mains", ()), ("crankshaft", "flying_web_thickness", 0.0),
-    ("crankshaft", "pin_throws", ()), ("load", "", None), ("damper", "damping", 0.0), ("damper", "frequencies", ()),
-    ("damper", "stiffnesses", ()), ("damper", "dampings", ()), ("rod", "eye_wall", 0.0), ("rod", "cap_wall", 0.0),
-    ("rod", "eye_width", 0.0), ("rod", "shank_width", 0.0), ("damping", "torsional_ratios", ()),
-    ("oil", "grade", "none"), ("rod_shape", "", None), ("drive_line", "start", "crank.flywheel"),
-)  # fmt: skip
-"""Tables and keys of engine files that are newer than the first shipped errors, with their default values."""
-CHANGED = (("big_end_bearing", "supply_angle", -0.5 * math.pi, 0.5 * math.pi),)
-"""Defaults that changed since the errors were measured (no level used them): table, key, present and former value."""
 
 
 @dataclass(frozen=True)
@@ -68,19 +52,8 @@ def model_sources() -> str:
 
 
 def engine_digest(engine: Engine) -> str:
-    """Digest of all values of an engine file.
-
-    Tables and keys of :data:`LATER` count only if the file has them, defaults of :data:`CHANGED` with former values.
-    """
-    said = asdict(engine)
-    for table, key, silent in LATER:
-        part = said[table] if key else said
-        if part is not None and part[key or table] == silent:
-            del part[key or table]
-    for table, key, now, before in CHANGED:
-        if said[table] is not None and said[table][key] == now:
-            said[table][key] = before
-    return sha256(json.dumps(said, sort_keys=True, default=repr).encode()).hexdigest()[:16]
+    """Digest of all values of an engine file that are not the defaults of their keys."""
+    return sha256(json.dumps(document_of(engine), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def read(text: str) -> tuple[str, Shipped]:

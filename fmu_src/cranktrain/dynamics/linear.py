@@ -28,7 +28,7 @@ Forces at displaced points have moments about the axes of their bodies, with the
 Source: Wereley, *Analysis and control of linear periodically time varying systems* (1991), chapter 3.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,7 +42,6 @@ from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.tangents import Tangents
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import coefficients_at
-from cranktrain.film.laws.films import MASS
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
 ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -55,6 +54,12 @@ class Equations(NamedTuple):
     mass: NDArray[Any]
     damping: NDArray[Any]
     stiffness: NDArray[Any]
+
+    @property
+    def first_order(self) -> NDArray[Any]:
+        """Matrix A (2 n, 2 n) of ẏ = A y with y = (x, ẋ)."""
+        n, inverse = len(self.mass), np.linalg.inv(self.mass)
+        return np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ self.stiffness, -inverse @ self.damping]])
 
     def add(self, rows: NDArray[Any], tangents: Sequence[Array], shift: complex = 0.0) -> None:
         """Add a law with components ``rows`` (c, n) and tangents A, V, P (c, c) in a band with ``shift`` isΩ, 1/s."""
@@ -141,29 +146,20 @@ class SmallMotions:
     def port(self, port: int, band: float = 0.0) -> Array:
         """Row (n,) of the motion of a port of crank, block or any other body in a band."""
         row = self._model.bodies.rows[self._owner(port)]
-        shape = self._model.bodies.shapes[row[top.OWN_PORT] + port - row[top.PORT], : row[top.MODES]]
+        shape = self._model.bodies.shapes[port, : row[top.MODES]]
         return self.motion(shape[None], int(row[top.MODE]), band)[0]
 
-    def equations(
-        self, speed: float, laws: Tangents, rods: Sequence[Any] = (), without: Collection[int] = ()
-    ) -> Equations:
-        """Equations at a speed (rad/s) with the mean tangents of all connections but those in rows ``without``.
-
-        ``rods`` are rows (c, t) of the modes that turn with the crank, and their tangents A, V, P (c, c).
-        """
+    def equations(self, speed: float, laws: Tangents) -> Equations:
+        """Equations at a speed (rad/s) with the mean tangents of all connections."""
         parts = Equations(*self._bodies(speed))
-        if rods:
-            parts.add(self.motion(rods[0]), rods[1])
         for k, row in enumerate(self._model.connections):
-            if k in without:
-                continue
             count, numbers = int(row[at.COUPLED]), self.numbers(k)
             tangents = [part[k, :count, :count] for part in (laws.acceleration, laws.velocity, laws.place)]
             for band, components in self._components.items():
                 rows = components[numbers]
                 if np.any(rows):
                     parts.add(rows, tangents, 1j * band * speed if band else 0.0)
-            if row[at.SHAPE] == at.OF_PORTS and row[at.SPIN] >= 0 and self._model.laws.traits[k, MASS] == 0.0:
+            if row[at.SHAPE] == at.OF_PORTS and row[at.SPIN] >= 0 and row[at.TURNED] >= 0:
                 self._journal_moments(parts, row, tangents[1:], laws, self.components()[numbers])
         self._interface_moments(parts, laws)
         return parts

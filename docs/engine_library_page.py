@@ -1,6 +1,6 @@
 """Documentation page of the engine library, made from the shipped files.
 
-python -m cranktrain.studies.design.library_page docs/engines.md
+python docs/engine_library_page.py docs/engines.md
 """
 
 import sys
@@ -8,6 +8,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from engine_library import ROWS, SHIP
 
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.firing import firing_text
@@ -15,7 +16,6 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
 from cranktrain.studies.design.balance import cylinder_places, largest
-from cranktrain.studies.design.library import ROWS, SHIP
 
 HEAD = """\
 # Engines that ship
@@ -42,8 +42,8 @@ TAIL = """
 flywheel whose bow springs rub; `generator_four` a rubber coupling that stiffens with torque, and its generator's load;
 `two_stroke_six` shafting, a propeller and its load over speed ([drive line](how-to/drive_line.md)).
 
-This page is made by `python -m cranktrain.studies.design.library_page docs/engines.md`, the files by
-`python -m cranktrain.studies.design.library`.
+This page is made by `python docs/engine_library_page.py docs/engines.md`, the files by
+`python docs/engine_library.py`.
 """
 
 

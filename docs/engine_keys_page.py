@@ -1,4 +1,4 @@
-"""Generator of the page of all engine file keys: ``python -m cranktrain.engine.keys_page docs/engine_keys.md``.
+"""Generator of the page of all engine file keys: ``python docs/engine_keys_page.py docs/engine_keys.md``.
 
 The page is made from the declarations that the reader uses, so page and reader agree; a test compares them.
 """
@@ -30,7 +30,7 @@ rows of a table of discs and shafts, a file of its own ([drive line](how-to/driv
 numbers in SI.
 
 """
-TAIL = "This page is made by `python -m cranktrain.engine.keys_page docs/engine_keys.md`.\n"
+TAIL = "This page is made by `python docs/engine_keys_page.py docs/engine_keys.md`.\n"
 CASES: tuple[dict[str, Any], ...] = (
     {},
     *({"kind": one, "joint": one} for one in ("viscous", "rubber", "power", "torque", "propeller", "spline")),

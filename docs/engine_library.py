@@ -1,6 +1,6 @@
 """Library of engines: one per usual layout, with bore, stroke and power of an existing or typical engine.
 
-    python -m cranktrain.studies.design.library [ENGINE ...]
+    python docs/engine_library.py [ENGINE ...]
 
 writes their files into the package. All other sizes are those of ``cranktrain new``. ``MORE`` has additional tables
 (balancer shafts, a dual-mass flywheel, a generator behind an elastic coupling). Bore, stroke and power are
@@ -8,13 +8,16 @@ makers' published figures of engines of the kind that the row names; nothing els
 The low-speed two-stroke ``two_stroke_six`` and the reference's engines are files of their own.
 """
 
+import json
 import math
 import sys
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from cranktrain.cli.engines import TABLE
 from cranktrain.core.units import RPM
-from cranktrain.engine.file import engine_folder
+from cranktrain.engine.file import engine_folder, engine_names, load_engine
+from cranktrain.engine.firing import firing_summary
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.store.whole_file import whole_file
@@ -23,6 +26,8 @@ from cranktrain.studies.design.layouts import layout
 from cranktrain.studies.design.rules import first_design
 from cranktrain.studies.design.sizes import HANDBOOK, sizes
 
+SAME_DEG = 1e-6
+"""Difference (deg) below which two bank angles count as equal."""
 SHIP = "two_stroke_six"
 """Low-speed two-stroke engine of the library, whose file is not written by this module."""
 STIFF = 2.0e8
@@ -181,13 +186,38 @@ def text_of(row: Row) -> str:
     return made.text + ("" if row.more is None else row.more(made.engine))
 
 
+def shipped() -> list[dict[str, Any]]:
+    """Entries of all engine files that ship, for the verb ``engines``."""
+    return [_entry(load_engine(name)) for name in engine_names()]
+
+
+def _entry(engine: Engine) -> dict[str, Any]:
+    return {
+        "name": engine.name, "title": engine.title, "layout": _layout(engine), "cylinders": engine.n_cylinders,
+        "displacement_l": 1e3 * engine.displacement,
+        "firing_order": firing_summary(engine)["order"],
+    }  # fmt: skip
+
+
+def _layout(engine: Engine) -> str:
+    """Layout as text: in line, boxer, or V with its bank angle."""
+    banks = sorted({round(math.degrees(angle) / SAME_DEG) * SAME_DEG for angle in engine.cylinders.bank_angles})
+    if len(banks) == 1:
+        return "in line" if engine.n_cylinders > 1 else "single"
+    own_pins = len(set(engine.cylinders.pins)) == engine.n_cylinders
+    if len(banks) == 2 and abs(banks[1] - banks[0] - 180.0) < SAME_DEG and own_pins:
+        return "boxer"
+    return f"V of {banks[-1] - banks[0]:g} deg" if len(banks) == 2 else f"{len(banks)} banks"
+
+
 def main(names: Sequence[str] = ()) -> None:
-    """Write the engine files of the named rows, by default of all."""
+    """Write the engine files of the named rows, by default of all, and the list of all engines that ship."""
     for name in names or ROWS:
         path = engine_folder() / f"{name}.toml"
         with whole_file(path) as temporary:
             temporary.write_text(text_of(ROWS[name]), encoding="utf-8")
         print(path.name)
+    TABLE.write_text(json.dumps(shipped(), indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,1 +1,0 @@
-"""Functions of the library whose calls differ from their verbs."""
