@@ -29,8 +29,8 @@ from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.laws.ehd import FINE, IN_LOOP, pressure_peaks
-from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
+from cranktrain.film.laws.ehd import FINE, IN_LOOP
+from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP, pressure_peaks
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]
@@ -92,7 +92,7 @@ def cycle(run: Simulation) -> Array:
 def figures(run: Simulation) -> dict[str, list[float]]:
     """What one cycle gives, of each main."""
     least = cycle(run)
-    peaks = pressure_peaks(run.model.films)
+    peaks = pressure_peaks(run.model.films.entry)
     assert peaks is not None
     return {
         "least_film_um": (1e6 * least.min(axis=0)).round(3).tolist(),
