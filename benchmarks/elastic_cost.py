@@ -34,9 +34,9 @@ from cranktrain.film.elastic.balance import oil_balance
 from cranktrain.film.elastic.band import factor_lanes, solve_lanes
 from cranktrain.film.elastic.begin import begin_solution, prepare_step
 from cranktrain.film.elastic.border import border_equations, present_loads, shape_sources, solution_loads
-from cranktrain.film.elastic.film import arrange, film_tangents
 from cranktrain.film.elastic.gaps import open_gaps
 from cranktrain.film.elastic.grid import ROUGHNESS, ElasticGrid
+from cranktrain.film.elastic.newton import arrange, film_tangents
 from cranktrain.film.elastic.result import film_figures, film_forces
 from cranktrain.film.elastic.workspace import FAILED
 from cranktrain.film.laws.ehd import FINE as GRID

@@ -12,8 +12,8 @@ from cranktrain.engine.checks.engine import check_bearings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.balance import side_conductance
 from cranktrain.film.elastic.begin import prepare_step, turn_geometry
-from cranktrain.film.elastic.film import arrange
 from cranktrain.film.elastic.grid import ElasticGrid
+from cranktrain.film.elastic.newton import arrange
 from cranktrain.film.elastic.workspace import FORWARD, FULL, START_PLACE, WEIGHT, lane_work
 from cranktrain.film.laws.ehd import FINE, IN_LOOP, elastic_arrays
 from cranktrain.structure.block.saddle import bore_compliance

@@ -46,7 +46,7 @@ def _place(context: Any, builder: Any, array: Any, kind: Any, value: Any, index:
 
 
 def _checked(array: Any) -> bool:
-    """Refuse arrays of other types than singles and doubles of layout C. Return True for doubles."""
+    """Return True for an array of doubles, False for one of singles; refuse any other, and layouts other than C."""
     one = _one(array)
     contiguous(array, kind="float64" if one else "float32")
     return one
@@ -289,7 +289,7 @@ add_to: Any = Intrinsic(_adding)
 rounded: Any = Intrinsic(_rounding)
 """``(array of doubles, index, array)``: read the doubles of all lanes, rounded to the type of the second array."""
 spread: Any = Intrinsic(_spreading)
-"""``(number, array)``: vector with one number in all lanes, of the type of an array's vectors."""
+"""``(number, array)``: vector with the number in all lanes, in the precision of the array."""
 lane_count: Any = Intrinsic(_counting)
 """``(array)``: number of objects of an array, 1 in doubles; known when a kernel is compiled, and what depends on it."""
 choose: Any = Intrinsic(_of_lanes(_choice, masked=True))

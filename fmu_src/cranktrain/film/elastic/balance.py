@@ -271,9 +271,7 @@ def take_sides(film, work, group, unknowns):
         cut = int(work.marks[group, lane, at.CUT])
         mine = unknowns[int(work.own[lane])]
         for position in range(n_phi):
-            i = cut + position
-            if i >= n_phi:
-                i -= n_phi
+            i = (cut + position) % n_phi
             for j in range(n_z):
                 u = mine[i * n_z + j]
                 nodes[at.CHANGE, lanes * (position * lines + j + 1) + lane] = u

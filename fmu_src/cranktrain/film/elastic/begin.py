@@ -66,9 +66,7 @@ def turn_geometry(film, work, group, lane, cut):
     shapes = work.shapes[group]
     faces = n_phi * lines
     for position in range(n_phi):
-        i = cut + position
-        if i >= n_phi:
-            i -= n_phi
+        i = (cut + position) % n_phi
         for k in range(4):
             work.trig[group, position, lanes * k + lane] = film.trig[i, k]
         for k in range(int(film.constants[one.N_SHAPES])):
@@ -132,9 +130,7 @@ def prepare_step(film, work, group, starts):
         start = starts[int(work.own[lane])]
         cut = int(marks[lane, at.CUT])
         for position in range(n_phi):
-            i = cut + position
-            if i >= n_phi:
-                i -= n_phi
+            i = (cut + position) % n_phi
             for j in range(n_z):
                 u = start[i * n_z + j]
                 q = lanes * (position * lines + j + 1) + lane
@@ -176,9 +172,7 @@ def prepare_stage(film, work, group, content):
         mine = content[int(work.own[lane])]
         cut = int(work.marks[group, lane, at.CUT])
         for position in range(n_phi):
-            i = cut + position
-            if i >= n_phi:
-                i -= n_phi
+            i = (cut + position) % n_phi
             for j in range(n_z):
                 q = lanes * (position * lines + j + 1) + lane
                 nodes[at.MASS, q] = nodes[at.START_MASS, q] + mine[GAINED, i * n_z + j]

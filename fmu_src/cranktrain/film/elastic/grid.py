@@ -93,7 +93,7 @@ class ElasticGrid:
     n_phi : int
         nodes around, at least 12
     n_z : int
-        nodes between the ends, at least 5; multiples of four suit the vector instructions of the kernels
+        nodes between the ends, at least 5
     edge : float
         concentration of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2) for even s; 0 (uniform) to 0.9
     groove : float
@@ -211,7 +211,9 @@ class ElasticGrid:
         way = np.zeros((k, 4)) if load_coupling is None else np.asarray(load_coupling, dtype=float)
         if way.shape != (k, 4) or not np.isfinite(way).all():
             raise InputError(f"elastic film: load coupling has shape {way.shape}; give ({k}, 4) finite values")
-        rough = _roughness(contact)
+        rough = np.zeros(CONTACT_CONSTANTS) if contact is None else np.asarray(contact, dtype=float)
+        if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
+            raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
         mask = np.zeros((self.n_phi, self.n_z)) if supply is None else np.asarray(supply, dtype=float)
         if mask.shape != (self.n_phi, self.n_z) or not np.isin(mask, (0.0, 1.0)).all():
             raise InputError(f"elastic film: the supply mask must be {self.n_phi} x {self.n_z} of 0 and 1")
@@ -239,14 +241,6 @@ class ElasticGrid:
             values,
             contact_table() if rough[0] > 0.0 else np.zeros((8, 2)),
         )
-
-
-def _roughness(contact: Array | None) -> Array:
-    """Return the constants of rough surfaces (CONSTANTS,), zeros for None; ``InputError`` if they are invalid."""
-    rough = np.zeros(CONTACT_CONSTANTS) if contact is None else np.asarray(contact, dtype=float)
-    if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
-        raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
-    return rough
 
 
 def _check_sizes(diameter: float, width: float, clearance: float, viscosity: float, supply_pressure: float) -> None:

@@ -8,7 +8,7 @@ accuracy in singles.
 
 The ring of columns of every lane of singles is cut where its film is ruptured. Columns are counted from the cut
 (position 0), and the geometry of a lane is rotated accordingly. The geometry of a single film is not rotated; its
-columns enter the matrix in an order that keeps the ring closed, see :func:`cranktrain.film.elastic.film.arrange`.
+columns enter the matrix in an order that keeps the ring closed, see :func:`cranktrain.film.elastic.newton.arrange`.
 """
 
 import math
@@ -137,11 +137,13 @@ def lane_work(film: ElasticFilm, films: int = 1, *, singles: bool = False) -> La
     marks = np.zeros((groups, lanes, MARKS))
     marks[:, :, CUT] = -1.0
     shared = np.column_stack([film.lines[:, at.ZETA], film.lines[:, at.LINE_WIDTH], *film.sides])
-    width = n_z if singles else 2 * n_z
+    width, per_u = (n_z, PER_U) if singles else (2 * n_z, FINE_PER_U)
+    gaps = np.zeros((round((HIGHEST - LOWEST_U) * per_u) + 2 if films else 2, 6))
+    if films:
+        fill_gaps(gaps, per_u, film.contact, film.contact_table)
     return LaneWork(
         z(groups, n_phi, 4), z(groups, n_phi * lines + size, most), z(groups, size),
-        np.ascontiguousarray(shared.astype(z(0).dtype)),
-        gap_table(film, PER_U if singles else FINE_PER_U).astype(z(0).dtype) if films else z(2, 6)[:, :6].copy(),
+        np.ascontiguousarray(shared.astype(z(0).dtype)), gaps.astype(z(0).dtype),
         marks, z(groups, NODE_FIELDS, n_phi * lines), z(groups, FACE_FIELDS, size), np.arange(n_phi),
         z(size, 2 * width + 1), z(size, most), z(3 + most, most + BLOCK), z(3 + most, 3 + most),
         z(most, most + BLOCK), z(LANE_ROWS), z(2, most), np.zeros(WIDE_ROWS * lanes), np.zeros((3, most * lanes)),
@@ -149,16 +151,12 @@ def lane_work(film: ElasticFilm, films: int = 1, *, singles: bool = False) -> La
     )  # fmt: skip
 
 
-def gap_table(film: ElasticFilm, per_u: float) -> Array:
-    """Make the table of mean gap and contact over u = H/σ, (m, 6), with ``per_u`` rows per unit of u."""
-    table = np.zeros((round((HIGHEST - LOWEST_U) * per_u) + 2, 6))
-    fill_gaps(table, per_u, film.contact, film.contact_table)
-    return table
-
-
 @kernel
 def fill_gaps(table, per_u, contact, contact_table):
-    """Fill the ``table`` (m, 6) of :func:`gap_table`; ``contact`` and ``contact_table`` are fields of a film."""
+    """Fill a ``table`` (m, 6) of mean gap and contact over u = H/σ, with ``per_u`` rows per unit of u.
+
+    ``contact`` and ``contact_table`` are fields of a film.
+    """
     sigma = contact[SIGMA]
     for k in range(table.shape[0]):
         u = LOWEST_U + k / per_u

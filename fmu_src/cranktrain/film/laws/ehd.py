@@ -148,6 +148,7 @@ def elastic_bore(
         tables, law = oil_tables(oil, viscosities), np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     count = len(viscosities)
+    # Singles know no compressible oil, and have room for seven shapes.
     alone = film.constants[one.COMPRESSIBLE] > 0.0 or film.constants[one.N_SHAPES] >= BLOCK
     lanes = lane_work(film, 0 if alone else count, singles=True)
     return ElasticBore(
