@@ -27,9 +27,9 @@ from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.motion import linear_algebra as linear_algebra
 from cranktrain.dynamics.motion.bodies import factor_stage
 from cranktrain.dynamics.motion.equations import port_forces
-from cranktrain.dynamics.motion.film_ports import place_law
 from cranktrain.dynamics.motion.gas import gas_volume as gas_volume
 from cranktrain.dynamics.motion.gas import given_pressure as given_pressure
+from cranktrain.dynamics.motion.law_motion import place_journal
 from cranktrain.dynamics.motion.relative import reactions, relative_compliance, relative_motion, relative_step
 from cranktrain.dynamics.start import mean_motion
 from cranktrain.dynamics.start.mean_motion import ORDERS as ORDERS  # half orders of torque by which a block rocks
@@ -376,7 +376,7 @@ def openings(run, place, velocity, angle=0.0, speed=0.0):
     relative_motion(model, cos, sin, speed, u, v, d, ddot)
     for name, k in rows(model).items():
         if model.connections[k, at.SHAPE] != at.OF_EYE and model.laws.traits[k, MASS] == 0.0:
-            place_law(model, k, d, ddot, speed)
+            place_journal(model, k, d, ddot, speed)
             size = model.connections[k, at.COUPLED]
             found[name] = np.array([model.laws.place[k, :size], model.laws.velocity[k, :size]])
     links, moved = model.links, np.zeros((2, model.links.scales.size))

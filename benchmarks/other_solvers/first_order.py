@@ -42,8 +42,9 @@ from cranktrain.dynamics.model.state import (
 from cranktrain.dynamics.motion.crank_pin import accelerate, in_space, pin_motion, tell_twist
 from cranktrain.dynamics.motion.equations import external_force
 from cranktrain.dynamics.motion.film_memory import memory_offset
-from cranktrain.dynamics.motion.film_ports import frame_numbers, hand_forces, place_law, tell_law
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
+from cranktrain.dynamics.motion.law_forces import hand_forces
+from cranktrain.dynamics.motion.law_motion import place_journal, tell_journal
 from cranktrain.dynamics.motion.linear_algebra import add_product, dot, factor_lu, product, solve_lu
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, SLIP, WINDUP_TORQUE, axial_joint
@@ -258,13 +259,12 @@ def _bearing_forces(model, s):
     ud = s.port[PACE]
     f = s.port[FORCES]
     laws = model.laws
-    frame_numbers(s.frame, laws.numbers)
     for k in range(f.shape[0]):
         f[k] = 0.0
     for k in range(model.connections.shape[0]):
         if laws.traits[k, MASS] == 0.0 and k != joint_row(model):
-            place_law(model, k, u, ud, s.frame[at.WHIRL])
-            tell_law(model, s.frame, k, u, ud)
+            place_journal(model, k, u, ud, s.frame[at.WHIRL])
+            tell_journal(model, s.frame, k, u, ud)
             film_call(laws, FORCE, k, laws.out, laws.out)
             hand_forces(model.connections[k], s.frame, laws.out, u, f)
 
@@ -273,8 +273,8 @@ def _bearing_forces(model, s):
 def _joint_force(model, s, z):
     """Force of the axial joint at deflection ``z`` into ``s.port``; ż."""
     k = joint_row(model)
-    place_law(model, k, s.port[PLACE], s.port[PACE], 0.0)
-    tell_law(model, s.frame, k, s.port[PLACE], s.port[PACE])
+    place_journal(model, k, s.port[PLACE], s.port[PACE], 0.0)
+    tell_journal(model, s.frame, k, s.port[PLACE], s.port[PACE])
     place = model.laws.place[k]
     slip_rate = model.laws.velocity[k, SLIP]
     rate = slip_rate

@@ -26,8 +26,9 @@ from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.records import ModelArrays
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.motion.equations import port_forces
-from cranktrain.dynamics.motion.film_ports import law_block
 from cranktrain.dynamics.motion.gas import burn_share, trace_angle
+from cranktrain.dynamics.motion.law_forces import law_block
+from cranktrain.dynamics.motion.law_motion import ports_of_state
 from cranktrain.dynamics.topology.own_law import own_failure
 from cranktrain.film.laws.films import (
     ANGLE,
@@ -175,10 +176,8 @@ def evaluate_at_state(model, work, c_q, c_v):
 
     Films with a memory are those of the last stage.
     """
+    ports_of_state(work)
     for k in range(port_count(model)):
-        work.port[at.U, k] = work.port[at.STATE_U, k]
-        work.port[at.UD, k] = work.port[at.STATE_U + 1, k]
-        work.port[at.UDD, k] = work.port[at.STATE_U + 2, k]
         work.port[at.U_Q, k] = 0.0
         work.port[at.U_V, k] = 0.0
     return port_forces(model, work, work.frames[0], work.pressures[0], c_q, c_v)

@@ -55,7 +55,7 @@ class Work(NamedTuple):
     known: Array  # (stages, 3, m) the ports' u, u̇, ü at each stage
     scratch: Array  # (64,)
     counters: Array  # (COUNTERS,) counts of steps, stages, iterations and others, see dynamics.model.slots
-    frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
+    frames: Array  # (stages + 1, FRAME_SIZE) the frame's motion at each stage; the last row: at the state
     gas: Array  # (c, GAS) see dynamics.model.slots
     found: Array  # (k, SIZE) result of each connection's law at the state, see film.laws.films
     told: Array  # (k, TOLD_SPEEDS) speeds that the law was told there, see dynamics.model.slots
@@ -117,7 +117,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         known=z((MAX_STAGES, 3, m)),
         scratch=z(64),
         counters=z(at.COUNTERS),
-        frames=z((MAX_STAGES, at.FRAME_SIZE)),
+        frames=z((MAX_STAGES + 1, at.FRAME_SIZE)),
         gas=z((d.cylinders, at.GAS)),
         found=z((model.connections.shape[0], SIZE)),
         told=z((model.connections.shape[0], at.TOLD_SPEEDS)),

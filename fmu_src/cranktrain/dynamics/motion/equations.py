@@ -17,22 +17,12 @@ at half a millimetre would twist pins against journals by 50 N m, and do work.
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import block_port_count, crank_modes, term_row, turning_modes
-from cranktrain.dynamics.motion.crank_pin import in_space
-from cranktrain.dynamics.motion.film_ports import (
-    call_at_ports,
-    frame_numbers,
-    hand_forces,
-    hand_pair,
-    law_block,
-    line_up_laws,
-    pairs_block,
-)
+from cranktrain.dynamics.motion.law_forces import hand_law, inner_force
+from cranktrain.dynamics.motion.law_motion import call_law, line_up_laws, tell_law
 from cranktrain.dynamics.motion.linear_algebra import dot
-from cranktrain.dynamics.motion.links import link_forces
-from cranktrain.dynamics.motion.masses import eye_force, mass_force
+from cranktrain.dynamics.motion.link_forces import link_forces
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.film.laws import films as on
-from cranktrain.film.laws.films import film_call
 from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 
@@ -106,23 +96,20 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
         model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE]
     )
     move_axis(model, frame, u)
-    frame_numbers(frame, model.laws.numbers)
     for k in range(f.shape[0]):
         f[k] = 0.0
     status = 0
     model.laws.numbers[on.RATIO] = ratio
     model.laws.numbers[on.INERTANCE] = 1.0 / c_q
     frame[at.GIVEN_POWER] = 0.0
-    line_up_laws(model, work, frame)
+    line_up_laws(model, work, frame, pressures)
     for k in range(term_row(model)):
-        if model.laws.traits[k, on.MASS] > 0.0:
-            status |= mass_force(model, work, frame, pressures, k, c_q, c_v)
-        elif model.connections[k, at.SHAPE] == at.OF_EYE:
-            status |= eye_force(model, work, frame, k, ratio)
-        elif model.connections[k, at.PAIRS] == 0.0:
-            status |= journal_force(model, work, frame, k, ratio)
+        if model.connections[k, at.INNER] >= 0:
+            tell_law(model, work, frame, pressures, on.FORCE, k)
+            status |= inner_force(model, work, k, c_q, c_v)
         else:
-            status |= law_force(model, work, frame, k, ratio)
+            status |= call_law(model, work, frame, pressures, on.FORCE, k, model.laws.out, model.laws.out)
+        hand_law(model, work, frame, pressures, k, ratio)
     if block_port_count(model) > 0:
         reactions(model, frame[at.COS], frame[at.SIN], f)
         # The opposite moment acts on the block, about the block's own axis.
@@ -135,53 +122,4 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
                 f[row[at.REACTS]] = -f[row[at.TURNED]] - x * f[first + 1] + y * f[first]
     if term_row(model) < model.connections.shape[0]:
         status |= link_forces(model, work, frame, pressures, ratio)
-    return status
-
-
-@kernel
-def law_force(model, work, frame, k, ratio):
-    """Evaluate the law of connection k, and write its forces to its ports, its tangents to ``work.blocks[k]``.
-
-    Returns 0, or a failure status.
-    """
-    row = model.connections[k]
-    laws = model.laws
-    status = call_at_ports(model, work, frame, on.FORCE, k, laws.out, laws.out)
-    hand_forces(row, frame, laws.out, work.port[at.U], work.port[at.FORCES])
-    law_block(laws.out, row[at.COUPLED], row[at.PAIRS], ratio, frame[at.WHIRL], work.blocks[k])
-    return status
-
-
-@inlined_kernel
-def journal_force(model, work, frame, k, ratio):
-    """Do what :func:`law_force` does for a connection with only one or two pairs of components; faster for journals.
-
-    By :func:`law_force` a cycle of the six-cylinder engine at ``impedance`` takes 2 % longer.
-    """
-    row = model.connections[k]
-    laws = model.laws
-    place = laws.place[k]
-    velocity = laws.velocity[k]
-    out = laws.out
-    u = work.port[at.U]
-    f = work.port[at.FORCES]
-    d = work.port[at.RELATIVE]
-    dd = work.port[at.RELATIVE_RATE]
-    whirl = frame[at.WHIRL]
-    spin = row[at.SPIN]
-    first = row[at.FIRST]
-    tilts = row[at.COUPLED] > 2
-    second = row[at.FIRST + 2]
-    in_space(d[first], d[first + 1], dd[first], dd[first + 1], whirl, place, velocity)
-    if tilts:
-        in_space(d[second], d[second + 1], dd[second], dd[second + 1], whirl, place[2:], velocity[2:])
-    laws.numbers[on.SPEED] = frame[at.OMEGA] + work.port[at.UD, spin]
-    laws.numbers[on.RUBBING] = laws.numbers[on.SPEED]
-    status = film_call(laws, on.FORCE, k, out, out)
-    if laws.numbers[on.FROZEN] == 0.0:
-        pairs_block(out, ratio, whirl, work.blocks[k])
-    torque = hand_pair(first, frame[at.CRANK_X], frame[at.CRANK_Y], out, u, f, 0.0)
-    if tilts:
-        torque = hand_pair(second, 0.0, 0.0, out[2:], u, f, torque)
-    f[spin] = torque + out[on.FRICTION]
     return status

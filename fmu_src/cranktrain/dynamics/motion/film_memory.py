@@ -10,15 +10,8 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count, term_row
 from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, SHAFT_SPEED, film_offset
-from cranktrain.dynamics.motion.film_ports import (
-    call_at_ports,
-    frame_again,
-    frame_numbers,
-    line_up_laws,
-    place_eye,
-    place_law,
-)
-from cranktrain.dynamics.motion.links import measure_links, place_link, turn_terms
+from cranktrain.dynamics.motion.law_motion import call_law, line_up_laws, ports_of_state, tell_law
+from cranktrain.dynamics.motion.links import measure_links, turn_terms
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.film.laws import films as on
 from cranktrain.film.laws.films import film_call
@@ -44,37 +37,24 @@ def remembers(laws):
 
 
 @inlined_kernel
-def recalling_call(model, state, action, k, out):
-    """Call force law k with its memory, a part of the state. Return 0, or a failure status."""
-    return film_call(model.laws, action, k, state[memory_offset(model, k) : memory_offset(model, k + 1)], out)
+def recall_law(model, work, state, action, k):
+    """Call force law k at the state (:func:`take_state`) with its memory. Return 0, or a failure status."""
+    frame = work.frames[work.frames.shape[0] - 1]
+    memory = state[memory_offset(model, k) : memory_offset(model, k + 1)]
+    return call_law(model, work, frame, work.pressures[0], action, k, memory, work.scratch)
 
 
-@inlined_kernel
-def place_at_state(model, work, state, whirl, k):
-    """Set displacement and velocity of connection k to those at the state; ``whirl`` (rad/s) is the frame's speed."""
-    shape = model.connections[k, at.SHAPE]
-    if shape == at.OF_TERMS:
-        place_link(model, work, whirl, state[SHAFT_SPEED], work.port[at.STATE_UD], k)
-    elif shape == at.OF_EYE:
-        place_eye(model, k, work.port[at.STATE_U], work.port[at.STATE_UD], whirl, whirl)
-    else:
-        place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
-
-
-@inlined_kernel
-def measure_at_state(model, work, state, whirl):
-    """Compute the motion of all components of terms from the ports at the state."""
-    turn_terms(model, work, state[SHAFT_ANGLE] + state[LEAD_ANGLE], whirl)
-    measure_links(model, work, work.port[at.STATE_U], work.port[at.STATE_UD])
-
-
-@inlined_kernel
-def frame_at_state(model, state):
-    """Write the frame's angle at the state to the ``numbers`` of laws."""
-    numbers = model.laws.numbers
-    numbers[on.COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
-    numbers[on.SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
-    numbers[on.ANGLE] = state[SHAFT_ANGLE]
+@kernel
+def take_state(model, work, state):
+    """Let laws be called at the state, whose ports are in the workspace, with the last of ``work.frames``."""
+    frame = work.frames[work.frames.shape[0] - 1]
+    frame[at.THETA] = state[SHAFT_ANGLE] + state[LEAD_ANGLE]
+    frame[at.COS] = math.cos(frame[at.THETA])
+    frame[at.SIN] = math.sin(frame[at.THETA])
+    frame[at.OMEGA] = frame[at.WHIRL] = state[SHAFT_SPEED] + state[LEAD_SPEED]
+    ports_of_state(work)
+    turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
+    measure_links(model, work, work.port[at.U], work.port[at.UD])
 
 
 @kernel
@@ -82,18 +62,10 @@ def open_step(model, work, state):
     """Pass memory and motion at the start of a step to force laws with a memory."""
     if not remembers(model.laws):
         return
-    numbers = model.laws.numbers
-    whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
-    frame_at_state(model, state)
-    cos = numbers[on.COS]
-    sin = numbers[on.SIN]
-    measure_at_state(model, work, state, whirl)
+    take_state(model, work, state)
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, on.MEMORY] > 0.0:
-            place_at_state(model, work, state, whirl, k)
-            recalling_call(model, state, on.OPEN_STEP, k, work.scratch)
-            if model.connections[k, at.SHAPE] == at.OF_EYE:
-                frame_again(numbers, cos, sin)
+            recall_law(model, work, state, on.OPEN_STEP, k)
 
 
 @inlined_kernel
@@ -112,11 +84,10 @@ def open_stage(model, work, stage, elapsed, h, gain):
 
 
 @inlined_kernel
-def close_stage(model, work, frame):
+def close_stage(model, work, frame, pressures):
     """Solve laws with a memory at the final ports of a stage, after its Newton step. Return 0, or a failure status."""
     if not remembers(model.laws):
         return 0
-    frame_numbers(frame, model.laws.numbers)
     u = work.port[at.U]
     ud = work.port[at.UD]
     d = work.port[at.RELATIVE]
@@ -124,14 +95,10 @@ def close_stage(model, work, frame):
     relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
     turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
     measure_links(model, work, u, ud)
-    line_up_laws(model, work, frame)
+    line_up_laws(model, work, frame, pressures)
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, on.MEMORY] > 0.0:
-            if model.connections[k, at.SHAPE] == at.OF_TERMS:
-                place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], ud, k)
-                status = film_call(model.laws, on.CLOSE_STAGE, k, work.scratch, work.scratch)
-            else:
-                status = call_at_ports(model, work, frame, on.CLOSE_STAGE, k, work.scratch, work.scratch)
+            status = call_law(model, work, frame, pressures, on.CLOSE_STAGE, k, work.scratch, work.scratch)
             if status != 0:
                 return status
     return 0
@@ -142,28 +109,29 @@ def close_step(model, work, state):
     """Write the memory of force laws after the last stage of a step to the state."""
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, on.MEMORY] > 0.0:
-            recalling_call(model, state, on.CLOSE_STEP, k, work.scratch)
+            memory = state[memory_offset(model, k) : memory_offset(model, k + 1)]
+            film_call(model.laws, on.CLOSE_STEP, k, memory, work.scratch)
 
 
 @kernel
-def fastest_closing(model, work, state, whirl):
+def fastest_closing(model, work, state):
     """Largest relative rate (1/s) at which a film closes, from the ports at the state.
 
     Laws with the trait TELLS_RATE compute it themselves. For other journals it is the rate of the middle over the gap
     at the end that is nearest to the bore.
     """
     laws = model.laws
-    frame_at_state(model, state)
-    measure_at_state(model, work, state, whirl)
+    take_state(model, work, state)
     worst = 0.0
     for k in range(model.connections.shape[0]):
         if laws.traits[k, on.CLOSES] == 0.0 or model.connections[k, at.SHAPE] == at.OF_EYE:
             continue
-        place_at_state(model, work, state, whirl, k)
         if laws.traits[k, on.TELLS_RATE] > 0.0:
-            recalling_call(model, state, on.RATE, k, work.scratch)
+            recall_law(model, work, state, on.RATE, k)
             worst = max(worst, work.scratch[0])
-        elif model.connections[k, at.SHAPE] == at.OF_TERMS:
+            continue
+        tell_law(model, work, work.frames[work.frames.shape[0] - 1], work.pressures[0], on.RATE, k)
+        if model.connections[k, at.SHAPE] == at.OF_TERMS:
             bearing = model.links.bearings[k - term_row(model)]
             worst = max(worst, closing_rate(bearing, laws.place[k], laws.velocity[k]))
         else:

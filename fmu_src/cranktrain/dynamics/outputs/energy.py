@@ -12,7 +12,8 @@ from cranktrain.dynamics.model.layout import block_port_count, term_row, turning
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.linear_algebra import dot
-from cranktrain.dynamics.motion.links import lean, load_ports, rub, second_lever, wandering
+from cranktrain.dynamics.motion.link_forces import lean, rub, second_lever
+from cranktrain.dynamics.motion.links import load_ports, wandering
 from cranktrain.dynamics.outputs.laws import observe_law
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.slider_crank import FRICTION_ALONG, LINER_LOSS, SKIRT_LOSS, SPEED

@@ -149,7 +149,7 @@ def euler_step(model, work, state, h, omega, tolerance):
     status = solve_stage(model, work, state, Stage(0, 0, h * h, h, omega, tolerance, a_guess))
     if status != OK:
         return status
-    return FILM_FAILED if close_stage(model, work, work.frames[0]) != OK else OK
+    return FILM_FAILED if close_stage(model, work, work.frames[0], work.pressures[0]) != OK else OK
 
 
 @kernel

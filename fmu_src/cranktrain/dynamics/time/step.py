@@ -75,7 +75,7 @@ def solve_and_keep(model, work, state, stage, h, gain):
     status = solve_stage(model, work, state, stage)
     if status != OK:
         return status
-    if close_stage(model, work, work.frames[stage.number]) != OK:
+    if close_stage(model, work, work.frames[stage.number], work.pressures[stage.number]) != OK:
         return FILM_FAILED
     # The ports, and the error of their Taylor series, are kept for later guesses.
     known = work.known[stage.number]

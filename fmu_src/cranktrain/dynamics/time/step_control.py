@@ -259,7 +259,7 @@ def chosen_halvings(model, work, state, begin, h, least):
     adaptive = model.choices[at.STEP_TOLERANCE] > 0.0
     halvings = max(least, int(min(state[st.HALVINGS], MAX_HALVINGS))) if adaptive else least
     piece = h / (1 << halvings)
-    rate = fastest_closing(model, work, state, state[st.SHAFT_SPEED] + state[st.LEAD_SPEED])
+    rate = fastest_closing(model, work, state)
     while halvings < FILM_HALVINGS and rate * piece > model.choices[at.FILM_CHANGE]:
         halvings += 1
         piece *= 0.5
