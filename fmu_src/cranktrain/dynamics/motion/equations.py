@@ -18,11 +18,12 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import block_port_count, crank_modes, term_row, turning_modes
 from cranktrain.dynamics.motion.law_forces import hand_law, inner_force
-from cranktrain.dynamics.motion.law_motion import call_law, line_up_laws, tell_law
+from cranktrain.dynamics.motion.law_motion import line_up_laws, tell_law
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.link_forces import link_forces
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.film.laws import films as on
+from cranktrain.film.laws.films import film_call
 from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 
@@ -104,11 +105,11 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     frame[at.GIVEN_POWER] = 0.0
     line_up_laws(model, work, frame, pressures)
     for k in range(term_row(model)):
+        tell_law(model, work, frame, pressures, on.FORCE, k)
         if model.connections[k, at.INNER] >= 0:
-            tell_law(model, work, frame, pressures, on.FORCE, k)
             status |= inner_force(model, work, k, c_q, c_v)
         else:
-            status |= call_law(model, work, frame, pressures, on.FORCE, k, model.laws.out, model.laws.out)
+            status |= film_call(model.laws, on.FORCE, k, model.laws.out, model.laws.out)
         hand_law(model, work, frame, pressures, k, ratio)
     if block_port_count(model) > 0:
         reactions(model, frame[at.COS], frame[at.SIN], f)
