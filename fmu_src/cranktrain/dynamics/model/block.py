@@ -35,10 +35,9 @@ def block_arrays(engine: Engine, stationary: ReducedBody, block: ReducedBody | N
         return still
     if engine.mounts is None:
         raise InputError(f"engine '{engine.name}' has no [mounts]; add them, or leave the block ground")
-    heads, liners = still.heads, still.liners
+    liners = still.liners
     for k in range(count):
         _, along = cylinder_axes(engine.cylinders.bank_angles[k])
-        heads[k] = along @ stationary.shapes[stationary.index(f"head[{k + 1}]"), :3]
         for column, end in enumerate(("upper", "lower")):
             liners[k, column] = along @ stationary.positions[stationary.index(f"liner[{k + 1}].{end}")]
     rows = [stationary.index(f"mount[{k + 1}]") for k in range(len(engine.mounts.x))]

@@ -19,7 +19,7 @@ only rotate about it, so its rotation replaces its x and y. Stationary ports fol
 
 1. with a flexible block: x and y of each main bore, z of the thrust faces, the bores' ends and the thrust faces'
   rotations if films depend on tilt, then z-rotation of each main bore, and of each liner its displacement across its
-  cylinder at the upper and at the lower ring and its displacement along;
+  cylinder at the upper and at the lower ring and its displacement along, and that of the head along;
 2. with guided pistons: displacement across the cylinder and rotation of each piston at the height of its pin.
 
 A *connection* is one force law with the Newton ports it couples; connections come as main journals, crank pins (or the
@@ -269,8 +269,9 @@ def _block_ports(
         rows[i][at.REACTS] = laid.lay(shapes[k, 5:6])
     for k in range(engine.n_cylinders):
         across, along = cylinder_axes(engine.cylinders.bank_angles[k])
-        upper, lower = (shapes[index(f"liner[{k + 1}].{end}"), :3] for end in ("upper", "lower"))
-        liners[k] = laid.lay(np.array([across @ upper, across @ lower, 0.5 * along @ (upper + lower)]))
+        ends = (f"liner[{k + 1}].upper", f"liner[{k + 1}].lower", f"head[{k + 1}]")
+        upper, lower, head = (shapes[index(end), :3] for end in ends)
+        liners[k] = laid.lay(np.array([across @ upper, across @ lower, 0.5 * along @ (upper + lower), along @ head]))
     return laid.shapes, np.array(pairs, dtype=float).reshape(-1, 2), np.array(axial, dtype=float)
 
 

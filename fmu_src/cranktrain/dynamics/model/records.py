@@ -59,7 +59,6 @@ class BlockArrays(NamedTuple):
     damping: Array  # (n_b, n_b) damping of the mounts in the block's modes
     preload: Array  # (n_s,) modal force of the mounts that carries the engine's weight
     weight: Array  # (n_s,) preload of the mounts per m/s² of gravity
-    heads: Array  # (c, n_s) displacement of each head along its cylinder
     liners: Array  # (c, 2) height of each liner's upper and lower ring along its cylinder from the crank axis, m
     mounts: Array  # (6 j, n_s) displacement and rotation of each mount
     mount_laws: Array  # (6 j, MOUNT_LAW) stiffness, damping and preload of each component of ``mounts``
@@ -78,7 +77,7 @@ def no_block(modes: int = 0, cylinders: int = 0) -> BlockArrays:
     n, z = modes, np.zeros
     liners = np.tile([1.0, -1.0], (cylinders, 1))
     return BlockArrays(
-        z((0, 0)), z((0, 0)), z(n), z(n), z((cylinders, n)), liners, z((0, n)), z((0, at.MOUNT_LAW)), z(n),
+        z((0, 0)), z((0, 0)), z(n), z(n), liners, z((0, n)), z((0, at.MOUNT_LAW)), z(n),
         z((DIRECTIONS, n)), z(10), np.eye(2), np.eye(2),
     )  # fmt: skip
 

@@ -22,7 +22,7 @@ COS_BANK, SIN_BANK, OWN_ROD, STROKE, MASTER, JOINT, PARAMETERS = 11, 12, 13, 14,
 # with journals locked on their axis has only PIN_TURN.
 # END_PORT: displacement x of a free big end (y follows).
 # PISTON_PORT: displacement of a guided piston across the cylinder (its rotation follows).
-# LINER_PORT: first of the three ports of the liner.
+# LINER_PORT: first of the three ports of the liner, before that of the head.
 # PIN_ROW, END_ROW: rows of ``connections`` between pin and rod, and of a free big end.
 PIN_PORT, PIN_TURN, END_PORT, PISTON_PORT, LINER_PORT, PIN_ROW, END_ROW, CYLINDER = range(22, 30)
 # Slots of ``ModelArrays.scalars``, part 1:
@@ -89,9 +89,11 @@ OF_PORTS, OF_EYE, OF_TERMS = range(3)
 # ACCOUNT, RUB_ACCOUNT: slots of ``Work.powers`` for the power that the connection takes by motion of its ends, and by
 # friction.
 # INNER: first of two ports that only this connection moves, so that the stage solves for them within its evaluation.
-# FOLLOWED: first of three ports that the law follows and loads, without tangents.
+# FOLLOWED: first of three ports that the law follows and loads, without tangents, before that of the head, on which
+# the gas presses, HEAD ports after the first.
 GAP, AXES, AXES_SENSE, SENSE_A, SENSE_B, FRAME_A, FRAME_B, RUBS, OF_CYLINDER, IS_LOAD, TAKES, ACCOUNT = range(11, 23)
 RUB_ACCOUNT, INNER, FOLLOWED, CONNECTION = range(23, 27)
+HEAD = 3
 NO_PORT = -1.0
 # Columns of ``Work.gas``, one row for each cylinder, at the last evaluation of a stage or of the state:
 # SLOPE: derivative of the pressure by the angle of the cylinder's own pin, Pa/rad.

@@ -60,8 +60,6 @@ class Work(NamedTuple):
     found: Array  # (k, SIZE) result of each connection's law at the state, see film.laws.films
     told: Array  # (k, TOLD_SPEEDS) speeds that the law was told there, see dynamics.model.slots
     pressures: Array  # (stages, 2c) cylinder pressures at each stage, then given pressures as functions of time
-    heads: Array  # (c,) force of the gas on heads of a flexible block, N, as applied in the present stage
-    rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
     inputs: Array  # (INPUT_ROWS, i) the reconstructed inputs
     input_rates: Array  # (i,) rates (1/s) of inputs that a driver gives for the next communication step, else NaN
     # Row 0 of ``staged``: number of given stages, number of stages, internal step (rad).
@@ -122,8 +120,6 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         found=z((model.connections.shape[0], SIZE)),
         told=z((model.connections.shape[0], at.TOLD_SPEEDS)),
         pressures=z((MAX_STAGES, 2 * d.cylinders)),
-        heads=z(d.cylinders),
-        rises=z((d.cylinders, 2)),
         inputs=z((at.INPUT_ROWS, inputs)),
         input_rates=np.full(inputs, np.nan) if input_rates is None else input_rates,
         staged=z((1 + MAX_STAGES, 1 + inputs)),

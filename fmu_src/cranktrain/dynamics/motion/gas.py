@@ -60,7 +60,9 @@ def find_pressure(model, work, frame, u, pressures, k, measured):
         x, y = pin_place(pin, -u[i] * pin[1], u[i] * pin[0], numbers)
     found = work.gas[c]
     if measured or frame[at.BURN] < 0.0:
-        found[at.VOLUME] = volume_over(rod, piston_height(model, frame, u, x, y, c) - work.rises[c, 0])
+        liner = int(rod[at.LINER_PORT])
+        rise = u[liner + at.HEAD] if liner >= 0 else 0.0
+        found[at.VOLUME] = volume_over(rod, piston_height(model, frame, u, x, y, c) - rise)
     found[at.OWN_ANGLE] = own_angle(model, frame, u, x, y, c)
     given = pressures[model.cylinders.shape[0] + c]
     pressures[c], slope = cylinder_pressure(model, work, frame, c, found[at.OWN_ANGLE], found[at.VOLUME], given)

@@ -86,17 +86,22 @@ def hand_mass(model, work, frame, pressures, k):
         )
         if row[at.TURNED] >= 0:
             f[row[at.TURNED]] += torque
-    for j in range(3 if row[at.FOLLOWED] >= 0 else 0):
-        f[row[at.FOLLOWED] + j] += out[on.FOLLOWED + j]
+    power = out[on.GAS_POWER]
+    i = row[at.FOLLOWED]
+    if i >= 0:
+        for j in range(3):
+            f[i + j] += out[on.FOLLOWED + j]
+        c = row[at.OF_CYLINDER]
+        gas = gas_force(model.cylinders[c], model.scalars, pressures[c])
+        f[i + at.HEAD] += gas
+        power += gas * work.port[at.UD, i + at.HEAD]
     if model.laws.numbers[on.FROZEN] == 0.0:
         block = work.blocks[k]
         for r in range(0, 2 * ROW, ROW):
             for s in range(2):
                 block[r + s] = out[on.BY_PLACE + r + s]
     if frame[at.BURN] < 0.0:
-        c = row[at.OF_CYLINDER]
-        head = gas_force(model.cylinders[c], model.scalars, pressures[c]) * work.rises[c, 1]
-        frame[at.GIVEN_POWER] += out[on.GAS_POWER] + head
+        frame[at.GIVEN_POWER] += power
 
 
 @kernel

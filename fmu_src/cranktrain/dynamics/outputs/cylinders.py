@@ -38,7 +38,9 @@ def observe_cylinders(model, work, state, members, out):
         rigid, slope = rigid_volume(model, c, frame[at.CRANK])
         row = out[CYLINDER_OUTPUTS * c : CYLINDER_OUTPUTS * (c + 1)]
         row[VOLUME] = work.gas[c, at.VOLUME]
-        row[VOLUME_RATE] = -rod[at.AREA] * (found[RISING] - work.rises[c, 1])
+        head = model.connections[k, at.FOLLOWED]
+        rise = work.port[at.UD, head + at.HEAD] if head >= 0 else 0.0
+        row[VOLUME_RATE] = -rod[at.AREA] * (found[RISING] - rise)
         row[DEVIATION] = row[VOLUME] - rigid
         row[DEVIATION_RATE] = row[VOLUME_RATE] - slope * (frame[at.OMEGA] + rate)
         row[PISTON_POSITION] = rod[at.STROKE_TOP] - found[HEIGHT]

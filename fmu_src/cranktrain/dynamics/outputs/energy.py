@@ -144,7 +144,9 @@ def account_mass(model, work, k):
     rod = model.cylinders[c]
     pressure = work.pressures[0, c]
     powers[at.GAS_POWER] -= (pressure - model.scalars[at.CRANKCASE]) * rod[at.AREA] * found[SPEED]
-    powers[at.GAS_WORK] += gas_force(rod, model.scalars, pressure) * work.rises[c, 1]
+    head = row[at.FOLLOWED]
+    if head >= 0:
+        powers[at.GAS_WORK] += gas_force(rod, model.scalars, pressure) * work.port[at.UD, head + at.HEAD]
     powers[at.FRICTION_POWER] += found[FRICTION_ALONG] * found[SPEED]
     powers[at.LINERS_LOSS] += found[LINER_LOSS]
     powers[at.SKIRTS_LOSS] += found[SKIRT_LOSS]

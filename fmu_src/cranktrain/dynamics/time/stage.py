@@ -25,7 +25,7 @@ from cranktrain.dynamics.model.layout import (
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.bodies import add_response, load_others, move_freely, to_ports
 from cranktrain.dynamics.motion.equations import external_force, port_forces
-from cranktrain.dynamics.motion.gas import encoder_end, gas_force
+from cranktrain.dynamics.motion.gas import encoder_end
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot
 from cranktrain.dynamics.motion.links import follow_links, link_compliance, link_size, link_steps
 from cranktrain.dynamics.motion.newton_matrix import factor_newton, solve_step
@@ -130,16 +130,6 @@ def predict(model, work, stage):
         link_compliance(model, work, frame, stage.slot, work.relative)
     move_axis(model, frame, work.port[at.U_Q])
     external_force(model, frame, big_q, base)
-    for c in range(work.heads.shape[0]):
-        work.heads[c] = 0.0
-    if block_port_count(model) > 0 and frame[at.BURN] < 0.0:
-        for c in range(work.heads.shape[0]):
-            work.rises[c, 0] = 0.0
-            work.rises[c, 1] = 0.0
-            for i in range(model.block.preload.shape[0]):
-                change = stage.a_guess[t + i]
-                work.rises[c, 0] += model.block.heads[c, i] * (big_q[t + i] + stage.c_q * change)
-                work.rises[c, 1] += model.block.heads[c, i] * (big_v[t + i] + stage.c_v * change)
     load_others(model, work, frame, big_q, base)
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]
@@ -226,34 +216,6 @@ def follow_encoder(model, work, stage):
 
 
 @inlined_kernel
-def press_heads(model, work, stage):
-    """Update the gas force on the heads of a flexible block to the pressures found last for the pistons.
-
-    The change is added to the load ``work.modal[BASE]`` and to the motion without forces at the ports.
-    """
-    t = turning_modes(model)
-    standing = block_port_count(model)
-    s = block_modes(model)
-    turning = turning_ports(model)
-    change = work.modal[at.LOADS]
-    moved = work.modal[at.LEVER]
-    for i in range(s):
-        change[i] = 0.0
-        moved[i] = 0.0
-    for c in range(work.heads.shape[0]):
-        gas = gas_force(model.cylinders[c], model.scalars, work.pressures[stage.number, c])
-        more = gas - work.heads[c]
-        work.heads[c] = gas
-        for i in range(s):
-            change[i] += more * model.block.heads[c, i]
-    add_product(work.linear.inverse[stage.slot][t : t + s], change, s, s, moved)
-    for i in range(s):
-        work.modal[at.BASE, t + i] += change[i]
-        work.modal[at.Q_FREE, t + i] += moved[i]
-    add_product(model.bodies.transposed[t : t + s], moved, s, standing, work.port[at.U_FREE][turning:])
-
-
-@inlined_kernel
 def newton_step(model, work, stage, keep_matrix):
     """Evaluate the forces at u and the Newton step of relative motion, ``work.port[U_STEP]``. Return a status (0: OK).
 
@@ -268,8 +230,6 @@ def newton_step(model, work, stage, keep_matrix):
     model.laws.numbers[FROZEN] = 0.0
     if status != OK:
         return FILM_FAILED
-    if block_port_count(model) > 0:
-        press_heads(model, work, stage)
     for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
     add_response(model, work.linear.compliance[stage.slot], top.GROUP_PORT, f, step)

@@ -158,17 +158,11 @@ def ports_at_state(model, work, state):
 def pressures_at_state(model, work, state):
     """Write cylinder pressures at the state to ``work.pressures[0]``, from frame ``work.frames[0]`` and ports.
 
-    Also fills ``work.gas``, and ``work.rises`` with a flexible block.
+    Also fills ``work.gas``.
     """
     frame = work.frames[0]
     u = work.port[at.STATE_U]
     move_axis(model, frame, u)
-    if block_port_count(model) > 0:
-        n = model.omega2.shape[0]
-        first = offset(st.POSITION, n) + turning_modes(model)
-        for c in range(model.cylinders.shape[0]):
-            for k in range(2):
-                work.rises[c, k] = dot(model.block.heads[c], state[first + k * n :], model.block.preload.shape[0])
     for c in range(model.cylinders.shape[0]):
         rod = int(model.cylinders[c, at.END_ROW])
         spin = model.connections[rod, at.SPIN]
