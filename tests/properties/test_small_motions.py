@@ -83,7 +83,7 @@ def formula(engine):
     return replace(engine, reduction=replace(engine.reduction, torsional_source="ker-wilson"))
 
 
-def balanced(engine, main, z, inertia):
+def balanced(engine, main, z, inertia, torque=60.0):
     """An engine with an unbalanced shaft geared to a main bearing's journal at −2, loaded so that its teeth never part.
 
     Its bearings are springs, the same in all directions.
@@ -98,7 +98,7 @@ def balanced(engine, main, z, inertia):
         ConnectionTable("mesh", "gear_mesh", (f"crank.main[{main}]", "shaft.gear"), gear_mesh=GearMesh(3e7, 3e3)),
         ConnectionTable("front", "spring", ("shaft.front", "ground"), spring=held),
         ConnectionTable("rear", "spring", ("shaft.rear", "ground"), spring=held),
-        ConnectionTable("brake", "load", ("shaft.gear", "ground"), load=Load(torque=(0.0, 0.0, 60.0))),
+        ConnectionTable("brake", "load", ("shaft.gear", "ground"), load=Load(torque=(0.0, 0.0, torque))),
     )
     return replace(formula(engine), frame=(FrameTable("back", ratio=-2.0, axis=axis),), body=(shaft,), connection=links)
 
@@ -119,7 +119,7 @@ def with_secondary(engine):
 ENGINES = {
     "one cylinder with a geared shaft": lambda: balanced(single(), 1, 0.1, 3e-3),
     "one cylinder with a second flywheel": lambda: with_secondary(single()),
-    "six with a geared shaft": lambda: balanced(free_six(), 4, 0.4, 5e-3),
+    "six with a geared shaft": lambda: balanced(free_six(), 4, 0.4, 3e-2, 600.0),
     "six with a second flywheel": lambda: with_secondary(free_six()),
 }
 

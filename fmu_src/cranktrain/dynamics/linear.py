@@ -19,16 +19,16 @@ means, and all other bands, are left out (Hill's method, truncated).
 
 The crank moves in band 0. Any other body moves in the bands in which its motion is slow as seen from its own axes (0),
 from axes at rest (±r) or, where it is at rest or joined to the crank, from the crank's axes (± the difference of both
-ratios). A band of a component counts if each body but the block that the component measures moves in it. Otherwise the
-missing body would act as if it were held, which only a block nearly is. A gear on the crank therefore feels the crank's
-rotation and not its motion across.
+ratios). A band of a component counts if each body but the block that the component measures moves in it, or never can.
+Otherwise the missing body would act as if it were held, which only a block nearly is. A gear on the crank therefore
+feels the crank's rotation and not its motion across.
 
 Forces at displaced points have moments about the axes of their bodies, with their mean forces as coefficients.
 
 Source: Wereley, *Analysis and control of linear periodically time varying systems* (1991), chapter 3.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,13 +39,17 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import ComplexArray
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.records import ModelArrays
-from cranktrain.dynamics.tangents import Tangents
+from cranktrain.dynamics.tangents import Tangents, forces_in_rotation, tangents_in_rotation
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
 
 ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """Matrix of the cross product e_z × in the plane."""
+NEWTON_STEPS, SETTLED = 50, 1.0e-9
+"""Most steps towards the mean places of connections, and relative change of the modes at which they end."""
+SINGULAR = 1.0e-12
+"""Singular value of the stiffness, relative to the largest, below which a mode is free, and rests."""
 
 
 class Equations(NamedTuple):
@@ -291,7 +295,7 @@ class SmallMotions:
         moves = np.zeros((count, len(model.bodies.rows)), dtype=bool)
         measured = moves.copy()
         moves[:, top.OF_BLOCK] = True
-        measured[terms.component, terms.body] = True
+        measured[terms.component, terms.body] |= np.any(model.bodies.shapes[terms.port], axis=1)
         for component, port, body, harmonic, coefficient in zip(*terms, strict=True):
             row = self.port(port, round(band - harmonic, 9))
             found[component] += coefficient * row
@@ -303,6 +307,35 @@ class SmallMotions:
         """True for coordinates (n,) of a body."""
         row = self._model.bodies.rows[body]
         return np.asarray((self.mode >= row[top.MODE]) & (self.mode < row[top.MODE] + row[top.MODES]))
+
+
+def mean_places(model: ModelArrays, rows: Iterable[int] | None = None) -> Array:
+    """Mean motion (k, 4) of connections of terms under the mean loads that connections bring, by Newton's method.
+
+    Bodies are held by the connections in ``rows``, or by all. A mean torque presses teeth on one of their flanks, whose
+    normal then joins motion along and across the pitch circle. Without loads nothing moves.
+    """
+    motions, first = SmallMotions(model, still=True), int(model.layout[at.TERM_ROW])
+    taken = list(range(len(model.connections)) if rows is None else rows)
+    terms = [k for k in taken if k >= first]
+    places, x, components = np.zeros((len(model.connections), 4)), np.zeros(motions.mode.size), motions.components()
+    for _ in range(NEWTON_STEPS if terms else 0):
+        laws = tangents_in_rotation(model, rows=taken, places=places).mean()
+        stiffness = motions.equations(0.0, laws).stiffness
+        forces, load = forces_in_rotation(model, terms, places), np.zeros(x.size)
+        # K x + R^T P d is the force of all that is linear at rest.
+        balance = -stiffness @ x
+        for k in terms:
+            own, count = components[motions.numbers(k)], model.connections[k, at.COUPLED]
+            balance -= own.T @ laws.place[k, :count, :count] @ (own @ x)
+            load += own.T @ forces[k, :count]
+        step = np.linalg.lstsq(stiffness, balance + load, rcond=SINGULAR)[0]
+        x += step
+        for k in terms:
+            places[k, : model.connections[k, at.COUPLED]] = components[motions.numbers(k)] @ x
+        if np.max(np.abs(step), initial=0.0) <= SETTLED * np.max(np.abs(x), initial=0.0):
+            break
+    return places
 
 
 class _Terms(NamedTuple):

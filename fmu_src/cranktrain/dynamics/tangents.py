@@ -8,8 +8,8 @@ so three evaluations with different (c_q, c_v) give K, C and M. This is exact fo
 rods whose pistons run on the axes of their cylinders, because all are affine in both ratios. K and C are the
 derivatives by u and u̇ in axes of the frame; K includes derivatives by velocity times the frame's rotation.
 
-*In rotation* the rigid crank turns uniformly about its axis, and no component of a connection moves. The gas of each
-cylinder then follows the angle of its pin.
+*In rotation* the rigid crank turns uniformly about its axis, and components of connections rest, those of terms where
+mean loads place them. The gas of each cylinder then follows the angle of its pin.
 """
 
 import math
@@ -88,8 +88,8 @@ def law_at(law, record, index, place, velocity, numbers, out):
 def law_in_rotation(model, k, theta, speed, numbers, out):
     """Call the law of connection k in rotation at a crank angle (rad) and speed (rad/s). Return its status.
 
-    ``numbers`` hold the rule of a stage, RATIO and INERTANCE, and GRAVITY. Connections of terms have no motion, and of
-    them only laws with masses get the crank angle.
+    ``numbers`` hold the rule of a stage, RATIO and INERTANCE, and GRAVITY. Connections of terms keep their place, and
+    of them only laws with masses get the crank angle.
     """
     row = model.connections[k]
     entry = model.laws.entry[k]
@@ -103,7 +103,9 @@ def law_in_rotation(model, k, theta, speed, numbers, out):
     numbers[COS] = math.cos(numbers[ANGLE])
     numbers[SIN] = math.sin(numbers[ANGLE])
     for r in range(4):
-        place[r] = velocity[r] = 0.0
+        velocity[r] = 0.0
+        if not of_terms:
+            place[r] = 0.0
     numbers[PRESSURE] = numbers[SLOPE] = 0.0
     if massive and not of_terms:
         c = row[at.OF_CYLINDER]
@@ -137,17 +139,19 @@ def rotate(model, k, speed, numbers, out, forces, blocks):
 
 
 def tangents_in_rotation(
-    model: ModelArrays, speed: float = 0.0, rows: Iterable[int] | None = None, samples: int = SAMPLES
-) -> Tangents:
+    model: ModelArrays, speed: float = 0.0, rows: Iterable[int] | None = None, samples: int = SAMPLES,
+    places: Array | None = None,
+) -> Tangents:  # fmt: skip
     """Tangents and forces of all connections, or of those in ``rows``, in rotation at N ``samples`` of a cycle.
 
-    ``speed`` is in rad/s. Those of other connections are zero. ``InputError`` for a law that has no force without
-    motion.
+    ``speed`` is in rad/s, ``places`` (k, 4) are those of connections of terms, zero if left out. Tangents of other
+    connections are zero. ``InputError`` for a law that has no force without motion.
     """
     numbers, out, own, block = np.zeros(NUMBERS), np.zeros(SIZE), np.zeros((samples, 4)), np.zeros((samples, 16))
     blocks = np.zeros((3, samples, len(model.connections), 16))
     forces = np.zeros((samples, int(model.layout[at.PORTS])))
     for k in range(len(model.connections)) if rows is None else rows:
+        model.laws.place[k] = 0.0 if places is None else places[k]
         for part, ratios in zip(blocks, ((0.0, 0.0), (PER_VELOCITY, 0.0), (0.0, PER_ACCELERATION)), strict=True):
             numbers[[RATIO, INERTANCE]] = ratios
             status = rotate(model, k, speed, numbers, out, own, block)
@@ -168,6 +172,17 @@ def _parted(blocks: Array, forces: Array, displaced: Array) -> Tangents:
     return Tangents(
         place, (with_velocity - place) / PER_VELOCITY, (with_acceleration - place) / PER_ACCELERATION, forces, displaced
     )
+
+
+def forces_in_rotation(model: ModelArrays, rows: Iterable[int], places: Array) -> Array:
+    """Mean forces (k, 4) of connections of terms in ``rows`` over a cycle in rotation, where ``places`` (k, 4) are."""
+    numbers, out, block = np.zeros(NUMBERS), np.zeros(SIZE), np.zeros((SAMPLES, 16))
+    found, own = np.zeros((len(model.connections), 4)), np.zeros((SAMPLES, 4))
+    for k in rows:
+        model.laws.place[k] = places[k]
+        rotate(model, k, 0.0, numbers, out, own, block)
+        found[k] = own.mean(axis=0)
+    return found
 
 
 @kernel

@@ -34,7 +34,7 @@ from scipy.optimize import linear_sum_assignment
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import Progress
-from cranktrain.dynamics.linear import SmallMotions
+from cranktrain.dynamics.linear import SmallMotions, mean_places
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import ModelArrays, dimensions
 from cranktrain.dynamics.model.settings import Settings
@@ -171,7 +171,8 @@ def _matrices(
     """K, C, M of small motions at a speed, undamped except for the ``ring`` of a damper."""
     damper, rods = dimensions(model).damper, set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
     laws = tangents_in_rotation(model, speed, rods).mean()
-    springs = tangents_in_rotation(model, 0.0, set(range(len(model.connections))) - rods - {damper}).mean()
+    others = set(range(len(model.connections))) - rods - {damper}
+    springs = tangents_in_rotation(model, 0.0, others, places=mean_places(model, others)).mean()
     laws = laws._replace(place=laws.place + springs.place, acceleration=laws.acceleration + springs.acceleration)
     if ring is not None:
         law = damper_parameters(ring, damper_temperature(ring, speed))

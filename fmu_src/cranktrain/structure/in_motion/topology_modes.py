@@ -11,7 +11,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.linear import SmallMotions
+from cranktrain.dynamics.linear import SmallMotions, mean_places
 from cranktrain.dynamics.model.pack import Cranktrain, no_body, pack
 from cranktrain.dynamics.model.records import no_ports
 from cranktrain.dynamics.tangents import tangents_in_rotation
@@ -71,7 +71,8 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
         turning=body, joined=parts, block=block, stationary=block or no_body(), damping=np.zeros(first), ports=ports
     )
     model = pack(topology, own)
-    mass, _, stiffness = SmallMotions(model, still=True).equations(0.0, tangents_in_rotation(model).mean())
+    laws = tangents_in_rotation(model, places=mean_places(model)).mean()
+    mass, _, stiffness = SmallMotions(model, still=True).equations(0.0, laws)
     if crank is not None:
         stiffness[:first, :first] += crank.stiffness - np.diag(model.omega2[:first])
         mass[:first, :first] = crank.mass

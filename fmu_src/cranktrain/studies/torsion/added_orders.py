@@ -5,8 +5,9 @@ Small motions of crank (c) and added bodies (a) at ω = oΩ obey D q = f with D 
 
     D_cc − D_ca D_aa⁻¹ D_ac.
 
-Connections are linear about the state at rest: films and rollers are their linear stand-ins, axial bearings are closed,
-and teeth without backlash are in contact. Steady loads of connections and the weight of unbalanced bodies are left out.
+Connections are linear about where their mean loads place them at rest: films and rollers are their linear stand-ins,
+axial bearings are closed, and teeth without backlash bear on the flank that a mean torque presses. The moments of mean
+forces and the weight of unbalanced bodies are left out.
 """
 
 from dataclasses import replace

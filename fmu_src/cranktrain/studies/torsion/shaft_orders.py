@@ -27,6 +27,7 @@ from scipy.linalg import eigh
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.types import ComplexArray
+from cranktrain.dynamics.linear import mean_places
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.hysteresis import OF_LOSS, OF_SHAFT
 from cranktrain.dynamics.model.records import dimensions
@@ -138,7 +139,8 @@ class ShaftOrders:
         self._ring = [sizes.crank_modes - slots.ROTATION] if sizes.damper >= 0 else []
         still = self.rods.torque(np.repeat(self.angle[:, None], engine.n_cylinders, axis=1))
         self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
-        laws = tangents_in_rotation(model, rows=range(int(model.layout[slots.TERM_ROW]), len(model.connections))).mean()
+        added = range(int(model.layout[slots.TERM_ROW]), len(model.connections))
+        laws = tangents_in_rotation(model, rows=added, places=mean_places(model, added)).mean()
         laws.acceleration[model.cylinders[:, slots.END_ROW].astype(int), 0, 0] = -still.inertia.mean(axis=0)
         self._matrices = OrderMatrices(model, laws, max(gas.best_speed, 1.0))
         self._parts: ComplexArray = self._matrices.of_crank
