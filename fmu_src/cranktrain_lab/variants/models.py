@@ -31,7 +31,9 @@ from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaf
 from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping, with_stated_damping
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns
 from cranktrain.studies.scene import scene_outputs
-from cranktrain_lab.variants.study import ENGINE, LOAD, TWO_MASS, Study
+from cranktrain_lab.variants.design import Design
+from cranktrain_lab.variants.distributions import Distribution
+from cranktrain_lab.variants.study import ENGINE, LOAD, TWO_MASS, Levels, Study, Varied
 from cranktrain_lab.variants.torsional import (
     FREQUENCY,
     UNITS_OF,
@@ -263,6 +265,20 @@ class EngineModel:
         if self._torsional and settings.damper == "none" and any(o.startswith("damper.") for o in self._study.outputs):
             raise InputError("outputs: there is no damper; leave damper.* out")
         return settings
+
+
+def torsional_model(
+    engine: Engine, varied: Mapping[str, tuple[float, float, float]], speeds: Sequence[float], levels: Levels,
+    load: float = 1.0, say: Callable[[str], None] = lambda stage: None,
+) -> EngineModel:  # fmt: skip
+    """Return the model of a torsional crank between two ``speeds``, rad/s; ``varied`` are low, high and own by key."""
+    values = tuple(
+        Varied(key, Distribution("uniform", (("low", low), ("high", high))), own=own)
+        for key, (low, high, own) in varied.items()
+    )
+    outputs = (f"{FREQUENCY}[1]",)
+    study = Study(engine.name, engine.title, ENGINE, values, outputs, Design(), engine, tuple(speeds), (), levels, load)
+    return EngineModel(study, say)
 
 
 def variant_engine(study: Study, values: Mapping[str, float]) -> tuple[Engine, float]:

@@ -98,10 +98,7 @@ def run_variants(
     outcome, began = Outcome() if outcome is None else outcome, time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)
-    files = VariantFiles(
-        folder, tuple(one.key for one in study.varied), tuple(one.unit for one in study.varied),
-        tuple(Column(*vars(one).values()) for one in model.outputs), np.array(study.speeds), _about(study),
-    )  # fmt: skip
+    files = files_of(study, model, folder, _about(study))
     held = files.begin(study_digest(study), means.anew)
     outcome.resumed = len(held)
     outcome.preparation = time.perf_counter() - began
@@ -126,6 +123,14 @@ def run_variants(
         files.close()
         outcome.seconds = time.perf_counter() - began
     return files
+
+
+def files_of(study: Study, model: Model, folder: Path, about: dict[str, Any]) -> VariantFiles:
+    """Return the files of a study's variants in a folder, with facts ``about`` the study."""
+    return VariantFiles(
+        folder, tuple(one.key for one in study.varied), tuple(one.unit for one in study.varied),
+        tuple(Column(*vars(one).values()) for one in model.outputs), np.array(study.speeds), about,
+    )  # fmt: skip
 
 
 def _about(study: Study) -> dict[str, Any]:
@@ -173,20 +178,17 @@ def variant_workers(
     number = max(1, min(means.workers or processors(), count))
     if number == 1 or study.model == FUNCTION:
         with threadpool_limits(limits=1, user_api="blas"):
-            yield _Here().take, 1
+            yield _finished, 1
         return
     with worker_pool(number, _begin, (study,)) as pool:
         yield lambda values: pool.submit(_variant, None, values), number
 
 
-class _Here:
-    """Executor that runs a variant at once in this process."""
-
-    def take(self, values: Array) -> Future[Any]:
-        """Run a variant and return its finished future."""
-        future: Future[Any] = Future()
-        future.set_result(_variant(None, values))
-        return future
+def _finished(values: Array) -> Future[Any]:
+    """Run a variant at once in this process. Return its finished future."""
+    future: Future[Any] = Future()
+    future.set_result(_variant(None, values))
+    return future
 
 
 @contextmanager
