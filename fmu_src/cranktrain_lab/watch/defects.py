@@ -14,6 +14,7 @@ evaluated together with the defects.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 from cranktrain.engine.model import Engine
@@ -123,22 +124,20 @@ def _of_damper(damper: Damper) -> list[Defect]:
             part("damper.viscosity-", "damper fluid thinner", lambda d, s: replace(d, viscosity=d.viscosity * (1 - s))),
             part("damper.viscosity+", "damper ring seizing", lambda d, s: replace(d, viscosity=d.viscosity / (1 - s))),
         ]
-    found = []
-    if damper.stiffness > 0.0 or any(damper.stiffnesses):
-        found.append(part("damper.stiffness-", "damper springs cracked", _softer))
-    if damper.damping > 0.0 or any(damper.dampings):
-        found.append(part("damper.damping-", "damper without its damping", _freer))
-    return found
 
+    def less(own: Damper, severity: float, name: str, names: str) -> Damper:
+        rest = 1.0 - severity
+        lower = {name: rest * getattr(own, name), names: tuple(rest * one for one in getattr(own, names))}
+        return replace(own, **lower)
 
-def _softer(damper: Damper, severity: float) -> Damper:
-    rest = 1.0 - severity
-    return replace(damper, stiffness=rest * damper.stiffness, stiffnesses=tuple(rest * k for k in damper.stiffnesses))
-
-
-def _freer(damper: Damper, severity: float) -> Damper:
-    rest = 1.0 - severity
-    return replace(damper, damping=rest * damper.damping, dampings=tuple(rest * c for c in damper.dampings))
+    return [
+        part(f"damper.{name}-", words, partial(less, name=name, names=names))
+        for name, names, words in (
+            ("stiffness", "stiffnesses", "damper springs cracked"),
+            ("damping", "dampings", "damper without its damping"),
+        )
+        if getattr(damper, name) > 0.0 or any(getattr(damper, names))
+    ]
 
 
 def _of_shafts(engine: Engine) -> list[Defect]:
