@@ -44,9 +44,7 @@ def _step(at: str, table: Step, units: Mapping[str, Any], times: Times) -> list[
 def _ramp(at: str, table: Ramp, units: Mapping[str, Any], times: Times) -> list[Change]:
     """Return the change of an input that goes linearly from its present value to another."""
     target, unit = _target(at, table, units)
-    begin, end = times.of(table, "from", at, 0.0), times.of(table, "to", at)
-    if not begin < end:
-        raise InputError(f"{at}: from {begin:g} s must be before to {end:g} s")
+    begin, end = times.span(table, at, endless=False)
     return [Change(target, begin, end, table.value, unit)]
 
 
