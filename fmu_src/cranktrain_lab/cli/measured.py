@@ -17,7 +17,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.results.views.found import VerbResult
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import POSITIVE, Option, Question, paths, several
-from cranktrain_lab.measured.analysis import RotationAsked, cylinder_numbers, orders_of, pressures_of, rotations_of
+from cranktrain_lab.measured.analysis import cylinder_numbers, orders_of, pressures_of, rotations_of
 from cranktrain_lab.measured.compression import BAND
 from cranktrain_lab.measured.pressure import PEGGING
 from cranktrain_lab.measured.pulses import EDGES
@@ -344,13 +344,7 @@ def _show_pressures(result: list[dict[str, Any]]) -> None:
 
 def _rotations(measurement: Measurement, ask: AnalyseMeasured) -> list[Rotation]:
     """Rotation at one or two positions; prints remarks."""
-    learnt: Any = ask.learn_teeth
-    asked = RotationAsked(
-        ask.rotation, ask.teeth, ask.missing, ask.level, ask.edge, learnt,
-        ask.eccentricity, ask.index, math.radians(ask.dead_centre_deg), ask.second,
-        ask.second_teeth, ask.second_missing, ask.firing, ask.speed, ask.clock_hz,
-    )  # fmt: skip
-    rotations = rotations_of(measurement, asked)
+    rotations = rotations_of(measurement, ask)
     for rotation in rotations:
         for remark in rotation.remarks:
             say(f"cranktrain: remark: {remark}")

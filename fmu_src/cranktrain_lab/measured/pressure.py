@@ -129,7 +129,11 @@ def cycles_by_rotation(
     made = Cycles(
         channel.name, relative - 0.5 * cycle, values, speed, channel.rate, np.zeros(len(values)), tuple(remarks)
     )
-    return _checked(_firing_revolution(made), channel)
+    if period(made.angle) > 3.0 * math.pi and abs(made.angle[int(np.argmax(made.mean))]) >= math.pi:
+        # The peak lies in the other revolution.
+        turned = made.pressure.mapped(lambda _, rows: np.roll(rows, made.angle.size // 2, axis=1))
+        return _checked(replace(made, pressure=turned), channel)
+    return _checked(made, channel)
 
 
 def _sampled_at(channel: Channel, times: Array) -> Array:
@@ -158,14 +162,6 @@ def _whole(rows: CycleRows, channel: Channel) -> tuple[CycleRows, list[str]]:
         f"{channel.source}, channel {channel.name}: {lost} of {len(rows)} cycles have missing values and are left out"
     ]
     return rows.chosen(np.flatnonzero(good)) if lost else rows, told * bool(lost)
-
-
-def _firing_revolution(cycles: Cycles) -> Cycles:
-    """Shift cycles by a revolution if the peak lies in the other revolution."""
-    if period(cycles.angle) < 3.0 * math.pi or abs(cycles.angle[int(np.argmax(cycles.mean))]) < math.pi:
-        return cycles
-    half = cycles.angle.size // 2
-    return replace(cycles, pressure=cycles.pressure.mapped(lambda _, rows: np.roll(rows, half, axis=1)))
 
 
 def _checked(cycles: Cycles, channel: Channel) -> Cycles:

@@ -17,7 +17,15 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
 from cranktrain_lab.measured.channels import Channel, Measurement
-from cranktrain_lab.measured.gaps import beside_gaps, recognised, recurring_gap, untold, wheel_of, without_wrong
+from cranktrain_lab.measured.gaps import (
+    beside_gaps,
+    pitches,
+    recognised,
+    recurring_gap,
+    untold,
+    wheel_of,
+    without_wrong,
+)
 from cranktrain_lab.measured.pulses import EDGES, Pulses, pulse_times, timing_error
 from cranktrain_lab.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, learn_errors, number_teeth
 
@@ -402,12 +410,8 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
 
 def tachos(measurement: Measurement) -> list[dict[str, Any]]:
     """List channels that look like pulses: name, pulses per second, evenness, and recurring gap (if any)."""
-    found = []
-    for channel in measurement.channels:
-        if not (told := _looks_like_pulses(channel)):
-            continue
-        found.append({"channel": channel.name, **told})
-    return found
+    listed = ((channel.name, _looks_like_pulses(channel)) for channel in measurement.channels)
+    return [{"channel": name, **told} for name, told in listed if told]
 
 
 def _looks_like_pulses(channel: Channel) -> dict[str, Any]:
@@ -419,14 +423,10 @@ def _looks_like_pulses(channel: Channel) -> dict[str, Any]:
         return {}
     if times.size < 16 or (channel.step > 0.0 and times.size > part.size / 4):
         return {}
-    from scipy.ndimage import median_filter
-
-    intervals = np.diff(times)
-    ratio = intervals / median_filter(intervals, size=9, mode="nearest")
-    uneven = float(np.mean(np.abs(ratio - np.rint(ratio)) > 0.3))
-    if uneven > 0.02:
+    ratio = pitches(times)
+    if float(np.mean(np.abs(ratio - np.rint(ratio)) > 0.3)) > 0.02:
         return {}
-    told: dict[str, Any] = {"pulses": int(times.size), "pulses_hz": float(1.0 / np.median(intervals))}
+    told: dict[str, Any] = {"pulses": int(times.size), "pulses_hz": float(1.0 / np.median(np.diff(times)))}
     if (gap := recurring_gap(times)) is not None:
         told |= {"teeth": gap.apart, "missing": gap.missing}
     return told

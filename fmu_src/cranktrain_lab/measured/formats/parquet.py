@@ -109,7 +109,11 @@ def _reader(file: Any, leaf: int, of_time: bool) -> Any:
         if k not in last_read:
             last_read.clear()
             values = file.reader.read_row_group(k, column_indices=[leaf]).column(0)
-            last_read[k] = seconds.of(values) if of_time else _floats(values)
+            last_read[k] = (
+                seconds.of(values)
+                if of_time
+                else np.asarray(values.to_pandas().to_numpy(dtype=np.float64, na_value=np.nan))
+            )
         return last_read[k]
 
     def read(first: int, last: int, _: int) -> Array:
@@ -124,11 +128,6 @@ def _reader(file: Any, leaf: int, of_time: bool) -> Any:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     return read
-
-
-def _floats(values: Any) -> Array:
-    """Return values of a column as float64, NaN for null."""
-    return np.asarray(values.to_pandas().to_numpy(dtype=np.float64, na_value=np.nan))
 
 
 class _Seconds:

@@ -34,17 +34,10 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             made, told = _channel(channel, base, path.name, group.name)
             found.append(made)
             remarks += told
-    if _incomplete(file):
+    # The last segment has less data than its header states.
+    if getattr(getattr(file, "file_status", None), "incomplete_final_segment", False):
         remarks.append(f"{path.name}: is cut short; the samples up to the cut were read")
     return found, remarks
-
-
-def _incomplete(file: Any) -> bool:
-    """True if the last segment of a file has less data than its header states."""
-    try:
-        return bool(file.file_status.incomplete_final_segment)
-    except AttributeError:
-        return False
 
 
 def _is_time(channel: Any) -> bool:

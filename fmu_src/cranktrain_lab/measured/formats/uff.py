@@ -73,7 +73,12 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
         raise InputError(f"{path.name}: holds no complete data set between lines of -1; it is cut short")
     if others := sorted(set(kinds) - {58, 151, 164}):
         remarks.append(f"{path.name}: data sets {', '.join(map(str, others))} hold no signals and are left out")
-    _tell_ends(path, len(kinds), remarks)
+    with path.open("rb") as text:
+        text.seek(max(0, size - 4096))
+        if not text.read().rstrip().endswith(b"-1"):
+            remarks.append(
+                f"{path.name}: the last data set has no end and is left out; {len(kinds)} complete ones were read"
+            )
     return found, remarks
 
 
@@ -135,15 +140,6 @@ def _instant(text: str) -> int | None:
 def _stated(one: dict[str, Any]) -> np.ndarray:
     """Return the values of a data set without filling values of the last line beyond the stated number."""
     return np.asarray(one["data"])[: int(one["num_pts"])]
-
-
-def _tell_ends(path: Path, complete: int, remarks: list[str]) -> None:
-    """Add a remark on a last data set without its closing line of -1."""
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - 4096))
-        end = file.read().rstrip()
-    if not end.endswith(b"-1"):
-        remarks.append(f"{path.name}: the last data set has no end and is left out; {complete} complete ones were read")
 
 
 def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channel, list[str]]:
