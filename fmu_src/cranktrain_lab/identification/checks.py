@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from cranktrain.core.errors import CranktrainError, InputError
@@ -13,7 +12,7 @@ from cranktrain.core.types import Array
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import LEAST
-from cranktrain_lab.identification.comparison import Comparison, Piece
+from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import contradictions, unexcited
 from cranktrain_lab.identification.data import RATIO, Orbit, Strand
 from cranktrain_lab.identification.estimate import Estimate
@@ -122,7 +121,10 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
         of = [k for k, one in enumerate(comparison.data.strands) if one.name == name]
         rows = [(comparison.data.strands[k], found.pieces[k]) for k in of]
         left = sum(float(np.sum(piece.rows[~one.held] ** 2)) for one, piece in rows)
-        whole = sum(float(np.sum(np.abs(_varying(one, piece)[~one.held]) ** 2)) for one, piece in rows)
+        # A toothed wheel's errors add a constant, which is no part of the measured values.
+        added = [0.0 if piece.constant is None else piece.constant.number for _, piece in rows]
+        varying = [one.values - constant for (one, _), constant in zip(rows, added, strict=True)]
+        whole = sum(float(np.sum(np.abs(v[~one.held]) ** 2)) for (one, _), v in zip(rows, varying, strict=True))
         if left > (1.0 - EXPLAINED) * whole:
             worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
             part = 100.0 * max(0.0, 1.0 - left / whole) if whole > 0.0 else 0.0
@@ -132,11 +134,6 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
                 f"{least}; the data are of another engine, load or "
                 f'reference of phase (sought by "zero.{name}")'
             )
-
-
-def _varying(one: Strand, piece: Piece) -> NDArray[np.complex128]:
-    """Return measured values (n,) of an order at n speeds, minus the constant that a toothed wheel's errors add."""
-    return one.values if piece.constant is None else one.values - piece.constant.number
 
 
 def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:

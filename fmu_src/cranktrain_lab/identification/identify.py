@@ -34,7 +34,7 @@ from cranktrain_lab.identification.model import TIME, TorsionalModel
 from cranktrain_lab.identification.orbit_runs import check_films
 from cranktrain_lab.identification.orbits import check_orbits, read_orbits
 from cranktrain_lab.identification.parameters import LOAD, RATIOS, Sought, outer_values, sought_parameters
-from cranktrain_lab.identification.residuals import held_out, number_rows, orbit_rows, residual_rows
+from cranktrain_lab.identification.residuals import held_out, number_rows, residual_rows
 from cranktrain_lab.identification.tables import MeasuredTable
 from cranktrain_lab.identification.written import identified_text, write_identified
 
@@ -98,7 +98,12 @@ def identify(
             model, comparison = prepared(base, read, place, say)
             text = partial(_text, old, base, model, place.name)
             if new is not None:
-                text([parameter_of_start(one) for one in model.sought])  # raises InputError before the long search
+                starts = [
+                    {"key": one.key, "value": one.shown(one.start), "unit": one.unit, "low": one.shown(one.low),
+                     "high": one.shown(one.high)}
+                    for one in model.sought
+                ]  # fmt: skip
+                text(starts)  # raises InputError before the long search
             check = partial(checks.check_estimate, comparison, remedy=partial(remedy_for, model, comparison))
             # Parameters on which only orbits depend have no influence before there are runs in time.
             first = partial(checks.check_explained, comparison) if read.orbit else check
@@ -127,14 +132,6 @@ def _text(
     """Return the engine file's text with the values of ``rows``; ``InputError`` if a value cannot be inserted."""
     engine = replace(base, damping=model.engine.damping)
     return identified_text(old.text, engine, model.sought, rows, data, old.name, interrupted=interrupted)
-
-
-def parameter_of_start(one: Sought) -> dict[str, Any]:
-    """Return the report's row of a parameter before the search, with start and bounds."""
-    return {
-        "key": one.key, "value": one.shown(one.start), "unit": one.unit,
-        "low": one.shown(one.low), "high": one.shown(one.high),
-    }  # fmt: skip
 
 
 def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
@@ -208,12 +205,11 @@ def report_of(
         parameter_row(one, k, found.inner, confidence, profile, draws, climbed.moves)
         for k, one in enumerate(comparison.sought)
     ]
-    keys, around = (
-        [one.key for one in comparison.sought],
-        {one.name for one in comparison.data.strands if isinstance(one, Orbit)},
-    )
-    orders, held = residual_rows(comparison, found, confidence), held_out(comparison, found, confidence)
-    orbits = orbit_rows(comparison, found)
+    keys = [one.key for one in comparison.sought]
+    around = {one.name for one in comparison.data.strands if isinstance(one, Orbit)}
+    residuals = residual_rows(comparison, found, confidence)
+    orders, orbits = ([row for row in residuals if ("bearing" in row) == of_orbit] for of_orbit in (False, True))
+    held = held_out(comparison, found, confidence)
     levels, above = (
         [
             {
