@@ -1,43 +1,30 @@
 """Charts of one bearing at one crank angle: orbit, unrolled film, and polar load diagram."""
 
 import math
-from typing import Any
 
 import numpy as np
 from bokeh.models import ColorBar, ColumnDataSource, FixedTicker, HoverTool, LinearColorMapper, Range1d
-from bokeh.plotting import figure
 
 from cranktrain.core.types import Array
 from cranktrain.engine.limits import BIG_END
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.summary import NOT_RESOLVED
-from cranktrain_lab.explore.charts import COLOURS
+from cranktrain_lab.explore.charts import COLOURS, empty_plot
 from cranktrain_lab.explore.inside.cycle import FRAME_DEG, BearingLook
 
 SHELL, JOURNAL = "on the shell", "on the journal"
 SIDES = (SHELL, JOURNAL)
 """Choices of axes of a polar load diagram: axes of the shell, and axes of the crank."""
-HEIGHT = 380
 _ROOM = 1.12
 """Ratio of a square chart's half width to the largest value of its curve."""
 _DEG, _KN, _MPA, _MM = 180.0 / math.pi, 1.0e-3, 1.0e-6, 1.0e3
-
-
-def _plot(across: str, up: str, **more: Any) -> Any:
-    plot = figure(
-        title=" ", height=HEIGHT, sizing_mode="stretch_width", min_width=300, x_axis_label=across, y_axis_label=up,
-        tools="pan,box_zoom,wheel_zoom,reset,save", toolbar_location="above", **more,
-    )  # fmt: skip
-    plot.toolbar.logo, plot.toolbar.autohide = None, True
-    plot.title.text_font_size = "13px"
-    return plot
 
 
 class _Square:
     """Square chart of a plane curve over a cycle, with a mark at the present crank angle."""
 
     def __init__(self, across: str, up: str, unit: str) -> None:
-        self.plot = _plot(across, up, match_aspect=True)
+        self.plot = empty_plot(" ", across, up, match_aspect=True)
         # Bokeh keeps scales equal only for ranges that follow data, so two corner points define the range.
         self._corners = ColumnDataSource({"x": [], "y": []})
         corners = self.plot.scatter("x", "y", source=self._corners, alpha=0.0)
@@ -129,8 +116,8 @@ class FilmChart:
     """Chart of the unrolled film pressure, with a rectangle for the cell of each node."""
 
     def __init__(self) -> None:
-        self.plot = _plot(
-            "angle in the shell, deg", "across the shell, mm", x_range=Range1d(-180, 180), y_range=Range1d(-1, 1)
+        self.plot = empty_plot(
+            " ", "angle in the shell, deg", "across the shell, mm", x_range=Range1d(-180, 180), y_range=Range1d(-1, 1)
         )
         self.plot.xaxis.ticker = FixedTicker(ticks=list(range(-180, 181, 60)))
         self.plot.grid.visible = False
