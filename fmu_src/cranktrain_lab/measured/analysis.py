@@ -113,17 +113,11 @@ def angle_unit(unit: str, integrals: int) -> tuple[float, str]:
     """Return factor and unit of a channel after integration: rad for angles, m for lengths, else the channel's own."""
     from cranktrain.core.units import known_factor
 
-    kinds = (("angle", "rad"), ("speed", "rad"))[: 1 + integrals] if integrals < 2 else ()
-    for dimension, result in kinds[-1:]:
+    kinds = {0: (("angle", "rad"), ("length", "m")), 1: (("speed", "rad"), ("velocity", "m"))}
+    for dimension, result in kinds.get(integrals, ()):
         if unit and (found := known_factor(unit, dimension)):
             return found.scale, result
-    for dimension, order in (("length", 0), ("velocity", 1)):
-        if order == integrals and unit and (found := known_factor(unit, dimension)):
-            return found.scale, "m"
-    if integrals:
-        per = {1: " s", 2: " s^2"}[integrals]
-        return 1.0, f"{unit}{per}".strip()
-    return 1.0, unit
+    return 1.0, f"{unit}{('', ' s', ' s^2')[integrals]}".strip()
 
 
 def _twist(first: Orders, second: Orders) -> Orders:

@@ -9,7 +9,7 @@ import math
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ MANY, PROBES = 2_000_000, 12
 """Largest number of sampling times that are all checked, and number of times to check in a longer channel."""
 TIME = "time"
 Reader = Callable[[int, int], Array]
+Key = TypeVar("Key")
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,11 @@ class Channel:
     abscissa_unit: str = "s"
     about: str = ""
     began: int | None = None
+
+    @property
+    def where(self) -> str:
+        """File and name of the channel, for messages."""
+        return f"{self.source}, channel {self.name}"
 
     @property
     def rate(self) -> float:
@@ -123,6 +130,19 @@ class Measurement:
     def chosen(self, names: Sequence[str]) -> "Measurement":
         """Return a measurement with only the named channels, in the order of the names."""
         return Measurement(tuple(self[name] for name in names), self.remarks)
+
+
+def last_kept(load: Callable[[Key], Value]) -> Callable[[Key], Value]:
+    """Return ``load`` with its last value kept, which is released before another one is loaded."""
+    kept: dict[Key, Value] = {}
+
+    def value(key: Key) -> Value:
+        if key not in kept:
+            kept.clear()
+            kept[key] = load(key)
+        return kept[key]
+
+    return value
 
 
 def of_array(values: Array) -> Reader:
@@ -281,9 +301,8 @@ def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
     for first in range(0, channel.size, block):
         low, high = max(0, first - half), min(channel.size, first + block + half)
         values = channel.values(low, high)
-        values = (
-            np.where(np.isfinite(values), values, np.nanmean(values)) if not math.isfinite(values.sum()) else values
-        )
+        if not math.isfinite(values.sum()):
+            values = np.where(np.isfinite(values), values, np.nanmean(values))
         values = np.pad(values, (half - (first - low), max(0, first + block + half - high)), mode="edge")
         kept = math.ceil(min(block, channel.size - first) / factor)
         # upfirdn's output k is centred on sample k·factor − half of its input.

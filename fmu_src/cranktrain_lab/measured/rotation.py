@@ -124,9 +124,8 @@ class Rotation:
         low, high = min(swings), max(swings)
         if high <= 1.3 * low:
             raise InputError(
-                f"{pressure.source}, channel {pressure.name}: swings by {swings[0]:.3g} and {swings[1]:.3g} "
-                f"{pressure.unit} around "
-                "the two dead centres of a cycle; it does not say which one fires"
+                f"{pressure.where}: swings by {swings[0]:.3g} and {swings[1]:.3g} {pressure.unit} around the two dead "
+                "centres of a cycle; it does not say which one fires"
             )
         return replace(self.turned(math.tau if swings[1] > swings[0] else 0.0), cycle_known=True)
 
@@ -204,7 +203,7 @@ def rotation(
     dead_centre : angle from tooth 0 to firing dead centre of cylinder 1, rad
     clock : frequency of the counter whose ticks the samples are, Hz
     """
-    where = f"{channel.source}, channel {channel.name}"
+    where = channel.where
     if eccentricity not in (KEEP, REMOVE):
         raise InputError(f"eccentricity '{eccentricity}' does not exist; valid: {KEEP}, {REMOVE}")
     found = pulse_times(channel, level, edge=edge or EDGES[0], clock=clock)
@@ -259,7 +258,7 @@ def _numbered(
 
     With ``leave_out``, pulses next to gaps that deviate from the pattern of the others are removed.
     """
-    where, (level, edge) = f"{channel.source}, channel {channel.name}", asked
+    where, (level, edge) = channel.where, asked
     numbered = number_teeth(found.times, wheel, where)
     wrong = beside_gaps(numbered, wheel)
     taken, other, remarks = edge or EDGES[0], EDGES[edge == EDGES[1] or edge is None], []

@@ -50,6 +50,10 @@ class Values(NamedTuple):
     missing: NDArray[np.int64]
     first_missing: NDArray[np.int64]
 
+    def column(self, k: int) -> Callable[[int, int, int], Array]:
+        """Return the reader of one column, for :class:`Named`."""
+        return lambda first, last, _: self.read(first, last, k)
+
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the numeric columns of a table as channels, and remarks."""
@@ -80,7 +84,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             name, unit = "time", "s" if k == time else unit
         elif time is not None and is_time(name):
             name = f"column {name}"
-        arrays.append(Named(name, unit, values.size, 1, _column(values, k)))
+        arrays.append(Named(name, unit, values.size, 1, values.column(k)))
     if time in clocks.dated:
         arrays = [one._replace(began=clocks.first[time]) for one in arrays]
     speed = next((one for one in arrays[:1] if one.unit.lower().replace(" ", "") in SPEEDS), None)
@@ -165,7 +169,3 @@ def _over_speed(arrays: list[Named], speed: Named, source: str) -> list[Channel]
 
 def _of(one: Named) -> Any:
     return lambda first, last: one.read(first, last, 0)
-
-
-def _column(values: Values, k: int) -> Callable[[int, int, int], Array]:
-    return lambda first, last, _: values.read(first, last, k)
