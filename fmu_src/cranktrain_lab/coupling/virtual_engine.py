@@ -125,7 +125,7 @@ def virtual_engine(
     if is_open and not staged and (speed * step <= SHORT or scheme == "intermediate"):
         given[CRANKTRAIN][INTEGRATOR] = FOR_SHORT_STEPS if own else FOR_SHORT_STEPS_HELD
         cranktrain.set_start(INTEGRATOR, given[CRANKTRAIN][INTEGRATOR])
-    cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
+    cylinders, taken = (sum(map(is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
     if not cylinders or cylinders != taken:
         where = "--pressure" if isinstance(combustion, TraceUnit) else combustion.path
         raise InputError(
@@ -244,5 +244,6 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
     }
 
 
-def _is_pressure(name: str) -> bool:
+def is_pressure(name: str) -> bool:
+    """True for the name of a cylinder's pressure."""
     return name.startswith("cylinder[") and name.endswith("].pressure")

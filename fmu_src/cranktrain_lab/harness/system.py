@@ -16,7 +16,14 @@ from cranktrain_lab.coupling.modules import CRANKTRAIN
 from cranktrain_lab.coupling.recording_unit import RecordingUnit
 from cranktrain_lab.coupling.run import Bond, System
 from cranktrain_lab.coupling.unit import Unit
-from cranktrain_lab.coupling.virtual_engine import POLYTROPIC, Partners, gas_exchange, rule_between, virtual_engine
+from cranktrain_lab.coupling.virtual_engine import (
+    POLYTROPIC,
+    Partners,
+    gas_exchange,
+    is_pressure,
+    rule_between,
+    virtual_engine,
+)
 from cranktrain_lab.harness.assertion_entries import refuse_below_zero, refuse_unresolved
 from cranktrain_lab.harness.entries import NAN, ORDER, Change, Harness, Scenario, Variable
 from cranktrain_lab.harness.measures import MEASURED, between, named
@@ -160,10 +167,7 @@ def _of_recording(
         "speed": speed, "gas.source": "input", "input.reconstruction": rule,
     } | dict(starts.get(CRANKTRAIN, {}))  # fmt: skip
     cranktrain = open_fmu(fmus[CRANKTRAIN], CRANKTRAIN, given)
-    cylinders, taken = (
-        sum(name.startswith("cylinder[") and name.endswith("].pressure") for name in ports)
-        for ports in (recorded.outputs, cranktrain.inputs)
-    )
+    cylinders, taken = (sum(map(is_pressure, ports)) for ports in (recorded.outputs, cranktrain.inputs))
     if cylinders != taken:
         raise InputError(
             f"measured: {recording.name} has pressures of {cylinders} cylinders, {fmus[CRANKTRAIN].name} takes those "

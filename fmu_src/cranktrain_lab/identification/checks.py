@@ -139,7 +139,10 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
 def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:
     """Raise ``InputError`` for resonances and frequencies that no parameters within their bounds give."""
     points = _points(comparison, seed)
-    numbers = [found for found in (_numbers(model, point) for point in points) if found is not None]
+    numbers = []
+    for point in points if model.data.scalars else ():
+        with suppress(CranktrainError, ArithmeticError, np.linalg.LinAlgError):
+            numbers.append(model.numbers(point))
     for k, scalar in enumerate(model.data.scalars if numbers else ()):
         if scalar.kind != RATIO:
             own = [float(found[k]) for found in numbers]
@@ -157,12 +160,8 @@ def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) 
         own = [found for found in (peak_hz(one.speeds, np.abs(a[k]), one.order) for a in answers) if found]
         if len(own) == len(answers) and own:  # the range is known only if all peaks lie within the measured speeds
             where = f"'{one.name}': the peak of order {one.order:g} at {60.0 * hz / one.order:.0f} rev/min,"
-            _check(where, hz, min(own), max(own), comparison, REACH + _step(one))
-
-
-def _step(one: Strand) -> float:
-    """Return the step between measured speeds as a fraction of the mean speed."""
-    return float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
+            step = float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
+            _check(where, hz, min(own), max(own), comparison, REACH + step)
 
 
 def _check(where: str, hz: float, low: float, high: float, comparison: Comparison, reach: float) -> None:
@@ -186,15 +185,6 @@ def _points(comparison: Comparison, seed: int) -> list[Array]:
             shares.append(share)
     width = comparison.high - comparison.low
     return [outer_values(comparison.sought, comparison.low + share * width) for share in shares]
-
-
-def _numbers(model: TorsionalModel, values: Array) -> Array | None:
-    if not model.data.scalars:
-        return None
-    try:
-        return model.numbers(values)
-    except (CranktrainError, ArithmeticError, np.linalg.LinAlgError):
-        return None
 
 
 def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> float | None:

@@ -25,7 +25,6 @@ from cranktrain_lab.identification.tables import (
     MeasuredTable,
     ModeTable,
     OrdersTable,
-    RangeTable,
     TorqueTable,
 )
 from cranktrain_lab.measured.order_table import check_speeds
@@ -203,7 +202,9 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
             raise InputError(f"{where}: order {order:g} is not within 0.5 to {HIGHEST_ORDER:g}, those of the model")
         speeds, sizes = found[own][order]
         phases, bands = found.phases[own][order], found.bands[own][order]
-        keep = _within(speeds, table.speeds)
+        keep = np.ones(speeds.size, dtype=bool)
+        if (ends := table.speeds) is not None:
+            keep = (speeds >= ends.first * RPM * (1 - 1e-9)) & (speeds <= ends.last * RPM * (1 + 1e-9))
         if int(keep.sum()) < FEWEST:
             raise InputError(
                 f"{where}: order {order:g} has {int(keep.sum())} speeds; a fit takes {FEWEST} or more of each order"
@@ -248,12 +249,6 @@ def noise_of(value: Any, dimension: str, where: str, example: str = "0.001 deg")
     if not isinstance(value, int | float) or not LEAST <= value <= LARGEST:
         raise InputError(f"{where}: {shown(value)} is no standard deviation; write '{example}'")
     return float(value)
-
-
-def _within(speeds: Array, table: RangeTable | None) -> NDArray[np.bool_]:
-    if table is None:
-        return np.ones(speeds.size, dtype=bool)
-    return np.asarray((speeds >= table.first * RPM * (1 - 1e-9)) & (speeds <= table.last * RPM * (1 + 1e-9)))
 
 
 def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:

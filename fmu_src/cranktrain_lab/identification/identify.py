@@ -21,7 +21,7 @@ from cranktrain.core.user_file import read_toml, user_path
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import EngineText, engine_text, new_path
+from cranktrain.store.engine_text import engine_text, new_path
 from cranktrain.structure.assembly import assemble
 from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.advice import advised, remedy_for
@@ -96,7 +96,13 @@ def identify(
             if request.ask.level == TIME:
                 checks.check_crank(base, read.parameters, request.ask.crank)
             model, comparison = prepared(base, read, place, say)
-            text = partial(_text, old, base, model, place.name)
+
+            def text(rows: Sequence[Mapping[str, Any]], interrupted: bool = False) -> str:
+                whole = replace(base, damping=model.engine.damping)
+                return identified_text(
+                    old.text, whole, model.sought, rows, place.name, old.name, interrupted=interrupted
+                )
+
             if new is not None:
                 starts = [
                     {"key": one.key, "value": one.shown(one.start), "unit": one.unit, "low": one.shown(one.low),
@@ -123,15 +129,6 @@ def identify(
     except (InputError, StoreError) as error:
         report["refused"] = str(error)
     return report
-
-
-def _text(
-    old: EngineText, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
-    *, interrupted: bool = False,
-) -> str:  # fmt: skip
-    """Return the engine file's text with the values of ``rows``; ``InputError`` if a value cannot be inserted."""
-    engine = replace(base, damping=model.engine.damping)
-    return identified_text(old.text, engine, model.sought, rows, data, old.name, interrupted=interrupted)
 
 
 def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:

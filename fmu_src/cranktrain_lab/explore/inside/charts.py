@@ -23,6 +23,8 @@ _DEG, _KN, _MPA, _MM = 180.0 / math.pi, 1.0e-3, 1.0e-6, 1.0e3
 class _Square:
     """Square chart of a plane curve over a cycle, with a mark at the present crank angle."""
 
+    _look: BearingLook
+
     def __init__(self, across: str, up: str, unit: str) -> None:
         self.plot = empty_plot(" ", across, up, match_aspect=True)
         # Bokeh keeps scales equal only for ranges that follow data, so two corner points define the range.
@@ -60,7 +62,6 @@ class OrbitChart(_Square):
         self.plot.line(np.cos(angle), np.sin(angle), color="#444444", line_dash="dashed", legend_label="clearance")
         self.plot.legend.label_text_font_size, self.plot.legend.location = "11px", "top_right"
         self.plot.legend.background_fill_alpha = 0.5
-        self._look: BearingLook | None = None
 
     def choose(self, look: BearingLook) -> None:
         """Show a bearing with an orbit."""
@@ -70,7 +71,6 @@ class OrbitChart(_Square):
     def show(self, frame: int) -> None:
         """Mark a frame."""
         look = self._look
-        assert look is not None
         here = complex(look.orbit[look.sample(frame)])
         self.mark(here, arm=False)
         self.plot.title.text = (
@@ -84,7 +84,6 @@ class PolarChart(_Square):
 
     def __init__(self) -> None:
         super().__init__("load, kN", "load, kN", "kN")
-        self._look: BearingLook | None = None
         self._load: ComplexArray = np.zeros(1, dtype=complex)
         self._words = ""
 
@@ -103,7 +102,6 @@ class PolarChart(_Square):
     def show(self, frame: int) -> None:
         """Mark a frame."""
         look = self._look
-        assert look is not None
         here = complex(self._load[look.sample(frame)])
         self.mark(here, arm=True)
         self.plot.title.text = (
@@ -114,6 +112,8 @@ class PolarChart(_Square):
 
 class FilmChart:
     """Chart of the unrolled film pressure, with a rectangle for the cell of each node."""
+
+    _look: BearingLook
 
     def __init__(self) -> None:
         self.plot = empty_plot(
@@ -133,7 +133,6 @@ class FilmChart:
         self.plot.scatter("x", "y", source=self.peak, marker="x", size=10, color="white", line_width=2)
         self.plot.add_layout(ColorBar(color_mapper=self._colours, title="MPa", width=10, padding=6), "right")
         self.plot.add_tools(HoverTool(renderers=[quads], tooltips=[("pressure", "@p{0.00} MPa")]))
-        self._look: BearingLook | None = None
 
     def choose(self, look: BearingLook) -> None:
         """Show a bearing with film pressure; the colour scale covers its whole cycle."""
@@ -149,7 +148,7 @@ class FilmChart:
     def show(self, frame: int) -> None:
         """Show a frame."""
         look = self._look
-        assert look is not None and look.film is not None
+        assert look.film is not None
         begin, end = look.film.cells(frame)
         pressure = _MPA * np.asarray(look.film.pressure[frame], dtype=float)
         sides = 0.5 * _MM * look.width * look.film.sides
