@@ -159,9 +159,7 @@ def _rows(stated: Stated) -> list[Layout]:
     rows = [row for row in LAYOUTS.values() if stated.layout in (None, row.name)]
     if stated.bank_deg is None:
         return rows
-    if stated.layout is not None:
-        return [row.with_bank(stated.bank_deg) for row in rows]
-    return [row.with_bank(stated.bank_deg) for row in rows if row.form == VEE]
+    return [row.with_bank(stated.bank_deg) for row in rows if stated.layout is not None or row.form == VEE]
 
 
 def _fits(row: Layout, found: RecognisedCrank, angles: np.ndarray) -> bool:
@@ -185,9 +183,7 @@ def _mirrored(row: Layout) -> Layout | None:
         if row.split:
             return None
         back = (*back[half:], *back[:half])
-    first = back[0]
-    return row._replace(firing_deg=tuple((angle - first) % CYCLE_DEG for angle in back)) if first == 0.0 else (
-        row._replace(firing_deg=back))  # fmt: skip
+    return row._replace(firing_deg=back)
 
 
 def _own_layout(angles: np.ndarray) -> Layout:

@@ -289,13 +289,10 @@ def show(result: VerbResult) -> None:
         ("torque of the shaft, mean", f"{result['shaft_torque_nm']:.1f} N m"),
         ("power residual of the coupling, RMS", f"{result['coupling_residual_w']:.3g} W"),
         ("power residual of the coupling, mean", f"{result['coupling_residual_mean_w']:.3g} W{percent}"),
-        *(
-            (("torque of the valve train, mean", f"{result[VALVETRAIN]['torque_nm']:.1f} N m"),)
-            if VALVETRAIN in result
-            else ()
-        ),
-        ("real-time factor", f"{result['real_time_factor']:.2f}"),
     ]
+    if VALVETRAIN in result:
+        rows.append(("torque of the valve train, mean", f"{result[VALVETRAIN]['torque_nm']:.1f} N m"))
+    rows.append(("real-time factor", f"{result['real_time_factor']:.2f}"))
     title = f"{result.beside['name']}, {ask.speed_rpm:g} rev/min: {ask.scheme}, reconstruction {_reconstruction(ask)}"
     show_rows(title, ("of the last cycle", "value"), rows)
     print(f"{result['steps']} communication steps, {result['refused_steps']} repeated; {result['sweeps']} sweeps")

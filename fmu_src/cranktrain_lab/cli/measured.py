@@ -21,7 +21,7 @@ from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import POSITIVE, Option, Question, paths, several
 from cranktrain_lab.measured.analysis import cylinder_numbers, orders_of, pressures_of, rotations_of
 from cranktrain_lab.measured.compression import BAND
-from cranktrain_lab.measured.pressure import PEGGING
+from cranktrain_lab.measured.pressure import PEGGING, statistics
 from cranktrain_lab.measured.pulses import EDGES
 from cranktrain_lab.measured.reading import described, read_measured
 
@@ -382,7 +382,6 @@ def _pressures(measurement: Measurement, rotations: list[Rotation], ask: Analyse
     """Cycles of cylinder pressures, which are also written to a file if requested."""
     from cranktrain.engine.file import load_engine
     from cranktrain_lab.measured.order_table import write_trace
-    from cranktrain_lab.measured.pressure import statistics
 
     if not ask.engine:
         raise InputError("--pressure needs the engine's dimensions; give --engine NAME or FILE.toml")

@@ -10,12 +10,12 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.typed_file import between
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.film.contact.wear import COEFFICIENT, END_GAP, RUN_IN_DEPTH, RUN_IN_ROUGHNESS
+from cranktrain.film.contact.wear import COEFFICIENT, END_GAP, RUN_IN_DEPTH, RUN_IN_ROUGHNESS, WearLaw
 from cranktrain.results.views.found import VerbResult
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import ANY, POSITIVE, Option, Question
 from cranktrain_lab.wear import run_in as study
-from cranktrain_lab.wear.history import INCREMENT
+from cranktrain_lab.wear.history import INCREMENT, Choices
 from cranktrain_lab.wear.run_in import CYCLES, PASSES
 
 DESCRIPTION = """\
@@ -145,10 +145,8 @@ def show(found: VerbResult) -> None:
 
 def _over_time(named: str | Path | Engine, ask: RunIn) -> VerbResult:
     """Wear over time."""
-    from cranktrain.film.contact.wear import WearLaw
     from cranktrain.results.figures import check_folder
     from cranktrain.store.whole_file import check_place
-    from cranktrain_lab.wear.history import Choices
     from cranktrain_lab.wear.records import TABLE
     from cranktrain_lab.wear.result import PICTURES, run_in_over_time, save_wear_pictures
 

@@ -6,7 +6,7 @@ per shaft, and the crank's diameters are variable if its stiffness comes from a 
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -175,8 +175,6 @@ def firing_orders(engine: Engine) -> list[tuple[int, ...]]:
 
 def with_order(engine: Engine, order: tuple[int, ...]) -> Engine:
     """Return the engine with a firing order, without checks."""
-    from dataclasses import replace
-
     return replace(engine, cylinders=replace(engine.cylinders, firing_order=order))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.units import RPM
+from cranktrain.core.units import RPM, known_factor
 from cranktrain.engine.model import Engine
 from cranktrain_lab.measured.aliasing import aliased, check_aliasing
 from cranktrain_lab.measured.channels import Measurement
@@ -111,8 +111,6 @@ def orders_of(
 
 def angle_unit(unit: str, integrals: int) -> tuple[float, str]:
     """Return factor and unit of a channel after integration: rad for angles, m for lengths, else the channel's own."""
-    from cranktrain.core.units import known_factor
-
     kinds = {0: (("angle", "rad"), ("length", "m")), 1: (("speed", "rad"), ("velocity", "m"))}
     for dimension, result in kinds.get(integrals, ()):
         if unit and (found := known_factor(unit, dimension)):

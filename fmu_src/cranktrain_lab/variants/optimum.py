@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.types import Array
 from cranktrain.store.variant_files import Row, VariantFiles, parquet
-from cranktrain_lab.variants.models import Model, Output, answered, model_of
+from cranktrain_lab.variants.models import Output, answered, model_of
 from cranktrain_lab.variants.running import Means, answers, files_of, study_digest, variant_workers
 from cranktrain_lab.variants.study import Aim, Study
 
@@ -207,7 +207,10 @@ def find_optimum(
     search.read()
     try:
         with variant_workers(study, model, means, study.aim.evaluations) as (search.submit, search.workers):
-            before = _before(study, model, search)
+            # Outputs at the engine's own values, if all varied values are in the engine.
+            own = {one.key: one.own for one in study.varied if one.own is not None}
+            first = answered(model, own) if len(own) == len(study.varied) else ""
+            before = {} if isinstance(first, str) else search.worst(first)
             search.scale = abs(before.get(study.aim.minimize, 1.0)) or 1.0
             _search(study, search)
             rank, values = search.best
@@ -225,15 +228,6 @@ def find_optimum(
         dict(zip(files.names, values.tolist(), strict=True)), outputs, before, rank < 2.0, search._count,
         search.resumed, tuple(found), time.perf_counter() - began,
     )  # fmt: skip
-
-
-def _before(study: Study, model: Model, search: Search) -> dict[str, float]:
-    """Return outputs at the engine's own values; empty if a varied value is not in the engine."""
-    own = {one.key: one.own for one in study.varied if one.own is not None}
-    if len(own) < len(study.varied):
-        return {}
-    found = answered(model, own)
-    return {} if isinstance(found, str) else search.worst(found)
 
 
 def _search(study: Study, search: Search) -> None:
