@@ -151,7 +151,7 @@ class Search:
 
     def excess(self, outputs: Mapping[str, float]) -> Array:
         """Return the excess (limits,) of each limited output, relative to its limit; negative within the limit."""
-        found = [0.0 - 1.0]
+        found = [-1.0]
         for limit in self._aim.limits:
             value = outputs[limit.output]
             for end, sign in ((limit.at_most, 1.0), (limit.at_least, -1.0)):
@@ -195,10 +195,7 @@ def find_optimum(
     box, began = Box(study), time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)
-    about = {
-        "title": study.title, "engine": study.engine.name if study.engine else study.model, "method": "optimize",
-        "n": study.aim.evaluations, "pareto": [], "crank": study.levels.crank,
-    }  # fmt: skip
+    about = {"method": "optimize", "n": study.aim.evaluations, "pareto": []}
     files = files_of(study, model, folder, about)
     files.begin(study_digest(replace(study, aim=None)) + repr(study.aim.seed), means.anew)
     files.write()  # makes all results of an earlier run readable

@@ -99,9 +99,8 @@ def run_variants(
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)
     about = {
-        "title": study.title, "engine": study.engine.name if study.engine else study.model, "version": __version__,
-        "crank": study.levels.crank, "method": study.design.method, "n": study.design.n, "seed": study.design.seed,
-        "pareto": list(study.pareto), "own": {one.key: one.own for one in study.varied},
+        "method": study.design.method, "n": study.design.n, "seed": study.design.seed, "pareto": list(study.pareto),
+        "own": {one.key: one.own for one in study.varied}, "version": __version__,
     }  # fmt: skip
     files = files_of(study, model, folder, about)
     held = files.begin(study_digest(study), means.anew)
@@ -127,7 +126,9 @@ def run_variants(
 
 
 def files_of(study: Study, model: Model, folder: Path, about: dict[str, Any]) -> VariantFiles:
-    """Return the files of a study's variants in a folder, with facts ``about`` the study."""
+    """Return the files of a study's variants in a folder, with further facts ``about`` the study."""
+    engine = study.engine.name if study.engine else study.model
+    about = {"title": study.title, "engine": engine, "crank": study.levels.crank, **about}
     return VariantFiles(
         folder, tuple(one.key for one in study.varied), tuple(one.unit for one in study.varied),
         tuple(Column(*vars(one).values()) for one in model.outputs), np.array(study.speeds), about,
