@@ -275,7 +275,7 @@ class Page:
 
     def _start_anew(self) -> None:
         self._history.rest()
-        self._history.replace(Chosen())
+        self._history.now = Chosen()
         self._history.rest()
         self._go_to(self._history.now)
 
@@ -307,7 +307,6 @@ class Page:
         self._campbell.show(now, before, orders)
         if self._explored.other is not None and hasattr(self, "_beside"):
             self._beside.show(now, orders)
-
         charts.push(self._boxes)
 
     # Results of background work.
@@ -405,10 +404,6 @@ class History:
     def fire(self, order: tuple[int, ...]) -> None:
         """Set a firing order; an empty order means the engine's own."""
         self.now = replace(self.now, firing=order)
-
-    def replace(self, chosen: Chosen) -> None:
-        """Replace the present choice."""
-        self.now = chosen
 
     def rest(self) -> None:
         """Store the present choice as an entry of the history."""
