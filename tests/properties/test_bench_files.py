@@ -7,7 +7,7 @@ import pytest
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
-from cranktrain_lab.measured.analysis import RotationAsked, orders_of, rotations_of
+from cranktrain_lab.measured.analysis import orders_of, rotations_of
 from cranktrain_lab.measured.channels import Channel, Measurement, of_array
 
 RATE = 25e3
@@ -65,7 +65,7 @@ RPM = 30.0 / np.pi
 def by_rotation(signal, orders=(2.0, 4.0), **asked):
     """Rotation of a channel, and mean amplitudes of its orders, deg."""
     measurement = Measurement((signal,))
-    (one,) = rotations_of(measurement, RotationAsked(signal.name, **asked))
+    (one,) = rotations_of(measurement, ct.AnalyseMeasured((), rotation=signal.name, **asked))
     (found,) = orders_of(measurement, [one], orders)
     return one, np.degrees(np.abs(found.amplitudes.mean(axis=0)))
 
@@ -158,7 +158,8 @@ def test_channels_that_begin_later_are_placed_in_time(kind, tmp_path):
         {"tdms": _tdms, "lvm": _lvm}[kind](path := tmp_path / f"run.{kind}", columns, starts)
         found = ct.read_measured(path)
     assert any("0.755 s behind" in remark for remark in found.remarks)
-    rotations = rotations_of(found, RotationAsked("flywheel", 120, second="pulley", second_teeth=60, second_missing=2))
+    asked = ct.AnalyseMeasured((), rotation="flywheel", teeth=120, second="pulley", second_teeth=60, second_missing=2)
+    rotations = rotations_of(found, asked)
     twist = orders_of(found, rotations, [4.0])[-1].amplitudes.mean(axis=0)[0]
     assert np.degrees(abs(twist)) == pytest.approx(0.18, abs=1e-3)
 
@@ -222,7 +223,7 @@ def test_a_column_of_edges(head, scale, bits, clock, tmp_path):
     path = tmp_path / "edges.csv"
     path.write_text("\n".join([*([head] if head else []), *rows]) + "\n")
     measurement = ct.read_measured(path)
-    (one,) = rotations_of(measurement, RotationAsked(measurement.names[0], 36, clock=clock))
+    (one,) = rotations_of(measurement, ct.AnalyseMeasured((), rotation=measurement.names[0], teeth=36, clock_hz=clock))
     np.testing.assert_allclose(np.array(one.speed_range) * RPM, [1200, 1800], rtol=0.01)
     (orders,) = orders_of(measurement, [one], [0.5, 2.0, 4.0])
     np.testing.assert_allclose(np.degrees(np.abs(orders.amplitudes)).mean(axis=0), [0.03, 0.30, 0.10], atol=1e-3)
@@ -234,7 +235,7 @@ def test_edges_without_a_clock_are_asked_about(tmp_path):
     path.write_text("\n".join(f"{k * 1000}" for k in range(1, 500)) + "\n")
     measurement = ct.read_measured(path)
     with pytest.raises(InputError, match="state its clock, --clock-hz"):
-        rotations_of(measurement, RotationAsked(measurement.names[0], 36))
+        rotations_of(measurement, ct.AnalyseMeasured((), rotation=measurement.names[0], teeth=36))
 
 
 CLOCKS = {

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from pulse_signals import RPM, channel, motion, pitch_errors, sine_signal
 
+import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain_lab.measured.aliasing import check_aliasing, held, likely_alias
-from cranktrain_lab.measured.analysis import RotationAsked, rotations_of
+from cranktrain_lab.measured.analysis import rotations_of
 from cranktrain_lab.measured.channels import Measurement
 from cranktrain_lab.measured.pulses import pulse_times, timing_error
 from cranktrain_lab.measured.rotation import rotation
@@ -96,19 +97,19 @@ def test_a_stated_speed_an_index_and_a_second_wheel_tell_aliasing():
     run = Measurement(
         (slow, channel(sine_signal(theta, 1), rate, "index"), channel(sine_signal(theta, 8), rate, "rear"))
     )
-    (turning,) = rotations_of(run, RotationAsked("tacho", 90))
+    (turning,) = rotations_of(run, ct.AnalyseMeasured((), rotation="tacho", teeth=90))
     assert turning.speed_range[1] / RPM == pytest.approx(666.7, abs=0.1)  # a shaft without torsion cannot tell
     said = r"not at the stated 6000; 9000 pulses a second sampled at 10000 Hz look like 1000 \(aliasing\); sample at"
     with pytest.raises(InputError, match=said):
-        rotations_of(run, RotationAsked("tacho", 90, speed=6000.0))
+        rotations_of(run, ct.AnalyseMeasured((), rotation="tacho", teeth=90, speed=6000.0))
     with pytest.raises(InputError, match=r"counts 10\.0 teeth from index to index of index, not 90; .*\(aliasing\)"):
-        rotations_of(run, RotationAsked("tacho", 90, index="index"))
+        rotations_of(run, ct.AnalyseMeasured((), rotation="tacho", teeth=90, index="index"))
     with pytest.raises(InputError, match=r"a ratio of .*; 9000 pulses a second sampled at 10000 Hz look like 1000"):
-        rotations_of(run, RotationAsked("rear", 8, second="tacho", second_teeth=90))
-    (right,) = rotations_of(run, RotationAsked("rear", 8, speed=6000.0))
+        rotations_of(run, ct.AnalyseMeasured((), rotation="rear", teeth=8, second="tacho", second_teeth=90))
+    (right,) = rotations_of(run, ct.AnalyseMeasured((), rotation="rear", teeth=8, speed=6000.0))
     assert right.speed_range[0] / RPM == pytest.approx(6000.0, abs=0.1)
     with pytest.raises(InputError, match=r"not at the stated 3000; check the pulses a revolution"):
-        rotations_of(run, RotationAsked("rear", 8, speed=3000.0))
+        rotations_of(run, ct.AnalyseMeasured((), rotation="rear", teeth=8, speed=3000.0))
 
 
 def test_a_speed_that_a_stated_one_confirms_is_not_doubted():

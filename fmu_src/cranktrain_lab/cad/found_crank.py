@@ -101,7 +101,11 @@ def dimensions(found: RecognisedCrank, mesh_size: float) -> Dimensions:
         check_crankshaft(made)
     except InputError as reason:
         raise InputError(f"{found.solid.path}: no crankshaft of an engine file's form: {reason}") from None
-    return Dimensions(made, (*doubts, *_misplaced(found, made)), webs)
+    z = np.array([0.5 * (journal.start + journal.end) for journal in found.pins])
+    off = np.abs(MM * z - np.array(made.pin_positions))
+    if off.max() >= FIT:
+        doubts.append(f"pin {int(off.argmax()) + 1} lies {1e3 * off.max():.2f} mm from where the dimensions have it")
+    return Dimensions(made, tuple(doubts), webs)
 
 
 def _median(values: list[float]) -> float:
@@ -125,15 +129,6 @@ def _widths(found: RecognisedCrank, one: float, pitch: float) -> tuple[float, ..
     halves = 0.5 * (np.eye(len(bays), len(own)) + np.eye(len(bays), len(own), 1))
     widths = own + np.linalg.pinv(halves) @ (np.diff(places) - bays - halves @ own)
     return tuple(_metres(float(width)) for width in widths)
-
-
-def _misplaced(found: RecognisedCrank, made: Crankshaft) -> list[str]:
-    """Return warnings on journals whose positions by the dimensions differ from the solid."""
-    z = np.array([0.5 * (journal.start + journal.end) for journal in found.pins])
-    off = np.abs(MM * z - np.array(made.pin_positions))
-    if off.max() < FIT:
-        return []
-    return [f"pin {int(off.argmax()) + 1} lies {1e3 * off.max():.2f} mm from where the dimensions have it"]
 
 
 def write_crank_mesh(path: Path, found: RecognisedCrank, crankshaft: Crankshaft, thrust_main: int) -> tuple[int, int]:
@@ -161,14 +156,6 @@ def write_crank_mesh(path: Path, found: RecognisedCrank, crankshaft: Crankshaft,
     return len(nodes), len(tets)
 
 
-def _flywheel_plane(found: RecognisedCrank) -> float:
-    """Return z, mm, of the flywheel's face: the largest rearward face behind the last main."""
-    faces, last = found.faces, found.mains[-1]
-    middles = np.array([points[:, 2].mean() if len(points) else -np.inf for points in faces.corners])
-    looking = faces.plane & (faces.normal[:, 2] > 0.999) & (middles > last.end - 1e-3 * last.cylinder.radius)
-    return float(middles[np.argmax(np.where(looking, faces.area, -1.0))])
-
-
 def _surfaces(
     found: RecognisedCrank, crankshaft: Crankshaft, thrust_main: int, nodes: Array, triangles: Integers, faces: Integers
 ) -> dict[str, Integers]:
@@ -188,7 +175,12 @@ def _surfaces(
         named["pulley"] = triangles[np.isin(faces, found.nose.faces)]
     else:
         named["pulley"] = triangles[ring(found.ends[0], 0.0, np.inf)]
-    named["flywheel"] = triangles[ring(_flywheel_plane(found), 0.0, np.inf)]
+    # The flywheel's face is the largest rearward face behind the last main.
+    middles = np.array([points[:, 2].mean() if len(points) else -np.inf for points in found.faces.corners])
+    behind = middles > found.mains[-1].end - 1e-3 * found.mains[-1].cylinder.radius
+    looking = found.faces.plane & (found.faces.normal[:, 2] > 0.999) & behind
+    largest = int(np.argmax(np.where(looking, found.faces.area, -1.0)))
+    named["flywheel"] = triangles[ring(float(middles[largest]), 0.0, np.inf)]
     own, radius = found.mains[thrust_main - 1], 0.5 * crankshaft.main_diameter
     reach = max(crankshaft.web_main_radius, THRUST_REACH * radius)
     sides = [ring(z, radius, reach) for z in (own.start, own.end)]

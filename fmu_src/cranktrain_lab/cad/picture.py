@@ -9,7 +9,7 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.results.figures import save_figure
 from cranktrain.results.plots import BLUE, GREY, INK, ORANGE, foot
-from cranktrain_lab.cad.recognition import Journal, RecognisedCrank
+from cranktrain_lab.cad.recognition import RecognisedCrank
 
 GREEN, RED = "#3a8f5c", "#b0413e"
 PALE = "#dfe3e8"
@@ -21,10 +21,10 @@ def plot_side(ax: Any, found: RecognisedCrank) -> None:
     size = 2.0 * found.mains[0].cylinder.radius
     for what, journals, colour in (("main", found.mains, BLUE), ("pin", found.pins, ORANGE)):
         for number, journal in enumerate(journals, 1):
-            _rectangle(ax, journal, colour)
-            y = journal.cylinder.axis[1]
-            text = f"{what}[{number}]\n{2 * journal.cylinder.radius:.2f} x {journal.width:.2f}"
-            ax.annotate(text, (journal.cylinder.middle, y), ha="center", va="center", fontsize=5.5, color=INK)
+            own, y = journal.cylinder, journal.cylinder.axis[1]
+            ax.fill_between([own.start, own.end], y - own.radius, y + own.radius, color=colour, alpha=0.35, lw=0)
+            text = f"{what}[{number}]\n{2 * own.radius:.2f} x {journal.width:.2f}"
+            ax.annotate(text, (own.middle, y), ha="center", va="center", fontsize=5.5, color=INK)
     for name, cylinder, colour in (("pulley", found.nose, GREEN), ("flywheel", found.flange, RED)):
         if cylinder is not None:
             low, high = cylinder.start, cylinder.end
@@ -75,12 +75,6 @@ def _silhouette(ax: Any, found: RecognisedCrank, axes: tuple[int, int]) -> None:
     corners = found.solid.nodes[found.solid.triangles][:, :, list(axes)]
     ax.add_collection(PolyCollection(list(corners), facecolors=PALE, edgecolors="none", rasterized=True))
     ax.autoscale_view()
-
-
-def _rectangle(ax: Any, journal: Journal, colour: str) -> None:
-    own = journal.cylinder
-    y, r = own.axis[1], own.radius
-    ax.fill_between([own.start, own.end], y - r, y + r, color=colour, alpha=0.35, lw=0)
 
 
 def _circle(centre: tuple[float, float], radius: float) -> tuple[Array, Array]:

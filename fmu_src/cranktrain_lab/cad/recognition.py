@@ -117,27 +117,22 @@ def find_crank(solid: StepSolid, given: Given = Given()) -> RecognisedCrank:  # 
     faces = classified(solid)
     direction = _axis_direction(solid, faces)
     turn = np.vstack((*across(direction), direction))
-    x, y = _main_axis(solid, _moved(faces, turn, np.zeros(3)))
+    x, y = _main_axis(solid, moved(faces, turn, np.zeros(3)))
     shift = np.array([-x, -y, 0.0])
-    on_axis, off_axis = _by_axis(_rounds(_moved(faces, turn, shift)))
+    on_axis, off_axis = _by_axis(_rounds(moved(faces, turn, shift)))
     mains, _ = _mains_and_pins(solid, on_axis, off_axis, given)
     if _flip(solid, given, turn, on_axis, mains):
         half = np.diag([1.0, -1.0, -1.0])
         turn, shift = half @ turn, half @ shift
-    return _placed(solid, faces, turn, shift, given)
-
-
-def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Given) -> RecognisedCrank:
-    """Return the crank in its frame, whose z axis is the main axis from the pulley to the flywheel."""
-    rounds = _rounds(_moved(faces, turn, shift))
-    on_axis, off_axis = _by_axis(rounds)
+    # The z axis is now the main axis from the pulley to the flywheel.
+    on_axis, off_axis = _by_axis(_rounds(moved(faces, turn, shift)))
     mains, pins = _mains_and_pins(solid, on_axis, off_axis, given)
-    first = _journal(_moved(faces, turn, shift), mains[0])
+    first = _journal(moved(faces, turn, shift), mains[0])
     x, y = pins[0].axis
     c, s = y / np.hypot(x, y), x / np.hypot(x, y)
     final = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     turn, shift = final @ turn, final @ shift - [0.0, 0.0, 0.5 * (first.start + first.end)]
-    own = _moved(faces, turn, shift)
+    own = moved(faces, turn, shift)
     on_axis, off_axis = _by_axis(_rounds(own))
     mains, pins = _mains_and_pins(solid, on_axis, off_axis, given)
     main_journals = tuple(_journal(own, main) for main in mains)
@@ -158,7 +153,7 @@ def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Gi
     )  # fmt: skip
 
 
-def _moved(faces: Faces, turn: Array, shift: Array) -> Faces:
+def moved(faces: Faces, turn: Array, shift: Array) -> Faces:
     """Return a solid's faces in rotated and shifted axes."""
     return faces._replace(
         normal=faces.normal @ turn.T,
@@ -293,11 +288,13 @@ def _thinnest(off_axis: list[Round], pins: list[Round], largest: float) -> list[
     surest = [one for one in pins if one.radius < 1.02 * least]
     orbit = float(np.median([np.hypot(*one.axis) for one in surest]))
 
-    def is_pin(one: Round) -> bool:
-        like = abs(np.hypot(*one.axis) - orbit) < ORBIT * orbit and LEAST_PIN * largest < one.radius < ALIKE * least
-        return bool(like and one.radius * ALIKE > least and not _is_disc(one, largest))
-
-    found = [one for one in off_axis if one in surest or is_pin(one)]
+    low, high = max(LEAST_PIN * largest, least / ALIKE), ALIKE * least
+    found = [
+        one
+        for one in off_axis
+        if one in surest
+        or (abs(np.hypot(*one.axis) - orbit) < ORBIT * orbit and low < one.radius < high and not _is_disc(one, largest))
+    ]
     return _merged([one for one in found if not any(_adjoins(one, other) for other in found)])
 
 

@@ -14,7 +14,7 @@ from cranktrain.structure.fem.own_mesh import UNITS
 from cranktrain.studies.design.layouts import BOXER, CYCLE_DEG, IN_LINE, LAYOUTS, VEE, Layout
 from cranktrain.studies.design.sizes import Sizes, sizes, today
 from cranktrain_lab.cad.found_crank import Dimensions, dimensions
-from cranktrain_lab.cad.recognition import Journal, RecognisedCrank
+from cranktrain_lab.cad.recognition import Journal, RecognisedCrank, moved
 from cranktrain_lab.cad.step_file import stated_unit
 
 MATCH_DEG = 0.5
@@ -106,22 +106,17 @@ def turned(found: RecognisedCrank, angle: float) -> RecognisedCrank:
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
-    def moved(journal: Journal) -> Journal:
+    def about(journal: Journal) -> Journal:
         x, y = journal.cylinder.axis
         return journal._replace(cylinder=journal.cylinder._replace(axis=(c * x - s * y, s * x + c * y)))
 
-    faces = found.faces
     return found._replace(
         solid=found.solid._replace(nodes=found.solid.nodes @ turn.T),
-        faces=faces._replace(
-            normal=faces.normal @ turn.T,
-            centre=faces.centre @ turn.T,
-            corners=tuple(points @ turn.T for points in faces.corners),
-        ),
+        faces=moved(found.faces, turn, np.zeros(3)),
         turn=turn @ found.turn,
         shift=turn @ found.shift,
-        mains=tuple(map(moved, found.mains)),
-        pins=tuple(map(moved, found.pins)),
+        mains=tuple(map(about, found.mains)),
+        pins=tuple(map(about, found.pins)),
     )
 
 
@@ -164,9 +159,7 @@ def _rows(stated: Stated) -> list[Layout]:
     rows = [row for row in LAYOUTS.values() if stated.layout in (None, row.name)]
     if stated.bank_deg is None:
         return rows
-    if stated.layout is not None:
-        return [row.with_bank(stated.bank_deg) for row in rows]
-    return [row.with_bank(stated.bank_deg) for row in rows if row.form == VEE]
+    return [row.with_bank(stated.bank_deg) for row in rows if stated.layout is not None or row.form == VEE]
 
 
 def _fits(row: Layout, found: RecognisedCrank, angles: np.ndarray) -> bool:
@@ -190,9 +183,7 @@ def _mirrored(row: Layout) -> Layout | None:
         if row.split:
             return None
         back = (*back[half:], *back[:half])
-    first = back[0]
-    return row._replace(firing_deg=tuple((angle - first) % CYCLE_DEG for angle in back)) if first == 0.0 else (
-        row._replace(firing_deg=back))  # fmt: skip
+    return row._replace(firing_deg=back)
 
 
 def _own_layout(angles: np.ndarray) -> Layout:

@@ -22,7 +22,6 @@ from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.mesh import cad_mesh
 from cranktrain.structure.fem.own_mesh import UNITS
 
-SUFFIXES = (".step", ".stp")
 FINENESS, GRADING = 1.5, 0.7
 """Mesh settings of the surface for recognition: edges per radius of curvature, and growth of edges."""
 EDGES_ALONG = 30

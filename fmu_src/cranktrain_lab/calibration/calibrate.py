@@ -76,7 +76,7 @@ def calibrate(
     new = new_path(Path(out)) if out is not None else None
     if new is not None:
         # Raise InputError, before the search, for an engine file into which a value cannot be inserted.
-        keys = [*(p.key for p in task.parameters if p.is_key), *(d.key for d in task.derived)]
+        keys = [*(p.key for p in task.parameters if p.is_key), *task.derived]
         own = {key: Written(values.value(base, key), "calibrated", "") for key in keys}
         rewritten(old, base, own)
     with one_thread():
@@ -170,7 +170,7 @@ def start_values(engine: Engine, task: Task) -> dict[str, float]:
     names = [p for p in task.parameters if not p.is_key]
     if not names:
         return start
-    own = [(d.key, values.value(engine, d.key)) for d in task.derived]
+    own = [(key, values.value(engine, key)) for key in task.derived]
 
     def missed(scaled: Array) -> Array:
         given = {p.key: p.low + float(x) * (p.high - p.low) for p, x in zip(names, scaled, strict=True)}
@@ -224,7 +224,7 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
              "at_bound": p.key in bound}
             for p, x in zip(task.parameters, free, strict=True)
         ],
-        "derived": [{"key": d.key, "value": rounded(values.value(engine, d.key))} for d in task.derived],
+        "derived": [{"key": key, "value": rounded(values.value(engine, key))} for key in task.derived],
         "extra_modes_hz": found.extra,
         "met": all_met(task, found),
     }  # fmt: skip
@@ -239,8 +239,8 @@ def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> 
             resting = [row for row in report["targets"] if p.key in row["rests_on"]] or report["targets"]
             names = ", ".join(f"{row['name']} {row['target_hz']:g} Hz" for row in resting)
             found[p.key] = Written(x, "calibrated", f"to {names}" + (f"; {p.note}" if p.note else ""))
-    for d in task.derived:
-        found[d.key] = Written(rounded(values.value(engine, d.key)), "derived", d.note or d.formula)
+    for key, entry in task.derived.items():
+        found[key] = Written(rounded(values.value(engine, key)), "derived", entry.note or entry.formula)
     return found
 
 

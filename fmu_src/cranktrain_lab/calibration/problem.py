@@ -128,12 +128,12 @@ def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_in
         if "." in key:
             engine = values.with_value(engine, key, number)
     names = {key: number for key, number in given.items() if "." not in key} | dict(stand_ins)
-    for entry in task.derived:
+    for key, entry in task.derived.items():
         if all(name in names for name in STAND_INS if name in entry.formula):
-            number = values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
+            number = values.formula_value(entry.formula, engine, names, f"derived.{key}")
             # A value that differs only by rounding must not cause a new finite-element computation.
-            if not values.holds(engine, entry.key, number):
-                engine = values.with_value(engine, entry.key, number)
+            if not values.holds(engine, key, number):
+                engine = values.with_value(engine, key, number)
     return engine
 
 
@@ -149,7 +149,10 @@ def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
         own = own / own.sum(axis=1, keepdims=True)
         wanted = [targets[k] for k in listed]
         off = np.array([[(train.hz[i] / t.hz - 1.0) / t.tolerance for i in range(count)] for t in wanted])
-        lack = np.array([_lacks(own, KINDS.index(t.shape)) for t in wanted])
+        # By how much each mode fails to be of the target's kind, in margins.
+        kinds = [KINDS.index(t.shape) for t in wanted]
+        others = np.array([np.delete(own, kind, axis=1).max(axis=1) for kind in kinds])
+        lack = np.maximum(0.0, others - own[:, kinds].T + NAME_MARGIN) / NAME_MARGIN
         rows, columns = linear_sum_assignment(off**2 + lack**2)
         for row, column in zip(rows, columns, strict=True):
             hz[listed[row]], deviations[listed[row]] = train.hz[column], off[row, column]
@@ -171,21 +174,13 @@ def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
                 raise InputError(f"targets: no mode of the {target.of} is torsional mode {target.number}; leave it out")
             hz[k] = named
             places[k] = int(np.argmin(np.abs(found.hz - hz[k])))
-            seen = hz[k] if target.number == 1 else _mean_torsion(found, target.hz)
+            seen = hz[k]
+            if target.number == 2:
+                torsion = found.shares[:, KINDS.index("torsional")]
+                weight = torsion**2 * (np.abs(found.hz / target.hz - 1.0) < BAND)
+                seen = weight @ found.hz / weight.sum() if weight.sum() > 1e-6 else target.hz * (1.0 + BAND)
             deviations[k] = (seen / target.hz - 1.0) / target.tolerance
     return Match(hz, deviations, places, extra, penalties)
-
-
-def _lacks(own: Array, kind: int) -> Array:
-    """Return by how much each of k modes fails to be of a kind, in margins, from energy fractions (k, kinds)."""
-    others = np.delete(own, kind, axis=1).max(axis=1)
-    return np.asarray(np.maximum(0.0, others - own[:, kind] + NAME_MARGIN) / NAME_MARGIN)
-
-
-def _mean_torsion(modes: Modes, hz: float) -> float:
-    """Return the mean frequency around ``hz``, weighted by squared fractions of torsion."""
-    weight = modes.shares[:, KINDS.index("torsional")] ** 2 * (np.abs(modes.hz / hz - 1.0) < BAND)
-    return float(weight @ modes.hz / weight.sum()) if weight.sum() > 1e-6 else hz * (1.0 + BAND)
 
 
 def sensitivities(problem: Problem, free: Array, modes: Mapping[str, Modes], places: list[int]) -> Array:

@@ -21,6 +21,7 @@ Formulas are in SI. They may use ``bore_stiffness_x``, ``bore_stiffness_y`` and 
 see :func:`cranktrain_lab.calibration.calibrate.stand_ins`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -127,22 +128,13 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Derived:
-    """Key of the engine whose value follows from other values by a formula in SI."""
-
-    key: str
-    formula: str
-    note: str = ""
-
-
-@dataclass(frozen=True)
 class Task:
-    """Contents of a targets file of a calibration."""
+    """Contents of a targets file of a calibration; ``derived`` are values that follow from others, by key."""
 
     flexible: bool
     targets: tuple[Target, ...]
     parameters: tuple[Parameter, ...]
-    derived: tuple[Derived, ...]
+    derived: Mapping[str, DerivedTable]
 
     @property
     def moves(self) -> bool:
@@ -152,7 +144,7 @@ class Task:
     @property
     def film_springs(self) -> bool:
         """True if a derived value depends on the springs that replace oil films."""
-        return any(name in entry.formula for entry in self.derived for name in FILM_STAND_INS)
+        return any(name in entry.formula for entry in self.derived.values() for name in FILM_STAND_INS)
 
 
 def targets_path(name_or_path: str | Path) -> Path:
@@ -188,15 +180,14 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
         raise InputError(f"{'parameters' if targets else 'targets'}: none is given; a calibration needs at least one")
     for key in read.derived:
         values.quantity(engine, key)
-    derived = tuple(Derived(key, entry.formula, entry.note) for key, entry in read.derived.items())
     free = {p.key for p in parameters}
-    if twice := [d.key for d in derived if d.key in free]:
+    if twice := [key for key in read.derived if key in free]:
         raise InputError(f"derived.{twice[0]}: is free as well; leave it out of [parameters] or of [derived]")
     names = {p.key: p.high for p in parameters if not p.is_key} | dict.fromkeys(FILM_STAND_INS, 1.0)
     names |= dict.fromkeys(BLOCK_STAND_INS, 1.0) if flexible else {}
-    for entry in derived:
-        values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
-    return Task(flexible, targets, parameters, derived)
+    for key, entry in read.derived.items():
+        values.formula_value(entry.formula, engine, names, f"derived.{key}")
+    return Task(flexible, targets, parameters, read.derived)
 
 
 def target_of(name: str, entry: TargetTable) -> Target:

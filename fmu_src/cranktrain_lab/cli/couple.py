@@ -28,8 +28,7 @@ from cranktrain_lab.coupling.schemes import INSIDE, SCHEMES
 
 if TYPE_CHECKING:
     from cranktrain_lab.coupling.recording_unit import MeasuredPressures
-    from cranktrain_lab.coupling.run import Coupled, Steps
-    from cranktrain_lab.coupling.supervised import System
+    from cranktrain_lab.coupling.run import Coupled, Steps, System
     from cranktrain_lab.coupling.virtual_engine import VirtualEngine
 
 DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
@@ -124,7 +123,13 @@ def couple(named: str | Path | Engine, ask: Couple) -> VerbResult:
     if ask.output is not None:
         result["result"] = str(ask.output)
     if engine.one_angle is not None:
-        say(_loss(engine.one_angle, result["coupling_residual_fraction"]))
+        fraction, cost = result["coupling_residual_fraction"], ""
+        if fraction is not None:
+            cost = f"; given and taken power differ by {abs(100.0 * fraction):.2g} % of the indicated power"
+        say(
+            f"{engine.one_angle} takes no volume deviations: it computes all volumes at one crank angle, and the "
+            f"cranktrain moves each pressure to its own pin{cost}"
+        )
     return VerbResult.of(result, "couple", name=name, ask=ask)
 
 
@@ -263,17 +268,6 @@ def _export(path: Path, engine: VirtualEngine, speed: float, ask: Couple) -> Ver
     return VerbResult.of({"ssp": str(path)}, "couple")
 
 
-def _loss(combustion: str, fraction: float | None) -> str:
-    """Sentence on the loss of power by coupling to a combustion with a single crank angle."""
-    cost = ""
-    if fraction is not None:
-        cost = f"; given and taken power differ by {abs(100.0 * fraction):.2g} % of the indicated power"
-    return (
-        f"{combustion} takes no volume deviations: it computes all volumes at one crank angle, and the cranktrain "
-        f"moves each pressure to its own pin{cost}"
-    )
-
-
 def show(result: VerbResult) -> None:
     """Print the summary."""
     if "ssp" in result:
@@ -295,13 +289,10 @@ def show(result: VerbResult) -> None:
         ("torque of the shaft, mean", f"{result['shaft_torque_nm']:.1f} N m"),
         ("power residual of the coupling, RMS", f"{result['coupling_residual_w']:.3g} W"),
         ("power residual of the coupling, mean", f"{result['coupling_residual_mean_w']:.3g} W{percent}"),
-        *(
-            (("torque of the valve train, mean", f"{result[VALVETRAIN]['torque_nm']:.1f} N m"),)
-            if VALVETRAIN in result
-            else ()
-        ),
-        ("real-time factor", f"{result['real_time_factor']:.2f}"),
     ]
+    if VALVETRAIN in result:
+        rows.append(("torque of the valve train, mean", f"{result[VALVETRAIN]['torque_nm']:.1f} N m"))
+    rows.append(("real-time factor", f"{result['real_time_factor']:.2f}"))
     title = f"{result.beside['name']}, {ask.speed_rpm:g} rev/min: {ask.scheme}, reconstruction {_reconstruction(ask)}"
     show_rows(title, ("of the last cycle", "value"), rows)
     print(f"{result['steps']} communication steps, {result['refused_steps']} repeated; {result['sweeps']} sweeps")

@@ -109,6 +109,7 @@ def explored_of(source: str | Path | Engine, ask: Explore) -> "Explored":
     from cranktrain.results.orders.deviations import check_speeds_measured
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain_lab.explore.balance import Balance
+    from cranktrain_lab.explore.knobs import Chosen
     from cranktrain_lab.explore.live import LiveTorsion, checked_speeds
 
     ends = checked_speeds(engine, ask.from_rpm, ask.to_rpm)
@@ -124,14 +125,8 @@ def explored_of(source: str | Path | Engine, ask: Explore) -> "Explored":
         for note in live.notes:
             say(f"cranktrain: note: {note}")
         beside = other if other is None or not isinstance(other[1], Engine) else (
-            other[0], LiveTorsion(other[1], *ends, say=tell).answer(_nothing()))  # fmt: skip
+            other[0], LiveTorsion(other[1], *ends, say=tell).answer(Chosen()))  # fmt: skip
     return Explored(source, live, measured, Balance(live) if ask.balance else None, beside, inside)
-
-
-def _nothing() -> Any:
-    from cranktrain_lab.explore.knobs import Chosen
-
-    return Chosen()
 
 
 def _other(given: str | Path | None, ends: tuple[float, float]) -> Any:

@@ -52,7 +52,7 @@ def harness(file: str | Path, ask: RunHarness) -> VerbResult:
     from cranktrain.results.figures import check_folder
     from cranktrain.store.hdf5 import RESULT
     from cranktrain_lab.harness.file import load_harness
-    from cranktrain_lab.harness.page import JUNIT, PAGE
+    from cranktrain_lab.harness.page import JUNIT, PAGE, junit, page
     from cranktrain_lab.harness.running import checked_ports, chosen, judged, result_path
 
     asked = load_harness(file)
@@ -68,7 +68,13 @@ def harness(file: str | Path, ask: RunHarness) -> VerbResult:
             check_place(result_path(folder, scenario), RESULT)
         runs, interrupted = _runs(asked, scenarios, _fmus(asked, Path(scratch)), folder)
     found = judged(asked, runs, ports)
-    _write(ask, asked, found)
+    for place, kind, content in (
+        (ask.junit, JUNIT, lambda: junit(asked.title, found)),
+        (ask.html, PAGE, lambda: page(asked, found).encode()),
+    ):
+        if place is not None:
+            with whole_file(place, kind) as temporary:
+                temporary.write_bytes(content())
     passed = all(one.passed for one in found) and not interrupted
     result = {"passed": passed, "scenarios": [one.as_dict() for one in found], "interrupted": interrupted}
     if interrupted:
@@ -121,18 +127,6 @@ def _runs(
         if ran.interrupted:
             return found, True
     return found, False
-
-
-def _write(ask: RunHarness, harness: Harness, found: Sequence[Judged]) -> None:
-    """Write JUnit XML and the report, if requested."""
-    from cranktrain_lab.harness.page import JUNIT, PAGE, junit, page
-
-    if ask.junit is not None:
-        with whole_file(ask.junit, JUNIT) as temporary:
-            temporary.write_bytes(junit(harness.title, found))
-    if ask.html is not None:
-        with whole_file(ask.html, PAGE) as temporary:
-            temporary.write_text(page(harness, found), encoding="utf-8")
 
 
 def show(said: VerbResult) -> None:

@@ -8,6 +8,8 @@ from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
+
 from cranktrain.cli.console import say, show_rows
 from cranktrain.cli.functions import verb_alone
 from cranktrain.core.errors import InputError
@@ -17,9 +19,9 @@ from cranktrain.engine.model import Engine
 from cranktrain.results.views.found import VerbResult
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import POSITIVE, Option, Question, paths, several
-from cranktrain_lab.measured.analysis import RotationAsked, cylinder_numbers, orders_of, pressures_of, rotations_of
+from cranktrain_lab.measured.analysis import cylinder_numbers, orders_of, pressures_of, rotations_of
 from cranktrain_lab.measured.compression import BAND
-from cranktrain_lab.measured.pressure import PEGGING
+from cranktrain_lab.measured.pressure import PEGGING, statistics
 from cranktrain_lab.measured.pulses import EDGES
 from cranktrain_lab.measured.reading import described, read_measured
 
@@ -224,7 +226,7 @@ def analyse_measured(ask: AnalyseMeasured) -> VerbResult:
         result["rotation"] = [rotation.summary() for rotation in rotations]
         beside["rotations"] = rotations
     if ask.orders:
-        result["orders"], beside["tracked"] = _orders(measurement, rotations, ask)
+        result["orders"] = _orders(measurement, rotations, ask)
     if ask.pressure:
         result["pressure"] = _pressures(measurement, rotations, ask)
     if ask.output:
@@ -238,8 +240,8 @@ def show(found: VerbResult) -> None:
         _show_channels(found.beside["listed"], found["tachos"])
     if "rotations" in found.beside:
         _show_rotations(found.beside["rotations"])
-    for entry, orders in zip(found.get("orders", []), found.beside.get("tracked", []), strict=True):
-        _show_orders(entry, orders)
+    for entry in found.get("orders", []):
+        _show_orders(entry)
     if "pressure" in found:
         _show_pressures(found["pressure"])
     if "output" in found:
@@ -274,83 +276,53 @@ def _show_rotations(rotations: list[Rotation]) -> None:
     show_rows("Rotation", header, rows)
 
 
-def _show_orders(entry: dict[str, Any], orders: Any) -> None:
+def _show_orders(entry: dict[str, Any]) -> None:
     """Print the speed at which each order of a signal is largest."""
-    unit, teeth = entry["unit"], entry["recurring"]
-    scale = 180.0 / math.pi if orders.unit == "rad" else 1.0
-    rpm, sizes = orders.speeds / RPM, scale * abs(orders.amplitudes)
-    rows = []
-    for k, order in enumerate(orders.orders):
-        s = int(sizes[:, k].argmax())
-        value = complex(orders.amplitudes[s, k])
+    rpm, amplitudes, rows = entry["speeds_rpm"], np.array(entry["amplitudes"]), []
+    for k, order in enumerate(entry["orders"]):
+        s = int(amplitudes[:, k].argmax())
         rows.append(
             (
-                f"{order:g}",
-                f"{rpm[s]:.0f}",
-                f"{sizes[s, k]:.4g}",
-                f"{1.96 * scale * orders.errors[s, k]:.2g}",
-                f"{math.degrees(math.atan2(value.imag, value.real)):.1f}",
-                f"{orders.coherence[s, k]:.3f}",
-                _said(teeth[k], ".2g"),
+                f"{order:g}", f"{rpm[s]:.0f}", f"{amplitudes[s, k]:.4g}", f"{1.96 * entry['errors'][s][k]:.2g}",
+                f"{entry['phases_deg'][s][k]:.1f}", f"{entry['coherence'][s][k]:.3f}",
+                _said(entry["recurring"][k], ".2g"),
             )
-        )
-    title = f"Orders of {orders.name}, {len(rpm)} speeds from {rpm[0]:.0f} to {rpm[-1]:.0f} rev/min"
-    show_rows(
-        title,
-        (
-            "order",
-            "largest at / rev/min",
-            f"amplitude / {unit}",
-            "band ±",
-            "phase / deg",
-            "coherence",
-            "constant / deg",
-        ),
-        rows,
-    )
+        )  # fmt: skip
+    title = f"Orders of {entry['signal']}, {len(rpm)} speeds from {rpm[0]:.0f} to {rpm[-1]:.0f} rev/min"
+    amplitude = f"amplitude / {entry['unit']}"
+    header = ("order", "largest at / rev/min", amplitude, "band ±", "phase / deg", "coherence", "constant / deg")
+    show_rows(title, header, rows)
+
+
+PRESSURES = (
+    ("quantity", "channel", ""),
+    ("cycles", "cycles", ""),
+    ("peak / bar", "peak_bar", ".2f"),
+    ("at / deg", "peak_deg", ".1f"),
+    ("imep / bar", "imep_bar", ".3f"),
+    ("cov / %", "imep_cov_percent", ".2f"),
+    ("zero / bar", "zero_bar", "+.3f"),
+    ("shift (95 %) / deg", "dead_centre_shift_deg", "+.2f"),
+    ("loss / deg", "loss_angle_deg", ".2f"),
+    ("n", "polytropic_exponent", ".3f"),
+)
+"""Columns of the table of pressures, with the key of each in the result and the format of its numbers."""
 
 
 def _show_pressures(result: list[dict[str, Any]]) -> None:
     """Print the characteristic values of each cylinder."""
-    rows = [
-        (
-            str(one["channel"]),
-            f"{one['cycles']}",
-            f"{one['peak_bar']:.2f}",
-            f"{one['peak_deg']:.1f}",
-            f"{one['imep_bar']:.3f}",
-            _said(one["imep_cov_percent"], ".2f"),
-            f"{one['zero_bar']:+.3f}",
-            _said(one.get("dead_centre_shift_deg"), "+.2f") + _within(one.get("dead_centre_error_deg")),
-            _said(one.get("loss_angle_deg"), ".2f"),
-            _said(one.get("polytropic_exponent"), ".3f"),
-        )
-        for one in result
-    ]
-    header = (
-        "quantity",
-        "cycles",
-        "peak / bar",
-        "at / deg",
-        "imep / bar",
-        "cov / %",
-        "zero / bar",
-        "shift (95 %) / deg",
-        "loss / deg",
-        "n",
-    )
-    show_rows("Cylinder pressures", header, rows)
+    rows = []
+    for one in result:
+        cells = {key: _said(one.get(key), form) for _, key, form in PRESSURES}
+        if (error := one.get("dead_centre_error_deg")) is not None:
+            cells["dead_centre_shift_deg"] += f" ± {BAND * error:.2f}"
+        rows.append(tuple(cells.values()))
+    show_rows("Cylinder pressures", tuple(name for name, _, _ in PRESSURES), rows)
 
 
 def _rotations(measurement: Measurement, ask: AnalyseMeasured) -> list[Rotation]:
     """Rotation at one or two positions; prints remarks."""
-    learnt: Any = ask.learn_teeth
-    asked = RotationAsked(
-        ask.rotation, ask.teeth, ask.missing, ask.level, ask.edge, learnt,
-        ask.eccentricity, ask.index, math.radians(ask.dead_centre_deg), ask.second,
-        ask.second_teeth, ask.second_missing, ask.firing, ask.speed, ask.clock_hz,
-    )  # fmt: skip
-    rotations = rotations_of(measurement, asked)
+    rotations = rotations_of(measurement, ask)
     for rotation in rotations:
         for remark in rotation.remarks:
             say(f"cranktrain: remark: {remark}")
@@ -363,9 +335,7 @@ def _rotations(measurement: Measurement, ask: AnalyseMeasured) -> list[Rotation]
     return rotations
 
 
-def _orders(
-    measurement: Measurement, rotations: list[Rotation], ask: AnalyseMeasured
-) -> tuple[list[dict[str, Any]], Any]:
+def _orders(measurement: Measurement, rotations: list[Rotation], ask: AnalyseMeasured) -> list[dict[str, Any]]:
     """Orders over speed, which are also written to files if requested."""
     from cranktrain_lab.measured.order_table import write_orders
 
@@ -381,49 +351,37 @@ def _orders(
     )
     result = []
     for orders in found:
-        angle = orders.unit == "rad"
-        scale, unit = (180.0 / math.pi, "deg") if angle else (1.0, orders.unit)
-        rpm = orders.speeds / RPM
-        sizes = scale * abs(orders.amplitudes)
+        scale, unit = (180.0 / math.pi, "deg") if orders.unit == "rad" else (1.0, orders.unit)
+        recurring: list[float] = [] if ask.of else rotations[0].summary()["recurring_deg"]
         result.append(
             {
                 "signal": orders.name,
                 "unit": unit,
                 "cycles_per_fit": orders.cycles,
-                "speeds_rpm": rpm.tolist(),
+                "speeds_rpm": (orders.speeds / RPM).tolist(),
                 "orders": orders.orders.tolist(),
-                "amplitudes": sizes.tolist(),
-                "phases_deg": [
-                    [math.degrees(math.atan2(a.imag, a.real)) for a in row] for row in orders.amplitudes.tolist()
-                ],
+                "amplitudes": (scale * abs(orders.amplitudes)).tolist(),
+                "phases_deg": np.degrees(np.angle(orders.amplitudes)).tolist(),
                 "errors": (scale * orders.errors).tolist(),
                 "coherence": orders.coherence.tolist(),
                 "fits": orders.fits.tolist(),
+                "recurring": [
+                    recurring[round(order) - 1] if order % 1.0 == 0.0 and order <= len(recurring) else None
+                    for order in orders.orders.tolist()
+                ],
             }
         )
-        recurring: list[float] = [] if ask.of else rotations[0].summary()["recurring_deg"]
-        teeth = [
-            recurring[round(order) - 1] if order % 1.0 == 0.0 and order <= len(recurring) else None
-            for order in orders.orders.tolist()
-        ]
-        result[-1]["recurring"] = teeth
     if ask.output and not ask.pressure:
         places = ("pulley.torsion", "flywheel.torsion", "twist") if not ask.of else ()
         wheel = rotations[0].wheel
         write_orders(ask.output, found, places, wheel="" if ask.of else f"{wheel.teeth}-{wheel.missing}")
-    return result, found
-
-
-def _within(error: float | None) -> str:
-    """Half width of the 95 % interval of a value with a standard error."""
-    return "" if error is None else f" ± {BAND * error:.2f}"
+    return result
 
 
 def _pressures(measurement: Measurement, rotations: list[Rotation], ask: AnalyseMeasured) -> list[dict[str, Any]]:
     """Cycles of cylinder pressures, which are also written to a file if requested."""
     from cranktrain.engine.file import load_engine
     from cranktrain_lab.measured.order_table import write_trace
-    from cranktrain_lab.measured.pressure import statistics
 
     if not ask.engine:
         raise InputError("--pressure needs the engine's dimensions; give --engine NAME or FILE.toml")
@@ -450,4 +408,5 @@ def _pressures(measurement: Measurement, rotations: list[Rotation], ask: Analyse
 
 
 def _said(value: Any, form: str) -> str:
-    return "–" if value is None or not math.isfinite(value) else format(value, form)
+    missing = value is None or (isinstance(value, float) and not math.isfinite(value))
+    return "–" if missing else format(value, form)

@@ -1,6 +1,6 @@
 """The verb ``run-in``: relief of an engine's bearing shells by wear, as a limit or over time."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,12 +10,12 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.typed_file import between
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.film.contact.wear import COEFFICIENT, END_GAP, RUN_IN_DEPTH, RUN_IN_ROUGHNESS
+from cranktrain.film.contact.wear import COEFFICIENT, END_GAP, RUN_IN_DEPTH, RUN_IN_ROUGHNESS, WearLaw
 from cranktrain.results.views.found import VerbResult
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import ANY, POSITIVE, Option, Question
 from cranktrain_lab.wear import run_in as study
-from cranktrain_lab.wear.history import INCREMENT
+from cranktrain_lab.wear.history import INCREMENT, Choices
 from cranktrain_lab.wear.run_in import CYCLES, PASSES
 
 DESCRIPTION = """\
@@ -42,11 +42,6 @@ mains, depth_um, roughness_um, volume_mm3, contact_work_j     of each main at th
 contact_share, friction_power_w, contact_pressure_mpa, least_gap_um     of each main at the start and at the end
 settled             whether wear has ended
 """
-OVER_TIME = (
-    "history", "table", "plots", "wear_coefficient", "end_gap", "run_in_roughness", "run_in_depth", "increment",
-    "alike", "start",
-)  # fmt: skip
-"""Options that apply only to wear over time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +107,7 @@ def run_in(named: str | Path | Engine, ask: RunIn) -> VerbResult:
     """Compute the wear of the shells, and write the engine file with their relief."""
     if ask.hours is not None or ask.schedule is not None:
         return _over_time(named, ask)
-    given = [name for name in OVER_TIME if getattr(ask, name) is not None]
+    given = [one.name for one in fields(OverTime) if getattr(ask, one.name) is not None]
     if given:
         raise InputError(
             f"--{given[0].replace('_', '-')} applies only to wear over time; give --hours or --schedule as well"
@@ -150,10 +145,8 @@ def show(found: VerbResult) -> None:
 
 def _over_time(named: str | Path | Engine, ask: RunIn) -> VerbResult:
     """Wear over time."""
-    from cranktrain.film.contact.wear import WearLaw
     from cranktrain.results.figures import check_folder
     from cranktrain.store.whole_file import check_place
-    from cranktrain_lab.wear.history import Choices
     from cranktrain_lab.wear.records import TABLE
     from cranktrain_lab.wear.result import PICTURES, run_in_over_time, save_wear_pictures
 

@@ -4,7 +4,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cranktrain.cli import console
 from cranktrain.cli.console import Interrupted, bars
@@ -61,7 +61,7 @@ def stability(ask: Stability) -> VerbResult:
         check_place(ask.page, PAGE)
     folder = Path(ask.output)
     check_folder(folder, "--output", [f"{name}{ending}" for name in names for ending in (".png", ".svg")])
-    from cranktrain_lab.stability.draw import save_map
+    from cranktrain_lab.stability.draw import page, save_map
     from cranktrain_lab.stability.kept_maps import maps
     from cranktrain_lab.stability.stability_map import as_record
 
@@ -76,7 +76,9 @@ def stability(ask: Stability) -> VerbResult:
     except KeyboardInterrupt:
         raise Interrupted("interrupted; finished maps are kept, repeat the command to continue") from None
     if ask.page is not None:
-        _write_page(Path(ask.page), [found[name] for name in names], [pictures[name][0] for name in names])
+        places = [os.path.relpath(pictures[name][0], Path(ask.page).parent) for name in names]
+        with whole_file(ask.page, PAGE) as file:
+            file.write_text(page([found[name] for name in names], places), encoding="utf-8")
     for name in names:
         records[name] = {**as_record(found[name]), "picture": str(pictures[name][0])}
     return VerbResult.of({"maps": records}, "stability", shown=[found[name] for name in names])
@@ -95,12 +97,3 @@ def show(said: VerbResult) -> None:
     for one in found:
         print(f"\n{one.title} ({said['maps'][one.name]['picture']})")
         print(one.explanation.strip())
-
-
-def _write_page(path: Path, maps: list[Any], pictures: list[Path]) -> None:
-    """Write the page with all maps."""
-    from cranktrain_lab.stability.draw import page
-
-    places = [os.path.relpath(picture, path.parent) for picture in pictures]
-    with whole_file(path, PAGE) as file:
-        file.write_text(page(maps, places), encoding="utf-8")

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from cranktrain_lab.variants.running import Means
     from cranktrain_lab.variants.study import Study
 
-Amount = float | str
 Of = str | Path | Engine | Callable[[Mapping[str, float]], Mapping[str, float]]
 Method = Literal["latin-hypercube", "sobol", "random", "grid", "sensitivity"]
 

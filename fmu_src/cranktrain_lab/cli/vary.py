@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -137,19 +138,13 @@ def report(variants: Variants, outcome: Outcome) -> dict[str, Any]:
         "engine": variants.about["engine"], "variants": len(variants), "failed": len(variants.failed),
         "resumed": outcome.resumed, "seconds": outcome.seconds, "workers": outcome.workers, "outputs": outputs,
         "sensitivities": variants.sensitivities(),
-        "reasons": [{"reason": why, "variants": count} for why, count in sorted(
-            _counted(variants.failed.values()).items(), key=lambda one: -one[1])],
+        "reasons": [
+            {"reason": why, "variants": count} for why, count in Counter(variants.failed.values()).most_common()
+        ],
     }  # fmt: skip
     if variants.about["pareto"]:
         said["pareto"] = variants.pareto().drop(columns="failed").reset_index().to_dict("records")
     return said
-
-
-def _counted(reasons: Any) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for why in reasons:
-        counts[why] = counts.get(why, 0) + 1
-    return counts
 
 
 def show(said: VerbResult) -> None:

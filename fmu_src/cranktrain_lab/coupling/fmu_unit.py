@@ -130,7 +130,7 @@ class FmuUnit:
 
     def start(self, name: str) -> float:
         """Return the start value of a real variable."""
-        return float(self._values.get(self._variables.own(name), _start(self._variables[name])))
+        return float(self._values.get(self._variables.own(name), self._variables[name].start or 0.0))
 
     def has(self, name: str) -> bool:
         """True if the FMU has a variable of this name."""
@@ -380,10 +380,6 @@ def _feeds(description: ModelDescription) -> dict[str, frozenset[str]]:
             if name in found:
                 found[name].add(output.variable.name)
     return {name: frozenset(outputs) for name, outputs in found.items()}
-
-
-def _start(variable: ModelVariable) -> float:
-    return float(variable.start) if variable.start is not None else 0.0
 
 
 def _line(error: Exception) -> str:

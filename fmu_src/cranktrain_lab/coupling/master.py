@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
@@ -106,6 +105,7 @@ class Master:
     time : time of the last communication point, s
     newest : outputs at this time, in the order of ``names``
     sweeps : evaluations of all units so far, in units of steps
+    coupled : indices of connected outputs that step control considers, see ``Connection.judged``
     inside : exchange inside a step of the last unit, for schemes of :data:`INSIDE`; None for others
     """
 
@@ -159,7 +159,7 @@ class Master:
         self.written = {name: np.zeros(len(taken.names)) for name, taken in self._wirings.items()}
         self._samples = Samples(n)
         self._extremes = np.array([np.full(n, math.inf), np.full(n, -math.inf)])
-        self._coupled = np.unique(np.array([at[c.source] for c in connections if c.judged], dtype=np.intp))
+        self.coupled = np.unique(np.array([at[c.source] for c in connections if c.judged], dtype=np.intp))
         self._turned = self._last = 0.0
         self._quasi_newton = QuasiNewton()
         self._states: dict[str, Any] = {}
@@ -167,7 +167,7 @@ class Master:
         self._independent = sum(not self._wirings[unit.name].names for unit in self._order)
 
     def find(self, unit: str, variable: str) -> tuple[str, int]:
-        """Return the location, for :meth:`value`, of an output that is read or of a connected input; ``InputError``."""
+        """Return the location, for :meth:`vector`, of a read output or connected input; ``InputError``."""
         if (unit, variable) in self._at:
             return "", self._at[unit, variable]
         names = self._wirings[unit].names if unit in self._wirings else ()
@@ -175,11 +175,6 @@ class Master:
             there = [name for owner, name in self._at if owner == unit] + list(names)
             raise InputError(f"{unit}.{variable} is neither read nor connected; {nearest(variable, there)}")
         return unit, names.index(variable)
-
-    def value(self, place: tuple[str, int]) -> float:
-        """Return the newest value of an output, or the last value written to an input."""
-        values, k = self.vector(place)
-        return float(values[k])
 
     def vector(self, place: tuple[str, int]) -> tuple[Array, int]:
         """Return the vector that contains the value of a location after initialization, and its index in the vector."""
@@ -199,10 +194,7 @@ class Master:
                 self._read(unit)
             self.means[:] = self.start[:] = self.newest
         self._arrive(self.newest)
-        self._take_directly()
-
-    def _take_directly(self) -> None:
-        """Let compiled code call the loaded FMUs whose outputs have no direct feedthrough."""
+        # Compiled code calls the loaded FMUs whose outputs have no direct feedthrough.
         direct = {unit.name: unit for unit in self._order if unit not in self._feeding}
         vectors = Vectors(self._known, self._samples.values, self._extremes)
         turns = Turns(self._order, direct, self._wirings, self._parts, vectors)
@@ -240,11 +232,6 @@ class Master:
     def restorable(self) -> bool:
         """True if all units can repeat a step."""
         return all(unit.restorable for unit in self._order)
-
-    @property
-    def coupled(self) -> NDArray[np.intp]:
-        """Indices of connected outputs that step control considers, see ``Connection.judged``."""
-        return self._coupled
 
     def keep(self) -> Any:
         """Return the state of all units and of the master for :meth:`restore`; the next call overwrites this state."""
@@ -314,8 +301,15 @@ class Master:
         k = first
         while k < end:
             until = k if self._turns is None else min(end, self._turns.until[k])
-            if until > k:
-                self._let_directly(what, k, until, size)
+            if self._turns is not None and until > k:
+                try:
+                    self._turns.take(what, k, until, self.time, size)
+                except UnitError as error:
+                    unit, stepped = self._turns.failed
+                    when = f" at {self.time:.6g} s"
+                    if stepped:
+                        when = f", step from {self.time:.6g} s to {self.time + size:.6g} s"
+                    raise UnitError(f"{unit.name}{when}: {error}") from None
             else:
                 self._let_one(self._order[k], what, size, place)
             k = max(until, k + 1)
@@ -337,15 +331,6 @@ class Master:
         if what & MEAN:
             part = self._parts[unit.name]
             self.means[part] = self._samples.mean_to(place, self.newest[part], part, self._degree)
-
-    def _let_directly(self, what: int, first: int, end: int, size: float) -> None:
-        assert self._turns is not None
-        try:
-            self._turns.take(what, first, end, self.time, size)
-        except UnitError as error:
-            unit, stepped = self._turns.failed
-            when = f", step from {self.time:.6g} s to {self.time + size:.6g} s" if stepped else f" at {self.time:.6g} s"
-            raise UnitError(f"{unit.name}{when}: {error}") from None
 
     def _expect(self, unit: Unit, place: float) -> None:
         """Set a unit's inputs to known or extrapolated values at the step's end, for outputs with feedthrough."""

@@ -17,14 +17,14 @@ from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.engine.model import Engine
 from cranktrain.loads.cylinder_volume import cylinder_volume
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
-from cranktrain_lab.coupling.unit import Port
+from cranktrain_lab.coupling.unit import Port, Unit
 
 AT = "pressure.angle"
 """Output with the crank angle of the values."""
 ANGLE, SPEED = "crank.angle", "crank.speed"
 
 
-class ByAngle:
+class ByAngle(Unit):
     """Unit with crank angle and speed as inputs; subclasses add ``read`` (:class:`cranktrain_lab.coupling.unit.Unit`).
 
     The angle at the end of a step, ``_angle``, is extrapolated from the angle at its start by the speed.
@@ -64,9 +64,6 @@ class ByAngle:
         """Restore a state of the unit that ``keep`` returned."""
         self._angle, given = state
         self._given[:] = given
-
-    def close(self) -> None:
-        """Release the unit and its memory; may be called repeatedly."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,10 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
-from cranktrain_lab.coupling.master import Master
+from cranktrain_lab.coupling.connections import Connection
+from cranktrain_lab.coupling.master import Exchange, Master
 from cranktrain_lab.coupling.reconstruction import DEGREES
+from cranktrain_lab.coupling.unit import Unit
 
 LOOK = 0.2
 """Wall time between two progress reports, s."""
@@ -65,6 +67,21 @@ class Bond(NamedTuple):
     given: Sequence[Sequence[tuple[str, str]]]
     taken: Sequence[Sequence[tuple[str, str]]]
     works: bool = False
+
+
+@dataclass(frozen=True)
+class System:
+    """Coupled system: input of a master, ``outputs`` to read in addition to connected outputs, and power bonds."""
+
+    units: Mapping[str, Unit]
+    connections: list[Connection]
+    exchange: Exchange
+    outputs: dict[str, list[str]]
+    bonds: list[Bond]
+
+    def master(self) -> Master:
+        """Return a co-simulation master of these units."""
+        return Master(list(self.units.values()), self.connections, self.exchange, self.outputs)
 
 
 class Coupled(NamedTuple):

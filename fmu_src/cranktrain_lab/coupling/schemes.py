@@ -42,7 +42,7 @@ def gauss_seidel(master: Master, size: float, place: float) -> None:
 
 def iterative(master: Master, size: float, place: float) -> None:
     """Repeat a Gauss-Seidel step from the same start until the outputs at the step's end converge."""
-    exchange, samples, coupled = master.exchange, master._samples, master._coupled
+    exchange, samples, coupled = master.exchange, master._samples, master.coupled
     everything = slice(0, len(master.names))
     for unit in master._order:
         master._states[unit.name] = unit.keep(master._states.get(unit.name))
@@ -71,19 +71,14 @@ def iterative(master: Master, size: float, place: float) -> None:
     )
 
 
-def intermediate(master: Master, size: float, place: float) -> None:
-    """Exchange several times within the last unit's step, see :mod:`.intermediate`."""
-    master.inside.step(master, size)
-
-
-def stages(master: Master, size: float, place: float) -> None:
-    """Set inputs of the last unit at the stages of its integrator, see :mod:`cranktrain_lab.coupling.stages`."""
+def inside(master: Master, size: float, place: float) -> None:
+    """Exchange values within the last unit's step, see :mod:`.intermediate` and :mod:`.stages`."""
     master.inside.step(master, size)
 
 
 SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
-    "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative, "intermediate": intermediate,
-    "stages": stages,
+    "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative, "intermediate": inside,
+    "stages": inside,
 }  # fmt: skip
 """Functions that take one communication step with all units of a master, by name of the scheme."""
 INSIDE: dict[str, Callable[[Sequence[Unit], Any], Any]] = {

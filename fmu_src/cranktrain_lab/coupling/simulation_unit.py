@@ -7,7 +7,7 @@ import numpy as np
 
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
-from cranktrain_lab.coupling.unit import Port, UnitError
+from cranktrain_lab.coupling.unit import Port, Unit, UnitError
 
 
 class Stepped(Protocol):
@@ -28,7 +28,7 @@ class Stepped(Protocol):
         """Return outputs by index."""
 
 
-class SimulationUnit:
+class SimulationUnit(Unit):
     """Simulation as a :class:`cranktrain_lab.coupling.unit.Unit` under a master.
 
     ``begin`` replaces the simulation's ``initialize``, to start from a known state. Values are SI, without unit names.
@@ -70,9 +70,6 @@ class SimulationUnit:
         """Restore a state of the unit that ``keep`` returned."""
         vector, self.simulation.inputs[:] = state
         self.simulation.state = vector
-
-    def close(self) -> None:
-        """Release the unit and its memory; may be called repeatedly."""
 
     def _try(self, call: Callable[[], None]) -> None:
         try:

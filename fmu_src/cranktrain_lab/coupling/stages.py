@@ -126,7 +126,7 @@ class AtStages(Updates):
         master, parts = self._master, 1 if self._trial else PARTS
         if self._first == 0:
             return
-        whole = slice(self._end_of_whole)
+        whole = slice(int(master._parts[master._order[self._first].name].start))  # outputs of the first units
         before, means = master.start[whole].copy(), np.empty((parts, whole.stop))
         for k in range(parts):
             begin, end = (self._begin + self._size * (edge / parts) for edge in (k, k + 1))
@@ -172,12 +172,6 @@ class AtStages(Updates):
                 found[2] = (found[1] - (values[1] - values[2]) / (nodes[1] - nodes[2])) / (nodes[0] - nodes[2])
                 found[1] += last * found[2]
         return found
-
-    @property
-    def _end_of_whole(self) -> int:
-        """Number of outputs of the first units, which take steps as a whole."""
-        master = self._master
-        return int(master._parts[master._order[self._first].name].start)
 
     @property
     def _part(self) -> slice:

@@ -13,14 +13,14 @@ import signal
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection as Pipe
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,8 @@ from cranktrain.core.errors import CranktrainError, InputError, StoreError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.unit_turns import CLOSING, INITIALIZATION, INPUTS, NOTE_SLOTS, NOTHING, OUTPUTS, STATE, STEPPING
 from cranktrain.store.side_by_side import leave_to_parent, process_context
-from cranktrain_lab.coupling.connections import Connection
-from cranktrain_lab.coupling.master import Exchange, Master
-from cranktrain_lab.coupling.run import Bond, Coupled, Record, Steps, run
+from cranktrain_lab.coupling.master import Master
+from cranktrain_lab.coupling.run import Bond, Coupled, Record, Steps, System, run
 from cranktrain_lab.coupling.turns import Direct
 from cranktrain_lab.coupling.unit import Around, EndingError, Unit, UnitError
 
@@ -143,21 +142,6 @@ def read_points(path: Path, width: int, count: int) -> Array:
     held = path.stat().st_size // (8 * width)
     values = np.fromfile(path, dtype=np.float64, count=min(max(0, count), held) * width)
     return values[: len(values) // width * width].reshape(-1, width)
-
-
-class System(Protocol):
-    """Coupled system: input of a master, ``outputs`` to read in addition to connected outputs, and power bonds."""
-
-    @property
-    def units(self) -> Mapping[str, Unit]: ...  # noqa: D102
-    @property
-    def connections(self) -> Sequence[Connection]: ...  # noqa: D102
-    @property
-    def exchange(self) -> Exchange: ...  # noqa: D102
-    @property
-    def outputs(self) -> Mapping[str, Sequence[str]]: ...  # noqa: D102
-    @property
-    def bonds(self) -> Sequence[Bond]: ...  # noqa: D102
 
 
 @dataclass(frozen=True)

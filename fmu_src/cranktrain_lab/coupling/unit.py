@@ -63,7 +63,8 @@ class Unit(Protocol):
         """Prepare for steps from ``time`` (s) on, with the inputs that were written."""
 
     def write(self, values: Array) -> None:
-        """Set the linked inputs (k,)."""
+        """Set the linked inputs (k,); by default there are none."""
+        return
 
     def read(self) -> Array:
         """Return the linked outputs (k,); the array may be the same object each time."""
@@ -79,6 +80,7 @@ class Unit(Protocol):
 
     def close(self) -> None:
         """Release the unit; may be called repeatedly. Raises ``EndingError``, or ``UnitError`` if fatal."""
+        return
 
 
 class Around:

@@ -6,7 +6,6 @@ torque from the master.
 """
 
 from pathlib import Path
-from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain_lab.coupling.connections import MEAN, START, Connection
@@ -55,15 +54,6 @@ def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool, st
         found += [Connection((VALVETRAIN, name), (COMBUSTION, name), START) for name in lifts]
     given = (VALVETRAIN, TORQUE_STEP) if staged and TORQUE_STEP in valvetrain.outputs else (VALVETRAIN, TORQUE)
     return [*found, Connection(given, (CRANKTRAIN, TORQUE), START if own else MEAN)]
-
-
-def summary(values: dict[str, Any], residual: float) -> dict[str, float]:
-    """Return mean torque (N m), largest fraction of a cycle without contact and RMS of the bond (W) at a run's end."""
-    return {
-        "torque_nm": float(values["valvetrain.torque_mean"]),
-        "contact_loss": float(values["contact.loss"]),
-        "coupling_residual_w": residual,
-    }
 
 
 def _is_lift(name: str) -> bool:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,10 @@ from cranktrain_lab.coupling import valve_drive
 from cranktrain_lab.coupling.connections import MEAN, NEWEST, START, Connection
 from cranktrain_lab.coupling.fmu3_unit import open_fmu
 from cranktrain_lab.coupling.fmu_unit import FmuUnit
-from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.master import Exchange
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, STAGES, VALVETRAIN
 from cranktrain_lab.coupling.recording_unit import MeasuredPressures, TraceUnit
-from cranktrain_lab.coupling.run import Bond, Coupled
+from cranktrain_lab.coupling.run import Bond, Coupled, System
 
 ANGLE, SPEED, FRAME_SPEED = "crank.angle", "crank.speed", "frame.speed"
 POLYTROPIC = "polytropic"
@@ -67,19 +67,12 @@ class Partners:
     valvetrain: Path | None = None
 
 
-class VirtualEngine(NamedTuple):
-    """Input of a co-simulation master for the virtual engine: units, connections and settings.
-
-    ``values`` are start values and ``outputs`` the outputs to read in addition to connected ones, by unit; ``bonds``
-    are the powers that units exchange.
-    """
+@dataclass(frozen=True)
+class VirtualEngine(System):
+    """Coupled system of the virtual engine, with start values of its units, by unit."""
 
     units: dict[str, FmuUnit | TraceUnit]
-    connections: list[Connection]
-    exchange: Exchange
     values: dict[str, dict[str, Any]]
-    outputs: dict[str, list[str]]
-    bonds: list[Bond]
 
     @property
     def one_angle(self) -> str | None:
@@ -89,10 +82,6 @@ class VirtualEngine(NamedTuple):
             return None
         taken = any(DEVIATIONS[0] in link.target[1] for link in self.connections)
         return None if taken else str(combustion.path)
-
-    def master(self) -> Master:
-        """Return a co-simulation master of these units."""
-        return Master(list(self.units.values()), self.connections, self.exchange, self.outputs)
 
 
 def virtual_engine(
@@ -136,7 +125,7 @@ def virtual_engine(
     if is_open and not staged and (speed * step <= SHORT or scheme == "intermediate"):
         given[CRANKTRAIN][INTEGRATOR] = FOR_SHORT_STEPS if own else FOR_SHORT_STEPS_HELD
         cranktrain.set_start(INTEGRATOR, given[CRANKTRAIN][INTEGRATOR])
-    cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
+    cylinders, taken = (sum(map(is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
     if not cylinders or cylinders != taken:
         where = "--pressure" if isinstance(combustion, TraceUnit) else combustion.path
         raise InputError(
@@ -158,7 +147,7 @@ def virtual_engine(
         if staged:
             exchange = replace(exchange, whole=(VALVETRAIN,))
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
-    return VirtualEngine(units, connections, exchange, given, outputs, bonds)
+    return VirtualEngine(units, connections, exchange, outputs, bonds, given)
 
 
 def rule_between(scheme: str, reconstruction: str) -> str:
@@ -226,8 +215,15 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
     given = speed * mean(f"{COMBUSTION}.indicated.torque")
     valves = {}
     if valve_drive.BOND.name in residuals:
-        end = {name: run.of(f"{VALVETRAIN}.{name}")[-1] for name in valve_drive.READ}
-        valves = {VALVETRAIN: valve_drive.summary(end, residuals[valve_drive.BOND.name])}
+        torque, loss = (
+            float(run.of(f"{VALVETRAIN}.{name}")[-1]) for name in ("valvetrain.torque_mean", "contact.loss")
+        )
+        valves = {
+            VALVETRAIN: {
+                "torque_nm": torque, "contact_loss": loss,
+                "coupling_residual_w": residuals[valve_drive.BOND.name],
+            }
+        }  # fmt: skip
     return {
         "pulley": {
             "torsion_deg": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.torsion"), 180.0 / math.pi),
@@ -248,5 +244,6 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
     }
 
 
-def _is_pressure(name: str) -> bool:
+def is_pressure(name: str) -> bool:
+    """True for the name of a cylinder's pressure."""
     return name.startswith("cylinder[") and name.endswith("].pressure")

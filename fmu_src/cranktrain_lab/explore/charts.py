@@ -6,6 +6,7 @@ The orders of another engine or run-up may stand beside them, on equal axes, wit
 import html
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,15 +31,20 @@ _SMALLEST = 0.02
 """Least amplitude, relative to the largest amplitude, that has a circle in the Campbell diagram."""
 
 
-def _plot(title: str, up: str, scale: str = "linear") -> Any:
-    """Return an empty chart over the speed; ``scale`` is the scale of the values."""
+def empty_plot(title: str, across: str, up: str, **more: Any) -> Any:
+    """Return an empty chart with labelled axes; ``more`` are keywords of Bokeh's ``figure``."""
     plot = figure(
         title=title, height=HEIGHT, sizing_mode="stretch_width", tools="pan,box_zoom,wheel_zoom,reset,save",
-        x_axis_label="speed, rev/min", y_axis_label=up, toolbar_location="above", min_width=300,
-        y_axis_type=scale,
+        x_axis_label=across, y_axis_label=up, toolbar_location="above", min_width=300, **more,
     )  # fmt: skip
     plot.toolbar.logo, plot.toolbar.autohide = None, True
     plot.title.text_font_size = "13px"
+    return plot
+
+
+def _plot(title: str, up: str, scale: str = "linear") -> Any:
+    """Return an empty chart over the speed; ``scale`` is the scale of the values."""
+    plot = empty_plot(title, "speed, rev/min", up, y_axis_type=scale)
     if scale == "log":
         plot.y_range = Range1d(1e-6, 1.0)
     else:
@@ -51,6 +57,24 @@ def side_by_side(plots: list[Any]) -> Any:
     columns = ":host { display: grid; grid-template-columns: repeat(auto-fit, minmax(420px, 1fr)); }"
     boxes = [pn.pane.Bokeh(plot, sizing_mode="stretch_width") for plot in plots]
     return pn.Column(*boxes, sizing_mode="stretch_width", stylesheets=[columns])
+
+
+def in_notebook() -> bool:
+    """True without a session of a server, whose pages update by themselves."""
+    document = pn.state.curdoc
+    return document is None or not document.session_context
+
+
+def push(boxes: Sequence[Any]) -> None:
+    """Push new data of charts to a notebook."""
+    if in_notebook():
+        pn.io.push_notebook(*boxes)
+
+
+def unused(name: str, between: str, suffix: str) -> str:
+    """Return the first name of a file that does not exist, of ``name``, then with numbers from 2 on."""
+    numbered = (f"{name}{f'{between}{k}' if k > 1 else ''}{suffix}" for k in range(1, 10_000))
+    return next(one for one in numbered if not Path(one).exists())
 
 
 class OrdersChart:

@@ -6,7 +6,8 @@ Its results are written to a run-up file, which is read whenever it grows, so a 
 
 import html
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,34 +22,17 @@ from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain_lab.explore.background import Advance, Background, Say
 from cranktrain_lab.explore.inside.cycle import InsideCycle
-from cranktrain_lab.explore.inside.recording import LookInside
+from cranktrain_lab.explore.inside.recording import LookInside, SteadyJob
 from cranktrain_lab.explore.knobs import LOAD, Knob
 
-SETTLE, HIGHEST_ORDER = 1.0e-3, 24.0
+HIGHEST_ORDER = 24.0
 
 
 @dataclass(frozen=True)
-class FullRun:
-    """Job of a full model: engine, levels, load, and speeds (rad/s)."""
+class FullRun(SteadyJob):
+    """Job of a full model at all ``speeds`` (rad/s)."""
 
-    engine: Engine
-    crank: str
-    bearings: str
-    load: float
-    speeds: tuple[float, ...]
-    big_ends: str = "rigid"
-
-    def check(self) -> None:
-        """Raise ``InputError`` for settings that the engine cannot run, before any work."""
-        self.request().settings(self.engine)
-
-    def request(self) -> Any:
-        """Return the request of the first speed."""
-        from cranktrain.studies.constant_speed import Request
-
-        levels: dict[str, Any] = {"crank": self.crank, "bearings": self.bearings, "big_ends": self.big_ends}
-        fitted = self.engine.damper is not None
-        return Request(speed_rpm=self.speeds[0] / RPM, settle=SETTLE, damper=fitted, load=self.load, **levels)
+    speeds: tuple[float, ...] = field(default=(), kw_only=True)
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
         """Run all speeds into a run-up file. Return a remark on the first speed without a result, if any."""
@@ -66,14 +50,6 @@ class FullRun:
         return f"no result at {lost[0]}" if lost else ""
 
 
-def finished_speeds(path: Path) -> RunUp | None:
-    """Return the finished speeds of a full run, or None."""
-    try:
-        return RunUp.load(path) if path.exists() else None
-    except CranktrainError:
-        return None
-
-
 def spread(low: float, high: float, count: int) -> tuple[float, ...]:
     """Return the speeds (rad/s) of a full run over a range; raises ``InputError`` for an invalid count."""
     if not 1 <= count <= 500:
@@ -89,6 +65,12 @@ NO_ARROWS = ".bk-spin-wrapper .bk-spin-btn-up, .bk-spin-wrapper .bk-spin-btn-dow
 def heading(text: str) -> Any:
     """Return the heading of a group of knobs."""
     return pn.pane.HTML(f"<b style='border-bottom:1px solid #ccc;display:block'>{text}</b>", width=KNOBS_WIDTH - 20)
+
+
+def said(text: str, wrong: bool = False) -> str:
+    """Return a message as HTML, in red if something is ``wrong``."""
+    colour = "#b00020" if wrong else "#444"
+    return f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>" if text else ""
 
 
 def slider_of(knob: Knob) -> Any:
@@ -192,7 +174,9 @@ class FullControls:
     def _take(self, job: Background) -> None:
         """Read the results that the job has written so far."""
         if self._engine is None:
-            self.found = finished_speeds(job.path) or self.found
+            if job.path.exists():
+                with suppress(CranktrainError):
+                    self.found = RunUp.load(job.path)
             self._shown()
         elif not job.running and not job.error:
             try:
@@ -204,16 +188,17 @@ class FullControls:
         engine, load = self._chosen()
         speeds = spread(*self._ends, int(self._count.value or 0))
         self.found, self._engine = None, None
-        return FullRun(engine, self._crank.value, self._bearings.value, load, speeds, self._big_ends.value)
+        return FullRun(engine, *self._levels(), load, speeds[0], speeds=speeds)
+
+    def _levels(self) -> tuple[str, str, str]:
+        return self._crank.value, self._bearings.value, self._big_ends.value
 
     def _look_inside(self) -> LookInside:
         engine, load = self._chosen()
         self._engine = engine
         if not self._speed.value:
             raise InputError("one speed, rev/min: is empty; give the speed to look inside at")
-        return LookInside(
-            engine, self._crank.value, self._bearings.value, self._big_ends.value, load, self._speed.value * RPM
-        )
+        return LookInside(engine, *self._levels(), load, self._speed.value * RPM)
 
     def _begin(self, make: Callable[[], FullRun | LookInside]) -> None:
         """Start a background job for the present choice of the knobs."""
@@ -241,5 +226,4 @@ class FullControls:
             self._say("stopped; the cycle was not finished")
 
     def _say(self, text: str, wrong: bool = False) -> None:
-        colour = "#b00020" if wrong else "#444"
-        self._said.object = f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>"
+        self._said.object = said(text, wrong)

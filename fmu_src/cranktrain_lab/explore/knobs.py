@@ -5,8 +5,8 @@ per shaft, and the crank's diameters are variable if its stiffness comes from a 
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -90,8 +90,13 @@ class Chosen:
 def knobs_of(engine: Engine) -> list[Knob]:
     """Return all knobs of an engine."""
     found = [Knob(LOAD, "load", "Engine", "%", 0.01, 1.0, 0.0, 1.0)]
-    if engine.damper is not None:
-        found += list(_knobs(engine, "damper", _OF_DAMPER[engine.damper.kind], "Damper"))
+    for key in () if engine.damper is None else _OF_DAMPER[engine.damper.kind]:
+        held, title = getattr(engine.damper, key), _TITLES[key]
+        if not isinstance(held, tuple):
+            found += _knob(engine, f"damper.{key}", title, "Damper")
+        elif held and min(held) > 0.0:
+            rest = tuple(f"damper.{key}[{k}]" for k in range(2, len(held) + 1))
+            found += _knob(engine, f"damper.{key}[1]", f"{title}, all frequencies", "Damper", rest)
     for table in ("pulley", "flywheel"):
         # A body's diametral inertia is at least half of its polar inertia, so both are scaled together.
         if getattr(engine, table).polar_inertia > 0.0:
@@ -115,17 +120,6 @@ def knobs_of(engine: Engine) -> list[Knob]:
                 along = (f"{table}.diameter",)
                 found += _knob(engine, f"crankshaft.{key}", f"{title}, diameter", "Shafts", along, NARROW)
     return found
-
-
-def _knobs(engine: Engine, table: str, keys: Sequence[str], group: str) -> Iterator[Knob]:
-    for key in keys:
-        held = getattr(getattr(engine, table), key)
-        if isinstance(held, tuple):
-            if held and min(held) > 0.0:
-                rest = tuple(f"{table}.{key}[{k}]" for k in range(2, len(held) + 1))
-                yield from _knob(engine, f"{table}.{key}[1]", f"{_TITLES[key]}, all frequencies", group, rest)
-        else:
-            yield from _knob(engine, f"{table}.{key}", _TITLES[key], group)
 
 
 def _knob(
@@ -175,8 +169,6 @@ def firing_orders(engine: Engine) -> list[tuple[int, ...]]:
 
 def with_order(engine: Engine, order: tuple[int, ...]) -> Engine:
     """Return the engine with a firing order, without checks."""
-    from dataclasses import replace
-
     return replace(engine, cylinders=replace(engine.cylinders, firing_order=order))
 
 

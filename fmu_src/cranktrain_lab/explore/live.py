@@ -30,11 +30,9 @@ from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
 from cranktrain.studies.torsion.peak_modes import OVERDAMPED
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
-from cranktrain_lab.explore.knobs import Chosen, Knob, chosen_engine, knobs_of
-from cranktrain_lab.variants.design import Design
-from cranktrain_lab.variants.distributions import Distribution
-from cranktrain_lab.variants.models import SHAPING, EngineModel
-from cranktrain_lab.variants.study import ENGINE, Levels, Study, Varied
+from cranktrain_lab.explore.knobs import Chosen, chosen_engine, knobs_of
+from cranktrain_lab.variants.models import SHAPING, torsional_model
+from cranktrain_lab.variants.study import Levels
 from cranktrain_lab.variants.torsional import HEAT, TORQUE, TORSION, TWIST, structure_of, torsional_answer
 
 SPEEDS, FEWEST = 91, 21
@@ -139,14 +137,11 @@ class LiveTorsion:
             engine = engine.without_additions
         self.engine, self.knobs = engine, knobs_of(engine)
         self.speeds: Array = np.linspace(first, last, SPEEDS)
-        varied = tuple(_varied(knob) for knob in self.knobs if knob.key.partition(".")[0] in SHAPING)
+        varied = {one.key: (one.low, one.high, one.own) for one in self.knobs if one.key.partition(".")[0] in SHAPING}
         asked = (TWIST, *(f"{TORSION}.order[{order:g}]" for order in ORDERS))
         self._outputs = asked if engine.damper is None else (*asked, HEAT, TORQUE)
-        self._model = EngineModel(
-            Study(engine.name, engine.title, ENGINE, varied, ("frequency[1]",), Design(), engine=engine,
-                  speeds=tuple(self.speeds[[0, -1]].tolist()),
-                  levels=Levels(damper=engine.damper is not None)), say,
-        )  # fmt: skip
+        levels = Levels(damper=engine.damper is not None)
+        self._model = torsional_model(engine, varied, self.speeds[[0, -1]].tolist(), levels, say=say)
         self._count = SPEEDS
         self.answer(Chosen())  # the first result includes loading, so only later results show the computing time
 
@@ -168,11 +163,11 @@ class LiveTorsion:
         # At least half of the time is proportional to the number of speeds.
         self._count = int(np.clip(speeds.size * MOVING / max(seconds, 1e-6), FEWEST, SPEEDS))
         orders = np.stack([found[name] for name in self._outputs[1 : 1 + len(ORDERS)]])
-        none = np.zeros(0)
-        return Curves(
-            speeds, orders, found[TWIST], found.get(HEAT, none), found.get(TORQUE, none), _heat_limit(made.engine), *hz,
-            seconds,
-        )  # fmt: skip
+        none, limit = np.zeros(0), 0.0
+        if made.engine.damper is not None:
+            damper = required_damper(made.engine)
+            limit = damper.power_limit * damper.cooling_area
+        return Curves(speeds, orders, found[TWIST], found.get(HEAT, none), found.get(TORQUE, none), limit, *hz, seconds)
 
     def balanced(self, chosen: Chosen) -> RunUp:
         """Compute harmonic balance of a choice at every second speed; raises errors of the package."""
@@ -180,17 +175,6 @@ class LiveTorsion:
         return frequency_run_up(
             made.engine, made.body, made.settings, self.speeds[::2], ORDERS, HARMONIC_BALANCE, failed=[]
         )
-
-
-def _varied(knob: Knob) -> Varied:
-    return Varied(knob.key, Distribution("uniform", (("low", knob.low), ("high", knob.high))), own=knob.own)
-
-
-def _heat_limit(engine: Engine) -> float:
-    if engine.damper is None:
-        return 0.0
-    damper = required_damper(engine)
-    return damper.power_limit * damper.cooling_area
 
 
 def checked_speeds(engine: Engine, from_rpm: float | None, to_rpm: float | None) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from cranktrain_lab.explore import charts
 from cranktrain_lab.explore.balance import Balance
 from cranktrain_lab.explore.charts import DEG, SHOWN
 from cranktrain_lab.explore.engine_file import Source, changes, write_engine
-from cranktrain_lab.explore.full_controls import KNOBS_WIDTH, FullControls, heading, slider_of
+from cranktrain_lab.explore.full_controls import KNOBS_WIDTH, FullControls, heading, said, slider_of
 from cranktrain_lab.explore.inside.cycle import InsideCycle
 from cranktrain_lab.explore.inside.view import InsideView
 from cranktrain_lab.explore.knobs import DIGITS, Chosen, Knob, chosen_engine, firing_orders
@@ -143,10 +143,12 @@ class Page:
         self._before.param.watch(lambda event: self._draw(), "value")
         self._keep = pn.widgets.Button(name="Keep this as before", width=180)
         self._keep.on_click(lambda event: self._keep_before())
-        start = [float(order) for order in self._start_orders()]
+        # Measured orders, then the largest computed orders.
+        start = [float(order) for order in (self._explored.measured or {}).get(TORSION, {}) if order in ORDERS]
+        start += [order for order in self._now.largest_orders(6) if order not in start]
         self._orders = pn.widgets.MultiChoice(
-            name=f"orders shown (up to {SHOWN})", options={f"{order:g}": order for order in ORDERS}, value=start,
-            max_items=SHOWN, sizing_mode="stretch_width", min_width=300,
+            name=f"orders shown (up to {SHOWN})", options={f"{order:g}": order for order in ORDERS},
+            value=sorted(start[:6]), max_items=SHOWN, sizing_mode="stretch_width", min_width=300,
         )  # fmt: skip
         self._orders.param.watch(lambda event: self._choose_orders(), "value")
         self._log = pn.widgets.Checkbox(name="logarithmic scale", value=self._now.drowned)
@@ -156,7 +158,8 @@ class Page:
         self._full = FullControls(
             (float(speeds[0]), float(speeds[-1])), largest, self._full_choice, self._show_runs, self._look_into,
         )  # fmt: skip
-        self._path = pn.widgets.TextInput(name="new engine file", value=self._usual_path(), width=KNOBS_WIDTH - 30)
+        usual = charts.unused(f"{self._live.whole.name}_explored", "", ".toml")
+        self._path = pn.widgets.TextInput(name="new engine file", value=usual, width=KNOBS_WIDTH - 30)
         self._write = pn.widgets.Button(name="Write engine file", width=180)
         self._write.on_click(lambda event: self._write_file())
         self._changes, self._written = (
@@ -201,9 +204,7 @@ class Page:
         """Return the comparison with the other engine or run-up, on equal axes."""
         if self._explored.other is None:
             return []
-        from cranktrain_lab.explore.charts import Beside
-
-        self._beside = Beside(self._live.whole.title, *self._explored.other)
+        self._beside = charts.Beside(self._live.whole.title, *self._explored.other)
         self._beside.show(self._now, self._orders.value)
         return self._beside.parts
 
@@ -227,12 +228,11 @@ class Page:
     def _soon(self) -> None:
         """Schedule a computation. Movements of knobs until then are computed together."""
         self._turned, self._resting = time.monotonic(), False
-        document = pn.state.curdoc
-        if document is None or not document.session_context:
+        if charts.in_notebook():
             self._answer(moving=True)
         elif not self._waiting:
             self._waiting = True
-            document.add_timeout_callback(lambda: self._answer(moving=True), SETTLE_MS)
+            pn.state.curdoc.add_timeout_callback(lambda: self._answer(moving=True), SETTLE_MS)
 
     def _answer(self, moving: bool) -> None:
         """Compute the present choice, and draw."""
@@ -241,15 +241,15 @@ class Page:
         try:
             self._now = self._live.answer(self._history.now, moving)
         except CranktrainError as error:
-            self._say(self._said, str(error), wrong=True)
+            self._said.object = said(str(error), wrong=True)
             return
         self._balance = None
         with pn.io.hold():
-            self._say(self._said, "")
+            self._said.object = ""
             self._draw()
             spent = 1e3 * (time.perf_counter() - began)
-            self._say(
-                self._status, f"linear run-up of {self._now.speeds.size} speeds × {len(ORDERS)} orders: {spent:.0f} ms"
+            self._status.object = said(
+                f"linear run-up of {self._now.speeds.size} speeds × {len(ORDERS)} orders: {spent:.0f} ms"
             )
 
     def _released(self) -> None:
@@ -275,7 +275,7 @@ class Page:
 
     def _start_anew(self) -> None:
         self._history.rest()
-        self._history.replace(Chosen())
+        self._history.now = Chosen()
         self._history.rest()
         self._go_to(self._history.now)
 
@@ -307,14 +307,7 @@ class Page:
         self._campbell.show(now, before, orders)
         if self._explored.other is not None and hasattr(self, "_beside"):
             self._beside.show(now, orders)
-
-        self._push()
-
-    def _push(self) -> None:
-        """Push new data of charts to a notebook; pages of a server update by themselves."""
-        document = pn.state.curdoc
-        if document is None or not document.session_context:
-            pn.io.push_notebook(*self._boxes)
+        charts.push(self._boxes)
 
     # Results of background work.
 
@@ -333,13 +326,13 @@ class Page:
                 self._balance = run if isinstance(run, RunUp) else None
                 self._show_runs()
                 if isinstance(run, str):
-                    self._say(self._said, run, wrong=True)
+                    self._said.object = said(run, wrong=True)
         if self._full.running:
             self._full.look()
 
     def _show_runs(self) -> None:
         self._orders_chart.show_runs(self._balance, self._full.found)
-        self._push()
+        charts.push(self._boxes)
 
     def _full_choice(self) -> tuple[Engine, float]:
         """Return engine and load of a full model of the present choice; raises ``InputError``."""
@@ -360,9 +353,9 @@ class Page:
                 raise InputError(f"{path}: lies outside of {self._explored.folder}; give a name below that folder")
             write_engine(source, live.whole, live.knobs, self._history.now, path)
         except (CranktrainError, OSError) as error:
-            self._say(self._written, str(error), wrong=True)
+            self._written.object = said(str(error), wrong=True)
             return
-        self._say(self._written, f"{path.absolute()} written")
+        self._written.object = said(f"{path.absolute()} written")
 
     # Texts of the page.
 
@@ -376,22 +369,6 @@ class Page:
             found = [str(error)]
         rows = "".join(f"<li>{html.escape(one)}</li>" for one in found)
         self._changes.object = f"<ul style='margin:0;padding-left:18px'>{rows}</ul>" if rows else "nothing changed"
-
-    def _say(self, pane: Any, text: str, wrong: bool = False) -> None:
-        colour = "#b00020" if wrong else "#444"
-        pane.object = f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>" if text else ""
-
-    def _start_orders(self) -> list[float]:
-        """Return the orders that charts show at first: measured orders, then the largest computed orders."""
-        measured = list((self._explored.measured or {}).get(TORSION, {}))
-        known = [order for order in measured if order in ORDERS]
-        known += [order for order in self._now.largest_orders(6) if order not in known]
-        return sorted(known[:6])
-
-    def _usual_path(self) -> str:
-        name = f"{self._live.whole.name}_explored"
-        number = next(k for k in range(1, 10_000) if not Path(f"{name}{'' if k == 1 else k}.toml").exists())
-        return f"{name}{'' if number == 1 else number}.toml"
 
 
 MOST = 500
@@ -427,10 +404,6 @@ class History:
     def fire(self, order: tuple[int, ...]) -> None:
         """Set a firing order; an empty order means the engine's own."""
         self.now = replace(self.now, firing=order)
-
-    def replace(self, chosen: Chosen) -> None:
-        """Replace the present choice."""
-        self.now = chosen
 
     def rest(self) -> None:
         """Store the present choice as an entry of the history."""

@@ -45,42 +45,12 @@ class Token(AuthProvider):
         self.hosts: tuple[str, ...] = ()
         super().__init__()
 
-    @property
-    def get_user(self) -> Any:
-        """Function that admits a request, or raises ``HTTPError`` 403."""
-        return self._admit
+    def get_login_url(self, handler: Any) -> str:
+        """Return the page's own address, because there is no login page."""
+        return "/"
 
-    @property
-    def get_user_async(self) -> None:
-        """None instead of an asynchronous function, because :attr:`get_user` suffices."""
-        return None
-
-    @property
-    def get_login_url(self) -> Callable[[Any], str]:
-        """Function that returns the page's own address, because there is no login page."""
-        return lambda handler: "/"
-
-    @property
-    def login_url(self) -> None:
-        """Return None, because the page has no login url."""
-        return None
-
-    @property
-    def login_handler(self) -> None:
-        """Return None, because the page has no login handler."""
-        return None
-
-    @property
-    def logout_url(self) -> None:
-        """Return None, because the page has no logout url."""
-        return None
-
-    @property
-    def logout_handler(self) -> None:
-        """Return None, because the page has no logout handler."""
-        return None
-
-    def _admit(self, handler: RequestHandler) -> str:
+    def get_user(self, handler: RequestHandler) -> str:
+        """Admit a request, or raise ``HTTPError`` 403."""
         request = handler.request
         if request.host not in self.hosts:
             raise HTTPError(403, "another host")

@@ -8,7 +8,7 @@ from typing import Any
 from cranktrain.core.errors import InputError, nearest
 from cranktrain_lab.harness.entries import NAN, Change, Dropout, Fault, Noise
 from cranktrain_lab.harness.measures import Times, named, variable
-from cranktrain_lab.harness.tables import At, Misfire, Ramp, Signal, Step
+from cranktrain_lab.harness.tables import At, Signal
 
 Entries = Sequence[tuple[str, Any]]
 """Entries of a scenario, each with its name in messages and its TOML table."""
@@ -16,10 +16,22 @@ Entries = Sequence[tuple[str, Any]]
 
 def changes(given: Mapping[str, Entries], units: Mapping[str, Any], times: Times, where: str) -> tuple[Change, ...]:
     """Return all changes of inputs, sorted by time; raises ``InputError`` if two changes of one input overlap."""
-    found = [change for at, table in given["step"] for change in _step(at, table, units, times)]
-    found += [change for at, table in given["ramp"] for change in _ramp(at, table, units, times)]
-    found += [change for at, table in given["signal"] for change in _signal(at, table, units, times)]
-    found += [change for at, table in given["misfire"] for change in _misfire(at, table, times)]
+    found: list[Change] = []
+    for at, table in given["step"]:
+        target, unit = _target(at, table, units)
+        time = times.before_end(table, "at", at)
+        found.append(Change(target, time, time, table.value, unit))
+    for at, table in given["ramp"]:
+        target, unit = _target(at, table, units)
+        found.append(Change(target, *times.span(table, at, endless=False), table.value, unit))
+    for at, table in given["signal"]:
+        found += _signal(at, table, units, times)
+    for at, table in given["misfire"]:  # a cylinder without fuel, from a time on or between two times
+        begin, end = times.event(table, at)
+        target = "", f"cylinder[{table.cylinder}].fuel_mass"
+        found.append(Change(target, begin, begin, 0.0))
+        if math.isfinite(end):
+            found.append(Change(target, end, end, None))
     found.sort(key=lambda change: (change.target, change.begin, change.end))
     for one, next_ in pairwise(found):
         if one.target == next_.target and next_.begin < one.end:
@@ -32,22 +44,6 @@ def changes(given: Mapping[str, Entries], units: Mapping[str, Any], times: Times
 
 def _target(at: str, table: Any, units: Mapping[str, Any]) -> tuple[tuple[str, str], str]:
     return variable(table.input, f"{at}: input", units), named(table.unit, at)
-
-
-def _step(at: str, table: Step, units: Mapping[str, Any], times: Times) -> list[Change]:
-    """Return the change of an input that jumps to a value."""
-    target, unit = _target(at, table, units)
-    time = times.before_end(table, "at", at)
-    return [Change(target, time, time, table.value, unit)]
-
-
-def _ramp(at: str, table: Ramp, units: Mapping[str, Any], times: Times) -> list[Change]:
-    """Return the change of an input that goes linearly from its present value to another."""
-    target, unit = _target(at, table, units)
-    begin, end = times.of(table, "from", at, 0.0), times.of(table, "to", at)
-    if not begin < end:
-        raise InputError(f"{at}: from {begin:g} s must be before to {end:g} s")
-    return [Change(target, begin, end, table.value, unit)]
 
 
 def _signal(at: str, table: Signal, units: Mapping[str, Any], times: Times) -> list[Change]:
@@ -64,14 +60,6 @@ def _signal(at: str, table: Signal, units: Mapping[str, Any], times: Times) -> l
         raise InputError(f"{at}: {'times_s' if in_s else 'times_cycles'} must not decrease")
     begins = [place[0], *place[:-1]]
     return [Change(target, begin, end, value, unit) for begin, end, value in zip(begins, place, values, strict=True)]
-
-
-def _misfire(at: str, table: Misfire, times: Times) -> list[Change]:
-    """Return the changes of a cylinder without fuel, from a time on or between two times."""
-    begin, end = times.event(table, at)
-    target = "", f"cylinder[{table.cylinder}].fuel_mass"
-    cut = Change(target, begin, begin, 0.0)
-    return [cut] if math.isinf(end) else [cut, Change(target, end, end, None)]
 
 
 def noises(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Noise, ...]:

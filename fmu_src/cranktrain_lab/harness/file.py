@@ -36,7 +36,6 @@ from cranktrain.core.user_file import ending as ends
 from cranktrain.engine.file import check_title, load_engine
 from cranktrain_lab.coupling.modules import CRANKTRAIN, OWN, RECONSTRUCTIONS
 from cranktrain_lab.coupling.reconstruction import DEGREES
-from cranktrain_lab.coupling.recording_unit import Recording
 from cranktrain_lab.coupling.run import Bond, Steps
 from cranktrain_lab.coupling.supervised import Limits
 from cranktrain_lab.harness.assertion_entries import assertion, check_ratios, ending
@@ -72,7 +71,14 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
     title = path.stem if read.title is None else read.title
     check_title(title, "title")
     units = units_of(path, read)
-    recording = _recording(path, read)
+    recording = None
+    if read.recording is not None:
+        if read.engine is None or read.connections is not None:
+            raise InputError(
+                "[measured] takes the place of an engine's combustion; name the engine, without [connections]"
+            )
+        engine = load_engine(str(beside(path, read.engine)) if ends(read.engine) == ".toml" else read.engine)
+        recording = read_recording(path, read.recording, engine)
     speed = None if read.speed_rpm is None else RPM * read.speed_rpm
     if speed is None and recording is not None and SPEED in recording.values:
         speed = recording.mean(SPEED)
@@ -108,16 +114,6 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
         recording=recording,
         scenarios=scenarios,
     )  # fmt: skip
-
-
-def _recording(path: Path, read: HarnessTable) -> Recording | None:
-    """Return the measurement that replaces the combustion; None if the file has none."""
-    if read.recording is None:
-        return None
-    if read.engine is None or read.connections is not None:
-        raise InputError("[measured] takes the place of an engine's combustion; name the engine, without [connections]")
-    engine = load_engine(str(beside(path, read.engine)) if ends(read.engine) == ".toml" else read.engine)
-    return read_recording(path, read.recording, engine)
 
 
 def _links(table: ConnectionsTable, units: Mapping[str, UnitEntry]) -> tuple[tuple[str, ...], bool]:

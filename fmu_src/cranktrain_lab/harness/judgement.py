@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
@@ -171,24 +170,18 @@ def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[s
         values = factor * values + shift
     if assertion.measure == ORDER:
         return float(order_amplitudes(harness, run, values, assertion.order)[-1])
-    chosen = _window(assertion, times, harness)
+    begin, end = assertion.begin, assertion.end
+    if assertion.cycles is not None:
+        assert harness.speed is not None
+        begin, end = times[-1] - assertion.cycles * 4.0 * math.pi / harness.speed, math.inf
+    room = 1e-9 * float(times[-1])
+    chosen = (times >= begin - room) & (times <= end + room)
     if not chosen.any():
         end = float(times[-1]) if len(times) else 0.0
         if end < assertion.begin:
             raise InputError(f"the run ended at {end:.6g} s, before the window")
         raise InputError("no communication point lies in the window; take a longer one, or shorter steps")
     return _of_window(assertion.measure, times[chosen], values[chosen])
-
-
-def _window(assertion: Assertion, times: Array, harness: Harness) -> NDArray[np.bool_]:
-    """Return a mask (k,) of the communication points within an assertion's window."""
-    if assertion.cycles is not None:
-        assert harness.speed is not None
-        begin, end = times[-1] - assertion.cycles * 4.0 * math.pi / harness.speed, math.inf
-    else:
-        begin, end = assertion.begin, assertion.end
-    room = 1e-9 * float(times[-1])
-    return np.asarray((times >= begin - room) & (times <= end + room))
 
 
 def _of_window(measure: str, times: Array, values: Array) -> float:

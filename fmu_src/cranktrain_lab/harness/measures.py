@@ -127,9 +127,12 @@ class Times(NamedTuple):
         self.before_end(table, "from", where, 0.0)
         return self.span(table, where)
 
-    def span(self, table: Table, where: str) -> tuple[float, float]:
-        """Return the times ``from`` and ``to`` (s), default 0 and infinity; ``InputError`` if from is not before to."""
-        begin, end = self.of(table, "from", where, 0.0), self.of(table, "to", where, math.inf)
+    def span(self, table: Table, where: str, endless: bool = True) -> tuple[float, float]:
+        """Return the times ``from`` and ``to`` (s), default 0 and, if ``endless``, infinity.
+
+        ``InputError`` if from is not before to.
+        """
+        begin, end = self.of(table, "from", where, 0.0), self.of(table, "to", where, math.inf if endless else None)
         if not begin < end:
             raise InputError(f"{where}: from {begin:g} s must be before to {end:g} s")
         return begin, end

@@ -77,7 +77,7 @@ def read_recording(path: Path, table: RecordingTable, engine: Engine) -> Recordi
                 "values that are not numbers; export it again with one value an angle"
             )
         values[name] = np.interp(grid, angle, samples)
-        ports[name] = Port() if kind in SI else _port(own, place.name)
+        ports[name] = Port() if kind in SI else UNITS.get(own.unit, Port(own.unit))
     if PRESSURE in values:
         values, ports = _for_all(values, ports, engine, cycles)
     _check(values, place.name)
@@ -110,15 +110,6 @@ def _in_si(channel: Channel, kind: str) -> Array:
         raise InputError(f"{where} has no unit; write it behind its name, as in '{channel.name} [{SI[kind]}]'")
     factor, shift = between(named(channel.unit, where), UNITS[SI[kind]], where)
     return np.asarray(factor * channel.values() + shift)
-
-
-def _port(channel: Channel, file: str) -> Port:
-    """Return the unit of measurement of a channel as a port; an unknown unit counts as none."""
-    try:
-        named(channel.unit, file)
-    except InputError:
-        return Port(channel.unit)
-    return UNITS.get(channel.unit, Port(channel.unit))
 
 
 def _unwrapped(angle: Array, file: str) -> Array:

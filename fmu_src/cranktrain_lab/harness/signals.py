@@ -45,7 +45,7 @@ class Curve:
         return self.values[k - 1] + share * (self.values[k] - self.values[k - 1])
 
 
-class Signals:
+class Signals(Unit):
     """Unit (:class:`cranktrain_lab.coupling.unit.Unit`) whose outputs are curves; ``ports`` describe driven inputs."""
 
     restorable = True
@@ -64,9 +64,6 @@ class Signals:
         """Prepare the unit for steps from ``time`` (s) on."""
         self._time = time
 
-    def write(self, values: Array) -> None:
-        """Set the values (k,) of the k linked inputs."""
-
     def read(self) -> Array:
         """Return the values (k,) of the k linked outputs."""
         return np.array([curve.at(self._time) for curve in self._read])
@@ -82,9 +79,6 @@ class Signals:
     def restore(self, state: Any) -> None:
         """Restore a state of the unit that ``keep`` returned."""
         self._time = state
-
-    def close(self) -> None:
-        """Release the unit and its memory; may be called repeatedly."""
 
 
 class Noisy:

@@ -2,21 +2,28 @@
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.stated_units import begins_as_number, stated
 from cranktrain_lab.coupling.connections import Connection, by_name
 from cranktrain_lab.coupling.fmu3_unit import open_fmu
 from cranktrain_lab.coupling.fmu_unit import FmuUnit
-from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.master import Exchange
 from cranktrain_lab.coupling.modules import CRANKTRAIN
 from cranktrain_lab.coupling.recording_unit import RecordingUnit
-from cranktrain_lab.coupling.run import Bond
+from cranktrain_lab.coupling.run import Bond, System
 from cranktrain_lab.coupling.unit import Unit
-from cranktrain_lab.coupling.virtual_engine import POLYTROPIC, Partners, gas_exchange, rule_between, virtual_engine
+from cranktrain_lab.coupling.virtual_engine import (
+    POLYTROPIC,
+    Partners,
+    gas_exchange,
+    is_pressure,
+    rule_between,
+    virtual_engine,
+)
 from cranktrain_lab.harness.assertion_entries import refuse_below_zero, refuse_unresolved
 from cranktrain_lab.harness.entries import NAN, ORDER, Change, Harness, Scenario, Variable
 from cranktrain_lab.harness.measures import MEASURED, between, named
@@ -24,14 +31,10 @@ from cranktrain_lab.harness.recording import MISFIT, SPEED, UNIT, compared, conn
 from cranktrain_lab.harness.signals import SIGNALS, Curve, DroppedOut, Faulty, Noisy, Signals, in_turn
 
 
-class Prepared(NamedTuple):
-    """Coupled system of a scenario, see :class:`cranktrain_lab.coupling.supervised.System`."""
+@dataclass(frozen=True)
+class Prepared(System):
+    """Coupled system of a scenario, and the channels that are compared with a measurement."""
 
-    units: Mapping[str, Unit]
-    connections: list[Connection]
-    exchange: Exchange
-    outputs: dict[str, list[str]]
-    bonds: list[Bond]
     compared: tuple[str, ...] = ()
 
 
@@ -78,7 +81,7 @@ def check(system: Prepared, scenario: Scenario, points: float) -> None:
 
     ``points``: communication points per cycle for orders, 0 without crank angle and speed.
     """
-    master = Master(list(system.units.values()), system.connections, system.exchange, system.outputs)
+    master = system.master()
     for bond in system.bonds:
         for pair in (*bond.given, *bond.taken):
             for place in pair:
@@ -164,10 +167,7 @@ def _of_recording(
         "speed": speed, "gas.source": "input", "input.reconstruction": rule,
     } | dict(starts.get(CRANKTRAIN, {}))  # fmt: skip
     cranktrain = open_fmu(fmus[CRANKTRAIN], CRANKTRAIN, given)
-    cylinders, taken = (
-        sum(name.startswith("cylinder[") and name.endswith("].pressure") for name in ports)
-        for ports in (recorded.outputs, cranktrain.inputs)
-    )
+    cylinders, taken = (sum(map(is_pressure, ports)) for ports in (recorded.outputs, cranktrain.inputs))
     if cylinders != taken:
         raise InputError(
             f"measured: {recording.name} has pressures of {cylinders} cylinders, {fmus[CRANKTRAIN].name} takes those "

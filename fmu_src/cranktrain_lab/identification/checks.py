@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from cranktrain.core.errors import CranktrainError, InputError
@@ -13,7 +12,7 @@ from cranktrain.core.types import Array
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import LEAST
-from cranktrain_lab.identification.comparison import Comparison, Piece
+from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import contradictions, unexcited
 from cranktrain_lab.identification.data import RATIO, Orbit, Strand
 from cranktrain_lab.identification.estimate import Estimate
@@ -122,7 +121,10 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
         of = [k for k, one in enumerate(comparison.data.strands) if one.name == name]
         rows = [(comparison.data.strands[k], found.pieces[k]) for k in of]
         left = sum(float(np.sum(piece.rows[~one.held] ** 2)) for one, piece in rows)
-        whole = sum(float(np.sum(np.abs(_varying(one, piece)[~one.held]) ** 2)) for one, piece in rows)
+        # A toothed wheel's errors add a constant, which is no part of the measured values.
+        added = [0.0 if piece.constant is None else piece.constant.number for _, piece in rows]
+        varying = [one.values - constant for (one, _), constant in zip(rows, added, strict=True)]
+        whole = sum(float(np.sum(np.abs(v[~one.held]) ** 2)) for (one, _), v in zip(rows, varying, strict=True))
         if left > (1.0 - EXPLAINED) * whole:
             worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
             part = 100.0 * max(0.0, 1.0 - left / whole) if whole > 0.0 else 0.0
@@ -134,15 +136,13 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
             )
 
 
-def _varying(one: Strand, piece: Piece) -> NDArray[np.complex128]:
-    """Return measured values (n,) of an order at n speeds, minus the constant that a toothed wheel's errors add."""
-    return one.values if piece.constant is None else one.values - piece.constant.number
-
-
 def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:
     """Raise ``InputError`` for resonances and frequencies that no parameters within their bounds give."""
     points = _points(comparison, seed)
-    numbers = [found for found in (_numbers(model, point) for point in points) if found is not None]
+    numbers = []
+    for point in points if model.data.scalars else ():
+        with suppress(CranktrainError, ArithmeticError, np.linalg.LinAlgError):
+            numbers.append(model.numbers(point))
     for k, scalar in enumerate(model.data.scalars if numbers else ()):
         if scalar.kind != RATIO:
             own = [float(found[k]) for found in numbers]
@@ -160,12 +160,8 @@ def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) 
         own = [found for found in (peak_hz(one.speeds, np.abs(a[k]), one.order) for a in answers) if found]
         if len(own) == len(answers) and own:  # the range is known only if all peaks lie within the measured speeds
             where = f"'{one.name}': the peak of order {one.order:g} at {60.0 * hz / one.order:.0f} rev/min,"
-            _check(where, hz, min(own), max(own), comparison, REACH + _step(one))
-
-
-def _step(one: Strand) -> float:
-    """Return the step between measured speeds as a fraction of the mean speed."""
-    return float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
+            step = float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
+            _check(where, hz, min(own), max(own), comparison, REACH + step)
 
 
 def _check(where: str, hz: float, low: float, high: float, comparison: Comparison, reach: float) -> None:
@@ -189,15 +185,6 @@ def _points(comparison: Comparison, seed: int) -> list[Array]:
             shares.append(share)
     width = comparison.high - comparison.low
     return [outer_values(comparison.sought, comparison.low + share * width) for share in shares]
-
-
-def _numbers(model: TorsionalModel, values: Array) -> Array | None:
-    if not model.data.scalars:
-        return None
-    try:
-        return model.numbers(values)
-    except (CranktrainError, ArithmeticError, np.linalg.LinAlgError):
-        return None
 
 
 def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> float | None:

@@ -84,6 +84,7 @@ class Comparison:
 
     Attributes
     ----------
+    start, low, high : coordinates u (p,) of the p parameters at which the search starts, and their bounds
     biases : set → covariance parameters
     correction : correction of the model's orders by a higher level
     """
@@ -95,7 +96,7 @@ class Comparison:
         self._factors: list[Array] = []
         self._turns: list[NDArray[np.complex128]] = []
         self._constants: list[Constant | None] = []
-        self._start = inner_values(sought, [one.start for one in sought])
+        self.start: Array = inner_values(sought, [one.start for one in sought])
         self.low: Array = inner_values(sought, [one.low for one in sought])
         self.high: Array = inner_values(sought, [one.high for one in sought])
         self._prior: Array = np.array([1.0 / one.prior_inner for one in sought])
@@ -111,15 +112,10 @@ class Comparison:
         """
         other = Comparison(model, data, self.sought)
         far = 0.5 * (other.high - other.low)
-        other._start, other.low, other.high = inner, other.low - far, other.high + far
+        other.start, other.low, other.high = inner, other.low - far, other.high + far
         other._prior = np.sqrt(12.0) / (other.high - other.low)
         other.correction = None if self.correction is None else self.correction.first(len(data.strands))
         return other
-
-    @property
-    def start(self) -> Array:
-        """Coordinates u (p,) of the p parameters at which the search starts."""
-        return self._start
 
     @property
     def prior(self) -> Array:
@@ -246,7 +242,7 @@ class Comparison:
 
     def residuals(self, inner: Array) -> Array:
         """Return all residuals (m,) in standard deviations, with residuals of the priors last."""
-        before = (inner - self._start) * self._prior
+        before = (inner - self.start) * self._prior
         try:
             rows = np.concatenate(self.whitened(self.rows(inner)))
         except (InputError, SolverError, LinAlgError, ArithmeticError):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.stated_units import begins_as_number, in_unit, stated
 from cranktrain.core.types import Array
-from cranktrain.core.units import RPM
+from cranktrain.core.units import RPM, UNITS
 from cranktrain.core.user_file import beside
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import LARGEST, LEAST, OUTPUTS, MeasuredOrders, read_measured_orders
@@ -25,7 +25,6 @@ from cranktrain_lab.identification.tables import (
     MeasuredTable,
     ModeTable,
     OrdersTable,
-    RangeTable,
     TorqueTable,
 )
 from cranktrain_lab.measured.order_table import check_speeds
@@ -190,8 +189,10 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
     if own not in found:
         raise InputError(f"{where}: {Path(table.file).name} has no orders of {output}; {nearest(output, found)}")
     wanted = sorted(found[own]) if not table.orders else sorted(set(table.orders))
-    wheel = isinstance(table, OrdersTable) and _of_wheel(table, found, own)
-    noise = _noise(table.noise, "torque" if torque else "angle", f"{where}.noise")
+    wheel = not torque and (found.wheels is None or own in found.wheels)  # as the file states, else true
+    if isinstance(table, OrdersTable) and table.wheel is not None:
+        wheel = table.wheel
+    noise = noise_of(table.noise, "torque" if torque else "angle", f"{where}.noise")
     strands = []
     for order in wanted:
         if order not in found[own]:
@@ -201,7 +202,9 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
             raise InputError(f"{where}: order {order:g} is not within 0.5 to {HIGHEST_ORDER:g}, those of the model")
         speeds, sizes = found[own][order]
         phases, bands = found.phases[own][order], found.bands[own][order]
-        keep = _within(speeds, table.speeds)
+        keep = np.ones(speeds.size, dtype=bool)
+        if (ends := table.speeds) is not None:
+            keep = (speeds >= ends.first * RPM * (1 - 1e-9)) & (speeds <= ends.last * RPM * (1 + 1e-9))
         if int(keep.sum()) < FEWEST:
             raise InputError(
                 f"{where}: order {order:g} has {int(keep.sum())} speeds; a fit takes {FEWEST} or more of each order"
@@ -223,13 +226,6 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
     return strands
 
 
-def _of_wheel(table: OrdersTable, found: MeasuredOrders, output: str) -> bool:
-    """True if a toothed wheel measured an output, as the data set states, or its file; true if neither does."""
-    if table.wheel is not None:
-        return table.wheel
-    return found.wheels is None or output in found.wheels
-
-
 def _shaft(engine: Engine, shaft: str, where: str) -> str:
     """Return the output of a shaft's torque; raises ``InputError`` for a shaft that the drive line lacks."""
     line = engine.drive_line_chain
@@ -241,24 +237,18 @@ def _shaft(engine: Engine, shaft: str, where: str) -> str:
     return shaft_output(shaft)
 
 
-def _noise(value: Any, dimension: str, where: str) -> float | None:
-    """Return the standard deviation of a set's noise, SI; None if the file states none."""
+def noise_of(value: Any, dimension: str, where: str, example: str = "0.001 deg") -> float | None:
+    """Return the standard deviation of a set's noise, SI, from a number or a text with unit; None if none is stated."""
     if value is None:
         return None
     if begins_as_number(value):
         try:
-            value = in_unit(stated(value, "0.001 deg"), {"angle": "rad", "torque": "N m"}[dimension], dimension, True)
+            value = in_unit(stated(value, example), next(iter(UNITS[dimension])), dimension, True)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
     if not isinstance(value, int | float) or not LEAST <= value <= LARGEST:
-        raise InputError(f"{where}: {shown(value)} is no standard deviation; write '0.001 deg'")
+        raise InputError(f"{where}: {shown(value)} is no standard deviation; write '{example}'")
     return float(value)
-
-
-def _within(speeds: Array, table: RangeTable | None) -> NDArray[np.bool_]:
-    if table is None:
-        return np.ones(speeds.size, dtype=bool)
-    return np.asarray((speeds >= table.first * RPM * (1 - 1e-9)) & (speeds <= table.last * RPM * (1 + 1e-9)))
 
 
 def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:

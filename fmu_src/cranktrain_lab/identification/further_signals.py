@@ -103,7 +103,11 @@ def _orders(model: TorsionalModel, comparison: Comparison) -> Iterator[_Wanted]:
     if not own:
         speeds, noise = np.linspace(*model.engine.speeds, SPEEDS), f"with {100.0 * NOISE:.0f} % of noise"
         orders = 0.5 * np.arange(1, round(2.0 * HIGHEST) + 1)
-        own = [_unmeasured(order, speeds) for order in orders.tolist()]
+        still = np.zeros(speeds.size)
+        own = [
+            Strand("", TORSION, order, speeds, still.astype(complex), still + math.nan, still > 1.0, True)
+            for order in orders.tolist()
+        ]
     measured = {one.output for one in comparison.data.strands}
     line = model.engine.drive_line_chain
     shafts = [] if line is None else [f"{a} to {b}" for a, b in zip(line.starts, line.ends, strict=True)]
@@ -120,11 +124,6 @@ def _orders(model: TorsionalModel, comparison: Comparison) -> Iterator[_Wanted]:
             if output not in OUTPUTS:
                 strands = [replace(one, noise=np.full(one.speeds.size, math.nan)) for one in strands]
             yield _Wanted(words, states, Data(tuple(strands)))
-
-
-def _unmeasured(order: float, speeds: Array) -> Strand:
-    still = np.zeros(speeds.size)
-    return Strand("", TORSION, order, speeds, still.astype(complex), still + math.nan, still > 1.0, True)
 
 
 def _bias(comparison: Comparison, name: str, strands: Sequence[Strand], own: Sequence[NDArray[np.complex128]]) -> Bias:

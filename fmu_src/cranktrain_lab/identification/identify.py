@@ -21,7 +21,7 @@ from cranktrain.core.user_file import read_toml, user_path
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.store.engine_text import EngineText, engine_text, new_path
+from cranktrain.store.engine_text import engine_text, new_path
 from cranktrain.structure.assembly import assemble
 from cranktrain_lab.identification import checks
 from cranktrain_lab.identification.advice import advised, remedy_for
@@ -34,7 +34,7 @@ from cranktrain_lab.identification.model import TIME, TorsionalModel
 from cranktrain_lab.identification.orbit_runs import check_films
 from cranktrain_lab.identification.orbits import check_orbits, read_orbits
 from cranktrain_lab.identification.parameters import LOAD, RATIOS, Sought, outer_values, sought_parameters
-from cranktrain_lab.identification.residuals import held_out, number_rows, orbit_rows, residual_rows
+from cranktrain_lab.identification.residuals import held_out, number_rows, residual_rows
 from cranktrain_lab.identification.tables import MeasuredTable
 from cranktrain_lab.identification.written import identified_text, write_identified
 
@@ -96,9 +96,20 @@ def identify(
             if request.ask.level == TIME:
                 checks.check_crank(base, read.parameters, request.ask.crank)
             model, comparison = prepared(base, read, place, say)
-            text = partial(_text, old, base, model, place.name)
+
+            def text(rows: Sequence[Mapping[str, Any]], interrupted: bool = False) -> str:
+                whole = replace(base, damping=model.engine.damping)
+                return identified_text(
+                    old.text, whole, model.sought, rows, place.name, old.name, interrupted=interrupted
+                )
+
             if new is not None:
-                text([parameter_of_start(one) for one in model.sought])  # raises InputError before the long search
+                starts = [
+                    {"key": one.key, "value": one.shown(one.start), "unit": one.unit, "low": one.shown(one.low),
+                     "high": one.shown(one.high)}
+                    for one in model.sought
+                ]  # fmt: skip
+                text(starts)  # raises InputError before the long search
             check = partial(checks.check_estimate, comparison, remedy=partial(remedy_for, model, comparison))
             # Parameters on which only orbits depend have no influence before there are runs in time.
             first = partial(checks.check_explained, comparison) if read.orbit else check
@@ -118,23 +129,6 @@ def identify(
     except (InputError, StoreError) as error:
         report["refused"] = str(error)
     return report
-
-
-def _text(
-    old: EngineText, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
-    *, interrupted: bool = False,
-) -> str:  # fmt: skip
-    """Return the engine file's text with the values of ``rows``; ``InputError`` if a value cannot be inserted."""
-    engine = replace(base, damping=model.engine.damping)
-    return identified_text(old.text, engine, model.sought, rows, data, old.name, interrupted=interrupted)
-
-
-def parameter_of_start(one: Sought) -> dict[str, Any]:
-    """Return the report's row of a parameter before the search, with start and bounds."""
-    return {
-        "key": one.key, "value": one.shown(one.start), "unit": one.unit,
-        "low": one.shown(one.low), "high": one.shown(one.high),
-    }  # fmt: skip
 
 
 def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
@@ -208,12 +202,11 @@ def report_of(
         parameter_row(one, k, found.inner, confidence, profile, draws, climbed.moves)
         for k, one in enumerate(comparison.sought)
     ]
-    keys, around = (
-        [one.key for one in comparison.sought],
-        {one.name for one in comparison.data.strands if isinstance(one, Orbit)},
-    )
-    orders, held = residual_rows(comparison, found, confidence), held_out(comparison, found, confidence)
-    orbits = orbit_rows(comparison, found)
+    keys = [one.key for one in comparison.sought]
+    around = {one.name for one in comparison.data.strands if isinstance(one, Orbit)}
+    residuals = residual_rows(comparison, found, confidence)
+    orders, orbits = ([row for row in residuals if ("bearing" in row) == of_orbit] for of_orbit in (False, True))
+    held = held_out(comparison, found, confidence)
     levels, above = (
         [
             {

@@ -318,7 +318,7 @@ def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work
             if mapped is not None and answers == FOLLOWED - 1 and math.isinf(level.longest):  # only without orbits
                 slopes = mapped.slopes(comparison, found.inner, added, spread)
         except KeyboardInterrupt:
-            return _interrupted(found), Step(name, found.inner, answers)
+            return replace(found, interrupted=True), Step(name, found.inner, answers)
         answers += 1
         comparison.correction = Correction(added, found.inner, slopes)
         before, found = found, estimate(comparison, 1, work.search, np.clip(start, comparison.low, comparison.high))
@@ -341,10 +341,6 @@ def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work
 def _spread(comparison: Comparison, found: Estimate) -> Array:
     """Return standard deviations (p,) of the parameters' coordinates u from data and bounds."""
     return np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
-
-
-def _interrupted(found: Estimate) -> Estimate:
-    return Estimate(found.inner, found.pieces, found.information, found.evaluations, True)
 
 
 def moved_by(

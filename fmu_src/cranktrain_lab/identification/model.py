@@ -38,10 +38,8 @@ from cranktrain_lab.identification.bending import Bending
 from cranktrain_lab.identification.data import FREQUENCY, RATIO, Data, Scalar, Shape, Strand
 from cranktrain_lab.identification.parameters import CRANK, LOAD, SCALE, ZERO, Sought, engine_with
 from cranktrain_lab.identification.tables import LEVELS, TWIST
-from cranktrain_lab.variants.design import Design
-from cranktrain_lab.variants.distributions import Distribution
-from cranktrain_lab.variants.models import EngineModel
-from cranktrain_lab.variants.study import ENGINE, Levels, Study, Varied
+from cranktrain_lab.variants.models import torsional_model
+from cranktrain_lab.variants.study import Levels
 from cranktrain_lab.variants.torsional import SolvedOrders, against_frame, solved_orders, structure_of
 
 LINEAR, BALANCE, TIME = LEVELS
@@ -92,17 +90,11 @@ class TorsionalModel:
         self.damper, self._inherit = damper, inherit
         self._place(data)
         speeds = self.speeds
-        varied = tuple(
-            Varied(one.key, Distribution("uniform", (("low", one.low), ("high", one.high))), own=one.start)
-            for one in sought
-            if one.in_file
-        )
+        varied = {one.key: (one.low, one.high, one.start) for one in sought if one.in_file}
         ends = tuple(speeds[[0, -1]].tolist()) if speeds.size > 1 else self.engine.speeds
         try:
-            self._variants = EngineModel(
-                Study(engine.name, engine.title, ENGINE, varied, ("frequency[1]",), Design(), engine=self.engine,
-                      speeds=ends, levels=Levels(damper=damper, inherit=inherit), load=load), say,
-            )  # fmt: skip
+            levels = Levels(damper=damper, inherit=inherit)
+            self._variants = torsional_model(self.engine, varied, ends, levels, load, say)
         except InputError as error:
             raise InputError(str(error).replace("vary.'", "parameters.'")) from None
         self.evaluations = 0

@@ -32,7 +32,7 @@ from cranktrain.core.types import Array
 from cranktrain.core.units import RPM, UNITS, known_factor
 from cranktrain.core.user_file import beside
 from cranktrain.engine.model import Engine
-from cranktrain_lab.identification.data import Orbit, name_of_set
+from cranktrain_lab.identification.data import Orbit, name_of_set, noise_of
 from cranktrain_lab.identification.parameters import Sought
 from cranktrain_lab.identification.tables import OrbitTable
 from cranktrain_lab.measured.order_table import BEYOND
@@ -77,7 +77,7 @@ def _orbit(engine: Engine, table: OrbitTable, name: str, path: Path) -> Orbit:
             f"{high / RPM:.0f} rev/min"
         )
     cycle = _cycle(engine, table, where, path)
-    noise = math.nan if table.noise is None else _length(table.noise, f"{where}.noise")
+    noise = noise_of(table.noise, "length", f"{where}.noise", "0.5 um") or math.nan
     values = cycle.values * np.exp(1j * _turn(table.probe_angle, f"{where}.probe_angle"))
     values = values - values.mean() if table.centre == FREE else values
     still = np.zeros(cycle.angles.size, dtype=bool)
@@ -172,18 +172,6 @@ def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where
         return np.asarray(np.bincount(bins, own, count)[full] / counts[full])
 
     return _Cycle(mean(phase), np.asarray(mean(values.real) + 1j * mean(values.imag)), counts[full].astype(float))
-
-
-def _length(value: float | str, where: str) -> float:
-    """Return a positive length, m; raises ``InputError``."""
-    if begins_as_number(value):
-        try:
-            value = in_unit(stated(str(value), "0.5 um"), "m", "length", True)
-        except InputError as error:
-            raise InputError(f"{where}: {error}") from None
-    if not isinstance(value, int | float) or not 0.0 < value < math.inf:
-        raise InputError(f"{where}: {shown(value)} is no standard deviation; write '0.5 um'")
-    return float(value)
 
 
 def _turn(value: float | str, where: str) -> float:

@@ -22,32 +22,38 @@ MATTERS = 0.02
 
 
 def residual_rows(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
-    """Return a row per order: points, residual relative to amplitude and noise, systematic or not, wheel constant."""
-    rows = []
+    """Return a row per order and orbit: points, residual relative to amplitude and noise, systematic or not.
+
+    The row of an order has the constant of its wheel, the row of an orbit its ``bearing``.
+    """
+    rows: list[dict[str, Any]] = []
     for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
-        if isinstance(one, Orbit):
-            continue
         keep = ~one.held
-        own, speeds = piece.rows[keep], one.speeds[keep]
+        own, places = piece.rows[keep], one.speeds[keep]
         size = math.sqrt(float(np.mean(np.abs(one.values[keep]) ** 2)))
         left = np.sqrt(np.sum(own**2, axis=1))
         noise = np.where(np.isfinite(one.noise[keep]), one.noise[keep], comparison.biases[one.name].noise)
-        lack = lack_of_fit(own, speeds)
-        runs = runs_probability(own, speeds)
-        rms = math.sqrt(float(np.mean(left**2)))
-        largest = int(np.argmax(left))
-        systematic = (runs < RARE or (lack is not None and lack < RARE)) and rms > MATTERS * size
-        rows.append(
-            {
-                "set": one.name, "output": one.output, "order": one.order, "points": int(keep.sum()),
-                "residual_percent": 100.0 * rms / size if size else None,
-                "over_noise": rms / math.sqrt(own.shape[1] * float(np.mean(noise**2))),
+        runs, rms = runs_probability(own, places), math.sqrt(float(np.mean(left**2)))
+        largest, rare = int(np.argmax(left)), runs < RARE
+        row = {
+            "set": one.name, "points": int(keep.sum()), "residual_percent": 100.0 * rms / size if size else None,
+            "over_noise": rms / math.sqrt(own.shape[1] * float(np.mean(noise**2))), "runs_probability": runs,
+        }  # fmt: skip
+        if isinstance(one, Orbit):
+            row |= {
+                "bearing": f"main[{one.bearing}]", "rpm": one.speed / RPM, "centre_free": one.free,
+                "residual_um": 1e6 * rms, "largest_um": 1e6 * float(left[largest]),
+                "largest_at_deg": math.degrees(places[largest]),
+            }  # fmt: skip
+        else:
+            lack = lack_of_fit(own, places)
+            rare = rare or (lack is not None and lack < RARE)
+            row |= {
+                "output": one.output, "order": one.order, "largest_at_rpm": float(places[largest] / RPM),
                 "largest_percent": 100.0 * float(left[largest]) / size if size else None,
-                "largest_at_rpm": float(speeds[largest] / RPM),
-                "runs_probability": runs, "lack_of_fit_probability": lack, "systematic": bool(systematic),
-                **_constant(piece, confidence),
-            }
-        )  # fmt: skip
+                "lack_of_fit_probability": lack, **_constant(piece, confidence),
+            }  # fmt: skip
+        rows.append(row | {"systematic": bool(rare and rms > MATTERS * size)})
     return rows
 
 
@@ -61,28 +67,6 @@ def _constant(piece: Piece, confidence: Confidence) -> dict[str, float | None]:
         "constant_deg": math.degrees(abs(found.number)), "constant_band_deg": math.degrees(band),
         "constant_phase_deg": math.degrees(cmath.phase(found.number)),
     }  # fmt: skip
-
-
-def orbit_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
-    """Return a row per orbit: points, residual, angle of the largest residual, and systematic over the angle or not."""
-    rows = []
-    for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
-        if not isinstance(one, Orbit):
-            continue
-        left = np.sqrt(np.sum(piece.rows**2, axis=1))
-        rms, size = math.sqrt(float(np.mean(left**2))), math.sqrt(float(np.mean(np.abs(one.values) ** 2)))
-        noise = np.where(np.isfinite(one.noise), one.noise, comparison.biases[one.name].noise)
-        runs, largest = runs_probability(piece.rows, one.speeds), int(np.argmax(left))
-        rows.append(
-            {
-                "set": one.name, "bearing": f"main[{one.bearing}]", "rpm": one.speed / RPM, "points": left.size,
-                "centre_free": one.free, "residual_um": 1e6 * rms, "residual_percent": 100.0 * rms / size,
-                "over_noise": rms / math.sqrt(2.0 * float(np.mean(noise**2))), "largest_um": 1e6 * float(left[largest]),
-                "largest_at_deg": math.degrees(one.speeds[largest]), "runs_probability": runs,
-                "systematic": bool(runs < RARE and rms > MATTERS * size),
-            }
-        )  # fmt: skip
-    return rows
 
 
 def number_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:

@@ -83,33 +83,32 @@ class RangeTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
     remedy = "speeds have from and to, rev/min"
 
 
-class OrdersTable(Table, kw_only=True):
+class _OrdersTable(Table, kw_only=True):
+    """Keys that measured orders of rotation and of torque have in common."""
+
+    file: str
+    name: str = ""
+    orders: list[float] = field(default_factory=list)
+    speeds: RangeTable | None = None
+    noise: _Amount | None = None
+    amplitudes_only: bool = False
+
+
+class OrdersTable(_OrdersTable, kw_only=True):
     """TOML table of measured orders over speed, with amplitude and phase.
 
     ``wheel``: True if a toothed wheel or encoder measured the orders, so that whole orders have an unknown constant. By
     default the column of this name in the file decides, or true without the column.
     """
 
-    file: str
-    name: str = ""
     output: Literal[OUTPUTS] = TORSION  # type: ignore[valid-type]
     wheel: bool | None = None
-    orders: list[float] = field(default_factory=list)
-    speeds: RangeTable | None = None
-    noise: _Amount | None = None
-    amplitudes_only: bool = False
 
 
-class TorqueTable(Table, kw_only=True):
+class TorqueTable(_OrdersTable, kw_only=True):
     """TOML table of measured torque orders of a shaft of the drive line."""
 
-    file: str
     shaft: str
-    name: str = ""
-    orders: list[float] = field(default_factory=list)
-    speeds: RangeTable | None = None
-    noise: _Amount | None = None
-    amplitudes_only: bool = False
 
 
 class OrbitTable(Table, kw_only=True):

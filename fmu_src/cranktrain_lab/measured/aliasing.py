@@ -66,7 +66,7 @@ def check_aliasing(turning: Rotation, channel: Channel, stated: float | None = N
     ``stated`` is a known speed of the shaft, rad/s. If it agrees with the pulses, there is no aliasing. Without a known
     speed the torsion decides if possible.
     """
-    where, low, high = f"{channel.source}, channel {channel.name}", *turning.speed_range
+    where, low, high = channel.where, *turning.speed_range
     if stated is not None:
         if (1.0 - NEAR) * low <= stated <= (1.0 + NEAR) * high:
             return turning

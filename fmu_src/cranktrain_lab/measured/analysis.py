@@ -2,15 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.argument_checks import whole_number
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.types import Array
-from cranktrain.core.units import RPM
+from cranktrain.core.units import RPM, known_factor
 from cranktrain.engine.model import Engine
 from cranktrain_lab.measured.aliasing import aliased, check_aliasing
 from cranktrain_lab.measured.channels import Measurement
@@ -18,7 +17,7 @@ from cranktrain_lab.measured.compression import Compression
 from cranktrain_lab.measured.cylinder import Cylinder
 from cranktrain_lab.measured.filtered import filtered_orders
 from cranktrain_lab.measured.pressure import Cycles, cycles_by_encoder, cycles_by_rotation, pegged
-from cranktrain_lab.measured.rotation import KEEP, Rotation, rotation
+from cranktrain_lab.measured.rotation import Rotation, rotation
 from cranktrain_lab.measured.tracking import (
     Orders,
     Points,
@@ -31,40 +30,20 @@ from cranktrain_lab.measured.tracking import (
 from cranktrain_lab.measured.wheel import Wheel
 
 
-@dataclass(frozen=True)
-class RotationAsked:
-    """Options for the rotation of a shaft at one or two places, see :func:`cranktrain_lab.measured.rotation.rotation`.
+def rotations_of(measurement: Measurement, asked: Any) -> list[Rotation]:
+    """Return the rotation of the first place, and of the second relative to the first's mean; raises ``InputError``.
 
-    ``teeth`` and ``missing`` may be None if a recurring gap shows them. ``speed`` (rev/min) is a known speed of the
-    shaft for checking the pulses. ``clock`` (Hz) is the frequency of a counter whose ticks the channels contain.
+    ``asked`` has the options of ``cranktrain measured`` as attributes: ``rotation``, ``teeth``, ``missing``, ``level``,
+    ``edge``, ``learn_teeth``, ``eccentricity``, ``index``, ``dead_centre_deg``, ``firing``, ``second``,
+    ``second_teeth``, ``second_missing``, ``clock_hz``, and ``speed`` of the shaft (rev/min), which checks the pulses.
     """
-
-    channel: str
-    teeth: int | None = None
-    missing: int | None = None
-    level: float | None = None
-    edge: str | None = None
-    learn: tuple[float, float] | bool | Array = False
-    eccentricity: str = KEEP
-    index: str = ""
-    dead_centre: float = 0.0
-    second: str = ""
-    second_teeth: int | None = None
-    second_missing: int | None = None
-    firing: str = ""
-    speed: float | None = None
-    clock: float | None = None
-
-
-def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotation]:
-    """Return the rotation of the first place, and of the second relative to the first's mean; raises ``InputError``."""
-    channel = measurement[asked.channel]
+    channel, learn = measurement[asked.rotation], asked.learn_teeth
     wheel = None if asked.teeth is None else Wheel(asked.teeth, asked.missing or 0)
     index = measurement[asked.index] if asked.index else None
     stated = None if asked.speed is None else asked.speed * RPM
     first = rotation(
-        channel, wheel, level=asked.level, edge=asked.edge, learn=asked.learn,
-        eccentricity=asked.eccentricity, index=index, dead_centre=asked.dead_centre, clock=asked.clock,
+        channel, wheel, level=asked.level, edge=asked.edge, learn=learn, eccentricity=asked.eccentricity, index=index,
+        dead_centre=math.radians(asked.dead_centre_deg), clock=asked.clock_hz,
     )  # fmt: skip
     if asked.missing not in (None, first.wheel.missing):
         raise InputError(f"channel '{channel.name}': its gap lacks {first.wheel.missing} teeth, not {asked.missing}")
@@ -78,15 +57,11 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
         raise InputError(
             f"the second place, channel '{other.name}', needs its teeth a revolution; give --second-teeth N"
         )
-    learn = asked.learn if isinstance(asked.learn, bool | tuple) else False
     second = rotation(
-        other,
-        Wheel(asked.second_teeth, asked.second_missing or 0),
-        edge=asked.edge,
-        learn=learn,
-        eccentricity=asked.eccentricity,
-        clock=asked.clock,
-    )
+        other, Wheel(asked.second_teeth, asked.second_missing or 0), edge=asked.edge,
+        learn=learn if isinstance(learn, bool | tuple) else False, eccentricity=asked.eccentricity,
+        clock=asked.clock_hz,
+    )  # fmt: skip
     if stated is not None:
         second = check_aliasing(second, other, stated)
     try:
@@ -136,19 +111,11 @@ def orders_of(
 
 def angle_unit(unit: str, integrals: int) -> tuple[float, str]:
     """Return factor and unit of a channel after integration: rad for angles, m for lengths, else the channel's own."""
-    from cranktrain.core.units import known_factor
-
-    kinds = (("angle", "rad"), ("speed", "rad"))[: 1 + integrals] if integrals < 2 else ()
-    for dimension, result in kinds[-1:]:
+    kinds = {0: (("angle", "rad"), ("length", "m")), 1: (("speed", "rad"), ("velocity", "m"))}
+    for dimension, result in kinds.get(integrals, ()):
         if unit and (found := known_factor(unit, dimension)):
             return found.scale, result
-    for dimension, order in (("length", 0), ("velocity", 1)):
-        if order == integrals and unit and (found := known_factor(unit, dimension)):
-            return found.scale, "m"
-    if integrals:
-        per = {1: " s", 2: " s^2"}[integrals]
-        return 1.0, f"{unit}{per}".strip()
-    return 1.0, unit
+    return 1.0, f"{unit}{('', ' s', ' s^2')[integrals]}".strip()
 
 
 def _twist(first: Orders, second: Orders) -> Orders:

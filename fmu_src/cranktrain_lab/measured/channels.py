@@ -6,8 +6,10 @@ abscissa and its unit.
 """
 
 import math
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +25,8 @@ MANY, PROBES = 2_000_000, 12
 """Largest number of sampling times that are all checked, and number of times to check in a longer channel."""
 TIME = "time"
 Reader = Callable[[int, int], Array]
+Key = TypeVar("Key")
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,11 @@ class Channel:
     abscissa_unit: str = "s"
     about: str = ""
     began: int | None = None
+
+    @property
+    def where(self) -> str:
+        """File and name of the channel, for messages."""
+        return f"{self.source}, channel {self.name}"
 
     @property
     def rate(self) -> float:
@@ -123,9 +132,53 @@ class Measurement:
         return Measurement(tuple(self[name] for name in names), self.remarks)
 
 
+def last_kept(load: Callable[[Key], Value]) -> Callable[[Key], Value]:
+    """Return ``load`` with its last value kept, which is released before another one is loaded."""
+    kept: dict[Key, Value] = {}
+
+    def value(key: Key) -> Value:
+        if key not in kept:
+            kept.clear()
+            kept[key] = load(key)
+        return kept[key]
+
+    return value
+
+
 def of_array(values: Array) -> Reader:
     """Return a reader of an array in memory."""
     return lambda first, last: np.asarray(values[first:last], dtype=np.float64)
+
+
+class Held:
+    """Rows (n, width) of float64: in memory up to ``most`` values, beyond that in a temporary file."""
+
+    def __init__(self, most: int) -> None:
+        self.count, self.width, self._most = 0, 0, most
+        self._parts = list[Array]()
+        self._file: Any = None
+
+    def add(self, block: Array) -> None:
+        """Append rows (k, width)."""
+        self.count, self.width = self.count + len(block), block.shape[1]
+        self._parts.append(np.ascontiguousarray(block, dtype=np.float64))
+        if self._file is None and self.count * self.width > self._most:
+            self._file = tempfile.TemporaryFile(prefix="cranktrain-")  # noqa: SIM115 - the rows are read later
+        if self._file is not None:
+            for part in self._parts:
+                self._file.write(part.tobytes())
+            self._parts = []
+
+    def read(self, first: int, last: int) -> Array:
+        """Return the rows from index ``first`` to before ``last``."""
+        if self._file is None:
+            if len(self._parts) > 1:
+                self._parts = [np.concatenate(self._parts)]
+            return self._parts[0][first:last]
+        row = self.width * np.dtype(np.float64).itemsize
+        self._file.flush()
+        self._file.seek(first * row)
+        return np.frombuffer(self._file.read((last - first) * row)).reshape(-1, self.width)
 
 
 def time_base(times: Array, where: str) -> tuple[float, float, Array | None, list[str]]:
@@ -168,6 +221,20 @@ def timed(times: Array, where: str) -> tuple[NDArray[np.int64] | None, list[str]
     if not good.size:
         raise InputError(f"{where}: none of {times.size} times is a number; export the time channel again")
     return good, [f"{where}: {lost} of {times.size} times are not numbers; their samples are left out"]
+
+
+def rising_base(times: Array, where: str) -> tuple[float, float, Reader | None, NDArray[np.int64] | None, list[str]]:
+    """Return start and step of n sampling times (s), a reader of them if uneven, and remarks.
+
+    The fourth value are indices of the samples with a finite time, by time; None for all in their order.
+    """
+    order, remarks = timed(times, where)
+    start, step, own, told = time_base(times if order is None else times[order], where)
+    if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
+        rising = np.argsort(own, kind="stable")
+        order = rising if order is None else order[rising]
+        own, start = own[rising], float(own[rising[0]])
+    return start, step, None if own is None else of_array(own), order, remarks + told
 
 
 def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
@@ -213,16 +280,8 @@ def sampled(
     where = f"{source}, channel {name}"
     n = min(times.size, values.size)
     times, values = np.asarray(times[:n], dtype=np.float64), np.asarray(values[:n])
-    good, remarks = timed(times, where)
-    if good is not None:
-        times, values = times[good], values[good]
-    start, step, own, told = time_base(times, where)
-    remarks += told
-    if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
-        order = np.argsort(own, kind="stable")
-        own, values = own[order], values[order]
-        start = float(own[0])
-    places = None if own is None else of_array(own)
+    start, step, places, order, remarks = rising_base(times, where)
+    values = values if order is None else values[order]
     return Channel(
         name, unit, values.size, source, of_array(values), start, step, places, about=about, began=began
     ), remarks
@@ -242,9 +301,8 @@ def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
     for first in range(0, channel.size, block):
         low, high = max(0, first - half), min(channel.size, first + block + half)
         values = channel.values(low, high)
-        values = (
-            np.where(np.isfinite(values), values, np.nanmean(values)) if not math.isfinite(values.sum()) else values
-        )
+        if not math.isfinite(values.sum()):
+            values = np.where(np.isfinite(values), values, np.nanmean(values))
         values = np.pad(values, (half - (first - low), max(0, first + block + half - high)), mode="edge")
         kept = math.ceil(min(block, channel.size - first) / factor)
         # upfirdn's output k is centred on sample k·factor − half of its input.

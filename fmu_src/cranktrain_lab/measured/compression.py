@@ -16,6 +16,7 @@ the engine and heat is released after it.
 """
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -117,17 +118,17 @@ def fit_compression(
     speed : speed, rad/s
     noise : standard deviation of a value of ``pressure``, Pa
     """
-    trace = _Trace(angle, pressure, cylinder, speed, intake_temperature, wall_temperature, noise)
+    fitted = partial(_fitted, angle, pressure, cylinder, speed, (intake_temperature, wall_temperature), noise)
     # Symmetric flanks about a peak near 0 mean that there is no combustion.
     wide = max(3, round(math.radians(4.0) / float(angle[1] - angle[0])) | 1)
     smooth = np.convolve(np.pad(pressure, wide // 2, mode="edge"), np.ones(wide) / wide, mode="valid")
     peak = float(angle[np.argmax(smooth)])
     low, before, after = np.interp([peak - math.radians(110.0), peak - HALF_WAY, peak + HALF_WAY], angle, smooth)
     if not (abs(peak) < NEAR and after - low < MOTORED_SYMMETRY * (before - low)):
-        return _fitted(trace, False)
+        return fitted(motored=False)
     motored, refusal = None, InputError("")
     try:
-        motored = _fitted(trace, True)
+        motored = fitted(motored=True)
         if not motored.doubt:
             return motored
     except InputError as error:
@@ -135,52 +136,42 @@ def fit_compression(
     # At light load so little burns that the flanks are nearly symmetric. A fit of the compression alone then shows the
     # heat that is released afterwards.
     try:
-        fired = _fitted(trace, False)
+        fired = fitted(motored=False)
     except InputError:
         fired = None
-    if fired is not None and not fired.doubt and _burned(trace, fired) > BURNED:
+    if fired is not None and not fired.doubt and _burned(angle + fired.shift, pressure + fired.zero, cylinder) > BURNED:
         return fired
     if motored is None:
         raise refusal
     return motored
 
 
-class _Trace(NamedTuple):
-    """Input of a compression fit, see :func:`fit_compression`."""
-
-    angle: Array
-    pressure: Array
-    cylinder: Cylinder
-    speed: float
-    intake_temperature: float
-    wall_temperature: float
-    noise: float
-
-
-def _burned(trace: _Trace, fit: Compression) -> float:
+def _burned(theta: Array, p: Array, cylinder: Cylinder) -> float:
     """Return heat from 30° before to 60° after dead centre over peak pressure times clearance volume, with γ = 1.35."""
-    theta, p = trace.angle + fit.shift, trace.pressure + fit.zero
     inside = (theta > math.radians(-30.0)) & (theta < math.radians(60.0))
-    p, volume = p[inside], trace.cylinder.volume(theta[inside])[0]
+    p, volume = p[inside], cylinder.volume(theta[inside])[0]
     work = float(np.sum(0.5 * (p[1:] + p[:-1]) * np.diff(volume)))
     return ((p[-1] * volume[-1] - p[0] * volume[0]) / 0.35 + work) / float(p.max() * volume.min())
 
 
-def _fitted(trace: _Trace, motored: bool) -> Compression:
-    """Fit the compression, or both flanks if ``motored``; raises ``InputError``."""
+def _fitted(
+    angle: Array, pressure: Array, cylinder: Cylinder, speed: float, temperatures: tuple[float, float], noise: float,
+    motored: bool,
+) -> Compression:  # fmt: skip
+    """Fit the compression, or both flanks if ``motored``; ``temperatures`` of intake and wall; ``InputError``."""
     from scipy.optimize import least_squares
 
-    cylinder, warm = trace.cylinder, trace.intake_temperature
-    inside = _compressed(trace.angle, trace.pressure, cylinder, motored)
-    theta, p = trace.angle[inside], trace.pressure[inside]
-    weight = 1.0 / np.sqrt(max(trace.noise, 1.0) ** 2 + (MODEL_ERROR * np.abs(p)) ** 2)
+    warm, wall = temperatures
+    inside = _compressed(angle, pressure, cylinder, motored)
+    theta, p = angle[inside], pressure[inside]
+    weight = 1.0 / np.sqrt(max(noise, 1.0) ** 2 + (MODEL_ERROR * np.abs(p)) ** 2)
     start = _start(theta, p, cylinder)
 
     def numbers(x: Array) -> tuple[float, ...]:
-        return (x[2], x[3] + warm, x[4], x[5], x[6], trace.wall_temperature)
+        return (x[2], x[3] + warm, x[4], x[5], x[6], wall)
 
     def residual(x: Array) -> Array:
-        model = _pressure(theta + x[0], cylinder, trace.speed, numbers(x))
+        model = _pressure(theta + x[0], cylinder, speed, numbers(x))
         capacities = x[5] / CAPACITY[motored], x[6] / CAPACITY[motored]
         priors = (x[3] - TEMPERATURE[0]) / TEMPERATURE[1], (x[4] - HEAT[0]) / HEAT[1], *capacities
         return np.concatenate((weight * (model - x[1] - p), priors))
@@ -202,13 +193,13 @@ def _fitted(trace: _Trace, motored: bool) -> Compression:
     doubt = _doubt(x, pulls, warm, cylinder) if np.abs(pulls).max() > UNUSUAL else ""
     if np.abs(pulls).max() > IMPOSSIBLE:
         raise InputError(f"{doubt}; the trace is of another engine, or its unit or dead centre are wrong")
-    if left > 0.03 * float(np.ptp(p)) + 3.0 * trace.noise or abs(by) > math.radians(20.0):
+    if left > 0.03 * float(np.ptp(p)) + 3.0 * noise or abs(by) > math.radians(20.0):
         raise InputError(
             f"{cylinder.name}: its compression misses the trace by {1e-5 * left:.3g} bar (shift "
             f"{math.degrees(by):.2f} deg, zero {1e-5 * x[1]:+.3g} bar); "
             "the trace is of another engine, or its unit or dead centre are wrong"
         )
-    exponent, loss = _shape(theta + by, cylinder, trace.speed, numbers(x), motored)
+    exponent, loss = _shape(theta + by, cylinder, speed, numbers(x), motored)
     return Compression(
         by, float(x[1]), exponent, loss, math.exp(float(x[4])), float(errors[0]),
         float(errors[1]), motored, (float(theta[0]), float(theta[-1])), left, doubt,

@@ -49,7 +49,6 @@ def counted_times(channel: Channel, clock: float | None = None) -> tuple[Array, 
     ``InputError`` for times that decrease differently from a counter's restart, or that do not increase in spite of a
     stated ``clock``, Hz.
     """
-    where = f"{channel.source}, channel {channel.name}"
     second = second_of(channel.unit, clock)
     if second is None or channel.size < 2:
         return None
@@ -59,17 +58,17 @@ def counted_times(channel: Channel, clock: float | None = None) -> tuple[Array, 
     if not rising:
         if clock is None or channel.unit.strip().lower() in TIMES:
             return None
-        raise InputError(f"{where}: does not rise, so it holds no ticks of a counter; leave out --clock-hz")
+        raise InputError(f"{channel.where}: does not rise, so it holds no ticks of a counter; leave out --clock-hz")
     values = channel.values()
     values = values[np.isfinite(values)]
-    remarks = [f"{where}: taken as times of pulses, {values.size} of them"]
+    remarks = [f"{channel.where}: taken as times of pulses, {values.size} of them"]
     falls = np.flatnonzero(np.diff(values) < 0.0)
     if falls.size:
         ticks = 1.0 if channel.unit.strip().lower() not in TIMES else (second * clock if clock else 0.0)
         bits = _bits(values, falls, ticks)
         if bits is None:
             raise InputError(
-                f"{where}: times of pulses fall {falls.size} times, first from {values[falls[0]]:.9g} to "
+                f"{channel.where}: times of pulses fall {falls.size} times, first from {values[falls[0]]:.9g} to "
                 f"{values[falls[0] + 1]:.9g} {channel.unit}"
                 + ("; if a counter begins again there, state its clock, --clock-hz HZ" if not ticks else
                    "; no counter of 16 to 64 bits begins again so; take a stretch without that")
@@ -77,10 +76,10 @@ def counted_times(channel: Channel, clock: float | None = None) -> tuple[Array, 
         turns = np.zeros(values.size)
         turns[falls + 1] = 1.0
         values = values + np.cumsum(turns) * (2.0**bits / ticks)
-        remarks.append(f"{where}: the counter of {bits} bits begins again {falls.size} times; its times go on")
+        remarks.append(f"{channel.where}: the counter of {bits} bits begins again {falls.size} times; its times go on")
     if not np.all(np.diff(values) > 0.0):
         alike = int(np.count_nonzero(np.diff(values) == 0.0))
-        remarks.append(f"{where}: {alike} times are that of the pulse before and are left out")
+        remarks.append(f"{channel.where}: {alike} times are that of the pulse before and are left out")
         values = values[np.concatenate(([True], np.diff(values) > 0.0))]
     return np.asarray(values * second, dtype=np.float64), tuple(remarks)
 

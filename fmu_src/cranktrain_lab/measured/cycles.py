@@ -7,7 +7,6 @@ samples, never all samples at once.
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain_lab.measured.channels import Held
 
 Kind = TypeVar("Kind", bound=np.generic)
 BLOCK = 1_000_000
@@ -43,19 +43,10 @@ class CycleRows:
     @classmethod
     def kept(cls, blocks: Iterable[Array]) -> CycleRows:
         """Store rows of blocks (k, size) that are costly to compute, in memory or a temporary file. Return the rows."""
-        parts, held, size, spill = list[Array](), 0, 0, None
+        held = Held(HELD)
         for block in blocks:
-            held, size = held + len(block), block.shape[1]
-            parts.append(block)
-            if spill is None and held * size > HELD:
-                spill = tempfile.TemporaryFile(prefix="cranktrain-")  # noqa: SIM115 - the rows are read later
-            if spill is not None:
-                for part in parts:
-                    spill.write(np.ascontiguousarray(part, dtype=np.float64).tobytes())
-                parts = []
-        if spill is None:
-            return cls.of(np.concatenate(parts))
-        return cls(held, size, _in_file(spill, size))
+            held.add(block)
+        return cls(held.count, held.width, held.read)
 
     def __len__(self) -> int:
         """Return the number of rows, one for each cycle."""
@@ -102,17 +93,6 @@ class CycleRows:
     def each(self, value: Callable[[Array], NDArray[Kind]]) -> NDArray[Kind]:
         """Return one number per row, (count,), by a function of blocks (k, size)."""
         return np.concatenate([np.asarray(value(block)) for _, block in self.blocks()])
-
-
-def _in_file(spill: Any, size: int) -> Callable[[int, int], Array]:
-    spill.flush()
-    row = size * np.dtype(np.float64).itemsize
-
-    def read(first: int, last: int) -> Array:
-        spill.seek(first * row)
-        return np.frombuffer(spill.read((last - first) * row)).reshape(-1, size)
-
-    return read
 
 
 @dataclass(frozen=True)

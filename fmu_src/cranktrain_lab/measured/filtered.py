@@ -144,6 +144,7 @@ def envelopes(
             "take fewer orders, a lower rate or a shorter part"
         )
     from scipy.linalg import solveh_banded
+    from scipy.sparse import diags
 
     r2 = 0.5 * (math.sqrt(2.0) - 1.0) / (2.0 - 2.0 * math.cos(math.tau * bandwidth * step)) ** poles
     waves = np.exp(1j * phase[:, None] * orders)
@@ -154,21 +155,10 @@ def envelopes(
         product = rows[:, k:] * rows[:, : width - k]
         for j in range(width - k):
             matrix[k, j::width] += product[:, j]
-    for lag, diagonal in enumerate(_differences(n, poles)):
-        matrix[lag * width, : (n - lag) * width] += r2 * np.repeat(diagonal, width)
+    taps = [(-1.0) ** k * math.comb(poles, k) for k in range(poles + 1)]
+    rough = diags(taps, range(poles + 1), shape=(n - poles, n))
+    for lag in range(poles + 1):
+        matrix[lag * width, : (n - lag) * width] += r2 * np.repeat((rough.T @ rough).diagonal(lag), width)
     found = solveh_banded(matrix, (rows * values[:, None]).ravel(), lower=True, overwrite_ab=True, check_finite=False)
     found = found.reshape(n, width)
     return np.asarray(found[:, 0::2] + 1j * found[:, 1::2])
-
-
-def _differences(n: int, poles: int) -> list[Array]:
-    """Return diagonals of ∇ᵖᵀ ∇ᵖ for n samples, from the main diagonal on."""
-    taps = np.array([(-1.0) ** k * math.comb(poles, k) for k in range(poles + 1)])
-    diagonals = []
-    for lag in range(poles + 1):
-        diagonal = np.zeros(n - lag)
-        for k in range(poles + 1 - lag):
-            # Row i of ∇ᵖ has taps at i … i + p, so it adds taps[k] taps[k + lag] to the entry (i + k, i + k + lag).
-            diagonal[k : k + n - poles] += taps[k] * taps[k + lag]
-        diagonals.append(diagonal)
-    return diagonals

@@ -41,15 +41,19 @@ class Gap(NamedTuple):
     missing: int
 
 
-def recurring_gap(times: Array) -> Gap | None:
-    """Return the gap that recurs in times (k,) s of pulses; None if there is none, or pulses are too uneven."""
+def pitches(times: Array) -> Array:
+    """Return the intervals (k − 1,) between times (k,) of pulses, relative to their local median."""
     from scipy.ndimage import median_filter
 
+    intervals = np.diff(times)
+    return np.asarray(intervals / median_filter(intervals, size=9, mode="nearest"))
+
+
+def recurring_gap(times: Array) -> Gap | None:
+    """Return the gap that recurs in times (k,) s of pulses; None if there is none, or pulses are too uneven."""
     if times.size < 16:
         return None
-    intervals = np.diff(times)
-    ratio = intervals / median_filter(intervals, size=9, mode="nearest")
-    steps = np.maximum(1, np.rint(ratio)).astype(int)
+    steps = np.maximum(1, np.rint(pitches(times))).astype(int)
     gaps = np.flatnonzero((steps > 1) & (steps <= MOST_GAP))
     if gaps.size < FEWEST_GAPS:
         return None

@@ -45,7 +45,7 @@ def order_curves(measurement: Measurement) -> list[OrderCurve]:
             continue
         order = float(found[1] or found[2])
         if abs(2.0 * order - round(2.0 * order)) > 1e-6 or order <= 0.0:
-            raise InputError(f"{channel.source}, channel {channel.name}: order {order:g} is not a multiple of 0.5")
+            raise InputError(f"{channel.where}: order {order:g} is not a multiple of 0.5")
         values = channel.read(0, channel.size)
         speeds = np.asarray(to_si(channel.abscissae(), channel.abscissa_unit or "rev/min", "speed"))
         phases = np.angle(values) if np.iscomplexobj(values) else np.full(channel.size, math.nan)

@@ -51,11 +51,11 @@ def pascal(channel: Channel, unit: str = "") -> tuple[float, float]:
     """Return factor and offset (Pa) of a channel's unit; raises ``InputError`` if it is not a unit of pressure."""
     stated = unit or channel.unit
     if not stated:
-        raise InputError(f"{channel.source}, channel {channel.name}: states no unit; give one, e.g. bar")
+        raise InputError(f"{channel.where}: states no unit; give one, e.g. bar")
     try:
         scale, zero, _ = unit_factor(stated, "pressure")
     except InputError as error:
-        raise InputError(f"{channel.source}, channel {channel.name}: {error}") from None
+        raise InputError(f"{channel.where}: {error}") from None
     return float(scale), float(zero)
 
 
@@ -80,7 +80,7 @@ def cycles_by_encoder(
     count = (channel.size - skip) // samples
     if count < 1:
         raise InputError(
-            f"{channel.source}, channel {channel.name}: {channel.size} samples hold no whole cycle of {samples} from "
+            f"{channel.where}: {channel.size} samples hold no whole cycle of {samples} from "
             f"{math.degrees(-0.5 * cycle):g} deg on"
         )
 
@@ -104,7 +104,7 @@ def cycles_by_rotation(
     """
     scale, zero = pascal(channel, unit)
     if not math.isfinite(channel.rate):
-        raise InputError(f"{channel.source}, channel {channel.name}: its samples have no even step in time")
+        raise InputError(f"{channel.where}: its samples have no even step in time")
     count = round(math.degrees(cycle) / STEP_DEG)
     low = max(rotation.angle[0], float(np.interp(channel.start, rotation.times, rotation.angle)))
     high = min(rotation.angle[-1], float(np.interp(channel.start + channel.duration, rotation.times, rotation.angle)))
@@ -112,8 +112,7 @@ def cycles_by_rotation(
     cycles = math.floor((high - begin) / cycle)
     if cycles < 1:
         raise InputError(
-            f"{channel.source}, channel {channel.name}: {max(0.0, high - low) / cycle:.2g} cycles lie within "
-            f"the rotation; one is needed"
+            f"{channel.where}: {max(0.0, high - low) / cycle:.2g} cycles lie within the rotation; one is needed"
         )
     relative = cycle / count * np.arange(count, dtype=np.float64)
 
@@ -129,7 +128,11 @@ def cycles_by_rotation(
     made = Cycles(
         channel.name, relative - 0.5 * cycle, values, speed, channel.rate, np.zeros(len(values)), tuple(remarks)
     )
-    return _checked(_firing_revolution(made), channel)
+    if period(made.angle) > 3.0 * math.pi and abs(made.angle[int(np.argmax(made.mean))]) >= math.pi:
+        # The peak lies in the other revolution.
+        turned = made.pressure.mapped(lambda _, rows: np.roll(rows, made.angle.size // 2, axis=1))
+        return _checked(replace(made, pressure=turned), channel)
+    return _checked(made, channel)
 
 
 def _sampled_at(channel: Channel, times: Array) -> Array:
@@ -152,20 +155,10 @@ def _whole(rows: CycleRows, channel: Channel) -> tuple[CycleRows, list[str]]:
     """Remove cycles with missing values; raises ``InputError`` if no cycle remains."""
     good = rows.each(lambda block: np.asarray(np.isfinite(block).all(axis=1)))
     if not good.any():
-        raise InputError(f"{channel.source}, channel {channel.name}: every cycle has values that are not numbers")
+        raise InputError(f"{channel.where}: every cycle has values that are not numbers")
     lost = int(np.count_nonzero(~good))
-    told = [
-        f"{channel.source}, channel {channel.name}: {lost} of {len(rows)} cycles have missing values and are left out"
-    ]
+    told = [f"{channel.where}: {lost} of {len(rows)} cycles have missing values and are left out"]
     return rows.chosen(np.flatnonzero(good)) if lost else rows, told * bool(lost)
-
-
-def _firing_revolution(cycles: Cycles) -> Cycles:
-    """Shift cycles by a revolution if the peak lies in the other revolution."""
-    if period(cycles.angle) < 3.0 * math.pi or abs(cycles.angle[int(np.argmax(cycles.mean))]) < math.pi:
-        return cycles
-    half = cycles.angle.size // 2
-    return replace(cycles, pressure=cycles.pressure.mapped(lambda _, rows: np.roll(rows, half, axis=1)))
 
 
 def _checked(cycles: Cycles, channel: Channel) -> Cycles:
@@ -173,9 +166,8 @@ def _checked(cycles: Cycles, channel: Channel) -> Cycles:
     swing = float(np.ptp(cycles.mean))
     if not UNUSUAL[0] < swing < UNUSUAL[1]:
         raise InputError(
-            f"{channel.source}, channel {channel.name}: its pressure swings by {1e-5 * swing:.3g} bar over a "
-            f"cycle; check its "
-            f"unit ({channel.unit or 'none stated'})"
+            f"{channel.where}: its pressure swings by {1e-5 * swing:.3g} bar over a cycle; check its unit "
+            f"({channel.unit or 'none stated'})"
         )
     return cycles
 
@@ -320,6 +312,8 @@ def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> d
     work = cycles.pressure.each(lambda rows: rows @ derivative * scale)
     peaks = cycles.pressure.each(lambda rows: rows.max(axis=1))
     places = np.degrees(cycles.pressure.each(lambda rows: cycles.angle[rows.argmax(axis=1)]))
+    count = cycles.zeros.size
+    drift = float(np.polyfit(np.arange(count), cycles.zeros, 1)[0]) if count > 2 else 0.0
     found = resonance(cycles, cylinder)
     told: dict[str, Any] = {
         "channel": cycles.name,
@@ -333,7 +327,7 @@ def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> d
         "imep_cov_percent": 100.0 * _deviation(work) / abs(float(work.mean())) if work.mean() else None,
         "zero_bar": 1e-5 * float(cycles.zeros.mean()),
         "zero_scatter_bar": 1e-5 * _deviation(cycles.zeros),
-        "zero_drift_bar_per_cycle": _slope(cycles.zeros) * 1e-5,
+        "zero_drift_bar_per_cycle": 1e-5 * drift,
         "resonance": found,
         "remarks": list(cycles.remarks),
     }
@@ -356,7 +350,3 @@ def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> d
 
 def _deviation(values: Array) -> float:
     return float(np.std(values, ddof=1)) if values.size > 1 else 0.0
-
-
-def _slope(values: Array) -> float:
-    return float(np.polyfit(np.arange(values.size), values, 1)[0]) if values.size > 2 else 0.0

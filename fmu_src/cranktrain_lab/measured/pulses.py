@@ -84,14 +84,14 @@ def pulse_times(
     cubic : True to interpolate by a cubic through four samples, False by a straight line, better for square pulses
     clock : frequency of the counter whose ticks the samples are, Hz
     """
-    where = f"{channel.source}, channel {channel.name}"
     if edge not in EDGES:
         raise InputError(f"edge '{edge}' does not exist; valid: {', '.join(EDGES)}")
     if (held := counted_times(channel, clock)) is not None:
         return Pulses(held[0], math.nan, math.nan, held[1])
     if channel.abscissa != TIME:
         raise InputError(
-            f"{where}: is over {channel.abscissa}, not over time; pulses need a channel over time{ticks_hint(channel)}"
+            f"{channel.where}: is over {channel.abscissa}, not over time; pulses need a channel over time"
+            f"{ticks_hint(channel)}"
         )
     sign = 1.0 if edge == "rising" else -1.0
     parts, used, remarks = _crossings(channel, level, hysteresis, sign, cubic)
@@ -99,21 +99,23 @@ def pulse_times(
     if not math.isfinite(used[1]):
         some = channel.values(0, min(channel.size, 2**16))
         raise InputError(
-            f"{where}: does not vary, 0 pulses in {channel.size} samples at {float(np.nanmean(some)):.4g} "
-            f"{channel.unit}; "
-            "the shaft stands still, or it is another channel"
+            f"{channel.where}: does not vary, 0 pulses in {channel.size} samples at {float(np.nanmean(some)):.4g} "
+            f"{channel.unit}; the shaft stands still, or it is another channel"
         )
     if places.size < 2:
         raise InputError(
-            f"{where}: {places.size} pulses cross {used[0]:.4g} {channel.unit} with a hysteresis of {used[1]:.3g}; "
-            f"give another level or channel{ticks_hint(channel)}"
+            f"{channel.where}: {places.size} pulses cross {used[0]:.4g} {channel.unit} with a hysteresis of "
+            f"{used[1]:.3g}; give another level or channel{ticks_hint(channel)}"
         )
-    times = _times(channel, places)
-    spacing, square = _spacing(places, times, where), _has_two_levels(channel)
+    if channel.places is None:
+        times = channel.start + channel.step * places
+    else:
+        times = np.interp(places, np.arange(channel.size, dtype=np.float64), channel.abscissae())
+    spacing, square = _spacing(places, times, channel.where), _has_two_levels(channel)
     error = timing_error(spacing[1], square)
     if spacing[1] < GOOD or square:
         remarks.append(
-            f"{where}: {spacing[1]:.3g} samples a pulse at the least"
+            f"{channel.where}: {spacing[1]:.3g} samples a pulse at the least"
             f"{', of two levels' if square else ''}; a crossing is off by {100.0 * error:.2g} % of a pitch (rms)"
         )
     return Pulses(times, *used, tuple(remarks), spacing, square)
@@ -192,7 +194,7 @@ def _crossings(
         pending = rows[:, ready:]
     remarks = []
     if missing:
-        remarks.append(f"{channel.source}, channel {channel.name}: {missing} of {channel.size} samples are not numbers")
+        remarks.append(f"{channel.where}: {missing} of {channel.size} samples are not numbers")
     return parts, used, remarks
 
 
@@ -222,14 +224,6 @@ def _level(low: float, high: float) -> float:
     """Return zero for a signal about zero, as from inductive pick-ups, else the middle of the range."""
     about_zero = low < 0.0 < high and 1.0 / 3.0 < -low / high < 3.0
     return 0.0 if about_zero else 0.5 * (low + high)
-
-
-def _times(channel: Channel, places: Array) -> Array:
-    """Return times at fractional sample positions."""
-    if channel.places is None:
-        return np.asarray(channel.start + channel.step * places)
-    times = channel.abscissae()
-    return np.asarray(np.interp(places, np.arange(times.size, dtype=np.float64), times))
 
 
 @kernel

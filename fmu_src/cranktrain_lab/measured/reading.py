@@ -4,6 +4,7 @@ import gc
 import logging
 import math
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -93,14 +94,14 @@ def _on_one_clock(channels: list[Channel]) -> Listing:
     first = min(stated, key=lambda channel: channel.began or 0)
     lags = {id(one): 1e-9 * ((one.began or 0) - (first.began or 0)) for one in stated}
     remarks = [
-        f"{one.source}, channel {one.name}: its time 0 is {lags[id(one)]:.9g} s behind that of channel {first.name} of "
+        f"{one.where}: its time 0 is {lags[id(one)]:.9g} s behind that of channel {first.name} of "
         f"{first.source}, by the start times of the files; times count from the first"
         for one in stated
         if lags[id(one)]
     ]
     if remarks:
         remarks += [
-            f"{one.source}, channel {one.name}: states no start time, so its time 0 is taken as that of {first.name}"
+            f"{one.where}: states no start time, so its time 0 is taken as that of {first.name}"
             for one in channels
             if one.began is None and one.abscissa == TIME
         ]
@@ -158,7 +159,7 @@ def _odd_values(channels: Sequence[Channel]) -> list[str]:
                 told = f"whole numbers up to {values.max():.4g} are rounded to the 53 bits of float64"
             else:
                 continue
-            remarks.append(f"{channel.source}, channel {channel.name}: {told}")
+            remarks.append(f"{channel.where}: {told}")
     return remarks
 
 
@@ -189,12 +190,12 @@ def _guarded(channel: Channel, kind: Format) -> Reader:
         except Exception as error:
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise InputError(
-                f"{channel.source}, channel {channel.name}: samples {first} to {last} of a {kind.name} file cannot be "
+                f"{channel.where}: samples {first} to {last} of a {kind.name} file cannot be "
                 f"read ({reason}); the file is damaged, copy it again from where it is whole"
             ) from None
         if values.size != last - first:
             raise InputError(
-                f"{channel.source}, channel {channel.name}: {values.size} of the samples {first} to {last} are there; "
+                f"{channel.where}: {values.size} of the samples {first} to {last} are there; "
                 "the file is damaged, copy it again from where it is whole"
             )
         return values
@@ -234,10 +235,7 @@ def file_format(path: Path) -> Format:
 
 def _told_apart(channels: list[Channel]) -> list[Channel]:
     """Rename channels of equal name by their group or file, then by a number."""
-    counts: dict[str, int] = {}
-    for channel in channels:
-        counts[channel.name] = counts.get(channel.name, 0) + 1
-    seen: dict[str, int] = {}
+    counts, seen = Counter(channel.name for channel in channels), Counter[str]()
     result = []
     for channel in channels:
         name = channel.name
@@ -245,7 +243,7 @@ def _told_apart(channels: list[Channel]) -> list[Channel]:
             sources = {other.source for other in channels if other.name == name}
             mark = Path(channel.source).stem if len(sources) > 1 else channel.about
             name = f"{name} ({mark})" if mark else name
-        seen[name] = seen.get(name, 0) + 1
+        seen[name] += 1
         if seen[name] > 1:
             name = f"{name} #{seen[name]}"
         result.append(channel if name == channel.name else replace(channel, name=name))

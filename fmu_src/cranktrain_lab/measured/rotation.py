@@ -17,7 +17,15 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
 from cranktrain_lab.measured.channels import Channel, Measurement
-from cranktrain_lab.measured.gaps import beside_gaps, recognised, recurring_gap, untold, wheel_of, without_wrong
+from cranktrain_lab.measured.gaps import (
+    beside_gaps,
+    pitches,
+    recognised,
+    recurring_gap,
+    untold,
+    wheel_of,
+    without_wrong,
+)
 from cranktrain_lab.measured.pulses import EDGES, Pulses, pulse_times, timing_error
 from cranktrain_lab.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, learn_errors, number_teeth
 
@@ -116,9 +124,8 @@ class Rotation:
         low, high = min(swings), max(swings)
         if high <= 1.3 * low:
             raise InputError(
-                f"{pressure.source}, channel {pressure.name}: swings by {swings[0]:.3g} and {swings[1]:.3g} "
-                f"{pressure.unit} around "
-                "the two dead centres of a cycle; it does not say which one fires"
+                f"{pressure.where}: swings by {swings[0]:.3g} and {swings[1]:.3g} {pressure.unit} around the two dead "
+                "centres of a cycle; it does not say which one fires"
             )
         return replace(self.turned(math.tau if swings[1] > swings[0] else 0.0), cycle_known=True)
 
@@ -196,7 +203,7 @@ def rotation(
     dead_centre : angle from tooth 0 to firing dead centre of cylinder 1, rad
     clock : frequency of the counter whose ticks the samples are, Hz
     """
-    where = f"{channel.source}, channel {channel.name}"
+    where = channel.where
     if eccentricity not in (KEEP, REMOVE):
         raise InputError(f"eccentricity '{eccentricity}' does not exist; valid: {KEEP}, {REMOVE}")
     found = pulse_times(channel, level, edge=edge or EDGES[0], clock=clock)
@@ -251,7 +258,7 @@ def _numbered(
 
     With ``leave_out``, pulses next to gaps that deviate from the pattern of the others are removed.
     """
-    where, (level, edge) = f"{channel.source}, channel {channel.name}", asked
+    where, (level, edge) = channel.where, asked
     numbered = number_teeth(found.times, wheel, where)
     wrong = beside_gaps(numbered, wheel)
     taken, other, remarks = edge or EDGES[0], EDGES[edge == EDGES[1] or edge is None], []
@@ -402,12 +409,8 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
 
 def tachos(measurement: Measurement) -> list[dict[str, Any]]:
     """List channels that look like pulses: name, pulses per second, evenness, and recurring gap (if any)."""
-    found = []
-    for channel in measurement.channels:
-        if not (told := _looks_like_pulses(channel)):
-            continue
-        found.append({"channel": channel.name, **told})
-    return found
+    listed = ((channel.name, _looks_like_pulses(channel)) for channel in measurement.channels)
+    return [{"channel": name, **told} for name, told in listed if told]
 
 
 def _looks_like_pulses(channel: Channel) -> dict[str, Any]:
@@ -419,14 +422,10 @@ def _looks_like_pulses(channel: Channel) -> dict[str, Any]:
         return {}
     if times.size < 16 or (channel.step > 0.0 and times.size > part.size / 4):
         return {}
-    from scipy.ndimage import median_filter
-
-    intervals = np.diff(times)
-    ratio = intervals / median_filter(intervals, size=9, mode="nearest")
-    uneven = float(np.mean(np.abs(ratio - np.rint(ratio)) > 0.3))
-    if uneven > 0.02:
+    ratio = pitches(times)
+    if float(np.mean(np.abs(ratio - np.rint(ratio)) > 0.3)) > 0.02:
         return {}
-    told: dict[str, Any] = {"pulses": int(times.size), "pulses_hz": float(1.0 / np.median(intervals))}
+    told: dict[str, Any] = {"pulses": int(times.size), "pulses_hz": float(1.0 / np.median(np.diff(times)))}
     if (gap := recurring_gap(times)) is not None:
         told |= {"teeth": gap.apart, "missing": gap.missing}
     return told

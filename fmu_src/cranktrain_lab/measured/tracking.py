@@ -122,16 +122,14 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
     ``integrals``: number of integrations over time, 1 for a vibrometer's velocity, 2 for acceleration. Raises
     ``InputError`` for a channel without a sampling rate, for aliasing, or without common time.
     """
-    where = f"{channel.source}, channel {channel.name}"
     if not math.isfinite(channel.rate):
-        raise InputError(f"{where}: its samples have no even step in time; orders need one")
+        raise InputError(f"{channel.where}: its samples have no even step in time; orders need one")
     fastest = rotation.speed_range[1] / math.tau
     needed = 2.0 * highest * fastest
     if channel.rate < 1.25 * needed:
         raise InputError(
-            f"{where}: {channel.rate:g} Hz resolve order {0.4 * channel.rate / fastest:.3g} at "
-            f"{60 * fastest:.0f} rev/min, "
-            f"not {highest:g} (aliasing)"
+            f"{channel.where}: {channel.rate:g} Hz resolve order {0.4 * channel.rate / fastest:.3g} at "
+            f"{60 * fastest:.0f} rev/min, not {highest:g} (aliasing)"
         )
     # Integration needs some 25 samples per period, the fit 5.
     start, step, values = decimated(channel, (12.5 if integrals else 2.5) * needed)
@@ -141,9 +139,8 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
     inside = (times >= rotation.mean.times[0]) & (times <= rotation.mean.times[-1])
     if np.count_nonzero(inside) < 32:
         raise InputError(
-            f"{where}: runs from {times[0]:.4g} to {times[-1]:.4g} s, the rotation from "
-            f"{rotation.mean.times[0]:.4g} to "
-            f"{rotation.mean.times[-1]:.4g} s; take channels of one recording"
+            f"{channel.where}: runs from {times[0]:.4g} to {times[-1]:.4g} s, the rotation from "
+            f"{rotation.mean.times[0]:.4g} to {rotation.mean.times[-1]:.4g} s; take channels of one recording"
         )
     phase = rotation.mean.at(times[inside])
     return Points(phase, values[inside], 0.4 / (step * fastest), channel.name, channel.unit)

@@ -248,7 +248,8 @@ def learn_errors(numbered: Numbered, wheel: Wheel, window: tuple[float, float] |
     number = teeth % wheel.teeth
     count = np.bincount(number, minlength=wheel.teeth)
     for _ in range(6):
-        deviation = angle + error[number] - smooth_rotation(times, angle + error[number], CYCLE)
+        corrected = angle + error[number]
+        deviation = corrected - MeanRotation.of(times, corrected, CYCLE).at(times)
         keep = np.isfinite(deviation)
         own = np.bincount(number[keep], weights=deviation[keep], minlength=wheel.teeth)
         step = -own / np.maximum(1, np.bincount(number[keep], minlength=wheel.teeth))
@@ -259,15 +260,6 @@ def learn_errors(numbered: Numbered, wheel: Wheel, window: tuple[float, float] |
         if np.abs(step).max() < 1e-9:
             break
     return error
-
-
-def smooth_rotation(times: Array, angle: Array, span: float) -> Array:
-    """Return the mean rotation at the times of pulses, (k,) rad, by inverting the mean of time over ``span`` rad.
-
-    Deviations that recur over ``span`` cancel in the mean. At the ends the mean is extrapolated by speed and
-    acceleration.
-    """
-    return MeanRotation.of(times, angle, span).at(times)
 
 
 @dataclass(frozen=True)

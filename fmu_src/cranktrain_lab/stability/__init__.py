@@ -4,6 +4,7 @@ One module per map, each with ``compute(quick, progress)``; :data:`MAPS` finds i
 """
 
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 
 from cranktrain_lab.stability.stability_map import Axis, Boundary, Progress, StabilityMap
@@ -16,13 +17,10 @@ NAMES = (
 )  # fmt: skip
 
 
-def _lazily(name: str) -> Callable[[bool, Progress], StabilityMap]:
-    def compute(quick: bool, progress: Progress) -> StabilityMap:
-        computed: StabilityMap = import_module(f"{__name__}.{name}").compute(quick, progress)
-        return computed
-
-    return compute
+def _compute(name: str, quick: bool, progress: Progress) -> StabilityMap:
+    computed: StabilityMap = import_module(f"{__name__}.{name}").compute(quick, progress)
+    return computed
 
 
-MAPS: dict[str, Callable[[bool, Progress], StabilityMap]] = {name: _lazily(name) for name in NAMES}
+MAPS: dict[str, Callable[[bool, Progress], StabilityMap]] = {name: partial(_compute, name) for name in NAMES}
 """Functions that compute the maps, by name, with arguments ``quick`` (coarse map, some 20 s) and ``progress``."""

@@ -19,20 +19,10 @@ from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.records import ModelArrays
-from cranktrain.dynamics.model.state import (
-    CONTRACTION,
-    INPUTS_NOW,
-    OMEGA_REFERENCE,
-    POSITION,
-    SHAFT_SPEED,
-    STEP_LAST,
-    STEP_REFERENCE,
-    offset,
-)
+from cranktrain.dynamics.model.state import POSITION, offset
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.dynamics.start.settling import settle
-from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.dynamics.time.status import OK
 from cranktrain.dynamics.time.step_control import STEPPING_SPEED
 from cranktrain.engine.file import load_engine
@@ -40,7 +30,7 @@ from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.laws.impedance import journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, WIDTH
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, bearing_grid
-from cranktrain_lab.stability.rotor import film_law, film_rotor
+from cranktrain_lab.stability.rotor import film_law, film_rotor, resting_state
 from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap, curve
 
 MASS, LOAD = 10.0, 5000.0
@@ -102,12 +92,8 @@ def start(simulation: Simulation, eccentricity: float, direction: float) -> Star
     search = int(work.counters[slots.N_FACTORS])
     done, rejected = _cycle(simulation, state) if found else (False, 0)
     place = journals(simulation, simulation.state, simulation.outputs[0])
-    free = placed(simulation, eccentricity, direction)
-    free[SHAFT_SPEED] = free[OMEGA_REFERENCE] = inputs[0]
-    free[INPUTS_NOW : INPUTS_NOW + inputs.size] = inputs
-    free[CONTRACTION] = FIRST_CONTRACTION
-    free[STEP_REFERENCE] = free[STEP_LAST] = -1.0
-    released, released_rejected = _cycle(simulation, free)
+    at_rest = placed(simulation, eccentricity, direction)
+    released, released_rejected = _cycle(simulation, at_rest + resting_state(simulation, float(inputs[0])))
     return Start(found and done, search, rejected, released, released_rejected, place)
 
 

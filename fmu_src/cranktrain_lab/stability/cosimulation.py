@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from cranktrain_lab.stability.stability_map import Array, Axis, Onset, Progress, StabilityMap, curve, deviation
+from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap, curve, deviation
 from cranktrain_lab.stability.two_mass import Coupling, TwoMass, critical_step, growth, simulated_onset
 
 REFERENCE = Coupling("force/displacement", "jacobi", "hold")
@@ -53,7 +53,10 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         name = label(coupling)
         progress(f"onset: {name}", k / (len(DRAWN) + 2.0))
         exact = [critical_step(TwoMass(m2=float(ratio)), coupling, LONGEST, 1.0e-7) for ratio in ratios]
-        simulated = simulated_steps(coupling, ratios[::every], exact[::every])
+        simulated = []
+        for ratio, step in zip(ratios[::every], exact[::every], strict=True):
+            low, high = (step / BRACKET, step * BRACKET) if math.isfinite(step) else (LONGEST / BRACKET, LONGEST)
+            simulated.append(simulated_onset(TwoMass(m2=float(ratio)), coupling, low, high))
         worst = max(worst, deviation(np.array(simulated), np.array(exact[::every])))
         theory.append(curve(name, exact, ratios, "spectral radius 1 of the step with slaves solved exactly"))
         found.append(curve(name, simulated, ratios[::every], "growth of slaves that integrate, minimal master"))
@@ -73,15 +76,6 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
         explanation=_EXPLANATION,
         failure="coupled motion grows (F/D, Jacobi, hold)",
     )
-
-
-def simulated_steps(coupling: Coupling, ratios: Array, exact: list[Onset]) -> list[Onset]:
-    """Return the critical communication step of integrating slaves for each of k mass ratios, near ``exact``."""
-    found = []
-    for ratio, step in zip(ratios, exact, strict=True):
-        low, high = (step / BRACKET, step * BRACKET) if math.isfinite(step) else (LONGEST / BRACKET, LONGEST)
-        found.append(simulated_onset(TwoMass(m2=float(ratio)), coupling, low, high))
-    return found
 
 
 def label(coupling: Coupling) -> str:

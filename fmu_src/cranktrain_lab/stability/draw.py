@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.results.figures import save_figure
-from cranktrain_lab.stability.stability_map import Array, Axis, Boundary, StabilityMap
+from cranktrain_lab.stability.stability_map import Array, Axis, StabilityMap
 
 UNSTABLE = "#c8553d"
 COLOURS = ("#12355b", "#a02c7a", "#2f7d3c", "#b07a12", "#444444", "#0b7f8a", "#7a3b12", "#5a4fcf")
@@ -135,15 +135,12 @@ def page(maps: Sequence[StabilityMap], pictures: Sequence[str]) -> str:
         rows = [("theory", b) for b in found.theory] + [("found", b) for b in found.numerical]
         table = "| curve | | from |\n| --- | --- | --- |"
         for kind, boundary in rows:
-            table += f"\n| {_cell(boundary.label)} | {kind} | {_cell(boundary.source + _verdicts(boundary))} |"
+            # Points of the curve without a value have a verdict in words.
+            counts = Counter(verdict for verdict in boundary.verdicts if " " in verdict)
+            told = "".join(f"; {verdict}: {n} of {len(boundary.verdicts)}" for verdict, n in sorted(counts.items()))
+            table += f"\n| {_cell(boundary.label)} | {kind} | {_cell(boundary.source + told)} |"
         parts.append(table)
     return "\n\n".join(part.strip() for part in parts) + "\n"
-
-
-def _verdicts(boundary: Boundary) -> str:
-    """Return a text on points of the curve without a value: verdicts and their numbers."""
-    counts = Counter(verdict for verdict in boundary.verdicts if " " in verdict)
-    return "".join(f"; {verdict}: {count} of {len(boundary.verdicts)}" for verdict, count in sorted(counts.items()))
 
 
 def shown_deviation(found: StabilityMap) -> str:

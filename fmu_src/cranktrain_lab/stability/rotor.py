@@ -15,8 +15,17 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings, resolved
-from cranktrain.dynamics.model.state import offset
+from cranktrain.dynamics.model.state import (
+    CONTRACTION,
+    INPUTS_NOW,
+    OMEGA_REFERENCE,
+    SHAFT_SPEED,
+    STEP_LAST,
+    STEP_REFERENCE,
+    offset,
+)
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
@@ -143,6 +152,16 @@ def film_at(eccentricity: float, law: MapFilm) -> LinearFilm:
         -turn @ out[6:10].reshape(2, 2) @ turn.T,
         math.hypot(out[0], out[1]),
     )
+
+
+def resting_state(simulation: Simulation, speed: float) -> Array:
+    """Return the state of a body that rests in a frame turning at a speed (rad/s), for a first step without history."""
+    state, inputs = np.zeros_like(simulation.state), simulation.inputs
+    state[SHAFT_SPEED] = state[OMEGA_REFERENCE] = speed
+    state[INPUTS_NOW : INPUTS_NOW + inputs.size] = inputs
+    state[CONTRACTION] = FIRST_CONTRACTION
+    state[STEP_REFERENCE] = state[STEP_LAST] = -1.0
+    return state
 
 
 def modal_places(simulation: Simulation, modes: list[int], blocks: list[int]) -> NDArray[np.intp]:

@@ -196,14 +196,10 @@ def from_record(name: str, record: dict[str, Any]) -> StabilityMap:
         plain[which] = Axis(**axes[which] | {"values": np.array(axes[which]["values"], dtype=float)})
     for which in ("theory", "numerical"):
         plain[which] = tuple(
-            Boundary(
-                curve["label"],
-                np.array(curve["points"], dtype=float).reshape(-1, 2),
-                curve["source"],
-                tuple(curve["verdicts"]),
-            )
-            for curve in plain[which]
-        )
+            Boundary(**one | {"points": np.array(one["points"], dtype=float).reshape(-1, 2),
+                              "verdicts": tuple(one["verdicts"])})
+            for one in plain[which]
+        )  # fmt: skip
     plain["stable"] = np.array(plain["stable"], dtype=bool)
     if plain["max_deviation"] is not None:
         plain["max_deviation"] = float(plain["max_deviation"])

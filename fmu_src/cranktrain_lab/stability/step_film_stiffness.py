@@ -70,8 +70,11 @@ def theoretical_limit(method: str, system: Array) -> Onset:
 def marched_limit(method: str, film: LinearFilm, mass: float, law: MapFilm) -> Onset:
     """Return the longest step (s) at which an explicit method lets the fastest motion in the nonlinear film decay."""
     system = journal_system(film, mass)
-    left, right = _fastest(system)
-    shortest = 1.0 / float(np.abs(np.linalg.eigvals(system)).max())
+    # Left and right eigenvector (4,) of the fastest motion, which does not oscillate.
+    (values, right), (others, left) = np.linalg.eig(system), np.linalg.eig(system.T)
+    k = int(np.abs(values).argmax())
+    shortest = 1.0 / float(abs(values[k]))
+    left, right = left[:, int(np.abs(others - values[k]).argmin())].real, right[:, k].real
     start = np.concatenate((film.place, np.zeros(2)))
     away = KICK * law.clearance * SPEED * right / np.abs(right[2:]).max()
     journal = FilmedJournal(mass, film.load, 0.5 * SPEED, law)
@@ -99,14 +102,6 @@ def product_limit(film: LinearFilm, mass: float, tried: int) -> Onset:
         return bool(simulation.work.counters[at.N_REJECTED] > 0.0)
 
     return onset(rejected, np.radians(np.geomspace(0.1, LONGEST, tried)), 1e-2, math.radians(LEAST))
-
-
-def _fastest(system: Array) -> tuple[Array, Array]:
-    """Return left and right eigenvector (4,) of the fastest motion, which does not oscillate."""
-    values, right = np.linalg.eig(system)
-    others, left = np.linalg.eig(system.T)
-    k = int(np.abs(values).argmax())
-    return left[:, int(np.abs(others - values[k]).argmin())].real, right[:, k].real
 
 
 def compute(quick: bool, progress: Progress) -> StabilityMap:

@@ -21,28 +21,24 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
-    CONTRACTION,
     INPUTS_NOW,
     LAST_INTERVAL,
     LEAD_ANGLE,
     LEAD_SPEED,
-    OMEGA_REFERENCE,
     POSITION,
     SAMPLES,
     SHAFT_ANGLE,
     SHAFT_SPEED,
-    STEP_LAST,
-    STEP_REFERENCE,
     VELOCITY,
     offset,
 )
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
-from cranktrain_lab.stability.rotor import NOTHING, rotor_body, rotor_engine
+from cranktrain_lab.stability.rotor import NOTHING, resting_state, rotor_body, rotor_engine
 from cranktrain_lab.stability.stability_map import Axis, Progress, StabilityMap, bisected, curve, deviation
 
 THROW, NATURAL = 0.5, 100.0
@@ -63,7 +59,7 @@ BANDS = {1: (0.6, 1.15), 2: (1.85, 2.01)}
 WIDER = np.array([1.5, 3.0, 6.0])
 """Distances from the middle of an instability band, in half widths, at which a stable motion is searched in turn."""
 ZOOMS, ZOOMED = 6, 41
-"""Nested grids of ν in which an exact edge is found, each between two neighbours of the previous grid."""
+"""Nested grids of ν in which the largest growth is found, each between two neighbours of the previous grid."""
 _EXPLANATION = """\
 Twice a turn the piston borrows the crank's energy and gives it back. Where the shaft's natural frequency is about \
 the speed (ν = 1) or twice it (ν = 2), a swinging crank gets back more than it lent: no force is needed, and no \
@@ -126,13 +122,9 @@ class SingleCrank:
         q, v = offset(POSITION, n) + 5, offset(VELOCITY, n) + 5
         steps = half_turns * round(math.pi / STEP)
         h = STEP / speed
-        state = np.zeros_like(simulation.state)
-        state[SHAFT_SPEED] = speed * (1.0 + wobble)
-        state[OMEGA_REFERENCE] = speed
-        state[CONTRACTION] = FIRST_CONTRACTION
-        state[STEP_REFERENCE] = state[STEP_LAST] = -1.0
-        state[INPUTS_NOW : INPUTS_NOW + simulation.inputs.size] = simulation.inputs
-        state[INPUTS_NOW], state[LAST_INTERVAL], state[SAMPLES] = state[SHAFT_SPEED], h, 1.0
+        state = resting_state(simulation, speed)
+        state[SHAFT_SPEED] = state[INPUTS_NOW] = speed * (1.0 + wobble)
+        state[LAST_INTERVAL], state[SAMPLES] = h, 1.0
         state[q] = lead / unit
         state[v] = speed * (rate - wobble) / unit
         simulation.inputs[0] = speed
@@ -149,7 +141,7 @@ class SingleCrank:
         return float(np.abs(np.linalg.eigvals(self.monodromy(nu))).max())
 
 
-def floquet(epsilon: float, nu: Array, steps: int = 400) -> tuple[Array, Array]:
+def floquet(epsilon: float, nu: Array | float, steps: int = 400) -> tuple[Array, Array]:
     """Return trace and determinant (k,) of the exact monodromy matrix over θ = π, by fourth-order Runge–Kutta steps."""
     nu = np.atleast_1d(np.asarray(nu, dtype=float))
     y = np.zeros((2, 2, nu.size))
@@ -176,7 +168,7 @@ def exact_band(epsilon: float, band: int) -> tuple[float, float]:
     # The trace is −2 at the edges of the first band, and +2 at the edges of the second band.
     sign = -1.0 if band % 2 else 1.0
 
-    def beyond(nu: Array) -> Array:
+    def beyond(nu: Array | float) -> Array:
         return np.asarray(sign * floquet(epsilon, nu)[0] - 2.0)
 
     low, high = BANDS[band]
@@ -189,15 +181,9 @@ def exact_band(epsilon: float, band: int) -> tuple[float, float]:
         low, high = float(grid[max(0, top - 1)]), float(grid[min(ZOOMED - 1, top + 1)])
     else:
         return math.nan, math.nan
-    edges = []
-    for start in (BANDS[band][0], BANDS[band][1]):
-        outside, inside = start, float(grid[top])
-        for _ in range(ZOOMS):
-            grid_to = np.linspace(outside, inside, ZOOMED)
-            first = int(np.argmax(beyond(grid_to) > 0.0))
-            outside, inside = float(grid_to[first - 1]), float(grid_to[first])
-        edges.append(0.5 * (outside + inside))
-    return edges[0], edges[1]
+    inside = float(grid[top])
+    lower, upper = (float(brentq(lambda nu: beyond(nu)[0], outside, inside)) for outside in BANDS[band])
+    return lower, upper
 
 
 def found_band(crank: SingleCrank, about: tuple[float, float]) -> tuple[float, float]:

@@ -210,6 +210,7 @@ def name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]], fontsize: flo
     figure.set_layout_engine("none")
     for ax, labels in wanted:
         at = ax.transData.transform([(x, y) for line in ax.lines for x, y in line.get_xydata()])
+        frame = ax.get_window_extent()
         taken = [Bbox.from_extents(x - MARK, y - MARK, x + MARK, y + MARK) for x, y in at]
         for x, y, text in sorted(labels):
             for dx, dy in PLACES:
@@ -219,18 +220,14 @@ def name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]], fontsize: flo
                     ha="left" if dx > 0 else "right",
                 )  # fmt: skip
                 box = note.get_window_extent()
-                if not any(box.overlaps(other) for other in taken) and _inside(ax, box):
+                inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
+                if inside and not any(box.overlaps(other) for other in taken):
                     taken.append(box)
                     if max(abs(dx), abs(dy)) > FAR:
                         line = {"arrowstyle": "-", "lw": 0.4, "color": "#777"}
                         ax.annotate("", (x, y), textcoords="offset points", xytext=(dx, dy + 2), arrowprops=line)
                     break
                 note.remove()
-
-
-def _inside(ax: Any, box: Any) -> bool:
-    frame = ax.get_window_extent()
-    return bool(frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1)
 
 
 def _finish(

@@ -69,11 +69,8 @@ def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
 
     def of(kind: str, family: str, ladder: str | None = None) -> Callable[[Point], bool]:
         def chosen(point: Point) -> bool:
-            return (
-                point.parameters["error_kind"] == kind
-                and point.family == family
-                and (ladder is None or point.parameters.get("ladder") == ladder)
-            )
+            asked = point.parameters["error_kind"] == kind and point.family == family
+            return asked and ladder in (None, point.parameters.get("ladder"))
 
         return chosen
 

@@ -20,7 +20,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.store.kept import Kept, digest
 from cranktrain_lab.tradeoff.case import Case, OtherMethod, Unstable
-from cranktrain_lab.tradeoff.point import OTHERS, OUTPUTS, Point
+from cranktrain_lab.tradeoff.point import OTHERS, OUTPUTS, UNSETTLED, Point
 from cranktrain_lab.tradeoff.runs import Recorded, assembled, run, started
 
 HIGH_ORDERS = (12.0, 40.0)
@@ -62,13 +62,6 @@ def recorded(case: Case, store: Kept, say: Progress | None = None) -> tuple[Arra
         kept["unsettled"] = np.array(math.nan if got.unsettled is None else got.unsettled)
         store.keep_arrays(key, kept)
     return kept["values"], float(kept["interval"])
-
-
-def unsettled_start(case: Case, store: Kept) -> float | None:
-    """Return ``Recorded.unsettled`` of a stored case."""
-    kept = store.arrays(key_of(case)) or {}
-    left = float(kept.get("unsettled", math.nan))
-    return None if math.isnan(left) else left
 
 
 def differences(values: Array, interval: float, exact: Array, exact_interval: float, cycles: int) -> Array:
@@ -193,8 +186,9 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
     status, found = ("ok", {}) if other is None else other.judged(case, begin)
     details: dict[str, Any] = {**got.counts, **found}
     details["settling"] = settling(got, case, films)
-    starts = {"start_unsettled": got.unsettled, "reference_start_unsettled": unsettled_start(entry.reference, store)}
-    details |= {name: left for name, left in starts.items() if left is not None}
+    left = float((store.arrays(key_of(entry.reference)) or {}).get("unsettled", math.nan))
+    starts = zip(UNSETTLED, (got.unsettled, None if math.isnan(left) else left), strict=True)
+    details |= {name: unsettled for name, unsettled in starts if unsettled is not None}
     details["modes"] = assembled(case, say).body.n_modes
     details["high_orders"] = high_order_error(got.values, got.interval, exact, exact_interval, case.cycles)
     return {

@@ -226,25 +226,20 @@ def _coupled(simulation: Simulation, case: Case, rows: Array) -> float:
     assert case.coupled_deg is not None
     inner = round(case.kept_deg / case.coupled_deg)
     h = case.simulated / (len(rows) * inner)
-    step = _sending(simulation) if case.scheme is None else _coupling(simulation, case, case.scheme)
+
+    def sending(until: float) -> None:
+        theta, omega = simulation.outputs[0], simulation.outputs[1]
+        for c in range(simulation.engine.n_cylinders):
+            simulation.inputs[1 + c] = trace_pressure(simulation.model, c, theta, omega)
+        simulation.step(until)
+
+    step = sending if case.scheme is None else _coupling(simulation, case, case.scheme)
     begin = time.process_time()
     for k in range(len(rows)):
         for j in range(inner):
             step((k * inner + j + 1) * h)
         rows[k] = simulation.outputs
     return time.process_time() - begin
-
-
-def _sending(simulation: Simulation) -> Callable[[float], Any]:
-    """Return the step to a time (s) of a master that sends the pressures of the trace."""
-
-    def step(until: float) -> None:
-        theta, omega = simulation.outputs[0], simulation.outputs[1]
-        for c in range(simulation.engine.n_cylinders):
-            simulation.inputs[1 + c] = trace_pressure(simulation.model, c, theta, omega)
-        simulation.step(until)
-
-    return step
 
 
 def _coupling(simulation: Simulation, case: Case, scheme: str) -> Callable[[float], Any]:

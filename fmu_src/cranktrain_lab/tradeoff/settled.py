@@ -19,7 +19,6 @@ import math
 import time
 from dataclasses import dataclass, replace
 from statistics import median
-from typing import Any
 
 import numpy as np
 
@@ -140,33 +139,20 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     last = np.array([result.outputs[name][-result.per_cycle :] for name in names])
     after, cost = last, seconds / (result.settling.cycles * result.per_cycle * result.step)
     if not job.reference:
-        rows, cost = _plain_cycles(simulation, result.per_cycle, result.step)
-        after = np.ascontiguousarray(rows[:, places].T)
+        # Cycles without correction: outputs of the first, and the median of their processor times.
+        costs, rows = list[float](), np.empty((result.per_cycle, simulation.outputs.size))
+        while len(costs) < (1 if costs and costs[0] > SLOW else TIMED_CYCLES) and (
+            len(costs) < FEWEST_CYCLES or sum(costs) < TIMED_SECONDS
+        ):
+            costs.append(timed(simulation, result.step, len(costs) * result.per_cycle, rows))
+            if len(costs) == 1:
+                after = np.ascontiguousarray(rows[:, places].T)
+        cost = median(costs) / (result.per_cycle * result.step)
     figures = [cost, seconds, result.settling.cycles, result.settling.repeats]
     return {
         "names": np.array(names), "last": last, "after": after,
         "figures": np.array(figures, dtype=float),
     }  # fmt: skip
-
-
-def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, float]:
-    """Run cycles without correction. Return outputs (samples, outputs) of the first cycle, and cost per second."""
-    first, costs = np.empty((0, 0)), list[float]()
-    rows = np.empty((per_cycle, simulation.outputs.size))
-    while not _enough(costs):
-        costs.append(timed(simulation, h, len(costs) * per_cycle, rows))
-        if len(costs) == 1:
-            first = rows.copy()
-    return first, median(costs) / (per_cycle * h)
-
-
-def _enough(costs: list[float]) -> bool:
-    """True if these processor times of cycles suffice to determine the cost of a cycle."""
-    if not costs:
-        return False
-    if costs[0] > SLOW or len(costs) >= TIMED_CYCLES:
-        return True
-    return len(costs) >= FEWEST_CYCLES and sum(costs) >= TIMED_SECONDS
 
 
 def split(family: Family, engine: Engine, last: Cycle, after: Cycle, fine: Cycle, reference: Cycle) -> Split | None:

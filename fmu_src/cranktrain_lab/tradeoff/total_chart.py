@@ -9,6 +9,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from cranktrain.engine.levels import CRANKS
+from cranktrain.film.laws.register import MAINS, bearing_levels
 from cranktrain.studies.total_error.families import Family
 from cranktrain.studies.total_error.point import PARTS, TotalPoint, at_scene, shown
 from cranktrain_lab.tradeoff.chart import name_points
@@ -145,15 +147,11 @@ def _height(point: TotalPoint, family: str) -> float:
 
 
 def _colours() -> dict[str, str]:
-    from cranktrain.film.laws.register import MAINS, bearing_levels
-
     levels = bearing_levels(*MAINS)
     return {level: COLOURS[k % len(COLOURS)] for k, level in enumerate(levels)}
 
 
 def _marks() -> dict[str, str]:
-    from cranktrain.engine.levels import CRANKS
-
     return {level: MARKS[k % len(MARKS)] for k, level in enumerate(CRANKS)}
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from cranktrain.studies.total_error.families import FAMILIES
-from cranktrain.studies.total_error.point import TotalPoint, at_scene, shown
+from cranktrain.studies.total_error.point import PARTS, TotalPoint, at_scene, shown
 from cranktrain_lab.tradeoff.study import TotalStudy
 
 ACCURACIES = (0.1, 0.03, 0.01)
@@ -75,17 +75,13 @@ def default_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
         other = cheapest(points, {name: total})
         on = name in own.front
         better = "on the front" if on or other is None else f"{said(other, name)}"
-        rows.append([family.title, percent(total), *(percent(value) for value in _parts(own, name)), better])
+        parts = [percent(getattr(own.errors[name], part, None)) for part in PARTS]
+        rows.append([family.title, percent(total), *parts, better])
     other = cheapest(points, totals)
     if own is not None and other is not None:
         better = "on the front" if other == own else f"{other.label}: {rate(other.cost)}"
         rows.append(["all of these together", *[NONE] * 4, better])
     return rows
-
-
-def _parts(point: TotalPoint, family: str) -> tuple[float | None, ...]:
-    found = point.errors[family]
-    return (None, None, None) if found is None else (found.model, found.numerical, found.settling)
 
 
 HEADER = ("outputs", *(f"for {100 * accuracy:g} %" for accuracy in ACCURACIES))

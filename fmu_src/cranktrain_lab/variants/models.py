@@ -14,7 +14,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.types import Array
 from cranktrain.dynamics.model.settings import Settings, needed_parts
 from cranktrain.dynamics.simulation import fitted_engine
@@ -25,13 +25,15 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.results.files import output_unit
 from cranktrain.results.run_up.run_up import LARGEST, LEAST, MEAN
-from cranktrain.structure.assembly import Assembly, assemble
+from cranktrain.structure.assembly import Assembly, assemble, checked
 from cranktrain.structure.crank import level as crank
 from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft
 from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping, with_stated_damping
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns
 from cranktrain.studies.scene import scene_outputs
-from cranktrain_lab.variants.study import ENGINE, LOAD, TWO_MASS, Study
+from cranktrain_lab.variants.design import Design
+from cranktrain_lab.variants.distributions import Distribution
+from cranktrain_lab.variants.study import ENGINE, LOAD, TWO_MASS, Levels, Study, Varied
 from cranktrain_lab.variants.torsional import (
     FREQUENCY,
     UNITS_OF,
@@ -78,8 +80,6 @@ class TwoMassModel:
     """Model of two masses in closed form."""
 
     def __init__(self, study: Study) -> None:
-        from cranktrain.core.errors import nearest
-
         for output in study.outputs:
             if output not in OUTPUTS:
                 raise InputError(f"outputs: two masses have no '{output}'; {nearest(output, OUTPUTS)}")
@@ -116,6 +116,7 @@ class EngineModel:
     ----------
     outputs : outputs of each variant
     reshaping : varied values that change the crank's body
+    inherited : damping in motion that the crank inherits from the next finer crank level, or None
     """
 
     def __init__(self, study: Study, say: Callable[[str], None] = lambda stage: None) -> None:
@@ -138,11 +139,15 @@ class EngineModel:
         self._base = assemble(engine, settings, say=say, inherit=levels.inherit)
         self._bare = None if self.reshaping or self._on_bearings() or levels.retune else self._bare_crank(engine)
         self._last: tuple[Any, Any] | None = None
-        self._decay = self._inherited()
+        records = self._base.body.records
+        self.inherited: Decay | None = None
+        if "inherited_damping" in records:
+            hz, ratio = np.asarray(records["inherited_damping"]).T
+            self.inherited = Decay(hz, ratio, float(records["inherited_at"][0]))
         if self._torsional:
-            worst = {name: Output(name, UNITS_OF[base_name(name)], base_name(name) != FREQUENCY)
-                     for name in study.outputs}  # fmt: skip
-            self.outputs = tuple(worst.values())
+            self.outputs = tuple(
+                Output(name, UNITS_OF[base_name(name)], base_name(name) != FREQUENCY) for name in study.outputs
+            )
             # A failure of the base engine is reported before all variants fail for the same reason.
             torsional_answer(self.assembly_of(engine, study.load), self._speeds, study.outputs)
         else:
@@ -174,11 +179,6 @@ class EngineModel:
             body = with_stated_damping(fitted, body)
         return with_load(replace(self._base, engine=own, body=body), load)
 
-    @property
-    def inherited(self) -> Decay | None:
-        """Damping that the crank inherits from the next finer crank level."""
-        return self._decay
-
     def _running(self, fitted: Engine, engine: Engine) -> Any:
         """Return the running crank of a variant; ``fitted`` is the engine with the damper's housing."""
         level = self._study.levels.crank
@@ -186,8 +186,8 @@ class EngineModel:
         body = crank.running_crank(fitted, level, bare)
         if crank_level(level).inherits and engine.damping.torsional_ratios:
             body = with_stated_damping(fitted, body)
-        elif self._decay is not None:
-            body = with_damping(fitted, body, crank_level(level).inherits, self._decay)
+        elif self.inherited is not None:
+            body = with_damping(fitted, body, crank_level(level).inherits, self.inherited)
         return body
 
     def _reshaped(self, engine: Engine) -> Any:
@@ -210,14 +210,6 @@ class EngineModel:
         """True if varied values change the tuned stiffness of a torsional crank, but not its finite elements."""
         own = ("main_bearing", "main_roller") if self._engine.reduction.torsional_source == "solid-on-bearings" else ()
         return self._torsional and any(one.key.partition(".")[0] in own for one in self._study.varied)
-
-    def _inherited(self) -> Decay | None:
-        """Return the damping in motion of the base engine at the next finer crank level."""
-        records = self._base.body.records
-        if "inherited_damping" not in records:
-            return None
-        hz, ratio = np.asarray(records["inherited_damping"]).T
-        return Decay(hz, ratio, float(records["inherited_at"][0]))
 
     def _shaping_values(self) -> tuple[str, ...]:
         """Return keys of the varied and derived values that change the bare crank."""
@@ -243,8 +235,6 @@ class EngineModel:
 
     def _checked(self, settings: Settings) -> Settings:
         """Return settings with all defaults resolved; raises ``InputError`` if variants would need remade parts."""
-        from cranktrain.structure.assembly import checked
-
         settings = checked(self._engine, settings)
         wanted = needed_parts(self._engine, settings)
         if other := [name for name in ("bore", "big_end_bore") if name in wanted]:
@@ -263,6 +253,20 @@ class EngineModel:
         if self._torsional and settings.damper == "none" and any(o.startswith("damper.") for o in self._study.outputs):
             raise InputError("outputs: there is no damper; leave damper.* out")
         return settings
+
+
+def torsional_model(
+    engine: Engine, varied: Mapping[str, tuple[float, float, float]], speeds: Sequence[float], levels: Levels,
+    load: float = 1.0, say: Callable[[str], None] = lambda stage: None,
+) -> EngineModel:  # fmt: skip
+    """Return the model of a torsional crank between two ``speeds``, rad/s; ``varied`` are low, high and own by key."""
+    values = tuple(
+        Varied(key, Distribution("uniform", (("low", low), ("high", high))), own=own)
+        for key, (low, high, own) in varied.items()
+    )
+    outputs = (f"{FREQUENCY}[1]",)
+    study = Study(engine.name, engine.title, ENGINE, values, outputs, Design(), engine, tuple(speeds), (), levels, load)
+    return EngineModel(study, say)
 
 
 def variant_engine(study: Study, values: Mapping[str, float]) -> tuple[Engine, float]:

@@ -12,7 +12,7 @@ ended.
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -25,10 +25,9 @@ from threadpoolctl import threadpool_limits
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.types import Array
-from cranktrain.store.variant_files import Column, Row, VariantFiles, parquet
-from cranktrain_lab.variants.distributions import Distribution
-from cranktrain_lab.variants.models import Model, Output, answered, model_of
-from cranktrain_lab.variants.running import Means, answers, study_digest, variant_workers
+from cranktrain.store.variant_files import Row, VariantFiles, parquet
+from cranktrain_lab.variants.models import Output, answered, model_of
+from cranktrain_lab.variants.running import Means, answers, files_of, study_digest, variant_workers
 from cranktrain_lab.variants.study import Aim, Study
 
 REFINED = 0.25
@@ -84,6 +83,14 @@ class Box:
             low * (high / low) ** x if geometric else low + x * (high - low)
             for x, (low, high, geometric) in zip(np.clip(point, 0.0, 1.0).tolist(), self._ends, strict=True)
         ]
+        return np.array(found)
+
+    def point(self, values: Sequence[float]) -> Array:
+        """Return the point of the unit cube of varied values (d,), which are clipped to their ranges."""
+        found = []
+        for value, (low, high, geometric) in zip(values, self._ends, strict=True):
+            inside = min(max(value, low), high)
+            found.append(math.log(inside / low) / math.log(high / low) if geometric else (inside - low) / (high - low))
         return np.array(found)
 
 
@@ -144,7 +151,7 @@ class Search:
 
     def excess(self, outputs: Mapping[str, float]) -> Array:
         """Return the excess (limits,) of each limited output, relative to its limit; negative within the limit."""
-        found = [0.0 - 1.0]
+        found = [-1.0]
         for limit in self._aim.limits:
             value = outputs[limit.output]
             for end, sign in ((limit.at_most, 1.0), (limit.at_least, -1.0)):
@@ -188,12 +195,8 @@ def find_optimum(
     box, began = Box(study), time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)
-    files = VariantFiles(
-        folder, tuple(one.key for one in study.varied), tuple(one.unit for one in study.varied),
-        tuple(Column(*vars(one).values()) for one in model.outputs), np.array(study.speeds),
-        {"title": study.title, "engine": study.engine.name if study.engine else study.model, "method": "optimize",
-         "n": study.aim.evaluations, "pareto": [], "crank": study.levels.crank},
-    )  # fmt: skip
+    about = {"method": "optimize", "n": study.aim.evaluations, "pareto": []}
+    files = files_of(study, model, folder, about)
     files.begin(study_digest(replace(study, aim=None)) + repr(study.aim.seed), means.anew)
     files.write()  # makes all results of an earlier run readable
     search = Search(study.aim, box, files, model.outputs)
@@ -201,7 +204,10 @@ def find_optimum(
     search.read()
     try:
         with variant_workers(study, model, means, study.aim.evaluations) as (search.submit, search.workers):
-            before = _before(study, model, search)
+            # Outputs at the engine's own values, if all varied values are in the engine.
+            own = {one.key: one.own for one in study.varied if one.own is not None}
+            first = answered(model, own) if len(own) == len(study.varied) else ""
+            before = {} if isinstance(first, str) else search.worst(first)
             search.scale = abs(before.get(study.aim.minimize, 1.0)) or 1.0
             _search(study, search)
             rank, values = search.best
@@ -221,15 +227,6 @@ def find_optimum(
     )  # fmt: skip
 
 
-def _before(study: Study, model: Model, search: Search) -> dict[str, float]:
-    """Return outputs at the engine's own values; empty if a varied value is not in the engine."""
-    own = {one.key: one.own for one in study.varied if one.own is not None}
-    if len(own) < len(study.varied):
-        return {}
-    found = answered(model, own)
-    return {} if isinstance(found, str) else search.worst(found)
-
-
 def _search(study: Study, search: Search) -> None:
     """Run differential evolution, then refine the best variant."""
     aim, d = study.aim, len(study.varied)
@@ -241,7 +238,7 @@ def _search(study: Study, search: Search) -> None:
     rng = np.random.default_rng(aim.seed)
     start = rng.random((members, d))
     if len(own := [one.own for one in study.varied if one.own is not None]) == d:
-        start[0] = [_place(one.distribution, value) for one, value in zip(study.varied, own, strict=True)]
+        start[0] = search._box.point(own)
     with suppress(Ended):
         differential_evolution(
             lambda point: search.ranks([point])[0], Bounds(np.zeros(d), np.ones(d)), init=start, polish=False,
@@ -255,7 +252,7 @@ def _search(study: Study, search: Search) -> None:
 
 def _refine(search: Search, rule: str, d: int) -> None:
     """Refine the best variant by one optimisation method (``rule``) within the remaining evaluations."""
-    point = np.array([_inverse(search._box, k, value) for k, value in enumerate(search.best[1].tolist())])
+    point = search._box.point(search.best[1].tolist())
     limit = max(search.left // 2, d + 2)
     try:
         if rule == "COBYLA":
@@ -279,17 +276,3 @@ def _within(search: Search, point: Array) -> Array:
     outputs = search.outputs_at(point)
     margins = -search.excess(outputs) if outputs else np.full(1, -1.0)
     return np.concatenate((margins[1:], point, 1.0 - point))
-
-
-def _inverse(box: Box, k: int, value: float) -> float:
-    low, high, geometric = box._ends[k]
-    return math.log(value / low) / math.log(high / low) if geometric else (value - low) / (high - low)
-
-
-def _place(distribution: Distribution, value: float) -> float:
-    """Return the position (0 to 1) of the engine's own value in its range."""
-    low, high = distribution.ends
-    inside = min(max(value, low), high)
-    if low > 0.0 and high / low > DECADE:
-        return math.log(inside / low) / math.log(high / low)
-    return (inside - low) / (high - low)

@@ -98,10 +98,11 @@ def run_variants(
     outcome, began = Outcome() if outcome is None else outcome, time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)
-    files = VariantFiles(
-        folder, tuple(one.key for one in study.varied), tuple(one.unit for one in study.varied),
-        tuple(Column(*vars(one).values()) for one in model.outputs), np.array(study.speeds), _about(study),
-    )  # fmt: skip
+    about = {
+        "method": study.design.method, "n": study.design.n, "seed": study.design.seed, "pareto": list(study.pareto),
+        "own": {one.key: one.own for one in study.varied}, "version": __version__,
+    }  # fmt: skip
+    files = files_of(study, model, folder, about)
     held = files.begin(study_digest(study), means.anew)
     outcome.resumed = len(held)
     outcome.preparation = time.perf_counter() - began
@@ -110,16 +111,12 @@ def run_variants(
     try:
         with variant_workers(study, model, means, len(left)) as (submit, outcome.workers):
             for number, found in answers(submit, values, left, outcome.workers):
-                row = (
-                    Row(number, values[number], {}, found)
-                    if isinstance(found, str)
-                    else Row(number, values[number], found)
-                )
-                files.keep(row)
+                outputs, failed = ({}, found) if isinstance(found, str) else (found, "")
+                files.keep(Row(number, values[number], outputs, failed))
                 outcome.finished += 1
-                if row.failed:
+                if failed:
                     outcome.failed += 1
-                    outcome.reasons[row.failed] = outcome.reasons.get(row.failed, 0) + 1
+                    outcome.reasons[failed] = outcome.reasons.get(failed, 0) + 1
                 if outcome.finished % 10 == 0 or outcome.finished == len(left):
                     _progress(tell, outcome, len(left), began)
     finally:
@@ -128,13 +125,14 @@ def run_variants(
     return files
 
 
-def _about(study: Study) -> dict[str, Any]:
-    """Return facts of a study (engine, method, number, seed) that are stored in its result files."""
-    return {
-        "title": study.title, "engine": study.engine.name if study.engine else study.model, "version": __version__,
-        "crank": study.levels.crank, "method": study.design.method, "n": study.design.n, "seed": study.design.seed,
-        "pareto": list(study.pareto), "own": {one.key: one.own for one in study.varied},
-    }  # fmt: skip
+def files_of(study: Study, model: Model, folder: Path, about: dict[str, Any]) -> VariantFiles:
+    """Return the files of a study's variants in a folder, with further facts ``about`` the study."""
+    engine = study.engine.name if study.engine else study.model
+    about = {"title": study.title, "engine": engine, "crank": study.levels.crank, **about}
+    return VariantFiles(
+        folder, tuple(one.key for one in study.varied), tuple(one.unit for one in study.varied),
+        tuple(Column(*vars(one).values()) for one in model.outputs), np.array(study.speeds), about,
+    )  # fmt: skip
 
 
 def _progress(tell: Callable[[str, float], None], outcome: Outcome, count: int, began: float) -> None:
@@ -173,20 +171,17 @@ def variant_workers(
     number = max(1, min(means.workers or processors(), count))
     if number == 1 or study.model == FUNCTION:
         with threadpool_limits(limits=1, user_api="blas"):
-            yield _Here().take, 1
+            yield _finished, 1
         return
     with worker_pool(number, _begin, (study,)) as pool:
         yield lambda values: pool.submit(_variant, None, values), number
 
 
-class _Here:
-    """Executor that runs a variant at once in this process."""
-
-    def take(self, values: Array) -> Future[Any]:
-        """Run a variant and return its finished future."""
-        future: Future[Any] = Future()
-        future.set_result(_variant(None, values))
-        return future
+def _finished(values: Array) -> Future[Any]:
+    """Run a variant at once in this process. Return its finished future."""
+    future: Future[Any] = Future()
+    future.set_result(_variant(None, values))
+    return future
 
 
 @contextmanager

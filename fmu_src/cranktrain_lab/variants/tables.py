@@ -149,7 +149,8 @@ def as_table(value: Any, where: str) -> Any:
         raise InputError(f"{where}: distribution '{value[0]}' does not exist; {nearest(value[0], KINDS)}")
     kind, *numbers = value
     if kind == "values":
-        return {"distribution": kind, "values": list(numbers[0]) if _is_list(numbers) else list(numbers)}
+        listed = len(numbers) == 1 and isinstance(numbers[0], list | tuple)
+        return {"distribution": kind, "values": list(numbers[0] if listed else numbers)}
     names = {"normal": ("mean", "deviation", "low", "high"), "lognormal": ("median", "factor"),
              "triangular": ("low", "mode", "high"), "uniform": ("low", "high")}[kind]  # fmt: skip
     if len(numbers) > len(names):
@@ -157,7 +158,3 @@ def as_table(value: Any, where: str) -> Any:
     if len(numbers) == 1 and kind in ("normal", "lognormal"):
         names = names[1:2]  # the engine's own value is the centre
     return {"distribution": kind, **{n: v for n, v in zip(names, numbers, strict=False) if v is not None}}
-
-
-def _is_list(numbers: list[Any]) -> bool:
-    return len(numbers) == 1 and isinstance(numbers[0], list | tuple)

@@ -143,7 +143,10 @@ def torsional_answer(
             law = link.torque(structure.signal(1j * omega * twist, 1)) if link.thinning else None
             found[TORQUE] = _half_range(structure, stiffness * twist) if law is None else 0.5 * np.ptp(law, axis=1)
     if bases & set(OF_SHAFT):
-        torques = _piece_torques(made, structure, motion)
+        # Pieces lie between neighbours of pulley, mains and flywheel.
+        twists = np.diff(structure.rotations(made.body, shaft_nodes(engine)), axis=0)
+        stiffnesses = made.body.records["shaft_stiffness"][:, None]
+        torques = _half_range(structure, motion @ (stiffnesses * twists).T)
         found[SHAFT] = torques.max(axis=1)
         # Polar section moduli (mains + 1,) of the crank's pieces as solid circles, m³. The diameter of a piece
         # between two mains is the smaller of main and pin, of the front piece the smaller of nose and main, of the
@@ -189,14 +192,6 @@ def _peak(signal: Array) -> Array:
     before, at, after = (np.take_along_axis(signal, (top + k) % signal.shape[1], axis=1)[:, 0] for k in (-1, 0, 1))
     bend = 2.0 * at - before - after
     return np.asarray(at + 0.125 * (after - before) ** 2 / np.where(bend > 0.0, bend, 1.0))
-
-
-def _piece_torques(made: Assembly, structure: ShaftOrders, motion: ComplexArray) -> Array:
-    """Return half of the peak-to-peak torque (s, pieces) between neighbours of pulley, mains and flywheel."""
-    names = shaft_nodes(made.engine)
-    rows = np.diff(structure.rotations(made.body, names), axis=0)
-    torques = motion @ (made.body.records["shaft_stiffness"][:, None] * rows).T
-    return _half_range(structure, torques)
 
 
 def with_load(made: Assembly, load: float) -> Assembly:

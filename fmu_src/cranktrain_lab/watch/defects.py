@@ -14,6 +14,7 @@ evaluated together with the defects.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 from cranktrain.engine.model import Engine
@@ -66,17 +67,17 @@ class Defect:
 def defects_of(engine: Engine, damper: bool) -> tuple[Defect, ...]:
     """Return all defects and harmless changes that an engine can have; ``damper``: True if a damper is fitted."""
     found = [
-        Defect(f"{MISFIRE}[{k + 1}]", f"misfire of cylinder {k + 1}", MISFIRE, MISFIRES, _misfire(k))
+        Defect(f"{MISFIRE}[{k + 1}]", f"misfire of cylinder {k + 1}", MISFIRE, MISFIRES, partial(_misfire, k))
         for k in range(engine.n_cylinders)
     ]
     if damper and engine.damper is not None:
         found += _of_damper(engine.damper)
     found += _of_shafts(engine)
     found += [
-        Defect("load-", "less load", LOAD, LOADS, _load(-1.0)),
-        Defect("load+", "more load", LOAD, LOADS[:2], _load(1.0)),
-        Defect("zero-", "encoder zero behind", ZERO, ANGLES, _turned(-1.0)),
-        Defect("zero+", "encoder zero ahead", ZERO, ANGLES, _turned(1.0)),
+        Defect("load-", "less load", LOAD, LOADS, partial(_load, -1.0)),
+        Defect("load+", "more load", LOAD, LOADS[:2], partial(_load, 1.0)),
+        Defect("zero-", "encoder zero behind", ZERO, ANGLES, partial(_turned, -1.0)),
+        Defect("zero+", "encoder zero ahead", ZERO, ANGLES, partial(_turned, 1.0)),
     ]
     return tuple(found)
 
@@ -90,23 +91,20 @@ def with_misfire(engine: Engine, gas: GasTrace, cylinder: int, severity: float) 
     return replace(mean, own=tuple(own))
 
 
-def _misfire(cylinder: int) -> Callable[[Case, float], Case]:
-    return lambda case, severity: case._replace(gas=with_misfire(case.engine, case.gas, cylinder, severity))
+def _misfire(cylinder: int, case: Case, severity: float) -> Case:
+    return case._replace(gas=with_misfire(case.engine, case.gas, cylinder, severity))
 
 
-def _load(sign: float) -> Callable[[Case, float], Case]:
-    def changed(case: Case, severity: float) -> Case:
-        def burnt(one: GasTrace) -> GasTrace:
-            own = tuple(burnt(trace) for trace in one.own)
-            return replace(one, fired=one.fired + sign * severity * (one.fired - one.motored), own=own)
+def _load(sign: float, case: Case, severity: float) -> Case:
+    def burnt(one: GasTrace) -> GasTrace:
+        own = tuple(burnt(trace) for trace in one.own)
+        return replace(one, fired=one.fired + sign * severity * (one.fired - one.motored), own=own)
 
-        return case._replace(gas=burnt(case.gas))
-
-    return changed
+    return case._replace(gas=burnt(case.gas))
 
 
-def _turned(sign: float) -> Callable[[Case, float], Case]:
-    return lambda case, severity: case._replace(zero=case.zero + sign * severity)
+def _turned(sign: float, case: Case, severity: float) -> Case:
+    return case._replace(zero=case.zero + sign * severity)
 
 
 def _of_damper(damper: Damper) -> list[Defect]:
@@ -123,22 +121,20 @@ def _of_damper(damper: Damper) -> list[Defect]:
             part("damper.viscosity-", "damper fluid thinner", lambda d, s: replace(d, viscosity=d.viscosity * (1 - s))),
             part("damper.viscosity+", "damper ring seizing", lambda d, s: replace(d, viscosity=d.viscosity / (1 - s))),
         ]
-    found = []
-    if damper.stiffness > 0.0 or any(damper.stiffnesses):
-        found.append(part("damper.stiffness-", "damper springs cracked", _softer))
-    if damper.damping > 0.0 or any(damper.dampings):
-        found.append(part("damper.damping-", "damper without its damping", _freer))
-    return found
 
+    def less(own: Damper, severity: float, name: str, names: str) -> Damper:
+        rest = 1.0 - severity
+        lower = {name: rest * getattr(own, name), names: tuple(rest * one for one in getattr(own, names))}
+        return replace(own, **lower)
 
-def _softer(damper: Damper, severity: float) -> Damper:
-    rest = 1.0 - severity
-    return replace(damper, stiffness=rest * damper.stiffness, stiffnesses=tuple(rest * k for k in damper.stiffnesses))
-
-
-def _freer(damper: Damper, severity: float) -> Damper:
-    rest = 1.0 - severity
-    return replace(damper, damping=rest * damper.damping, dampings=tuple(rest * c for c in damper.dampings))
+    return [
+        part(f"damper.{name}-", words, partial(less, name=name, names=names))
+        for name, names, words in (
+            ("stiffness", "stiffnesses", "damper springs cracked"),
+            ("damping", "dampings", "damper without its damping"),
+        )
+        if getattr(damper, name) > 0.0 or any(getattr(damper, names))
+    ]
 
 
 def _of_shafts(engine: Engine) -> list[Defect]:
@@ -152,24 +148,22 @@ def _of_shafts(engine: Engine) -> list[Defect]:
 
         return [Defect("drive_line.stiffness-", "connecting shaft softer", SHAFT, LOSSES, softer)]
     return [
-        Defect(f"drive_line_chain.stiffnesses[{k + 1}]-", f"springs {a} to {b} cracked", SHAFT, LOSSES, _of_shaft(k))
+        Defect(
+            f"drive_line_chain.stiffnesses[{k + 1}]-", f"springs {a} to {b} cracked", SHAFT, LOSSES, partial(_softer, k)
+        )
         for k, (a, b, stiffness) in enumerate(zip(line.starts, line.ends, line.stiffnesses, strict=True))
         if stiffness > 0.0 or k + 1 in line.point_shafts
     ]
 
 
-def _of_shaft(shaft: int) -> Callable[[Case, float], Case]:
-    """Return the change that reduces the stiffness (or its curve) of a drive-line shaft, counted from 0."""
-
-    def softer(case: Case, severity: float) -> Case:
-        line, rest = case.engine.drive_line_chain, 1.0 - severity
-        assert line is not None
-        own = tuple(rest * k if i == shaft else k for i, k in enumerate(line.stiffnesses))
-        points = tuple(
-            rest * k if number == shaft + 1 else k
-            for number, k in zip(line.point_shafts, line.point_stiffnesses, strict=True)
-        )
-        changed = replace(line, stiffnesses=own, point_stiffnesses=points)
-        return case._replace(engine=replace(case.engine, drive_line_chain=changed))
-
-    return softer
+def _softer(shaft: int, case: Case, severity: float) -> Case:
+    """Return the case with reduced stiffness (or its curve) of a drive-line shaft, counted from 0."""
+    line, rest = case.engine.drive_line_chain, 1.0 - severity
+    assert line is not None
+    own = tuple(rest * k if i == shaft else k for i, k in enumerate(line.stiffnesses))
+    points = tuple(
+        rest * k if number == shaft + 1 else k
+        for number, k in zip(line.point_shafts, line.point_stiffnesses, strict=True)
+    )
+    changed = replace(line, stiffnesses=own, point_stiffnesses=points)
+    return case._replace(engine=replace(case.engine, drive_line_chain=changed))

@@ -80,13 +80,9 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Judgement of watched recordings.
+    """Judgement of watched recordings: ``alarm`` if they have changed, and findings, the most likely first.
 
-    Attributes
-    ----------
-    alarm : True if the recordings have changed
-    probability : probability of an equally large change without a cause
-    findings : findings, the most likely first
+    ``probability`` is that of an equally large change without a cause.
     """
 
     alarm: bool

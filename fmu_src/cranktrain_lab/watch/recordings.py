@@ -83,13 +83,7 @@ NEAR = 0.02
 
 
 class Recordings(NamedTuple):
-    """Watched and healthy recordings at operating points.
-
-    Attributes
-    ----------
-    place : output, speeds (s,) and orders (o,)
-    watched, healthy : complex orders (m, s, o) and (n, s, o), rad
-    """
+    """Complex orders, rad, of m watched (m, s, o) and n healthy recordings (n, s, o) at operating points."""
 
     place: Place
     watched: ComplexArray

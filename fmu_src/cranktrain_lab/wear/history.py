@@ -243,7 +243,11 @@ class _March:
             "profile": shells.profiles,
             **{name: getattr(wear, name) for name in OVER_TIME if hasattr(wear, name)},
         }  # fmt: skip
-        self.history = history = self.history.with_row(shells.worn, running.increment(wear) is None, **values)
+        rows: dict[str, Any] = {
+            name: np.concatenate([getattr(self.history, name), np.asarray(values[name])[None]]) for name in OVER_TIME
+        }
+        settled = running.increment(wear) is None
+        self.history = history = replace(self.history, worn=shells.worn, settled=settled, **rows)
         worst = int(history.least_gap[-1].argmin())
         return (
             f"{history.hours[-1]:.4g} h, {block.speed / RPM:.0f} rev/min: worn up to "

@@ -1,7 +1,7 @@
 """History of wear of an engine's main bearings by ``cranktrain run-in --hours``, with its file."""
 
 import csv
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,8 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
 from cranktrain.store.hdf5 import WEAR_REMEDY, read_wear, write_wear
 from cranktrain.store.whole_file import marked, whole_file
+from cranktrain_lab.wear.schedule import HOUR
 
-HOUR = 3600.0
 TABLE = marked("table of a wear history", "cranktrain wear history")
 OVER_TIME: dict[str, str] = {
     "time": "s", "speed": "rad/s", "gas_load": "1", "sigma": "m", "volume": "m^3", "contact_work": "J",
@@ -79,13 +79,6 @@ class WearHistory:
     def deepest(self) -> Array:
         """Largest worn depth of each bearing, m, (s, b) for s times and b bearings."""
         return np.asarray((self.profile - self.profile[0]).max(axis=2))
-
-    def with_row(self, worn: Array, settled: bool, **values: Any) -> "WearHistory":
-        """Return the history with one more row; ``values`` have the names of ``OVER_TIME``."""
-        added: dict[str, Any] = {
-            name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME
-        }
-        return replace(self, worn=worn, settled=settled, **added)
 
     def save(self, path: str | Path) -> Path:
         """Write the history's file, whole or not at all; raises ``InputError`` for an invalid path, ``StoreError``."""

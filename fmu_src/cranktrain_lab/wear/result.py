@@ -13,15 +13,14 @@ from cranktrain.core.user_file import user_path
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
-from cranktrain.film.contact.gap import relief
 from cranktrain.results.figures import save_figure
 from cranktrain.results.plots import foot
-from cranktrain.store.engine_text import Written, engine_text, new_path, rewritten, write_new
+from cranktrain.store.engine_text import engine_text, new_path
 from cranktrain.store.hdf5 import WEAR
 from cranktrain.store.whole_file import check_place
 from cranktrain_lab.wear.history import Choices, Running, wear_history
 from cranktrain_lab.wear.records import WearHistory
-from cranktrain_lab.wear.run_in import fitted_profile
+from cranktrain_lab.wear.run_in import fitted_relief, write_relief
 from cranktrain_lab.wear.schedule import HOUR, Block, read_schedule
 
 PICTURES = ("wear_profiles.png", "wear_over_time.png")
@@ -127,7 +126,10 @@ def run_in_over_time(
     history = wear_history(running, blocks, hours, path, say, follow)
     found = figures(history, base)
     if new is not None:
-        _write_engine(new, engine_text(engine).text, base, history, found)
+        bearing, sigma = base.plain_mains, float(history.sigma[-1].mean())
+        rough = {"roughness": sigma, "asperity_ratio": bearing.asperity_ratio * (sigma / bearing.roughness) ** 2}
+        note = f"run-in: {found['hours']:.4g} h of wear; see cranktrain run-in"
+        write_relief(new, engine_text(engine).text, base, found, note, rough)
     return history, found | {"output": None if path is None else str(path), "file": None if new is None else str(new)}
 
 
@@ -162,15 +164,10 @@ def figures(history: WearHistory, engine: Engine) -> dict[str, Any]:
     """Return results of a history for JSON, in engineering units; lists are by main bearing."""
     zeta, deepest = envelope(history)
     even = np.linspace(0.0, 1.0, 101)
-    shape = np.interp(even, zeta, deepest)
-    depth, share, exponent = fitted_profile(even, shape)
-    fitted = np.array([relief(place, (depth, share, exponent)) for place in even])
     return {
         "engine": engine.name, "hours": float(history.hours[-1]), "settled": history.settled,
         "increments": int(history.time.size - 1),
-        "relief_depth_um": 1e6 * depth, "relief_share": share, "relief_exponent": exponent,
-        "fit_error_um": 1e6 * float(np.sqrt(np.mean((fitted - shape) ** 2))),
-        "zeta": even.tolist(), "worn_um": (1e6 * shape).tolist(),
+        **fitted_relief(even, np.interp(even, zeta, deepest)),
         "mains": history.bearings.astype(int).tolist(),
         "depth_um": (1e6 * history.deepest[-1]).tolist(), "roughness_um": (1e6 * history.sigma[-1]).tolist(),
         "volume_mm3": (1e9 * history.volume[-1]).tolist(), "contact_work_j": history.contact_work[-1].tolist(),
@@ -179,17 +176,3 @@ def figures(history: WearHistory, engine: Engine) -> dict[str, Any]:
         "contact_pressure_mpa": [(1e-6 * history.largest_pressure[k]).tolist() for k in (0, -1)],
         "least_gap_um": [(1e6 * history.least_gap[k]).tolist() for k in (0, -1)],
     }  # fmt: skip
-
-
-def _write_engine(new: Path, old: str, base: Engine, history: WearHistory, found: dict[str, Any]) -> None:
-    """Write the engine file of the run-in engine."""
-    bearing = base.plain_mains
-    sigma = float(history.sigma[-1].mean())
-    values = {
-        "relief_depth": 1e-6 * found["relief_depth_um"], "relief_share": found["relief_share"],
-        "relief_exponent": found["relief_exponent"], "roughness": sigma,
-        "asperity_ratio": bearing.asperity_ratio * (sigma / bearing.roughness) ** 2,
-    }  # fmt: skip
-    note = f"run-in: {found['hours']:.4g} h of wear; see cranktrain run-in"
-    changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in values.items()}
-    write_new(new, rewritten(old, base, changes))

@@ -11,7 +11,7 @@ of :mod:`cranktrain.film.contact.gap` is fitted to the worn shape by least squar
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -92,17 +92,12 @@ def run_in(
         follow((k + 1) / passes)
         missing = WEAR * np.maximum(0.0, WANTED * bearing.roughness - least)
         worn += np.convolve(np.pad(missing, 1, mode="edge"), SMOOTHING, mode="valid")
-    depth, share, exponent = fitted_profile(zeta, worn)
-    fitted = np.array([relief(place, (depth, share, exponent)) for place in zeta])
+    found = fitted_relief(zeta, worn)
     if new is not None:
         note = f"run-in at {speed:.6g} rev/min, {passes} passes of wear; see cranktrain run-in"
-        found = {"relief_depth": depth, "relief_share": share, "relief_exponent": exponent}
-        changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in found.items()}
-        write_new(new, rewritten(old, base, changes))
+        write_relief(new, old, base, found, note, {})
     return {
-        "engine": base.name, "speed_rpm": speed, "relief_depth_um": 1e6 * depth, "relief_share": share,
-        "relief_exponent": exponent, "fit_error_um": 1e6 * float(np.sqrt(np.mean((fitted - worn) ** 2))),
-        "zeta": zeta.tolist(), "worn_um": (1e6 * worn).tolist(), "least_gap_um": gaps,
+        "engine": base.name, "speed_rpm": speed, **found, "least_gap_um": gaps,
         "file": str(new) if new is not None else None,
     }  # fmt: skip
 
@@ -151,3 +146,26 @@ def fitted_profile(zeta: Array, worn: Array) -> tuple[float, float, float]:
             if error < least:
                 best, least = (depth, float(share), float(exponent)), error
     return best
+
+
+def fitted_relief(zeta: Array, worn: Array) -> dict[str, Any]:
+    """Return a worn shape (n,), m, at |ζ| (n,), and the profile fitted to it, for JSON."""
+    depth, share, exponent = fitted_profile(zeta, worn)
+    fitted = np.array([relief(place, (depth, share, exponent)) for place in zeta])
+    return {
+        "relief_depth_um": 1e6 * depth, "relief_share": share, "relief_exponent": exponent,
+        "fit_error_um": 1e6 * float(np.sqrt(np.mean((fitted - worn) ** 2))), "zeta": zeta.tolist(),
+        "worn_um": (1e6 * worn).tolist(),
+    }  # fmt: skip
+
+
+def write_relief(
+    new: Path, old: str, base: Engine, found: Mapping[str, Any], note: str, more: Mapping[str, float]
+) -> None:
+    """Write the engine file ``new`` with the profile of :func:`fitted_relief`, and ``more`` values of its mains."""
+    values = {
+        "relief_depth": 1e-6 * found["relief_depth_um"], "relief_share": found["relief_share"],
+        "relief_exponent": found["relief_exponent"], **more,
+    }  # fmt: skip
+    changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in values.items()}
+    write_new(new, rewritten(old, base, changes))

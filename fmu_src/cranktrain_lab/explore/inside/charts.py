@@ -1,43 +1,32 @@
 """Charts of one bearing at one crank angle: orbit, unrolled film, and polar load diagram."""
 
 import math
-from typing import Any
 
 import numpy as np
 from bokeh.models import ColorBar, ColumnDataSource, FixedTicker, HoverTool, LinearColorMapper, Range1d
-from bokeh.plotting import figure
 
 from cranktrain.core.types import Array
 from cranktrain.engine.limits import BIG_END
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.summary import NOT_RESOLVED
-from cranktrain_lab.explore.charts import COLOURS
+from cranktrain_lab.explore.charts import COLOURS, empty_plot
 from cranktrain_lab.explore.inside.cycle import FRAME_DEG, BearingLook
 
 SHELL, JOURNAL = "on the shell", "on the journal"
 SIDES = (SHELL, JOURNAL)
 """Choices of axes of a polar load diagram: axes of the shell, and axes of the crank."""
-HEIGHT = 380
 _ROOM = 1.12
 """Ratio of a square chart's half width to the largest value of its curve."""
 _DEG, _KN, _MPA, _MM = 180.0 / math.pi, 1.0e-3, 1.0e-6, 1.0e3
 
 
-def _plot(across: str, up: str, **more: Any) -> Any:
-    plot = figure(
-        title=" ", height=HEIGHT, sizing_mode="stretch_width", min_width=300, x_axis_label=across, y_axis_label=up,
-        tools="pan,box_zoom,wheel_zoom,reset,save", toolbar_location="above", **more,
-    )  # fmt: skip
-    plot.toolbar.logo, plot.toolbar.autohide = None, True
-    plot.title.text_font_size = "13px"
-    return plot
-
-
 class _Square:
     """Square chart of a plane curve over a cycle, with a mark at the present crank angle."""
 
+    _look: BearingLook
+
     def __init__(self, across: str, up: str, unit: str) -> None:
-        self.plot = _plot(across, up, match_aspect=True)
+        self.plot = empty_plot(" ", across, up, match_aspect=True)
         # Bokeh keeps scales equal only for ranges that follow data, so two corner points define the range.
         self._corners = ColumnDataSource({"x": [], "y": []})
         corners = self.plot.scatter("x", "y", source=self._corners, alpha=0.0)
@@ -73,7 +62,6 @@ class OrbitChart(_Square):
         self.plot.line(np.cos(angle), np.sin(angle), color="#444444", line_dash="dashed", legend_label="clearance")
         self.plot.legend.label_text_font_size, self.plot.legend.location = "11px", "top_right"
         self.plot.legend.background_fill_alpha = 0.5
-        self._look: BearingLook | None = None
 
     def choose(self, look: BearingLook) -> None:
         """Show a bearing with an orbit."""
@@ -83,7 +71,6 @@ class OrbitChart(_Square):
     def show(self, frame: int) -> None:
         """Mark a frame."""
         look = self._look
-        assert look is not None
         here = complex(look.orbit[look.sample(frame)])
         self.mark(here, arm=False)
         self.plot.title.text = (
@@ -97,7 +84,6 @@ class PolarChart(_Square):
 
     def __init__(self) -> None:
         super().__init__("load, kN", "load, kN", "kN")
-        self._look: BearingLook | None = None
         self._load: ComplexArray = np.zeros(1, dtype=complex)
         self._words = ""
 
@@ -116,7 +102,6 @@ class PolarChart(_Square):
     def show(self, frame: int) -> None:
         """Mark a frame."""
         look = self._look
-        assert look is not None
         here = complex(self._load[look.sample(frame)])
         self.mark(here, arm=True)
         self.plot.title.text = (
@@ -128,9 +113,11 @@ class PolarChart(_Square):
 class FilmChart:
     """Chart of the unrolled film pressure, with a rectangle for the cell of each node."""
 
+    _look: BearingLook
+
     def __init__(self) -> None:
-        self.plot = _plot(
-            "angle in the shell, deg", "across the shell, mm", x_range=Range1d(-180, 180), y_range=Range1d(-1, 1)
+        self.plot = empty_plot(
+            " ", "angle in the shell, deg", "across the shell, mm", x_range=Range1d(-180, 180), y_range=Range1d(-1, 1)
         )
         self.plot.xaxis.ticker = FixedTicker(ticks=list(range(-180, 181, 60)))
         self.plot.grid.visible = False
@@ -146,7 +133,6 @@ class FilmChart:
         self.plot.scatter("x", "y", source=self.peak, marker="x", size=10, color="white", line_width=2)
         self.plot.add_layout(ColorBar(color_mapper=self._colours, title="MPa", width=10, padding=6), "right")
         self.plot.add_tools(HoverTool(renderers=[quads], tooltips=[("pressure", "@p{0.00} MPa")]))
-        self._look: BearingLook | None = None
 
     def choose(self, look: BearingLook) -> None:
         """Show a bearing with film pressure; the colour scale covers its whole cycle."""
@@ -162,7 +148,7 @@ class FilmChart:
     def show(self, frame: int) -> None:
         """Show a frame."""
         look = self._look
-        assert look is not None and look.film is not None
+        assert look.film is not None
         begin, end = look.film.cells(frame)
         pressure = _MPA * np.asarray(look.film.pressure[frame], dtype=float)
         sides = 0.5 * _MM * look.width * look.film.sides

@@ -84,18 +84,14 @@ def crank_surface_of(engine: Engine, running: ReducedBody, stress: CrankStress, 
         rows = slice(first, first + BATCH)
         tensors = stress.tensors(samples[rows])
         found[VON_MISES][rows] = von_mises(tensors.transpose(1, 0, 2))
-        found[PRINCIPAL][rows] = [largest_principal(one) for one in tensors]
+        for row, tensor in zip(found[PRINCIPAL][rows], tensors, strict=True):
+            values = principal(np.asarray(tensor, dtype=float))
+            row[:] = np.where(values[:, 2] >= -values[:, 0], values[:, 2], values[:, 0])
     surface = CrankSurface(
         skin.points, skin.triangles, skin.modes, moving.coordinates, stress.angle[samples],
         {name: np.ascontiguousarray(values[:, skin.origin]) for name, values in found.items()},
     )  # fmt: skip
     return coarser(surface, LARGEST).reduced
-
-
-def largest_principal(stress: Array) -> Array:
-    """Return the principal stress of largest magnitude, with sign, (s,), of stress tensors (6, s)."""
-    values = principal(np.asarray(stress, dtype=float))
-    return np.asarray(np.where(values[:, 2] >= -values[:, 0], values[:, 2], values[:, 0]))
 
 
 def coarser(surface: CrankSurface, most: int) -> CrankSurface:

@@ -13,7 +13,7 @@ import param
 
 from cranktrain.results.pictures.page import surface_script
 from cranktrain.results.pictures.rendering import COLOURS, RIGHT, TO_EYE, UP
-from cranktrain_lab.explore.inside.charts import HEIGHT
+from cranktrain_lab.explore.charts import HEIGHT
 from cranktrain_lab.explore.inside.crank_surface import PRINCIPAL, STRESSES, CrankSurface
 from cranktrain_lab.explore.inside.cycle import FRAME_DEG
 

@@ -73,7 +73,7 @@ class FilmWatch:
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        self._seen: dict[str, list[tuple[Array, Array | None]]] = {}
+        self._seen: dict[str, list[tuple[Any, Any]]] = {}
         self._grids: dict[str, tuple[Array, Array]] = {}
         self._out = np.zeros(SIZE)
 
@@ -101,11 +101,19 @@ class FilmWatch:
         laws = self._simulation.model.laws
         bore, number = RECORDS.get(int(laws.entry[row, 1])), int(laws.entry[row, 2])
         if isinstance(bore, ElasticBore):
-            self._grids.setdefault(name, elastic_cells(bore))
-            self._seen.setdefault(name, []).append((elastic_pressure(bore, number), None))
+            film, constants = bore.film, bore.film.constants.copy()
+            faces = np.arctan2(film.trig[:, elastic.FACE_SIN], film.trig[:, elastic.FACE_COS])
+            self._grids.setdefault(name, (faces, cell_sides(film.lines[:, elastic.ZETA][1:-1])))
+            constants[elastic.VISCOSITY] = bore.viscosities[number]
+            shape = int(constants[elastic.N_PHI]), int(constants[elastic.N_Z])
+            nodes = np.maximum(bore.memory.unknowns[number], 0.0).reshape(shape)
+            self._seen.setdefault(name, []).append(
+                (np.asarray(pressure_unit.py_func(constants) * nodes, dtype=np.float32), None)
+            )
         elif isinstance(bore, RigidBore) and self._simulation.settings.bearings == ONLINE and name.startswith(MAIN):
             pressure, faces = self._solved(name, row, number, bore)
-            self._grids.setdefault(name, (faces, rigid_sides(bore)))
+            sides = cell_sides(bore.grid.axial[rigid.ZETA, : bore.grid.axial.shape[1] - 1])
+            self._grids.setdefault(name, (faces, sides))
             self._seen.setdefault(name, []).append((pressure, faces))
 
     def _solved(self, name: str, row: int, number: int, bore: RigidBore) -> tuple[Array, Array]:
@@ -127,27 +135,6 @@ class FilmWatch:
         turned = float(simulation.work.frames[0][at.THETA])
         faces = np.arctan2(journal.angle[rigid.FACE_SIN], journal.angle[rigid.FACE_COS]) + turned
         return (unit * journal.pressure[:, :count]).astype(np.float32), faces.astype(np.float32)
-
-
-def elastic_pressure(bore: ElasticBore, number: int) -> Array:
-    """Return the pressure (n, m) Pa at the nodes of an elastic film at the end of the last step."""
-    constants = bore.film.constants.copy()
-    constants[elastic.VISCOSITY] = bore.viscosities[number]
-    shape = int(constants[elastic.N_PHI]), int(constants[elastic.N_Z])
-    nodes = np.maximum(bore.memory.unknowns[number], 0.0).reshape(shape)
-    return np.asarray(pressure_unit.py_func(constants) * nodes, dtype=np.float32)
-
-
-def elastic_cells(bore: ElasticBore) -> tuple[Array, Array]:
-    """Return cell faces around (n,), rad, and m + 1 cell sides across the width of an elastic film's nodes."""
-    faces = np.arctan2(bore.film.trig[:, elastic.FACE_SIN], bore.film.trig[:, elastic.FACE_COS])
-    zetas = bore.film.lines[:, elastic.ZETA]
-    return faces, cell_sides(zetas[1:-1])
-
-
-def rigid_sides(bore: RigidBore) -> Array:
-    """Return the m + 1 cell sides across the width for the m nodes of a rigid bore."""
-    return cell_sides(bore.grid.axial[rigid.ZETA, : bore.grid.axial.shape[1] - 1])
 
 
 def cell_sides(zetas: Array) -> Array:

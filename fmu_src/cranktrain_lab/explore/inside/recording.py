@@ -17,7 +17,7 @@ from cranktrain.studies.constant_speed import Request
 from cranktrain_lab.explore.background import Advance, Say
 from cranktrain_lab.explore.inside.crank_surface import crank_surface_of
 from cranktrain_lab.explore.inside.cycle import FRAME_DEG, InsideCycle, Repeated, bearing_looks
-from cranktrain_lab.explore.inside.film_record import FilmPressure, FilmWatch
+from cranktrain_lab.explore.inside.film_record import FilmWatch
 
 SETTLE = 1.0e-3
 STRESSED = "solid"
@@ -25,8 +25,8 @@ STRESSED = "solid"
 
 
 @dataclass(frozen=True)
-class LookInside:
-    """Job that records a cycle for display: engine, levels, load, and one speed (rad/s)."""
+class SteadyJob:
+    """Base class of jobs with steady cycles: engine, levels, load, (first) speed (rad/s), and settling error."""
 
     engine: Engine
     crank: str
@@ -41,10 +41,14 @@ class LookInside:
         self.request().settings(self.engine)
 
     def request(self) -> Request:
-        """Request of the run."""
+        """Return the request of the run, at its first speed."""
         levels: dict[str, Any] = {"crank": self.crank, "bearings": self.bearings, "big_ends": self.big_ends}
         fitted = self.engine.damper is not None
         return Request(speed_rpm=self.speed / RPM, settle=self.settle, damper=fitted, load=self.load, **levels)
+
+
+class LookInside(SteadyJob):
+    """Job that records a cycle at one speed for display."""
 
     def work(self, path: Path, say: Say, advance: Advance) -> str:
         """Run, and write the cycle to ``path``; raises errors of the package."""
@@ -74,7 +78,12 @@ class LookInside:
         shown = {name: cycle.outputs[name] for name in simulation.shown_outputs}
         films = {name: film.at(order) for name, film in watch.films().items()}
         looks = bearing_looks(Repeated.of(shown, order, request.speed), self.engine)
-        looks = tuple(replace(one, film=_at_frames(films.get(one.name), one.sample)) for one in looks)
+        looks = tuple(
+            replace(one, film=films[one.name].at([one.sample(frame) for frame in range(720 // FRAME_DEG)]))
+            if one.name in films
+            else one
+            for one in looks
+        )
         stress = surface = None
         if modes is not None:
             advance("stresses over the cycle", 0.92)
@@ -84,11 +93,3 @@ class LookInside:
         levels = {"crank": chosen.crank, "bearings": chosen.bearings, "big_ends": chosen.big_ends}
         found = InsideCycle(self.engine.name, request.speed, levels, looks, surface, attributes={"load": self.load})
         return found, cycle, stress
-
-
-def _at_frames(film: FilmPressure | None, sample: Callable[[int], int]) -> FilmPressure | None:
-    """Return a recorded film at the frames that a page shows."""
-    if film is None:
-        return None
-    frames: list[int] = [sample(frame) for frame in range(720 // FRAME_DEG)]
-    return film.at(frames)

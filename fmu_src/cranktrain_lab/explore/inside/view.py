@@ -1,12 +1,11 @@
 """Part of the page with the view inside: crank, orbit, film and load at one crank angle."""
 
 import html
-from pathlib import Path
 
 import panel as pn
 
 from cranktrain.core.errors import CranktrainError
-from cranktrain_lab.explore.charts import side_by_side
+from cranktrain_lab.explore.charts import push, side_by_side, unused
 from cranktrain_lab.explore.inside.charts import SIDES, FilmChart, OrbitChart, PolarChart
 from cranktrain_lab.explore.inside.crank_surface import STRESSES
 from cranktrain_lab.explore.inside.crank_view import CrankChart
@@ -57,7 +56,7 @@ class InsideView:
         )
         self.stress.param.watch(lambda event: self._choose_stress(), "value")
         self.enlargement = pn.widgets.Select(name="deformation", width=140)
-        self.enlargement.param.watch(lambda event: self._enlarge(), "value")
+        self.enlargement.param.watch(lambda event: self._choose_stress(), "value")
         self._quiet = False
         self._charts = side_by_side([self.orbit.plot, self.film.plot, self.polar.plot])
         self.boxes = list(self._charts.objects)
@@ -141,9 +140,7 @@ class InsideView:
             if self._film_box.visible:
                 self.film.show(frame)
             self.polar.show(frame)
-        document = pn.state.curdoc
-        if document is None or not document.session_context:
-            pn.io.push_notebook(*self.boxes)
+        push(self.boxes)
 
     def _choose_bearing(self) -> None:
         if self._quiet or self.cycle is None:
@@ -179,19 +176,14 @@ class InsideView:
 
     def _choose_stress(self) -> None:
         if self.crank is not None and not self._quiet:
-            self.crank.choose(self.stress.value)
-
-    def _enlarge(self) -> None:
-        if self.crank is not None and not self._quiet:
             self.crank.enlarge(float(self.enlargement.value))
+            self.crank.choose(self.stress.value)
 
     def _write(self) -> None:
         """Save the cycle under an unused name."""
         assert self.cycle is not None
-        name = f"{self.cycle.engine}_{self.cycle.rpm:.0f}rpm_inside"
-        number = next(k for k in range(1, 10_000) if not Path(f"{name}{'' if k == 1 else f'_{k}'}.h5").exists())
         try:
-            path = self.cycle.save(f"{name}{'' if number == 1 else f'_{number}'}.h5")
+            path = self.cycle.save(unused(f"{self.cycle.engine}_{self.cycle.rpm:.0f}rpm_inside", "_", ".h5"))
         except (CranktrainError, OSError) as error:
             self._saved.object = f"<span style='color:#b00020'>{html.escape(str(error))}</span>"
             return

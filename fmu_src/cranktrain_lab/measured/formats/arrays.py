@@ -14,10 +14,8 @@ from cranktrain_lab.measured.channels import (
     Channel,
     Reader,
     long_time_base,
-    of_array,
+    rising_base,
     rising_times,
-    time_base,
-    timed,
 )
 from cranktrain_lab.measured.counters import second_of
 
@@ -65,7 +63,9 @@ def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: s
         clock = clocks.get((group, one.size))
         if clock is None and not math.isfinite(own):
             clock = clocks[alone[0]] if len(alone) == 1 else None
-            own = next((step for above in _above(group) if math.isfinite(step := _step(above, scalars))), math.nan)
+            parts = group.split("/") if group else []
+            above = ("/".join(parts[:k]) for k in reversed(range(len(parts))))  # enclosing groups, the nearest first
+            own = next((step for one_above in above if math.isfinite(step := _step(one_above, scalars))), math.nan)
         start, step, places, order = clock or (_start(one, scalars), own, None, None)
         over = "time"
         if places is None and not math.isfinite(step):
@@ -99,12 +99,6 @@ def _start(one: Named, scalars: Mapping[str, float]) -> float:
     return next((own[name] for name in START_NAMES if math.isfinite(own.get(name, math.nan))), one.start)
 
 
-def _above(group: str) -> list[str]:
-    """Return the enclosing groups of a group, the nearest first."""
-    parts = group.split("/") if group else []
-    return ["/".join(parts[:k]) for k in range(len(parts) - 1, -1, -1)]
-
-
 def is_time(name: str) -> bool:
     """True if the name is that of a time base."""
     return name.rpartition("/")[2].partition("[")[0].partition("(")[0].strip().lower() in TIME_NAMES
@@ -125,18 +119,9 @@ def _clock(
         if (told := rising_times(read, base.size, where)) is not None:
             remarks += told
             return float(read(0, 1)[0]), math.nan, read, None
-    times = read(0, base.size)
-    order, told = timed(times, where)
+    start, step, places, order, told = rising_base(read(0, base.size), where)
     remarks += told
-    times = times if order is None else times[order]
-    start, step, own, told = time_base(times, where)
-    remarks += told
-    if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
-        rising = np.argsort(own, kind="stable")
-        order = rising if order is None else order[rising]
-        own = own[rising]
-        start = float(own[0])
-    return start, step, None if own is None else of_array(own), order
+    return start, step, places, order
 
 
 def _group(name: str) -> str:

@@ -7,7 +7,7 @@ column of comments is ignored. Segments of the same channels are parts of one re
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
@@ -20,7 +20,6 @@ from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_dialect import Dialect
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_table import TextTable, parsed_block
-from cranktrain.core.types import Array
 from cranktrain_lab.measured.channels import Channel
 from cranktrain_lab.measured.formats.arrays import Named, as_channels
 from cranktrain_lab.measured.formats.text import Values, collected
@@ -52,7 +51,9 @@ class Segment(NamedTuple):
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the channels of a file, and remarks."""
     with open_text(path, "LabVIEW measurement file", "export it again") as file:
-        about = _header(file, path.name)
+        about, ended = _entries(_lines(file), "\t")
+        if not ended:
+            raise InputError(f"{path.name}: its header has no end ({END}) within {MOST_LINES} lines; export it again")
         sign = {"tab": "\t", "comma": ",", "semicolon": ";"}.get(about.get("separator", ["tab"])[0].lower(), "\t")
         first = _segment(file, sign, about, path.name)
         values = collected(_parts(file, first, sign, about, path.name))
@@ -63,43 +64,42 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
         if not there:
             continue
         own = Named(
-            f"{k}/{name}", first.units[k], there, 1, _column(values, column), first.steps[k], first.starts[k],
+            f"{k}/{name}", first.units[k], there, 1, values.column(column), first.steps[k], first.starts[k],
             first.began[k],
         )  # fmt: skip
         arrays.append(own)
         if not math.isfinite(own.step) and first.abscissa != "No":
-            base = _column(values, column - 1 if first.abscissa == "Multi" else 0)
+            base = values.column(column - 1 if first.abscissa == "Multi" else 0)
             arrays.append(Named(f"{k}/time", "s", there, 1, base))
     found, remarks = as_channels(arrays, {}, path.name)
     return [replace(one, name=one.name.partition("/")[2]) for one in found], remarks
 
 
-def _header(file: TextIO, name: str) -> dict[str, list[str]]:
-    """Return the entries of a header by name in lower case."""
+def _lines(file: TextIO) -> Iterator[str]:
+    """Yield the next lines of a file, cut to ``LONGEST`` characters."""
+    return iter(lambda: file.readline(LONGEST), "")
+
+
+def _entries(lines: Iterator[str], sign: str) -> tuple[dict[str, list[str]], bool]:
+    """Return the entries of a header by name in lower case, and True if its end was found."""
     found: dict[str, list[str]] = {}
-    sign = "\t"
-    for line in islice(iter(lambda: file.readline(LONGEST), ""), MOST_LINES):
+    for line in islice(lines, MOST_LINES):
         if line.startswith(END):
-            return found
+            return found, True
         text = line.rstrip("\r\n")
         if text.lower().startswith("separator"):
             sign = text[len("separator") :][:1] or sign
         key, *rest = text.split(sign)
         if key.strip():
             found[key.strip().lower()] = [cell.strip() for cell in rest]
-    raise InputError(f"{name}: its header has no end ({END}) within {MOST_LINES} lines; export it again")
+    return found, False
 
 
 def _segment(file: TextIO, sign: str, about: dict[str, list[str]], name: str) -> Segment:
     """Read a segment's header up to the column names, which leaves the file at the first line of values."""
     while (line := file.readline(LONGEST)) and not line.strip():
         pass
-    held: dict[str, list[str]] = {}
-    for text in chain((line,), islice(iter(lambda: file.readline(LONGEST), ""), MOST_LINES)):
-        if text.startswith(END):
-            break
-        key, *rest = text.rstrip("\r\n").split(sign)
-        held[key.strip().lower()] = [cell.strip() for cell in rest]
+    held, _ = _entries(chain((line,), _lines(file)), sign)
     columns = [cell.strip() for cell in file.readline(LONGEST).rstrip("\r\n").split(sign)]
     count = int(_number((held.get("channels") or ["0"])[0], "."))
     if not 0 < count < len(columns) + 1:
@@ -108,16 +108,13 @@ def _segment(file: TextIO, sign: str, about: dict[str, list[str]], name: str) ->
     names = [text for text in columns[1:] if text.lower() != "x_value"][:count]
     point = (about.get("decimal_separator") or ["."])[0] or "."
 
-    def numbers(key: str) -> list[float]:
-        cells = held.get(key, [])
-        return [_number(cells[k] if k < len(cells) else "", point) for k in range(count)]
-
     def texts(key: str) -> list[str]:
         cells = held.get(key, [])
         return [cells[k] if k < len(cells) else "" for k in range(count)]
 
-    steps = [step if step > 0.0 else math.nan for step in numbers("delta_x")]
-    starts = [start if math.isfinite(start) else 0.0 for start in numbers("x0")]
+    steps, starts = ([_number(text, point) for text in texts(key)] for key in ("delta_x", "x0"))
+    steps = [step if step > 0.0 else math.nan for step in steps]
+    starts = [start if math.isfinite(start) else 0.0 for start in starts]
     file_date, file_time = ((about.get(key) or [""])[0] for key in ("date", "time"))
     began = [
         _instant(day or file_date, time or file_time) for day, time in zip(texts("date"), texts("time"), strict=True)
@@ -166,10 +163,6 @@ def _last(values: Values, column: int) -> int:
         return values.size
     there = np.flatnonzero(np.isfinite(values.read(0, values.size, column)))
     return int(there[-1]) + 1 if there.size else 0
-
-
-def _column(values: Values, k: int) -> Callable[[int, int, int], Array]:
-    return lambda first, last, _: values.read(first, last, k)
 
 
 def _instant(day: str, time: str) -> int | None:

@@ -5,13 +5,15 @@ other fields of the structure. Only one variable at a time is in memory, which t
 is read again after samples of another one.
 """
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.types import Array
-from cranktrain_lab.measured.channels import Channel
+from cranktrain_lab.measured.channels import Channel, last_kept
 from cranktrain_lab.measured.formats import hdf
 from cranktrain_lab.measured.formats.arrays import Named, as_channels
 
@@ -29,36 +31,28 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     arrays: list[Named] = []
     scalars: dict[str, float] = {}
     remarks: list[str] = []
-    held: dict[str, list[Named]] = {}
+    again = last_kept(partial(_arrays, path, {}, []))
     for name, _, _ in whosmat(str(path)):
-        own: list[Named] = []
-        _add(name, _variable(path, name), "", (own, scalars, remarks), path.name)
-        for k, one in enumerate(own):
-            again = one.size * one.columns > HELD
-            arrays.append(one._replace(read=_later(path, name, k, held)) if again else one)
+        for k, one in enumerate(_arrays(path, scalars, remarks, name)):
+            large = one.size * one.columns > HELD
+            arrays.append(one._replace(read=_later(again, name, k)) if large else one)
     found, told = as_channels(arrays, scalars, path.name)
     return found, remarks + told
 
 
-def _variable(path: Path, name: str) -> Any:
-    """Read one variable of a file."""
+def _arrays(path: Path, scalars: dict[str, float], remarks: list[str], name: str) -> list[Named]:
+    """Return the arrays of one variable of a file, and add its single numbers and remarks."""
     from scipy.io import loadmat
 
-    return loadmat(str(path), squeeze_me=True, struct_as_record=True, variable_names=[name])[name]
+    whole = loadmat(str(path), squeeze_me=True, struct_as_record=True, variable_names=[name])
+    found: list[Named] = []
+    _add(name, whole[name], "", (found, scalars, remarks), path.name)
+    return found
 
 
-def _later(path: Path, name: str, k: int, held: dict[str, list[Named]]) -> Any:
-    """Return a reader of the k-th array of a variable, which loads it when needed; ``held`` caches one variable."""
-
-    def read(first: int, last: int, column: int) -> Array:
-        if name not in held:
-            held.clear()
-            own: list[Named] = []
-            _add(name, _variable(path, name), "", (own, {}, []), path.name)
-            held[name] = own
-        return held[name][k].read(first, last, column)
-
-    return read
+def _later(again: Callable[[str], list[Named]], name: str, k: int) -> Callable[[int, int, int], Array]:
+    """Return a reader of the k-th array of a variable, which loads it when needed."""
+    return lambda first, last, column: again(name)[k].read(first, last, column)
 
 
 def _add(name: str, value: Any, unit: str, into: tuple[list[Named], dict[str, float], list[str]], source: str) -> None:

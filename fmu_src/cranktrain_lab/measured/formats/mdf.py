@@ -4,15 +4,15 @@ asammdf reads a channel of a large group as a whole, even if only a part is need
 are therefore kept in memory, in the type of the file: 0.4 GB for 10⁸ samples of 32 bits.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cranktrain_lab.measured.channels import MANY, Channel, long_time_base, sampled, time_base
-
-MASTER_TIME = 2
+from cranktrain_lab.measured.channels import MANY, Channel, last_kept, long_time_base, sampled, time_base
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
@@ -22,7 +22,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     file = MDF(str(path))
     found: list[Channel] = []
     remarks: list[str] = []
-    kept: dict[tuple[int, int], np.ndarray] = {}
+    samples = last_kept(partial(_samples, file))
     groups: Any = file.groups
     began = _instant(file)
     for group, entry in enumerate(groups):
@@ -41,7 +41,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             if probe.ndim != 1 or probe.dtype.kind not in "biuf":
                 remarks.append(f"{path.name}, channel {name}: holds no plain numbers and is left out")
                 continue
-            made, told = _channel(file, (group, index, size), (name, unit, path.name, about), kept)
+            made, told = _channel(file, (group, index, size), (name, unit, path.name, about), samples)
             found.append(replace(made, began=began))
             remarks += [text for text in told if text not in remarks]
     return found, remarks
@@ -56,9 +56,9 @@ def _instant(file: Any) -> int | None:
         return None
 
 
-def _samples(file: Any, name: str, group: int, index: int) -> np.ndarray:
-    """Return all samples of a channel; samples that the file marks as invalid are NaN."""
-    values, invalid = file.get(name, group, index, samples_only=True, ignore_invalidation_bits=True)
+def _samples(file: Any, place: tuple[str, int, int]) -> np.ndarray:
+    """Return all samples of a channel by name, group and index; samples that the file marks as invalid are NaN."""
+    values, invalid = file.get(*place, samples_only=True, ignore_invalidation_bits=True)
     values = np.asarray(values)
     if invalid is None or not np.any(invalid):
         return values
@@ -68,23 +68,22 @@ def _samples(file: Any, name: str, group: int, index: int) -> np.ndarray:
 
 
 def _channel(
-    file: Any, place: tuple[int, int, int], words: tuple[str, str, str, str], kept: dict[tuple[int, int], np.ndarray]
+    file: Any,
+    place: tuple[int, int, int],
+    words: tuple[str, str, str, str],
+    samples: Callable[[tuple[str, int, int]], np.ndarray],
 ) -> tuple[Channel, list[str]]:
     """Return one channel, with a step if its times are equidistant, else with its own time base; and remarks."""
     (group, index, size), (name, unit, source, about) = place, words
 
     def read(first: int, last: int) -> np.ndarray:
-        if (group, index) not in kept:
-            kept.clear()
-            kept[group, index] = _samples(file, name, group, index)
-        return np.asarray(kept[group, index][first:last], dtype=np.float64)
+        return np.asarray(samples((name, group, index))[first:last], dtype=np.float64)
 
     def times(first: int, last: int) -> np.ndarray:
         return np.asarray(file.get_master(group, record_offset=first, record_count=last - first), dtype=np.float64)
 
     if size <= MANY:
-        values = _samples(file, name, group, index)
-        return sampled(name, unit, times(0, size), values, source, about)
+        return sampled(name, unit, times(0, size), _samples(file, (name, group, index)), source, about)
     if (even := long_time_base(times, size)) is not None:
         return Channel(name, unit, size, source, read, *even, about=about), []
     whole = times(0, size)

@@ -8,7 +8,7 @@ import numpy as np
 
 from cranktrain.core.text_clock import DAY, Clocks, is_clock
 from cranktrain.core.types import Array
-from cranktrain_lab.measured.channels import Channel
+from cranktrain_lab.measured.channels import Channel, last_kept
 from cranktrain_lab.measured.formats.arrays import Named, as_channels, is_time
 from cranktrain_lab.measured.formats.text import name_and_unit
 
@@ -102,15 +102,14 @@ def _reader(file: Any, leaf: int, of_time: bool) -> Any:
     """Return a reader of a column's rows, which caches the last row group; dates are seconds after the first date."""
     counts = [file.metadata.row_group(k).num_rows for k in range(file.metadata.num_row_groups)]
     ends = np.concatenate(([0], np.cumsum(counts))).tolist()
-    last_read: dict[int, Array] = {}
     seconds = _Seconds()
 
+    @last_kept
     def group(k: int) -> Array:
-        if k not in last_read:
-            last_read.clear()
-            values = file.reader.read_row_group(k, column_indices=[leaf]).column(0)
-            last_read[k] = seconds.of(values) if of_time else _floats(values)
-        return last_read[k]
+        values = file.reader.read_row_group(k, column_indices=[leaf]).column(0)
+        if of_time:
+            return seconds.of(values)
+        return np.asarray(values.to_pandas().to_numpy(dtype=np.float64, na_value=np.nan))
 
     def read(first: int, last: int, _: int) -> Array:
         if of_time and seconds.zero is None:
@@ -124,11 +123,6 @@ def _reader(file: Any, leaf: int, of_time: bool) -> Any:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     return read
-
-
-def _floats(values: Any) -> Array:
-    """Return values of a column as float64, NaN for null."""
-    return np.asarray(values.to_pandas().to_numpy(dtype=np.float64, na_value=np.nan))
 
 
 class _Seconds:

@@ -8,6 +8,8 @@ import numpy as np
 
 from cranktrain_lab.measured.channels import Channel, sampled
 
+TIMES = ("time", "zeit", "t", "x", "time [s]")
+"""Names of a channel with the times of its group."""
 EARLIEST = 315_532_800_000_000_000
 """Earliest valid start time (1980), ns since 1970. Programs write the clock's zero, 1904 or 1970, if it was not set."""
 
@@ -21,7 +23,8 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     remarks: list[str] = []
     for group in file.groups():
         own = group.channels()
-        base = next((channel for channel in own if _is_time(channel)), None)
+        bases = (one for one in own if one.name.strip().lower() in TIMES and "wf_increment" not in one.properties)
+        base = next(bases, None)
         for channel in own:
             if channel is base and len(own) > 1:
                 continue
@@ -34,23 +37,10 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             made, told = _channel(channel, base, path.name, group.name)
             found.append(made)
             remarks += told
-    if _incomplete(file):
+    # The last segment has less data than its header states.
+    if getattr(getattr(file, "file_status", None), "incomplete_final_segment", False):
         remarks.append(f"{path.name}: is cut short; the samples up to the cut were read")
     return found, remarks
-
-
-def _incomplete(file: Any) -> bool:
-    """True if the last segment of a file has less data than its header states."""
-    try:
-        return bool(file.file_status.incomplete_final_segment)
-    except AttributeError:
-        return False
-
-
-def _is_time(channel: Any) -> bool:
-    """True if a channel is the time base of its group."""
-    name = channel.name.strip().lower()
-    return "wf_increment" not in channel.properties and name in ("time", "zeit", "t", "x", "time [s]")
 
 
 def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel, list[str]]:

@@ -5,7 +5,6 @@ the header (``rate = 10000 Hz``, ``fs: 1e4``).
 """
 
 import re
-import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +16,7 @@ from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_table import TextTable, table_chunks
 from cranktrain.core.types import Array
 from cranktrain.core.units import is_unit
-from cranktrain_lab.measured.channels import Channel
+from cranktrain_lab.measured.channels import Channel, Held
 from cranktrain_lab.measured.counters import clock_of
 from cranktrain_lab.measured.formats.arrays import TIME_UNITS, Named, as_channels, is_time
 
@@ -51,6 +50,10 @@ class Values(NamedTuple):
     missing: NDArray[np.int64]
     first_missing: NDArray[np.int64]
 
+    def column(self, k: int) -> Callable[[int, int, int], Array]:
+        """Return the reader of one column, for :class:`Named`."""
+        return lambda first, last, _: self.read(first, last, k)
+
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the numeric columns of a table as channels, and remarks."""
@@ -81,7 +84,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             name, unit = "time", "s" if k == time else unit
         elif time is not None and is_time(name):
             name = f"column {name}"
-        arrays.append(Named(name, unit, values.size, 1, _column(values, k)))
+        arrays.append(Named(name, unit, values.size, 1, values.column(k)))
     if time in clocks.dated:
         arrays = [one._replace(began=clocks.first[time]) for one in arrays]
     speed = next((one for one in arrays[:1] if one.unit.lower().replace(" ", "") in SPEEDS), None)
@@ -106,7 +109,7 @@ def name_and_unit(text: str) -> tuple[str, str]:
 
 def collected(table: Iterable[TextTable]) -> Values:
     """Collect the values of a table's parts, each of which is read once."""
-    parts, held, first, spill = list[Array](), 0, None, None
+    held, first = Held(LARGE), None
     missing = first_missing = np.zeros(0, dtype=np.int64)
     for part in table:
         if first is None:
@@ -116,38 +119,16 @@ def collected(table: Iterable[TextTable]) -> Values:
         begin = (missing == 0) & absent.any(axis=0)
         first_missing[begin] = part.lines[absent.argmax(axis=0)[begin]]
         missing += absent.sum(axis=0)
-        held += part.values.size
-        parts.append(np.ascontiguousarray(part.values))
-        if spill is None and held > LARGE:
-            spill = tempfile.TemporaryFile(prefix="cranktrain-")  # noqa: SIM115 - the channels read it later
-        if spill is not None:
-            for own in parts:
-                spill.write(own.tobytes())
-            parts = []
+        held.add(part.values)
     assert first is not None  # the reader raises an error for a table without rows
-    width = first.values.shape[1]
-    read = _in_memory(np.concatenate(parts)) if spill is None else _in_file(spill, width)
-    return Values(first, held // width, read, missing, first_missing)
 
+    def read(begin: int, end: int, k: int) -> Array:
+        # In pieces, because all columns of a large table would fill the memory.
+        step = max(1, PIECE // held.width)
+        pieces = [held.read(row, min(row + step, end))[:, k] for row in range(begin, end, step)]
+        return np.concatenate(pieces) if pieces else np.zeros(0)
 
-def _in_memory(values: Array) -> Callable[[int, int, int], Array]:
-    return lambda first, last, k: np.asarray(values[first:last, k], dtype=np.float64)
-
-
-def _in_file(spill: Any, width: int) -> Callable[[int, int, int], Array]:
-    """Return a reader of a column in a binary file, in pieces, because a mapped file would fill the memory."""
-    spill.flush()
-    row = width * np.dtype(np.float64).itemsize
-
-    def read(first: int, last: int, k: int) -> Array:
-        found, rows = np.empty(max(0, last - first)), max(1, PIECE // width)
-        for start in range(first, last, rows):
-            spill.seek(start * row)
-            piece = np.frombuffer(spill.read((min(start + rows, last) - start) * row)).reshape(-1, width)
-            found[start - first : start - first + len(piece)] = piece[:, k]
-        return found
-
-    return read
+    return Values(first, held.count, read, missing, first_missing)
 
 
 def _names(table: TextTable) -> list[tuple[str, str]]:
@@ -188,7 +169,3 @@ def _over_speed(arrays: list[Named], speed: Named, source: str) -> list[Channel]
 
 def _of(one: Named) -> Any:
     return lambda first, last: one.read(first, last, 0)
-
-
-def _column(values: Values, k: int) -> Callable[[int, int, int], Array]:
-    return lambda first, last, _: values.read(first, last, k)

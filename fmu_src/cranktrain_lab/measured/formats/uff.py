@@ -8,16 +8,17 @@ memory, and is read again when its samples are needed.
 import math
 import re
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.types import Array
-from cranktrain_lab.measured.channels import TIME, Channel, of_array, sampled
+from cranktrain_lab.measured.channels import TIME, Channel, last_kept, of_array, sampled
 
 ABSCISSAE = {17: (TIME, "s"), 18: ("frequency", "Hz"), 19: ("speed", "rev/min"), 16: ("order", "1")}
 """Specific data types of an abscissa (I-deas universal file, data set 58, record 8) and their units."""
@@ -47,10 +48,10 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = pyuff.UFF(str(path))
+        again = last_kept(partial(_loaded, file, path.name))
         kinds = [int(kind) for kind in file.get_set_types()]
         found: list[Channel] = []
         remarks: list[str] = []
-        held: dict[int, Channel] = {}
         for k, kind in enumerate(kinds):
             if kind != 58:
                 continue
@@ -67,35 +68,33 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
                 reason = str(error).splitlines()[0] if str(error) else type(error).__name__
                 remarks.append(f"{path.name}, data set {k + 1}: cannot be read ({reason}); it is left out")
                 continue
-            found.append(_later(channel, file, k, held) if channel.size > HELD else channel)
+            found.append(_later(channel, again, k) if channel.size > HELD else channel)
             remarks += told
     if not kinds:
         raise InputError(f"{path.name}: holds no complete data set between lines of -1; it is cut short")
     if others := sorted(set(kinds) - {58, 151, 164}):
         remarks.append(f"{path.name}: data sets {', '.join(map(str, others))} hold no signals and are left out")
-    _tell_ends(path, len(kinds), remarks)
+    with path.open("rb") as text:
+        text.seek(max(0, size - 4096))
+        if not text.read().rstrip().endswith(b"-1"):
+            remarks.append(
+                f"{path.name}: the last data set has no end and is left out; {len(kinds)} complete ones were read"
+            )
     return found, remarks
 
 
-def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Channel:
-    """Return the channel with a reader that loads samples when needed; ``held`` caches the last data set."""
-    source = channel.source  # the reader must not refer to the channel, which contains the samples
+def _later(channel: Channel, again: Callable[[int], Channel], k: int) -> Channel:
+    """Return the channel of data set k with readers that load its samples ``again`` when needed."""
+    places = None if channel.places is None else (lambda first, last: again(k).abscissae(first, last))
+    return replace(channel, read=lambda first, last: again(k).read(first, last), places=places)
 
-    def again() -> Channel:
-        if k not in held:
-            held.clear()
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                one = _data_set(file, k)
-            held[k] = _channel(one, _stated(one), source)[0]
-        return held[k]
 
-    def places(first: int, last: int) -> Array:
-        return again().abscissae(first, last)
-
-    return replace(
-        channel, read=lambda first, last: again().read(first, last), places=None if channel.places is None else places
-    )
+def _loaded(file: Any, source: str, k: int) -> Channel:
+    """Return the channel of data set k with its samples."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        one = _data_set(file, k)
+    return _channel(one, _stated(one), source)[0]
 
 
 def _data_set(file: Any, k: int) -> dict[str, Any]:
@@ -137,15 +136,6 @@ def _stated(one: dict[str, Any]) -> np.ndarray:
     return np.asarray(one["data"])[: int(one["num_pts"])]
 
 
-def _tell_ends(path: Path, complete: int, remarks: list[str]) -> None:
-    """Add a remark on a last data set without its closing line of -1."""
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - 4096))
-        end = file.read().rstrip()
-    if not end.endswith(b"-1"):
-        remarks.append(f"{path.name}: the last data set has no end and is left out; {complete} complete ones were read")
-
-
 def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channel, list[str]]:
     """Return the channel of one data set, and remarks."""
     code = int(one.get("abscissa_spec_data_type", 17))
@@ -165,15 +155,13 @@ def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channe
         name += f" order {float(order[1]):g}"
     ordinate = "" if ordinate.lower() in NOTHING else ordinate
     x = np.asarray(one["x"], dtype=np.float64)
-    if np.iscomplexobj(data):
-        return Channel(name, ordinate, data.size, source, lambda first, last: data[first:last].astype(np.complex128),
-                       float(x[0]) if x.size else 0.0, math.nan, of_array(x), abscissa, own_unit or unit,
-                       about), []  # fmt: skip
-    if abscissa == TIME:
+    if abscissa == TIME and not np.iscomplexobj(data):
         scale = 1e-3 if unit.lower() == "ms" else 1.0
         return sampled(name, ordinate, scale * x, data, source, about, _instant(str(one.get("id3") or "")))
-    return Channel(name, ordinate, data.size, source, of_array(data), float(x[0]) if x.size else 0.0, math.nan,
-                   of_array(x), abscissa, own_unit or unit, about), []  # fmt: skip
+    values: Any = data.astype(np.complex128 if np.iscomplexobj(data) else np.float64)
+    return Channel(name, ordinate, data.size, source, lambda first, last: values[first:last],
+                   float(x[0]) if x.size else 0.0, math.nan, of_array(x), abscissa, own_unit or unit,
+                   about), []  # fmt: skip
 
 
 def _named(label: str, unit: str) -> str:

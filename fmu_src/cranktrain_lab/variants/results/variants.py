@@ -13,7 +13,7 @@ from cranktrain.results.figures import save_figure
 from cranktrain.results.views.plot_data import for_notebook, html_table, optional
 from cranktrain.store.variant_files import NUMBER, REASON, Column, VariantFiles
 from cranktrain_lab.variants.results import statistics
-from cranktrain_lab.variants.results.figures import shown_unit
+from cranktrain_lab.variants.results.figures import shown_unit, variants_figure
 
 MOST_AT_ONCE = 16_000_000
 """Largest number of values in memory at once for percentiles."""
@@ -159,8 +159,6 @@ class Variants:
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw a figure (matplotlib): percentiles over the speed or distributions, sensitivities, Pareto front."""
-        from cranktrain_lab.variants.results.figures import variants_figure
-
         figure = variants_figure(self)
         if path is not None:
             save_figure(figure, path)
