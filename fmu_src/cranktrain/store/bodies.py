@@ -86,7 +86,11 @@ def import_body(path: str | Path) -> ReducedBody:
     if ending(source) == ".h5":
         return load_body(source)
     try:
-        header, arrays = _read_folder(source) if source.is_dir() else _read_archive(source)
+        if source.is_dir():
+            header, arrays = _read_folder(source)
+        else:
+            arrays = archive_arrays(source)
+            header = json_of(str(arrays.pop(HEADER)))
         if header["format"] != BODY_FORMAT:
             raise StoreError(f"{path}: not a {BODY_FORMAT}; {REMEDY}")
         if header["schema"] != SCHEMA:
@@ -121,11 +125,6 @@ def _flat(array: Array) -> Array:
     """Matrix form of an array: a vector as a column, shapes (m, 6, n) as (6 m, n)."""
     array = np.asarray(array, dtype=np.float64)
     return array.reshape(-1, array.shape[-1] if array.ndim > 1 else 1)
-
-
-def _read_archive(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
-    arrays = archive_arrays(path)
-    return json_of(str(arrays.pop(HEADER))), arrays
 
 
 def _read_folder(folder: Path) -> tuple[dict[str, Any], dict[str, Array]]:

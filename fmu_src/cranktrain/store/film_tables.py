@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -67,7 +66,8 @@ def save_film_table(path: str | Path, table: FilmTable, own: bool = False) -> Pa
     datasets = {name: (arrays[name], "1") for name in DATASETS}
     digest, said = table.settings.digest, _said(table.settings)
     kind = None if own else TABLE
-    return write_film_table(path, SCHEMA, digest, said, datasets, _attributes(table), kind=kind)
+    attributes = {**asdict(table.settings), **{f"error_{name}": value for name, value in table.worst().items()}}
+    return write_film_table(path, SCHEMA, digest, said, datasets, attributes, kind=kind)
 
 
 def film_table(
@@ -135,11 +135,6 @@ def _said(settings: TableSettings) -> str:
     """Settings of a table in words, for messages."""
     tilt = f"tilt to {settings.tilt_range:g}" if settings.tilt else "no tilt"
     return f"L/D {settings.length_ratio:g}, groove {settings.groove}, {tilt}, resolution {settings.resolution}"
-
-
-def _attributes(table: FilmTable) -> dict[str, Any]:
-    """Settings and largest errors of a table, as attributes of its file."""
-    return {**asdict(table.settings), **{f"error_{name}": value for name, value in table.worst().items()}}
 
 
 def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array], own: bool) -> None:

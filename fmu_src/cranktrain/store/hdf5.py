@@ -279,13 +279,9 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
 
     if "data" in file or not may_be_empty:
         file["data"].visititems(visit)
-    named = {key.removeprefix(f"{prefix}."): _plain(value) for key, value in file.attrs.items() if "." in key}
-    return datasets, named
-
-
-def _plain(value: Any) -> Any:
-    """Python number for a NumPy number; other values unchanged."""
-    return value.item() if isinstance(value, np.generic) else value
+    # NumPy numbers become Python numbers.
+    plain = {key: value.item() if isinstance(value, np.generic) else value for key, value in file.attrs.items()}
+    return datasets, {key.removeprefix(f"{prefix}."): value for key, value in plain.items() if "." in key}
 
 
 def put(file: h5py.File, name: str, array: Any, unit: str) -> None:

@@ -5,7 +5,6 @@ from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
@@ -141,13 +140,6 @@ def plot_orders_over_speed(
     ax.legend(
         frameon=False, fontsize=8.5, title="order", title_fontsize=8.5, loc="upper left", bbox_to_anchor=(1.0, 1.0)
     )
-
-
-def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:
-    """Shade the speeds (s,) where ``which`` is true, each up to halfway to its neighbours."""
-    borders = np.concatenate((speeds[:1], 0.5 * (speeds[1:] + speeds[:-1]), speeds[-1:]))
-    for k in np.flatnonzero(which):
-        ax.axvspan(borders[k], borders[k + 1], color="#f1e3d3", lw=0.0, zorder=0)
 
 
 def plot_waterfall(
@@ -301,13 +293,6 @@ def plot_campbell(
     ax.set_xlabel("engine speed / rev/min")
     ax.set_ylabel("frequency / Hz")
     ax.grid(alpha=0.2)
-
-
-def plot_modes_in_motion(ax: Any, found: Sequence[tuple[float, float]]) -> None:
-    """Mark torsional modes in motion, pairs of rev/min and Hz, in a Campbell diagram."""
-    speeds, hz = zip(*found, strict=True)
-    ax.plot(speeds, hz, "D", ms=6, mfc="white", mec=RED, mew=1.4, zorder=6, label="torsional in motion")
-    ax.legend(frameon=False, fontsize=8.5, loc="upper left")
 
 
 def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> None:
