@@ -2,8 +2,8 @@
 
 A :class:`Table` declares the keys of a table, the type of each value, its unit (:func:`measure`) and its range
 (:func:`between`). Numbers with a unit may be texts in another unit (:mod:`cranktrain.core.stated_units`).
-:func:`record` reads a TOML table into it; :mod:`cranktrain.core.json_schema` makes the JSON schema for editors from the
-same classes. An error says what is wrong, where, the nearest valid name and how to correct it.
+:func:`record` reads a TOML table into it; :mod:`cranktrain.studies.file_schemas` makes the JSON schema for editors from
+the same classes. An error says what is wrong, where, the nearest valid name and how to correct it.
 """
 
 import re

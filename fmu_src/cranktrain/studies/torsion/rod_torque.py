@@ -90,7 +90,7 @@ class Rods(NamedTuple):
             paths = np.array(end)
             for c, joint in enumerate(self.joints):
                 if joint is not None:
-                    # circle() counts angles from the y axis of the master rod's cylinder, so the angle is referred to it.
+                    # circle() counts angles from the y axis of the master rod's cylinder.
                     pin = circle(self.radius[c], a[..., c] + joint.turn - 0.5 * math.pi)
                     paths[..., c] = hung_on(joint, pin)
             end = RodEnd(*paths)
