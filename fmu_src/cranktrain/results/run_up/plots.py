@@ -50,23 +50,17 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
 
     If there is not enough room, the positions are equidistant.
     """
+    from scipy.optimize import isotonic_regression
+
     order = np.argsort(wanted, kind="stable")
-    apart = min(apart, (high - low) / max(len(order) - 1, 1))
-    places = np.zeros(len(order))
+    if not order.size:
+        return []
+    apart = min(apart, (high - low) / max(order.size - 1, 1))
+    steps = apart * np.arange(order.size)
     # Positions that would touch form a group, which is centred at the mean of its wanted positions.
-    groups: list[list[float]] = []
-    for k, at in enumerate(np.asarray(wanted, dtype=float)[order].tolist()):
-        groups.append([at - k * apart, 1.0])
-        while len(groups) > 1 and groups[-2][0] / groups[-2][1] > groups[-1][0] / groups[-1][1]:
-            last = groups.pop()
-            groups[-1] = [groups[-1][0] + last[0], groups[-1][1] + last[1]]
-    k = 0
-    for total, count in groups:
-        for _ in range(int(count)):
-            places[k] = min(max(total / count, low), high - (len(order) - 1) * apart) + k * apart
-            k += 1
-    found = np.empty(len(order))
-    found[order] = places
+    places = isotonic_regression(np.asarray(wanted, dtype=float)[order] - steps).x
+    found = np.empty(order.size)
+    found[order] = np.clip(places, low, high - steps[-1]) + steps
     return [float(place) for place in found]
 
 
