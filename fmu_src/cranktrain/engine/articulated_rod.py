@@ -12,21 +12,33 @@ vol. 2, on master and articulated rods.
 """
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.types import Array
-from cranktrain.engine.parts import Rod
-
-if TYPE_CHECKING:
-    from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import ArticulatedRod, Crankshaft, Cylinders, Rod
 
 ARTICULATED = "articulated"
 """Value of ``cylinders.rods_on_pin``."""
 REVOLUTION = 2.0 * math.pi
 _SAMPLES, _STEPS = 360, 4
+
+
+class Engine(Protocol):
+    """Parts of an engine that determine the motion of its rods."""
+
+    @property
+    def crankshaft(self) -> Crankshaft: ...  # noqa: D102
+    @property
+    def cylinders(self) -> Cylinders: ...  # noqa: D102
+    @property
+    def rod(self) -> Rod: ...  # noqa: D102
+    @property
+    def articulated_rod(self) -> ArticulatedRod | None: ...  # noqa: D102
+    @property
+    def offsets(self) -> tuple[float, ...]: ...  # noqa: D102
 
 
 class Articulation(NamedTuple):
@@ -82,7 +94,7 @@ def knuckle_motion(x, y, vx, vy, ax, ay, length, offset, k_x, k_y):
     )  # fmt: skip
 
 
-def articulations(engine: "Engine") -> tuple[Articulation | None, ...]:
+def articulations(engine: Engine) -> tuple[Articulation | None, ...]:
     """Attachment of each cylinder's rod to a master rod; None for rods on the crank pin."""
     cylinders, joint = engine.cylinders, engine.articulated_rod
     found: list[Articulation | None] = [None] * len(cylinders.pins)
@@ -98,13 +110,13 @@ def articulations(engine: "Engine") -> tuple[Articulation | None, ...]:
     return tuple(found)
 
 
-def rods_of(engine: "Engine") -> tuple[Rod, ...]:
+def rods_of(engine: Engine) -> tuple[Rod, ...]:
     """Rod of each cylinder."""
     own = engine.articulated_rod or engine.rod
     return tuple(engine.rod if joint is None else own for joint in articulations(engine))
 
 
-def articulated_text(engine: "Engine") -> list[str]:
+def articulated_text(engine: Engine) -> list[str]:
     """Text with one line per master rod: the rods that it carries, which turn on knuckle pins."""
     found: dict[int, list[str]] = {}
     for c, joint in enumerate(articulations(engine)):
@@ -130,7 +142,7 @@ def circle(radius: float | Array, angle: Array) -> RodEnd:
     return RodEnd(across, along, -along, across, -across, -along)
 
 
-def rod_end(engine: "Engine", cylinder: int, angle: Array) -> RodEnd:
+def rod_end(engine: Engine, cylinder: int, angle: Array) -> RodEnd:
     """Path of the pin on which the rod of ``cylinder`` (from 0) turns, in its axes, at n crank ``angle`` values."""
     cylinders, crank, joint = engine.cylinders, engine.crankshaft, articulations(engine)[cylinder]
     pin = cylinders.pins[cylinder] - 1
@@ -139,7 +151,7 @@ def rod_end(engine: "Engine", cylinder: int, angle: Array) -> RodEnd:
     return path if joint is None else hung_on(joint, path)
 
 
-def piston_height(engine: "Engine", cylinder: int, angle: Array) -> tuple[Array, Array]:
+def piston_height(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]:
     """Height (n,), m, of a piston's pin above the crank axis, and its derivative (n,) by crank angle, m/rad."""
     end, length = rod_end(engine, cylinder, angle), rods_of(engine)[cylinder].length
     x = end.x - engine.offsets[cylinder]
@@ -147,14 +159,14 @@ def piston_height(engine: "Engine", cylinder: int, angle: Array) -> tuple[Array,
     return end.y + s, end.vy - x / s * end.vx
 
 
-def reach(engine: "Engine", cylinder: int) -> float:
+def reach(engine: Engine, cylinder: int) -> float:
     """Largest distance of a rod's pin from the axis of its cylinder over a revolution, m; NaN for impossible motion."""
     angle: Array = np.linspace(0.0, REVOLUTION, _SAMPLES + 1)
     with np.errstate(invalid="ignore"):
         return float(np.abs(rod_end(engine, cylinder, angle).x - engine.offsets[cylinder]).max())
 
 
-def dead_centre_angles(engine: "Engine", cylinder: int) -> tuple[float, float]:
+def dead_centre_angles(engine: Engine, cylinder: int) -> tuple[float, float]:
     """Crank angles, rad, of the highest and lowest piston position within a revolution, by Newton's method."""
     angle: Array = np.arange(_SAMPLES, dtype=np.float64) * (REVOLUTION / _SAMPLES)
     height = piston_height(engine, cylinder, angle)[0]
@@ -165,6 +177,6 @@ def dead_centre_angles(engine: "Engine", cylinder: int) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def dead_centre_heights(engine: "Engine", cylinder: int) -> Array:
+def dead_centre_heights(engine: Engine, cylinder: int) -> Array:
     """Highest and lowest position (2,), m, of a piston's pin above the crank axis, on the exact path of the pin."""
     return piston_height(engine, cylinder, np.array(dead_centre_angles(engine, cylinder)))[0]

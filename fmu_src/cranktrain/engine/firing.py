@@ -11,13 +11,10 @@ fires differently states angles or intervals.
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from cranktrain.core.errors import InputError
-from cranktrain.engine.parts import Crankshaft, Cylinders, Rod
-
-if TYPE_CHECKING:
-    from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Compressor, Crankshaft, Cylinders, Rod
 
 REVOLUTION = 2.0 * math.pi
 SAME = 1.0e-6
@@ -28,6 +25,19 @@ STATED = math.radians(0.5)
 """Largest difference (rad) between a stated firing angle and the dead centre of the throw."""
 EVEN = math.radians(1.0)
 """Difference of firing intervals (rad) below which firing is even."""
+
+
+class Engine(Protocol):
+    """Parts of an engine that determine its firing angles."""
+
+    @property
+    def crankshaft(self) -> Crankshaft: ...  # noqa: D102
+    @property
+    def cylinders(self) -> Cylinders: ...  # noqa: D102
+    @property
+    def rod(self) -> Rod: ...  # noqa: D102
+    @property
+    def compressor(self) -> Compressor | None: ...  # noqa: D102
 
 
 def dead_centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
@@ -50,7 +60,7 @@ def _centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
     return found
 
 
-def firing_angles(engine: "Engine") -> tuple[float, ...]:
+def firing_angles(engine: Engine) -> tuple[float, ...]:
     """Crank angle of each cylinder's firing dead centre, in the order of cylinder numbers, rad.
 
     Cylinder 1 fires in the first revolution. ``InputError`` if the throws cannot fire in the stated order or at the
@@ -124,7 +134,7 @@ def even_order(dead: Sequence[float], cycle: float) -> tuple[int, ...]:
     return tuple(found)
 
 
-def uneven(engine: "Engine") -> Iterator[str]:
+def uneven(engine: Engine) -> Iterator[str]:
     """Warning, with a remedy, for a firing order with uneven intervals that the engine file does not state."""
     cylinders, cycle = engine.cylinders, engine.cylinders.cycle
     if cylinders.firing_angles or cylinders.firing_intervals or engine.compressor is not None:
@@ -145,7 +155,7 @@ def uneven(engine: "Engine") -> Iterator[str]:
     )
 
 
-def firing_summary(engine: "Engine") -> dict[str, Any]:
+def firing_summary(engine: Engine) -> dict[str, Any]:
     """Firing ``order`` from cylinder 1 on, and ``intervals_deg`` from each cylinder to the next."""
     angles, cycle = firing_angles(engine), engine.cylinders.cycle
     after = [(angle - angles[0] + SAME) % cycle - SAME for angle in angles]
@@ -154,7 +164,7 @@ def firing_summary(engine: "Engine") -> dict[str, Any]:
     return {"order": [k + 1 for k in order], "intervals_deg": [round(math.degrees(gap), 6) for gap in gaps]}
 
 
-def firing_text(engine: "Engine") -> str:
+def firing_text(engine: Engine) -> str:
     """Firing order and intervals as a sentence."""
     found = firing_summary(engine)
     gaps = found["intervals_deg"]

@@ -14,17 +14,16 @@ import os
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import LIBRARIES, OFF, SEAL, WHOLE, code_digest, kind_of, library_name
-from cranktrain.fmu.description import Interface, Variable, description2, expand, plain, variable_table
+from cranktrain.fmu.description import Interface, Product, Variable, description2, plain, variable_table
 from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.link import library
-from cranktrain.fmu.running_code import RUNNING, SOURCES, renamed, running_code
+from cranktrain.fmu.running_code import SOURCES, renamed, running_code
 from cranktrain.fmu.terminals_and_icons import FOLDER, icons, terminals_and_icons
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
@@ -58,39 +57,6 @@ CATEGORIES = {
     "logAll": "Log all messages.",
 }
 """Capabilities and log categories of pythonfmu's libraries."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Product:
-    """Description of an FMU to be built: a module of the virtual engine with its data.
-
-    Attributes
-    ----------
-    model : name of the model, and of its file without the ending
-    title : title of the documentation
-    interface : variables of the FMU
-    counts : sizes of the variable families, see :func:`cranktrain.fmu.description.expand`
-    pages : folder of ``documentation/index.html``, ``frame.html`` and ``model.png``
-    running : Python module from which the slave takes ``read_model``, ``simulation`` and ``announced_compilation``
-    data : input of ``read_model``
-    starts : values of the data that are start values of variables
-    fixed : settings that no variable changes
-    """
-
-    model: str
-    title: str
-    interface: Interface
-    counts: Mapping[str, int]
-    pages: Path
-    running: str = RUNNING
-    data: bytes = b""
-    starts: Mapping[str, Any] = field(default_factory=dict)
-    fixed: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """Variables of the FMU, families expanded to single variables, with their value references."""
-        return expand(self.interface.variables, self.counts, self.starts)
 
 
 def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] = lambda text: None) -> Path:

@@ -11,11 +11,11 @@ import html
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.core.errors import InputError, nearest
@@ -23,10 +23,8 @@ from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
 from cranktrain.fmu.model_version import model_version
+from cranktrain.fmu.running_code import RUNNING
 from cranktrain.fmu.terminals import TERMINALS
-
-if TYPE_CHECKING:
-    from cranktrain.fmu.archive import Product
 
 
 def _titles(rows: Iterable[Any]) -> dict[str, str]:
@@ -289,8 +287,41 @@ def plain(variable: Variable) -> dict[str, Any]:
     return {key: value for key, value in asdict(variable).items() if key in keep}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Product:
+    """Description of an FMU to be built: a module of the virtual engine with its data.
+
+    Attributes
+    ----------
+    model : name of the model, and of its file without the ending
+    title : title of the documentation
+    interface : variables of the FMU
+    counts : sizes of the variable families, see :func:`expand`
+    pages : folder of ``documentation/index.html``, ``frame.html`` and ``model.png``
+    running : Python module from which the slave takes ``read_model``, ``simulation`` and ``announced_compilation``
+    data : input of ``read_model``
+    starts : values of the data that are start values of variables
+    fixed : settings that no variable changes
+    """
+
+    model: str
+    title: str
+    interface: Interface
+    counts: Mapping[str, int]
+    pages: Path
+    running: str = RUNNING
+    data: bytes = b""
+    starts: Mapping[str, Any] = field(default_factory=dict)
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Variables of the FMU, families expanded to single variables, with their value references."""
+        return expand(self.interface.variables, self.counts, self.starts)
+
+
 def description2(
-    product: "Product",
+    product: Product,
     guid: str,
     tool: str,
     capabilities: Mapping[str, str],

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.core.errors import InputError
-from cranktrain.fmu.archive import Product
 from cranktrain.fmu.arrays import Group
-from cranktrain.fmu.description import Variable, member_names, naming, unit_definitions
+from cranktrain.fmu.description import Product, Variable, member_names, naming, unit_definitions
 from cranktrain.fmu.model_version import model_version
 
 LOG_CATEGORIES = {

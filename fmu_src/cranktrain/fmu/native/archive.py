@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.machine_code import code_digest
-from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
+from cranktrain.fmu.archive import FMU, accompanying, archived, fmu_path, write_whole, xml_bytes
 from cranktrain.fmu.arrays import Group, array_table, grouped, scalars
-from cranktrain.fmu.description import Variable, description2
+from cranktrain.fmu.description import Product, Variable, description2
 from cranktrain.fmu.description3 import LOG_CATEGORIES, clock_table, description3
 from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.file_format import NativeFile, Texts, table, to_bytes

@@ -14,7 +14,6 @@ from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
 from cranktrain.core.types import Progress
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
-from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
 from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only
 
@@ -89,13 +88,19 @@ class Maker(NamedTuple):
     running: Callable[[Engine, ReducedBody], ReducedBody]
 
 
+def _beam(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
+    from cranktrain.structure.crank.beam import beam_body
+
+    return beam_body(engine, progress)
+
+
 MAKERS = {
     "rigid": Maker(
         lambda engine, solid, _: rigid_crank(engine) if solid is None else rigid(solid),
         lambda engine, bare: rigid(complete_crankshaft(engine, bare)),
     ),
     "torsional": Maker(lambda engine, solid, _: torsional_body(engine, solid=solid), running_torsional),
-    "beam": Maker(lambda engine, _, progress: beam_body(engine, progress), running_body),
+    "beam": Maker(_beam, running_body),
     "solid": Maker(lambda _, solid, __: solid, running_body),
 }
 """Maker of each crank level, by its name."""
