@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import free_six
-from one_line import one_line
 
 import cranktrain.structure.block.saddle as saddle_module
 from cranktrain.core.errors import InputError
@@ -135,22 +134,6 @@ def test_finite_elements_run_once(monkeypatch, tmp_path, usual):
     assert len(runs) == 2 and [p.name for p in tmp_path.iterdir()] == [kept.name]
     bore_compliance(replace(ENGINE, main_bearing=replace(ENGINE.main_bearing, width=0.031)), 6)
     assert len(runs) == 3
-
-
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"thickness": 0.02}, "thickness"),
-        ({"bore_diameter": 0.07}, "bore_diameter"),
-        ({"height": 0.03}, "height"),
-        ({"cap_depth": -0.1}, "cap_depth"),
-        ({"mesh_size": 1e-4}, "mesh_size"),
-        ({"half_width": float("nan")}, "half_width"),
-    ],
-)
-def test_impossible_dimensions_are_refused_in_one_line(change, key):
-    with one_line(match=rf"saddle\.{key}: "):
-        saddle_mesh(replace(PLAN, **change))
 
 
 def test_more_shapes_than_patterns_are_refused(usual):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cranktrain.cli.console import labelled_bar, say, show_rows, stages
 from cranktrain.cli.fillets import chosen_throws, fillet_help, fillets_of
@@ -119,7 +119,8 @@ def show(found: VerbResult) -> None:
         "rule: Q",
     )  # fmt: skip
     show_rows(f"{report.engine.title}: fatigue by {report.criterion}", header, rows)
-    least, q = (min(found["fillets"], key=lambda one: one["safety_factor"]), min(rule.values(), key=_acceptability))
+    least = min(found["fillets"], key=lambda one: one["safety_factor"])
+    q = min(rule.values(), key=lambda one: float(one["acceptability"]))
     print(f"Least safety factor {least['safety_factor']:.3g} at {least['name']}, {least['speed_rpm']:g} rev/min")
     outside = found["rule"]["outside"]
     if outside:
@@ -136,7 +137,3 @@ def show(found: VerbResult) -> None:
         say("interrupted; results are shown for the finished speeds")
     if "plots" in found:
         print("Pictures: " + ", ".join(found["plots"]))
-
-
-def _acceptability(row: dict[str, Any]) -> float:
-    return float(row["acceptability"])

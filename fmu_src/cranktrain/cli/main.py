@@ -144,8 +144,10 @@ class _Version(argparse.Action):
 
 def _parser(*asked: str) -> _Parser:
     """Parser of all verbs. Only the requested verb gets its options, because the modules take time to load."""
+    groups = (f"{title}:\n" + "\n".join(_rows(lines)) for title, lines in GROUPS.items())
     whole = _Parser(
-        prog="cranktrain", usage="cranktrain [-h] [--version] VERB ...", epilog=_listed_verbs(),
+        prog="cranktrain", usage="cranktrain [-h] [--version] VERB ...",
+        epilog="\n\n".join((*groups, "cranktrain VERB --help tells all of a verb.")),
         description="Crankshaft dynamics of an engine.", formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     whole.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
@@ -170,12 +172,6 @@ def _parser(*asked: str) -> _Parser:
         else:
             place.add_parser(kind or name)
     return whole
-
-
-def _listed_verbs() -> str:
-    """List of the verbs by group."""
-    groups = (f"{title}:\n" + "\n".join(_rows(lines)) for title, lines in GROUPS.items())
-    return "\n\n".join((*groups, "cranktrain VERB --help tells all of a verb."))
 
 
 def _rows(lines: dict[str, str]) -> Iterator[str]:

@@ -68,7 +68,13 @@ def picture(named: str | Path | Engine, ask: Picture) -> VerbResult:
     what = f"{ask.speed_rpm:g}rpm" if running else f"mode_{ask.mode or KINDS[1]}"
     path = Path(ask.output or f"{engine.name}_{what}.png")
     check_picture(path)
-    surface = running_surface(engine, ask) if running else _mode(engine, ask)
+    if running:
+        surface = running_surface(engine, ask)
+    else:
+        from cranktrain.results.pictures.modes import mode_picture
+
+        mesh = own_mesh(ask.mesh, ask.mesh_unit)
+        surface = mode_picture(engine, bare_crankshaft(engine, mesh)[0], ask.mode or KINDS[1], ask.free, mesh)
     enlargement = surface.enlargement if ask.enlarge is None else ask.enlarge
     frame = round(ask.angle_deg / FRAME_DEG) % len(surface.turn) if running else 0
     with bar(path.name) as advance:
@@ -80,14 +86,6 @@ def picture(named: str | Path | Engine, ask: Picture) -> VerbResult:
 def show(found: VerbResult) -> None:
     """Print the path of the picture."""
     print(f"{found['title']}; {found.beside['scale']}: {found['picture']}")
-
-
-def _mode(engine: Engine, ask: Picture) -> MovingSurface:
-    from cranktrain.results.pictures.modes import mode_picture
-
-    mesh = own_mesh(ask.mesh, ask.mesh_unit)
-    bare, _ = bare_crankshaft(engine, mesh)
-    return mode_picture(engine, bare, ask.mode or KINDS[1], ask.free, mesh)
 
 
 def running_surface(engine: Engine, ask: Picture) -> MovingSurface:

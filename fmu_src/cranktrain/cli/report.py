@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
 
 from cranktrain.cli.console import Interrupted, say, stages
@@ -197,11 +197,8 @@ def _words(ask: Report, fields: Sequence[str]) -> Iterator[str]:
                 yield from (option_of(field), folder)
         elif value not in (None, False):
             yield option_of(field)
-            yield from (f"{one:g}" if isinstance(one, float) else str(one) for one in _listed(value))
-
-
-def _listed(value: Any) -> list[Any]:
-    return list(value) if isinstance(value, tuple) else [value]
+            listed = value if isinstance(value, tuple) else (value,)
+            yield from (f"{one:g}" if isinstance(one, float) else str(one) for one in listed)
 
 
 def _links(report: Path) -> dict[str, str]:

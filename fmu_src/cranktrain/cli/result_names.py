@@ -21,14 +21,11 @@ def result_name(engine: str, ask: Any, kind: str = "") -> str:
     """Name of a verb's result: engine, speed, kind of result, and all options that differ from the default."""
     words = [f"{engine}_{ask.speed_rpm:g}rpm", *([kind] if kind else [])]
     for name, value in vars(ask).items():
-        if name not in APART and not _is(value, getattr(type(ask), name, None)):
+        default = getattr(type(ask), name, None)
+        # An array or a function, which only the library accepts, is never the default.
+        if name not in APART and value is not default and not (isinstance(value, SIMPLE) and value == default):
             words.append(_word(name.replace("_", "-"), value))
     return f"{_short('_'.join(words), LONGEST_NAME)}.h5"
-
-
-def _is(value: object, default: object) -> bool:
-    """True if an option has its default; always False for an array or a function, which only the library accepts."""
-    return value is default or (isinstance(value, SIMPLE) and value == default)
 
 
 def _word(name: str, value: object) -> str:

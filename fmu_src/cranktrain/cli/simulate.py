@@ -127,7 +127,15 @@ def _found(named: str | Path | Engine, ask: Simulate) -> tuple[Run, list[str] | 
 
         orders = steady_orders(engine, made.body, made.settings, request.speed, found.gas)
         found = replace(found, steady_orders=orders)
-    plots = None if ask.plots is None else _draw(Path(ask.plots), found, made.settings, request.speed_rpm)
+    plots = None
+    if ask.plots is not None:
+        from cranktrain.results.figures import save_run_pictures
+
+        run = made.settings
+        level = run.bearings + (f", big ends {run.big_ends}" if run.big_ends != "rigid" else "")
+        title = f"{engine.title}, {request.speed_rpm:g} rev/min, {run.crank} crank, films by {level}"
+        films = bearing_law(run.bearings).carries
+        plots = [str(path) for path in save_run_pictures(Path(ask.plots), found, made.engine, title, films)]
     settled = found.settling
     note_axial_path(engine, made.settings, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
     return found, plots
@@ -177,16 +185,6 @@ def _check(ask: Simulate, engine: Engine, settings: Settings) -> None:
         from cranktrain.results.figures import FILM_PICTURES, MOTION_PICTURES, check_folder
 
         check_folder(Path(ask.plots), pictures=MOTION_PICTURES if locked else MOTION_PICTURES + FILM_PICTURES)
-
-
-def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[str]:
-    """Write the pictures; returns their paths."""
-    from cranktrain.results.figures import save_run_pictures
-
-    level = settings.bearings + (f", big ends {settings.big_ends}" if settings.big_ends != "rigid" else "")
-    title = f"{run.engine.title}, {speed_rpm:g} rev/min, {settings.crank} crank, films by {level}"
-    films = bearing_law(settings.bearings).carries
-    return [str(path) for path in save_run_pictures(folder, run, run.engine, title, films)]
 
 
 def show(summary: VerbResult) -> None:

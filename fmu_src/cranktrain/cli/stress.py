@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.results.strength.fillet_histories import FilletPeak
     from cranktrain.results.strength.stress import CrankStress
-    from cranktrain.structure.assembly import Assembly
 
 DESCRIPTION = """\
 Stress tensor and von Mises stress of the solid crankshaft's surface over a cycle.
@@ -105,8 +104,11 @@ def stress(named: str | Path | Engine, ask: Stress) -> VerbResult:
             peaks = [run.peak for run in fillet_runs(bare, found.cycle, fillets)]
             report["fillets"] = [_fillet(peak) for peak in sorted(peaks, key=lambda peak: -peak.von_mises)]
         if ask.output is not None:
-            attributes = _attributes(made, request.attributes(made), report)
-            report["result"] = str(found.save(Path(ask.output), attributes))
+            from cranktrain import __version__
+
+            checked = {} if check is None else {"static_check_relative": check.relative}
+            attributes = {**request.attributes(made), **checked, "version": __version__}
+            report["result"] = str(found.save(Path(ask.output), {"engine": made.engine.name, **attributes}))
         if ask.plots is not None:
             tell("pictures")
             title = f"{engine.title}, {request.speed_rpm:g} rev/min"
@@ -131,17 +133,6 @@ def _fillet(peak: FilletPeak) -> dict[str, Any]:
         "free_surface": peak.free_surface,
         "converged": peak.converged,
     }
-
-
-def _attributes(
-    made: Assembly, chosen: dict[str, str | int | float], report: dict[str, Any]
-) -> dict[str, str | int | float]:
-    """Attributes of the run for the result file."""
-    from cranktrain import __version__
-
-    check = report["static_check_relative"]
-    more = {} if check is None else {"static_check_relative": check}
-    return {"engine": made.engine.name, **chosen, **more, "version": __version__}
 
 
 def _report(stress: CrankStress, check: float | None) -> dict[str, Any]:

@@ -70,16 +70,13 @@ def kind_of(name: str, kinds: Sequence[str] = tuple(WORDS)) -> str:
     """Kind of a column from its name, one of ``kinds``; empty if the name belongs to no kind."""
     parts = [plain_name(part) for part in re.split(r"[^\w°]+|_", name)]
     telling = [part for part in parts if part and part not in NEUTRAL and not part.isdigit()]
-    for own in (plain_name(name), "".join(telling), "".join(telling[:-1]) if _ends_in_unit(telling) else ""):
+    without_unit = telling[:-1] if len(telling) > 1 and is_unit(telling[-1]) else []
+    for own in (plain_name(name), "".join(telling), "".join(without_unit)):
         for plain in (own, re.sub(r"\d+$", "", own)):
             found = [kind for kind in kinds if plain in WORDS[kind]]
             if found:
                 return found[0]
     return ""
-
-
-def _ends_in_unit(parts: Sequence[str]) -> bool:
-    return len(parts) > 1 and is_unit(parts[-1])
 
 
 def columns_of(names: Sequence[str], kinds: Sequence[str]) -> dict[str, list[int]]:

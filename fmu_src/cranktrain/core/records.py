@@ -73,20 +73,16 @@ def _add_kinds(record: Any, kinds: list[str]) -> None:
             _add_kinds(member, kinds)
     elif isinstance(record, np.ndarray):
         kinds.append(_array_kind(record.ndim, record.dtype, record.flags.c_contiguous, record.flags.writeable))
+    elif isinstance(record, bool | np.bool_) or not isinstance(record, int | float | np.integer):
+        kinds.append(type(record).__name__)
     else:
-        kinds.append(_kind(record))
+        kinds.append("float" if isinstance(record, float) else "int")
 
 
 @cache
 def _array_kind(dimensions: int, dtype: np.dtype[Any], contiguous: bool, writeable: bool) -> str:
     special = ("" if contiguous else "strided") + ("" if writeable else "constant")
     return f"{dimensions}{dtype.kind}{dtype.itemsize}{special}"
-
-
-def _kind(leaf: Any) -> str:
-    if isinstance(leaf, bool | np.bool_) or not isinstance(leaf, int | float | np.integer):
-        return type(leaf).__name__
-    return "float" if isinstance(leaf, float) else "int"
 
 
 def number_word(number: int | float | np.integer[Any]) -> int:

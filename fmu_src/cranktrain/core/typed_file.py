@@ -2,8 +2,8 @@
 
 A :class:`Table` declares the keys of a table, the type of each value, its unit (:func:`measure`) and its range
 (:func:`between`). Numbers with a unit may be texts in another unit (:mod:`cranktrain.core.stated_units`).
-:func:`record` reads a TOML table into it; :mod:`cranktrain.core.json_schema` makes the JSON schema for editors from the
-same classes. An error says what is wrong, where, the nearest valid name and how to correct it.
+:func:`record` reads a TOML table into it; :mod:`cranktrain.studies.file_schemas` makes the JSON schema for editors from
+the same classes. An error says what is wrong, where, the nearest valid name and how to correct it.
 """
 
 import re
@@ -186,7 +186,8 @@ def usual(fault: Fault, where: str = "") -> str:
     if fault.problem == "unknown":
         # At the top of a file a table is called a table, elsewhere a key.
         found = fault.value[fault.key]
-        noun = "table" if not fault.steps and (isinstance(found, dict) or _of_tables(found)) else "key"
+        entries = found if isinstance(found, list) and found else [found]
+        noun = "table" if not fault.steps and all(isinstance(entry, dict) for entry in entries) else "key"
         return f"{start}unknown {noun} '{key}'; {nearest(fault.key, [entry.encode_name for entry in fields])}"
     missing = _missing(fault, [entry.encode_name for entry in fields if entry.required])
     own = [entry for entry in fields if entry.encode_name in missing]
@@ -237,10 +238,6 @@ def _noun(node: inspect.Type) -> str:
     return _NOUNS.get(type(node), "a value that can be used")
 
 
-def _of_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in value)
-
-
 def _plain(node: inspect.Type, value: Any = None) -> inspect.Type:
     """Type without metadata and without None; of several table types the type with the value's tag."""
     while isinstance(node, inspect.Metadata):
@@ -279,7 +276,11 @@ def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
             owner = plain.cls
         if not (issubclass(owner, Entry) and step == "value" and isinstance(plain, inspect.StructType)):
             steps.append(step)
-            place += _label(value, step)
+            if isinstance(step, str):
+                place += f".{step}"
+            else:  # the name or number of a table in a list
+                name = value[step].get("name") if isinstance(value[step], dict) else None
+                place += f" {shown(name)}" if isinstance(name, str) else f"[{step + 1}]"
         node, value = _tags(node, step) or _inside(plain, step), value[step]
     return Fault(tuple(steps), place.lstrip("."), owner, str(path[-1]) if path else "", "value", value, node)
 
@@ -288,14 +289,6 @@ def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
 def _declared(kind: type[Table]) -> inspect.Type:
     """Declared types of a TOML table and all its values, cached because an engine file has thousands of values."""
     return inspect.type_info(kind)
-
-
-def _label(value: Any, step: Step) -> str:
-    """Text that a step adds to a place in a file: a key, or in a list the name or number of a table."""
-    if isinstance(step, str):
-        return f".{step}"
-    name = value[step].get("name") if isinstance(value[step], dict) else None
-    return f" {shown(name)}" if isinstance(name, str) else f"[{step + 1}]"
 
 
 def _tags(node: inspect.Type, step: Step) -> inspect.Type | None:

@@ -149,8 +149,11 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
     degrees = KELVINS.get(text.lower()) if dimension in (None, "temperature") else None
     if dimension == "temperature difference" and KELVINS.get(text.lower(), "kelvin") != "kelvin":
         return f"unit {shown(unit)} measures temperature, not temperature difference; did you mean 'K'?"
+    if degrees == "degC" and (dimension or len(text) > 1):
+        return UnitFactor(1.0, ZERO_CELSIUS, "K")
     if degrees and (dimension or len(text) > 1):
-        return _temperature(degrees)
+        zero, one = (_registry().Quantity(degree, degrees).to("kelvin").magnitude for degree in (0, 1))
+        return UnitFactor(float(one - zero), float(zero), "K")
     if (gauge := _gauge(text, dimension)) is not None:
         return gauge
     others, strange = list[str](), None
@@ -161,7 +164,9 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
         for name, own in _dimensions(dimension).items():
             if own == quantity.dimensionality:
                 return _factor(quantity, name)
-        strange = strange or UnitFactor(float(quantity.magnitude), 0.0, _base(quantity))
+        powers = dict(quantity.unit_items()).items()
+        base = " ".join(str(unit) if power == 1 else f"{unit}^{power}" for unit, power in powers)
+        strange = strange or UnitFactor(float(quantity.magnitude), 0.0, base)
         others += [name for name, own in _dimensions(None).items() if own == quantity.dimensionality]
     valid = [known for name in UNITS if dimension in (None, name) for known in UNITS[name]]
     if strange and dimension is None:
@@ -322,12 +327,6 @@ def _dimensions(dimension: str | None) -> dict[str, Any]:
     }
 
 
-def _base(quantity: Any) -> str:
-    """Base units of a quantity whose dimension is not in the table."""
-    powers = dict(quantity.unit_items()).items()
-    return " ".join(str(unit) if power == 1 else f"{unit}^{power}" for unit, power in powers)
-
-
 def _factor(quantity: Any, dimension: str) -> UnitFactor:
     """Factor of a quantity to SI; the factor in the table ``UNITS`` if the table has the same unit."""
     factor = float(quantity.magnitude)
@@ -336,11 +335,3 @@ def _factor(quantity: Any, dimension: str) -> UnitFactor:
         if math.isclose(own, factor, rel_tol=1e-14):
             factor = own
     return UnitFactor(factor, 0.0, next(iter(known)))
-
-
-def _temperature(name: str) -> UnitFactor:
-    """Factor of a temperature unit; the offset of kelvin is zero."""
-    if name == "degC":
-        return UnitFactor(1.0, ZERO_CELSIUS, "K")
-    zero, one = (_registry().Quantity(degrees, name).to("kelvin").magnitude for degrees in (0, 1))
-    return UnitFactor(float(one - zero), float(zero), "K")

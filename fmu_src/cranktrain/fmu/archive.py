@@ -11,23 +11,19 @@ import importlib.metadata
 import io
 import json
 import os
-import sys
-import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stdout
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 from xml.etree import ElementTree
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import LIBRARIES, OFF, SEAL, WHOLE, code_digest, kind_of, library_name
-from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, variable_table
+from cranktrain.fmu.description import Interface, Product, Variable, description2, plain, variable_table
 from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.link import library
-from cranktrain.fmu.running_code import RUNNING, SOURCES, renamed, running_code
+from cranktrain.fmu.running_code import SOURCES, renamed, running_code
 from cranktrain.fmu.terminals_and_icons import FOLDER, icons, terminals_and_icons
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
@@ -43,39 +39,24 @@ from {0} import CranktrainSlave
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # the loader gives one away at each instantiation
 """
 PLATFORMS = ("linux64", "win64")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Product:
-    """Description of an FMU to be built: a module of the virtual engine with its data.
-
-    Attributes
-    ----------
-    model : name of the model, and of its file without the ending
-    title : title of the documentation
-    interface : variables of the FMU
-    counts : sizes of the variable families, see :func:`cranktrain.fmu.description.expand`
-    pages : folder of ``documentation/index.html``, ``frame.html`` and ``model.png``
-    running : Python module from which the slave takes ``read_model``, ``simulation`` and ``announced_compilation``
-    data : input of ``read_model``
-    starts : values of the data that are start values of variables
-    fixed : settings that no variable changes
-    """
-
-    model: str
-    title: str
-    interface: Interface
-    counts: Mapping[str, int]
-    pages: Path
-    running: str = RUNNING
-    data: bytes = b""
-    starts: Mapping[str, Any] = field(default_factory=dict)
-    fixed: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """Variables of the FMU, families expanded to single variables, with their value references."""
-        return expand(self.interface.variables, self.counts, self.starts)
+"""Platforms of pythonfmu's libraries."""
+CAPABILITIES = {
+    "needsExecutionTool": "true",
+    "canHandleVariableCommunicationStepSize": "true",
+    "canInterpolateInputs": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+    "canNotUseMemoryManagementFunctions": "true",
+}
+CATEGORIES = {
+    "logStatusWarning": "Log messages with fmi2Warning status.",
+    "logStatusDiscard": "Log messages with fmi2Discard status.",
+    "logStatusError": "Log messages with fmi2Error status.",
+    "logStatusFatal": "Log messages with fmi2Fatal status.",
+    "logAll": "Log all messages.",
+}
+"""Capabilities and log categories of pythonfmu's libraries."""
 
 
 def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] = lambda text: None) -> Path:
@@ -87,11 +68,11 @@ def write_fmu(product: Product, folder: str | Path, say: Callable[[str], None] =
     say(f"{product.title}: {product.model} {contents.guid}")
     path = fmu_path(product, folder)
     contents.resources.update(_libraries(product, contents.package, say))
-    files = _wrapped(contents)
-    root = ElementTree.fromstring(files["modelDescription.xml"])
-    complete(root, product.interface, contents.variables, contents.guid)
-    files["modelDescription.xml"] = xml_bytes(root)
-    files.update(accompanying(product))
+    files = {f"resources/{name}": data for name, data in contents.resources.items()}
+    files |= _wrapping(product.model) | accompanying(product)
+    files["resources/slavemodule.txt"] = contents.slave.encode()
+    files["documentation/externalDependencies.txt"] = (DESCRIPTION / "externalDependencies.txt").read_bytes()
+    files["modelDescription.xml"] = _description(product, contents.guid)
     archive = archived(files)
     write_whole(path, archive, FMU)
     say(f"{path.name}: {1e-6 * len(archive):.2f} MB, model data {1e-6 * len(product.data):.2f} MB")
@@ -116,10 +97,12 @@ def need_sources() -> None:
 
 def model_description(product: Product) -> bytes:
     """Model description (XML) of a product's FMU."""
-    contents = _contents(product)
-    root = ElementTree.fromstring(_wrapped(contents)["modelDescription.xml"])
-    complete(root, product.interface, contents.variables, contents.guid)
-    return xml_bytes(root)
+    return _description(product, _contents(product).guid)
+
+
+def _description(product: Product, guid: str) -> bytes:
+    tool = f"PythonFMU {importlib.metadata.version('pythonfmu')}"
+    return xml_bytes(description2(product, guid, tool, CAPABILITIES | {"modelIdentifier": product.model}, CATEGORIES))
 
 
 def write_reference(path: Path, interface: Interface, say: Callable[[str], None]) -> None:
@@ -166,13 +149,11 @@ def _csv(rows: list[list[str]]) -> bytes:
 
 @dataclass(frozen=True)
 class Contents:
-    """Contents of the FMU's folder resources/: names of package and model, variables, and files by name."""
+    """Contents of the FMU's folder resources/: names of package and slave, and files by name."""
 
-    model: str
     guid: str
     package: str
     slave: str
-    variables: tuple[Variable, ...]
     resources: dict[str, bytes]
 
 
@@ -204,7 +185,7 @@ def _contents(product: Product) -> Contents:
     files[f"{name}_class.py"] = slave
     files[f"{name}.py"] = SLAVE_MODULE.format(f"{name}_class").encode()
     guid = "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
-    return Contents(product.model, guid, package, name, variables, files)
+    return Contents(guid, package, name, files)
 
 
 def _libraries(product: Product, package: str, say: Callable[[str], None]) -> dict[str, bytes]:
@@ -236,64 +217,21 @@ def _digest(files: dict[str, bytes]) -> str:
     return digest.hexdigest()
 
 
-@contextmanager
-def _installed_builder() -> Iterator[Any]:
-    """Context with the builder of the installed pythonfmu, also if an FMU in this process loaded its own pythonfmu.
-
-    Slaves imported with that copy are removed as well, because the other copy does not recognise them as slaves.
-    """
-    import pythonfmu
-
-    if (Path(pythonfmu.__file__).parent / "resources" / "binaries").is_dir():
-        yield pythonfmu.FmuBuilder
-        return
-
-    def taken_out() -> dict[str, ModuleType]:
-        names = [name for name in sys.modules if name.startswith(("pythonfmu", "cranktrain_slave_"))]
-        return {name: sys.modules.pop(name) for name in names}
-
-    left, path = taken_out(), list(sys.path)
-    sys.path[:] = [entry for entry in path if not Path(entry, "slavemodule.txt").is_file()]
-    try:
-        yield importlib.import_module("pythonfmu").FmuBuilder
-    finally:
-        taken_out()
-        sys.modules.update(left)
-        sys.path[:] = path
+def _wrapping(model: str) -> dict[str, bytes]:
+    """Files of pythonfmu in a Python FMU, by name in the archive: its modules, its libraries, and its licence."""
+    files = {}
+    for file in importlib.metadata.files("pythonfmu") or ():
+        if file.parent.name == "pythonfmu" and file.suffix == ".py":
+            files[f"resources/pythonfmu/{file.name}"] = file.read_binary()
+        elif file.parent.name in PLATFORMS:
+            files[f"binaries/{file.parent.name}/{model}{file.suffix}"] = file.read_binary()
+        elif file.name == "LICENSE":
+            files["documentation/licenses/pythonfmu.txt"] = file.read_binary()
+    return files
 
 
-def _wrapped(contents: Contents) -> dict[str, bytes]:
-    """Files of the FMU as pythonfmu builds them, by name in the archive."""
-    with tempfile.TemporaryDirectory(prefix="cranktrain_fmu_") as temporary, _installed_builder() as builder:
-        source, built = Path(temporary) / "resources", Path(temporary) / "built"
-        for name, data in contents.resources.items():
-            (source / name).parent.mkdir(parents=True, exist_ok=True)
-            (source / name).write_bytes(data)
-        path, modules = list(sys.path), set(sys.modules)
-        sys.path.insert(0, str(source))
-        try:
-            fmu = builder.build_FMU(
-                source / f"{contents.slave}.py",
-                dest=built,
-                project_files=[p for p in source.iterdir() if p.name != f"{contents.slave}.py" and p.name[0] != "_"],
-                canGetAndSetFMUstate=True,
-                canSerializeFMUstate=True,
-            )
-        finally:
-            sys.path[:] = path
-            for name in set(sys.modules) - modules:
-                if name.startswith("cranktrain_slave_"):
-                    del sys.modules[name]
-        with zipfile.ZipFile(fmu) as archive:
-            return {
-                name: archive.read(name)
-                for name in archive.namelist()
-                if not name.startswith("binaries/") or name.split("/")[1] in PLATFORMS
-            }
-
-
-def accompanying(product: Product, native: bool = False, arrays: Sequence[Variable] | None = None) -> dict[str, bytes]:
-    """Documentation, licences, terminals and icons, by name in the archive; a native FMU has no dependencies.
+def accompanying(product: Product, arrays: Sequence[Variable] | None = None) -> dict[str, bytes]:
+    """Documentation, licence, terminals and icons, by name in the archive.
 
     ``arrays`` are the variables of an FMU of FMI 3.0, in which families are arrays.
     """
@@ -310,12 +248,6 @@ def accompanying(product: Product, native: bool = False, arrays: Sequence[Variab
     files |= icons(variables, picture, DESCRIPTION / FOLDER)
     files[f"{FOLDER}/{FOLDER}.xml"] = xml_bytes(terminals_and_icons(variables))
     files["documentation/licenses/license.txt"] = (ROOT / "LICENSE").read_bytes()
-    if native:
-        return files
-    files["documentation/externalDependencies.txt"] = (DESCRIPTION / "externalDependencies.txt").read_bytes()
-    for file in importlib.metadata.files("pythonfmu") or ():
-        if file.name == "LICENSE":
-            files["documentation/licenses/pythonfmu.txt"] = file.read_binary()
     return files
 
 
@@ -346,10 +278,6 @@ def write_whole(path: Path, data: bytes, kind: Kind) -> None:
 
 def xml_bytes(root: ElementTree.Element) -> bytes:
     """XML document as bytes, with uniform indentation."""
-    for element in root.iter():  # line breaks that pythonfmu inserted are removed
-        element.tail = None
-        if element.text is not None and not element.text.strip():
-            element.text = None
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 

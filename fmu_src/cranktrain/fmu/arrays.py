@@ -6,7 +6,6 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from cranktrain.core.element_names import array_element
 from cranktrain.fmu.description import Variable
@@ -67,21 +66,15 @@ def _is_array(members: Sequence[Variable]) -> bool:
     """True if variables are the elements 1 to n, in this order, of one array."""
     places = [array_element(member.name) for member in members]
     numbers = [place[1] for place in places if place]
-    if numbers != list(range(1, len(members) + 1)) or members[0].type != "Real":
+    if numbers != list(range(1, len(members) + 1)):
         return False
-    common = [_common(member) for member in members]
-    return all(one == common[0] for one in common)
-
-
-def _common(variable: Variable) -> tuple[Any, ...]:
-    """Attributes of a variable that must be equal for all elements of an array."""
-    v = variable
-    return v.causality, v.type, v.unit, v.display_unit, v.min, v.max, v.nominal, v.terminals, _plain(v.description)
-
-
-def _plain(text: str) -> str:
-    """Description of a variable without the number of its element, which is equal for all elements of an array."""
-    return re.sub(r"\[\d+\]", "", text)
+    # The description of an element contains its number.
+    said = (re.sub(r"\[\d+\]", "", v.description) for v in members)
+    common = {
+        replace(v, name="", start=None, setting=None, reference=-1, description=text)
+        for v, text in zip(members, said, strict=True)
+    }
+    return len(common) == 1 and all(member.type == "Real" for member in members)
 
 
 def _numbered(groups: Iterable[Group]) -> tuple[Group, ...]:

@@ -113,7 +113,11 @@ class _Target(NamedTuple):
     def resolved(self, say: Progress) -> Sequence[str]:
         """Names of the platforms' folders, empty for a Python FMU; ``InputError`` for a Python FMU of FMI 3.0."""
         given = self.platforms
-        found = usual_platforms(say) if given is None else [checked_platform(name).folder for name in given]
+        usual = this_platform()
+        if given is None and usual not in PLATFORMS:
+            say(f"native FMUs do not exist for {usual}, so the Python FMU is built")
+            given = ()
+        found = [usual] if given is None else [checked_platform(name).folder for name in given]
         if not found:
             self.check_python("a Python FMU")
         return found
@@ -237,14 +241,6 @@ def _built(
     model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)._replace(gas=gas)
     interface = parts.interface(engine_interface(model.engine, target.clocks))
     return build(model, folder, say, interface, platforms=platforms, fmi=target.fmi)
-
-
-def usual_platforms(say: Progress) -> Sequence[str]:
-    """Platform of this machine for a native FMU; empty, with a message, if it has no native FMUs."""
-    if this_platform() in PLATFORMS:
-        return (this_platform(),)
-    say(f"native FMUs do not exist for {this_platform()}, so the Python FMU is built")
-    return ()
 
 
 def describe_fmu(source: str) -> bytes:

@@ -11,7 +11,7 @@ import html
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +22,8 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
+from cranktrain.fmu.model_version import model_version
+from cranktrain.fmu.running_code import RUNNING
 from cranktrain.fmu.terminals import TERMINALS
 
 
@@ -80,6 +82,12 @@ class Variable:
     def variability(self) -> str:
         """FMI variability of the variable: inputs and outputs are continuous, parameters are fixed."""
         return "fixed" if self.causality == "parameter" else "continuous"
+
+    @property
+    def initial(self) -> dict[str, str]:
+        """XML attribute ``initial`` of parameters and outputs, the same in FMI 2.0 and 3.0; inputs have none."""
+        known = {"parameter": "exact", "output": "calculated"}
+        return {"initial": known[self.causality]} if self.causality in known else {}
 
     @property
     def of_type(self) -> dict[str, str]:
@@ -279,54 +287,85 @@ def plain(variable: Variable) -> dict[str, Any]:
     return {key: value for key, value in asdict(variable).items() if key in keep}
 
 
-def complete(root: Element, interface: Interface, variables: Sequence[Variable], guid: str) -> None:
-    """Complete the model description ``root`` that pythonfmu wrote, in place.
+@dataclass(frozen=True, kw_only=True)
+class Product:
+    """Description of an FMU to be built: a module of the virtual engine with its data.
 
-    These are units, start values in full precision, bounds, the order of interface.toml, the default experiment,
-    InitialUnknowns, and the dependencies of outputs. Outputs are computed in doStep and depend on an input only from
-    the next step on, so their list of dependencies is empty. In initialization mode they depend on everything, FMI's
-    default.
+    Attributes
+    ----------
+    model : name of the model, and of its file without the ending
+    title : title of the documentation
+    interface : variables of the FMU
+    counts : sizes of the variable families, see :func:`expand`
+    pages : folder of ``documentation/index.html``, ``frame.html`` and ``model.png``
+    running : Python module from which the slave takes ``read_model``, ``simulation`` and ``announced_compilation``
+    data : input of ``read_model``
+    starts : values of the data that are start values of variables
+    fixed : settings that no variable changes
     """
-    root.set("guid", guid)
-    root.set("description", interface.description)
-    root.set("variableNamingConvention", naming(variables))
-    root.attrib.pop("generationDateAndTime", None)  # removed, so that equal models give equal bytes
-    for tag in ("DefaultExperiment", "UnitDefinitions", "ModelStructure"):
-        for element in root.findall(tag):
-            root.remove(element)
-    root.insert(1, unit_definitions(interface.units))
-    parent = _only(root, "ModelVariables")
-    root.insert(list(root).index(parent), interface.experiment)
-    by_name = {str(element.get("name")): element for element in parent}
-    if set(by_name) != {v.name for v in variables}:
-        raise InputError("the slave does not register the variables of interface.toml; build the FMU again")
-    for element in list(parent):
-        parent.remove(element)
-    for variable in variables:
-        parent.append(_finished(by_name[variable.name], variable))
+
+    model: str
+    title: str
+    interface: Interface
+    counts: Mapping[str, int]
+    pages: Path
+    running: str = RUNNING
+    data: bytes = b""
+    starts: Mapping[str, Any] = field(default_factory=dict)
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Variables of the FMU, families expanded to single variables, with their value references."""
+        return expand(self.interface.variables, self.counts, self.starts)
+
+
+def description2(
+    product: Product,
+    guid: str,
+    tool: str,
+    capabilities: Mapping[str, str],
+    categories: Mapping[str, str],
+) -> Element:
+    """Root element of the model description of FMI 2.0.
+
+    Outputs are computed in doStep and depend on an input only from the next step on, so their list of dependencies is
+    empty. In initialization mode they depend on everything, FMI's default.
+
+    Parameters
+    ----------
+    tool : name of the generating tool
+    capabilities : attributes of the element CoSimulation
+    categories : log categories, each with its description
+    """
+    interface, variables = product.interface, product.variables
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "2.0", "modelName": product.model, "guid": guid, "generationTool": tool,
+            "variableNamingConvention": naming(variables), "author": "Cranktrain contributors",
+            "license": "BSD-3-Clause", "version": model_version(), "description": interface.description,
+        },
+    )  # fmt: skip
+    SubElement(root, "CoSimulation", dict(capabilities))
+    root.append(unit_definitions(interface.units))
+    listed = SubElement(root, "LogCategories")
+    for name, text in categories.items():
+        SubElement(listed, "Category", {"name": name, "description": text})
+    root.append(interface.experiment)
+    listed = SubElement(root, "ModelVariables")
+    for v in variables:
+        about = {"name": v.name, "valueReference": str(v.reference), "causality": v.causality}
+        about |= {"variability": v.variability} | v.initial | {"description": v.description}
+        start = {} if v.start is None else {"start": _text(v.start)}
+        SubElement(SubElement(listed, "ScalarVariable", about), v.type, v.of_type | start)
     structure = SubElement(root, "ModelStructure")
     outputs = [str(i + 1) for i, v in enumerate(variables) if v.causality == "output"]
     known, initial = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
     for index in outputs:
         SubElement(known, "Unknown", {"index": index, "dependencies": ""})
         SubElement(initial, "Unknown", {"index": index})
-
-
-def _only(root: Element, tag: str) -> Element:
-    found = root.find(tag)
-    if found is None:
-        raise InputError(f"the model description has no <{tag}>; is pythonfmu 0.7 installed?")
-    return found
-
-
-def _finished(element: Element, variable: Variable) -> Element:
-    element.set("description", variable.description)
-    typed = _only(element, variable.type)
-    typed.attrib.clear()
-    typed.attrib.update(variable.of_type)
-    if variable.start is not None:
-        typed.set("start", _text(variable.start))
-    return element
+    return root
 
 
 def _text(value: float | str) -> str:

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.core.errors import InputError
-from cranktrain.fmu.archive import Product
 from cranktrain.fmu.arrays import Group
-from cranktrain.fmu.description import Variable, member_names, naming, unit_definitions
+from cranktrain.fmu.description import Product, Variable, member_names, naming, unit_definitions
 from cranktrain.fmu.model_version import model_version
 
 LOG_CATEGORIES = {
@@ -111,10 +110,7 @@ def _variable(group: Group) -> Element:
         about["intermediateUpdate"] = "true"
     if variable.type == "Enumeration":
         about["declaredType"] = type_name(variable.name)
-    initial = {"parameter": "exact", "output": "calculated"}.get(variable.causality)
-    if initial is not None:
-        about["initial"] = initial
-    about |= variable.of_type
+    about |= variable.initial | variable.of_type
     starts = [_start(group, member.start) for member in group.members if member.start is not None]
     if starts and variable.type != "String":
         about["start"] = starts[0] if len(set(starts)) == 1 and not group.is_array else " ".join(starts)
@@ -155,14 +151,8 @@ def clock_entries(product: Product, first: int) -> list[Element]:
     clock = product.interface.clock
     if clock is None:
         return []
+    ticks = {"causality": "output", "variability": "discrete", "intervalVariability": "triggered"}
     return [
-        Element("Clock", _attributes(name, first + k, clock.description))
-        for k, name in enumerate(member_names(clock.name, product.counts))
+        Element("Clock", {"name": name, "valueReference": str(k), "description": clock.description, **ticks})
+        for k, name in enumerate(member_names(clock.name, product.counts), first)
     ]
-
-
-def _attributes(name: str, reference: int, description: str) -> dict[str, str]:
-    return {
-        "name": name, "valueReference": str(reference), "description": description, "causality": "output",
-        "variability": "discrete", "intervalVariability": "triggered",
-    }  # fmt: skip

@@ -16,8 +16,8 @@ from cranktrain.dynamics.model.settings import Settings, check_levels, resolved
 from cranktrain.dynamics.topology.tables import topology_outputs
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
-from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
-from cranktrain.fmu.description import Interface, Variable, read_interface, read_units
+from cranktrain.fmu.archive import DESCRIPTION, fmu_path, need_sources, write_fmu
+from cranktrain.fmu.description import Interface, Product, Variable, read_interface, read_units
 from cranktrain.fmu.flat import FlatModel, to_bytes
 from cranktrain.fmu.geometry import start_values
 from cranktrain.fmu.native.archive import write_native_fmu

@@ -57,17 +57,15 @@ def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str,
     own = geometry(engine)
     own |= {f"firing_angles[{c + 1}]": angle for c, angle in enumerate(own.pop("firing_angles"))}
     given = {key: float(rest.pop(key)) for key in own if key in rest}
-    new: dict[str, Any] = {key: value for key, value in given.items() if not _same(value, own[key])}
+    new: dict[str, Any] = {
+        key: value for key, value in given.items() if not math.isclose(value, own[key], rel_tol=CLOSE, abs_tol=CLOSE)
+    }
     for key, value in new.items():
         if key not in SETTABLE:
             _refuse(names.get(key, key), value, own[key], "crank and rods of this FMU were")
         if key == "bore" and resolved(Settings(**rest), engine).block == "flexible":
             _refuse(names.get(key, key), value, own[key], "the flexible block of this FMU was")
     return (replace(engine, cylinders=replace(engine.cylinders, **new)) if new else engine), rest
-
-
-def _same(value: float, own: float) -> bool:
-    return math.isclose(value, own, rel_tol=CLOSE, abs_tol=CLOSE)
 
 
 def _refuse(name: str, value: float, own: float, made: str) -> None:

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cranktrain.core.named import resolve
-from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
-from cranktrain.fmu.description import Interface, read_interface
+from cranktrain.fmu.archive import DESCRIPTION, fmu_path, need_sources, write_fmu
+from cranktrain.fmu.description import Interface, Product, read_interface
 from cranktrain.fmu.engine_fmu import camel
 from cranktrain.fmu.native.archive import write_native_fmu
 from cranktrain.fmu.native.image import Images, leaf_numbers

@@ -11,7 +11,7 @@ from typing import Any
 
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.fmu.description import Interface, Variable, expand
+from cranktrain.fmu.description import Interface, expand
 from cranktrain.fmu.geometry import start_values
 from cranktrain.studies.planning.plan import Plan
 from cranktrain.studies.planning.scene_model import SceneModel
@@ -49,7 +49,10 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
     oiled = films or bearing_law(scene.big_ends).film
     variables = []
     for variable in expand(interface.variables, counts, start_values(scene.engine)):
-        if variable.causality == "output" and not _wanted(variable, plan):
+        wanted = variable.name in ALWAYS or variable.name in plan.scene.outputs
+        if variable.name.startswith("solver."):
+            wanted = variable.name != "solver.online_films" or plan.case.bearings == "table"
+        if variable.causality == "output" and not wanted:
             continue
         if variable.setting in LEVELS:
             continue
@@ -70,9 +73,3 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
 def scene_suffix(plan: Plan) -> str:
     """Suffix of the model's name: the words of the scene's name, capitalised."""
     return "".join(part.capitalize() for part in re.split(r"[^A-Za-z0-9]+", plan.scene.name))
-
-
-def _wanted(variable: Variable, plan: Plan) -> bool:
-    if variable.name.startswith("solver."):
-        return variable.name != "solver.online_films" or plan.case.bearings == "table"
-    return variable.name in ALWAYS or variable.name in plan.scene.outputs

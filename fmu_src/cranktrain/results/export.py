@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,29 +35,6 @@ CSV_HEADS = ("time [s],angle [rad]", "speed [rad/s],cycles [1]")
 """First characters of the CSV tables that this program writes, by which a file to be replaced is recognised."""
 
 
-class Table(Protocol):
-    """Table to be exported: named columns of equal length with units, and attributes."""
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Unit of each column, by name."""
-
-    @property
-    def rows(self) -> int:
-        """Number of rows, the length of every column."""
-
-    @property
-    def left_out(self) -> tuple[str, ...]:
-        """Names of data in the source file that are not columns."""
-
-    @property
-    def attributes(self) -> dict[str, Any]:
-        """Attributes of the source file."""
-
-    def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
-        """Iterate over blocks of k ≤ ``size`` rows of the named columns, (k, names)."""
-
-
 @dataclass(frozen=True)
 class ArrayTable:
     """Table whose columns (rows,) are arrays in memory."""
@@ -76,6 +53,10 @@ class ArrayTable:
         """Iterate over blocks of k ≤ ``size`` rows of the named columns, (k, names)."""
         for first in range(0, self.rows, size):
             yield np.stack([self.columns[name][first : first + size] for name in names], axis=1)
+
+
+Table = ArrayTable | ResultColumns
+"""Table to be exported: named columns of equal length with units, and attributes; it is read in blocks of rows."""
 
 
 def run_up_table(run_up: RunUp) -> ArrayTable:

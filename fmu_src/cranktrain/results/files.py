@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -118,7 +118,7 @@ class StoredRun:
     attributes: Mapping[str, str | int | float]
 
     @classmethod
-    def load(cls, path: str | Path) -> "StoredRun":
+    def load(cls, path: str | Path) -> Self:
         """Read a result file; ``StoreError`` if it is missing, incomplete, damaged, empty, or of another kind."""
         data, attributes = read_result(path)
         outputs = {name: array for name, (array, _) in data.items()}

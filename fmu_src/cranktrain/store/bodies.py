@@ -62,14 +62,24 @@ def export_body(path: str | Path, body: ReducedBody) -> Path:
     target = user_path(path)
     if ending(target) == ".h5":
         return save_body(target, body, kind=BODY)
-    arrays, header = _split(body)
+    arrays = {name: getattr(body, name) for name in OWN_ARRAYS if getattr(body, name) is not None}
+    arrays |= {f"record_{name}": array for name, array in sorted(body.records.items())}
+    header = {
+        "format": BODY_FORMAT, "schema": SCHEMA, "name": body.name, "digest": body.digest, "mass": body.mass,
+        "interfaces": list(body.interfaces), "shafts": list(body.shafts), "quality": body.quality, "units": OWN_ARRAYS,
+        "record_shapes": {name: array.shape for name, array in body.records.items()},
+    }  # fmt: skip
     if ending(target) == ".npz":
         with whole_file(target, ARCHIVE) as temporary:
             write_archive(temporary, [(HEADER, np.array(json.dumps(header))), *arrays.items()])
         return target
     with _whole_folder(target) as folder:
         # Arrays of a body as matrices, with added modal mass, stiffness and damping matrices for other programs.
-        found: dict[str, Any] = {name: _flat(array) for name, array in arrays.items() if array.size}
+        # A vector is a column, and shapes (m, 6, n) are (6 m, n).
+        found: dict[str, Any] = {
+            name: np.asarray(array, dtype=np.float64).reshape(-1, array.shape[-1] if array.ndim > 1 else 1)
+            for name, array in arrays.items() if array.size
+        }  # fmt: skip
         del found["omega"]
         found["mass"] = sparse.eye_array(body.n_modes).tocoo()
         found["stiffness"] = sparse.diags_array(body.omega**2).tocoo()
@@ -86,7 +96,11 @@ def import_body(path: str | Path) -> ReducedBody:
     if ending(source) == ".h5":
         return load_body(source)
     try:
-        header, arrays = _read_folder(source) if source.is_dir() else _read_archive(source)
+        if source.is_dir():
+            header, arrays = _read_folder(source)
+        else:
+            arrays = archive_arrays(source)
+            header = json_of(str(arrays.pop(HEADER)))
         if header["format"] != BODY_FORMAT:
             raise StoreError(f"{path}: not a {BODY_FORMAT}; {REMEDY}")
         if header["schema"] != SCHEMA:
@@ -103,29 +117,6 @@ def import_body(path: str | Path) -> ReducedBody:
     except StoreError as error:
         raise StoreError(f"{path}: {error}") from None
     return body
-
-
-def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Arrays of a body by name, and a header with all other data."""
-    arrays = {name: getattr(body, name) for name in OWN_ARRAYS if getattr(body, name) is not None}
-    arrays |= {f"record_{name}": array for name, array in sorted(body.records.items())}
-    header = {
-        "format": BODY_FORMAT, "schema": SCHEMA, "name": body.name, "digest": body.digest, "mass": body.mass,
-        "interfaces": list(body.interfaces), "shafts": list(body.shafts), "quality": body.quality, "units": OWN_ARRAYS,
-        "record_shapes": {name: array.shape for name, array in body.records.items()},
-    }  # fmt: skip
-    return arrays, header
-
-
-def _flat(array: Array) -> Array:
-    """Matrix form of an array: a vector as a column, shapes (m, 6, n) as (6 m, n)."""
-    array = np.asarray(array, dtype=np.float64)
-    return array.reshape(-1, array.shape[-1] if array.ndim > 1 else 1)
-
-
-def _read_archive(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
-    arrays = archive_arrays(path)
-    return json_of(str(arrays.pop(HEADER))), arrays
 
 
 def _read_folder(folder: Path) -> tuple[dict[str, Any], dict[str, Array]]:

@@ -6,10 +6,9 @@ bit-identical numbers, because slabs are independent of each other.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,9 +27,9 @@ from cranktrain.film.table.database import (
     what_is_wrong,
 )
 from cranktrain.film.table.interpolation import TableArrays
-from cranktrain.store.hdf5 import PART, TABLE, read_film_table, write_film_table
+from cranktrain.store.hdf5 import PART, PART_FORMAT, TABLE, TABLE_FORMAT, opened, read_data, write_data
 from cranktrain.store.side_by_side import side_by_side
-from cranktrain.store.whole_file import check_kept, check_place
+from cranktrain.store.whole_file import Kind, check_kept, check_place
 
 DATASETS = ("aligned", "tilted", "pressure", "axes", "aligned_error", "tilted_error")
 REMEDY = "delete it, or build it anew by 'cranktrain bearing table --anew'"
@@ -51,7 +50,7 @@ def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
     Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, made for another geometry, groove, tilt
     range or resolution, or if arrays have another shape or values that are not finite.
     """
-    data, _ = read_film_table(path, SCHEMA, settings.digest, _said(settings))
+    data = _read(path, settings, TABLE_FORMAT)
     if missing := sorted(set(DATASETS) - set(data)):
         raise StoreError(f"{path}: '{missing[0]}' is missing; {REMEDY}")
     arrays = TableArrays(data["aligned"], data["tilted"], data["axes"], data["pressure"])
@@ -64,10 +63,9 @@ def load_film_table(path: str | Path, settings: TableSettings) -> FilmTable:
 def save_film_table(path: str | Path, table: FilmTable, own: bool = False) -> Path:
     """Write a film table; equal content gives equal bytes. With ``own`` (path in the cache) it may replace any file."""
     arrays = {**table.arrays._asdict(), "aligned_error": table.aligned_error, "tilted_error": table.tilted_error}
-    datasets = {name: (arrays[name], "1") for name in DATASETS}
-    digest, said = table.settings.digest, _said(table.settings)
+    errors = {f"error_{name}": value for name, value in table.worst().items()}
     kind = None if own else TABLE
-    return write_film_table(path, SCHEMA, digest, said, datasets, _attributes(table), kind=kind)
+    return _write(path, table.settings, TABLE_FORMAT, {name: arrays[name] for name in DATASETS}, kind, errors)
 
 
 def film_table(
@@ -137,18 +135,35 @@ def _said(settings: TableSettings) -> str:
     return f"L/D {settings.length_ratio:g}, groove {settings.groove}, {tilt}, resolution {settings.resolution}"
 
 
-def _attributes(table: FilmTable) -> dict[str, Any]:
-    """Settings and largest errors of a table, as attributes of its file."""
-    return {**asdict(table.settings), **{f"error_{name}": value for name, value in table.worst().items()}}
+def _write(
+    path: str | Path,
+    settings: TableSettings,
+    mark: str,
+    arrays: Mapping[str, Array],
+    kind: Kind | None,
+    errors: Mapping[str, float] | None = None,
+) -> Path:
+    """Write the arrays of a table, or of its finished slabs; ``kind`` of file to replace, None: any, in the cache."""
+    header = {"format": mark, "schema": SCHEMA, "digest": settings.digest, "made_for": _said(settings)}
+    datasets = {name: (array, "1") for name, array in arrays.items()}
+    return write_data(path, header, "table", datasets, {**asdict(settings), **(errors or {})}, kind)
+
+
+def _read(path: str | Path, settings: TableSettings, mark: str) -> dict[str, Array]:
+    """Arrays of a table, or of its finished slabs; ``StoreError`` if the file is not of these settings, or unusable."""
+    with opened(path, mark, SCHEMA, REMEDY) as file:
+        if str(file.attrs["digest"]) != settings.digest:
+            made_for, wanted = str(file.attrs["made_for"]), _said(settings)
+            differs = f"made for {made_for}" if made_for != wanted else "made by another version"
+            raise StoreError(f"{path}: {differs}, wanted {wanted}; {REMEDY}")
+        datasets, _ = read_data(file, "table", may_be_empty=mark == PART_FORMAT)
+    return {name: array for name, (array, _) in datasets.items()}
 
 
 def _keep(part: Path, settings: TableSettings, slabs: dict[str, Array], own: bool) -> None:
     """Write the finished slabs to the part file; with ``own`` (path in the cache) it may replace any file."""
-    datasets = {f"slab/{name}": (slabs[name], "1") for name in sorted(slabs)}
-    write_film_table(
-        part, SCHEMA, settings.digest, _said(settings), datasets, asdict(settings), unfinished=True,
-        kind=None if own else PART,
-    )  # fmt: skip
+    arrays = {f"slab/{name}": slabs[name] for name in sorted(slabs)}
+    _write(part, settings, PART_FORMAT, arrays, None if own else PART)
 
 
 def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None) -> dict[str, Array]:
@@ -156,7 +171,7 @@ def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None
     if not part.is_file():
         return {}
     try:
-        data, _ = read_film_table(part, SCHEMA, settings.digest, _said(settings), unfinished=True)
+        data = _read(part, settings, PART_FORMAT)
     except StoreError as error:
         if say is not None:
             say(f"the unfinished table cannot be used, so all slabs are solved again ({error})")

@@ -136,54 +136,6 @@ def load_extras(path: str | Path) -> dict[str, NDArray[Any]]:
         return {name: file[f"extras/{name}"][()] for name in file.get("extras", {})}
 
 
-def write_film_table(
-    path: str | Path,
-    schema: int,
-    digest: str,
-    made_for: str,
-    datasets: Mapping[str, Dataset],
-    attributes: Mapping[str, str | int | float],
-    *,
-    unfinished: bool = False,
-    kind: Kind | None = None,
-) -> Path:
-    """Write a film table, or the finished part of one.
-
-    Parameters
-    ----------
-    digest : digest of the settings that it is made from
-    made_for : these settings in words, for messages
-    datasets : name → (array, unit)
-    attributes : settings, errors
-    kind : kind of files that it may replace; None allows any file, for our own folders
-    """
-    header = {
-        "format": PART_FORMAT if unfinished else TABLE_FORMAT,
-        "schema": schema,
-        "digest": digest,
-        "made_for": made_for,
-    }
-    return _write(path, header, "table", datasets, attributes, kind)
-
-
-def read_film_table(
-    path: str | Path, schema: int, digest: str, wanted: str, *, unfinished: bool = False
-) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Read a film table written by :func:`write_film_table`: (name → array, attributes).
-
-    Raises ``StoreError`` if it is missing, corrupt, foreign, of another schema, or made for other settings than
-    ``wanted``.
-    """
-    remedy = "delete it, or build it anew by 'cranktrain bearing table --anew'"
-    with opened(path, PART_FORMAT if unfinished else TABLE_FORMAT, schema, remedy) as file:
-        if str(file.attrs["digest"]) != digest:
-            made_for = str(file.attrs["made_for"])
-            differs = f"made for {made_for}" if made_for != wanted else "made by another version"
-            raise StoreError(f"{path}: {differs}, wanted {wanted}; {remedy}")
-        datasets, attributes = _read(file, "table", may_be_empty=unfinished)
-    return {name: array for name, (array, _) in datasets.items()}, attributes
-
-
 def write_result(
     path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float] | None = None
 ) -> Path:
@@ -194,13 +146,15 @@ def write_result(
     datasets : name → (array, unit); a name may hold ``/`` for groups
     attributes : description of the run (engine, speed in rad/s, integrator …)
     """
-    return _write(path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT, partial(attach_axes, axes=of_result))
+    return write_data(
+        path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT, partial(attach_axes, axes=of_result)
+    )
 
 
 def read_result(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
     """Read a simulation result: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
     with opened(path, RESULT_FORMAT, RESULT_SCHEMA, "run 'cranktrain simulate' again") as file:
-        return _read(file, "run")
+        return read_data(file, "run")
 
 
 def write_run_up(
@@ -211,7 +165,7 @@ def write_run_up(
 ) -> Path:
     """Write orders over speed: ``datasets`` with units, attributes, and ``labels`` along axes for other readers."""
     header = {"format": RUN_UP_FORMAT, "schema": RUN_UP_SCHEMA}
-    return _write(
+    return write_data(
         path, header, "run", datasets, attributes, RUN_UP, partial(attach_axes, axes=of_run_up, labels=labels)
     )
 
@@ -219,18 +173,18 @@ def write_run_up(
 def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
     """Read orders over speed: (name → (array, unit), attributes); ``StoreError`` as :func:`load_body`."""
     with opened(path, RUN_UP_FORMAT, RUN_UP_SCHEMA, "delete it and run 'cranktrain runup' again") as file:
-        return _read(file, "run")
+        return read_data(file, "run")
 
 
 def write_wear(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, str | int | float]) -> Path:
     """Write a wear history: ``datasets`` with units, and attributes; replaces only a file of this kind."""
-    return _write(path, {"format": WEAR_FORMAT, "schema": WEAR_SCHEMA}, "run", datasets, attributes, WEAR)
+    return write_data(path, {"format": WEAR_FORMAT, "schema": WEAR_SCHEMA}, "run", datasets, attributes, WEAR)
 
 
 def read_wear(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Read a wear history: (name → array, attributes); ``StoreError`` as :func:`load_body`."""
     with opened(path, WEAR_FORMAT, WEAR_SCHEMA, WEAR_REMEDY) as file:
-        datasets, attributes = _read(file, "run")
+        datasets, attributes = read_data(file, "run")
     return {name: array for name, (array, _) in datasets.items()}, attributes
 
 
@@ -242,7 +196,7 @@ def is_run_up(path: str | Path) -> bool:
         return False
 
 
-def _write(
+def write_data(
     path: str | Path,
     header: Mapping[str, Any],
     prefix: str,
@@ -269,8 +223,8 @@ def put_attributes(file: h5py.File, prefix: str, attributes: Mapping[str, Any]) 
         file.attrs[f"{prefix}.{key}"] = value
 
 
-def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dict[str, Dataset], dict[str, Any]]:
-    """Datasets with units, and attributes, from a file written by :func:`_write`."""
+def read_data(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dict[str, Dataset], dict[str, Any]]:
+    """Datasets with units, and attributes, from a file written by :func:`write_data`."""
     datasets: dict[str, Dataset] = {}
 
     def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
@@ -279,13 +233,9 @@ def _read(file: h5py.File, prefix: str, may_be_empty: bool = False) -> tuple[dic
 
     if "data" in file or not may_be_empty:
         file["data"].visititems(visit)
-    named = {key.removeprefix(f"{prefix}."): _plain(value) for key, value in file.attrs.items() if "." in key}
-    return datasets, named
-
-
-def _plain(value: Any) -> Any:
-    """Python number for a NumPy number; other values unchanged."""
-    return value.item() if isinstance(value, np.generic) else value
+    # NumPy numbers become Python numbers.
+    plain = {key: value.item() if isinstance(value, np.generic) else value for key, value in file.attrs.items()}
+    return datasets, {key.removeprefix(f"{prefix}."): value for key, value in plain.items() if "." in key}
 
 
 def put(file: h5py.File, name: str, array: Any, unit: str) -> None:

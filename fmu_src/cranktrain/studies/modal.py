@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
@@ -90,7 +89,11 @@ def modal(
     levels = Settings(bearings=bearings, block=block, damper="fitted" if damper else "none")
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
     table = table_crank(found, mesh)
-    needed, body = _solid_crank(found, crank, mesh, solid, say) if table is None else (False, None)
+    needed, body = table is None and crank_level(crank).needs_solid(found), None
+    if needed or (mesh is not None and table is None):
+        body = reduced_crankshaft(found, mesh, progress=say, checked=solid)
+    elif table is None:  # a level from dimensions is compared with a solid crank that is in the cache
+        body = kept_crankshaft(found)
     made = time.perf_counter()
     own = bare_crank(found, crank, body if needed else None) if table is None else table
     line = line_report(found, complete_crank(found, crank, own))
@@ -133,17 +136,3 @@ def _check_extras(engine: Engine, crank: str, solid: bool, damper: bool, flexibl
         required_damper(engine)
     if flexible:
         block_plan(engine)
-
-
-def _solid_crank(
-    engine: Engine, level: str, mesh: MeshFile | None, solid: bool, say: Callable[[str], None]
-) -> tuple[bool, ReducedBody | None]:
-    """True if a level is made from the solid crank, and the solid crank; None if it is neither needed nor in the cache.
-
-    A level from dimensions is compared with a solid crank from the cache, which is not made for this purpose. The
-    reduction is checked if the level itself is ``solid``.
-    """
-    needed = crank_level(level).needs_solid(engine)
-    if needed or mesh is not None:
-        return needed, reduced_crankshaft(engine, mesh, progress=say, checked=solid)
-    return needed, kept_crankshaft(engine)

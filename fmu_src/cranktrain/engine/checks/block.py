@@ -100,7 +100,10 @@ def _check_banks(engine: Engine, b: Block) -> None:
     throw, length, tall = engine.crankshaft.throw, engine.rod.length, b.foot_height - b.wall_thickness
     text = f"{mm(b.side_height)} is not below the foot of the banks, {mm(tall)}"
     _of("side_height", b.side_height < tall, text)
-    widest = b.foot_height * math.tan(_half_sector(engine.cylinders.bank_angles))
+    angles = sorted(set(engine.cylinders.bank_angles))
+    # A single bank has slightly less than a right angle on either side.
+    sector = min([after - before for before, after in itertools.pairwise(angles)] + [0.999 * math.pi])
+    widest = b.foot_height * math.tan(0.5 * sector)
     text = (
         f"{mm(b.bank_half_width)} lets neighbouring banks overlap at their foot; give at most {mm(widest)} or a larger "
         "foot_height"
@@ -164,12 +167,6 @@ def _spacing(engine: Engine, block: Block) -> tuple[float, float, float]:
     half = 0.5 * block.housing_thickness
     nearest = min(abs(z - main) for z in places for main in mains)
     return min(pitches), nearest, min(min(places) - mains[0], mains[-1] - max(places)) + half
-
-
-def _half_sector(bank_angles: tuple[float, ...]) -> float:
-    """Half the least angle between banks; for a single bank slightly less than a right angle."""
-    angles = sorted(set(bank_angles))
-    return 0.5 * min([b - a for a, b in itertools.pairwise(angles)] + [0.999 * math.pi])
 
 
 def _check_pads(block: Block, mounts: Mounts, mains: tuple[float, ...]) -> None:

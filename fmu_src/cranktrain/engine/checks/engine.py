@@ -18,7 +18,7 @@ from cranktrain.engine.drive_line_chain import FURTHER, DriveLineChain
 from cranktrain.engine.firing import uneven
 from cranktrain.engine.limits import JUDGED, MAIN
 from cranktrain.engine.model import Engine
-from cranktrain.engine.parts import AxialPath, Combustion, PlainBearing
+from cranktrain.engine.parts import Combustion, PlainBearing
 from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths
 from cranktrain.engine.rod_shape import check_rod_shape
 from cranktrain.engine.roller_bearing import check_rollers
@@ -126,8 +126,10 @@ def check_engine(engine: Engine) -> None:
         check_rod_shape(engine, engine.rod_shape)
     check_additions(engine.additions, engine.n_cylinders)
     _check_line_start(engine)
-    if engine.axial_path is not None:
-        _check_axial_path(engine.axial_path)
+    if engine.axial_path is not None and engine.axial_path.joint == "spline":
+        text = "is missing; a spline slides by friction x torque / spline_radius; give it, or take joint bolted"
+        for key in ("spline_radius", "friction"):
+            need("axial_path", key, getattr(engine.axial_path, key) > 0.0, text)
     for text in uneven(engine):  # raises an error if the throws cannot fire in this order
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
@@ -196,15 +198,6 @@ def _check_points(line: DriveLineChain, table: str) -> None:
         need(table, "point_torques", len(over) == 1, text)
         values = [getattr(line, over[0])[k] for k in own]
         need(table, over[0], values == sorted(values), f"must increase from point to point of shaft {number}")
-
-
-def _check_axial_path(path: AxialPath) -> None:
-    """Raise ``InputError`` for a spline without friction data."""
-    of = partial(need, "axial_path")
-    if path.joint == "spline":
-        text = "is missing; a spline slides by friction x torque / spline_radius"
-        for key in ("spline_radius", "friction"):
-            of(key, getattr(path, key) > 0.0, f"{text}; give it, or take joint bolted")
 
 
 def _check_gas(engine: Engine) -> None:

@@ -5,13 +5,12 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element, SubElement
 
 from cranktrain.core.machine_code import code_digest
-from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
+from cranktrain.fmu.archive import FMU, accompanying, archived, fmu_path, write_whole, xml_bytes
 from cranktrain.fmu.arrays import Group, array_table, grouped, scalars
-from cranktrain.fmu.description import Variable, complete
-from cranktrain.fmu.description3 import clock_table, description3
+from cranktrain.fmu.description import Product, Variable, description2
+from cranktrain.fmu.description3 import LOG_CATEGORIES, clock_table, description3
 from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.file_format import NativeFile, Texts, table, to_bytes
 from cranktrain.fmu.native.interface import NativeModel, interface_tables
@@ -26,7 +25,6 @@ VERSIONS = ("2.0", FMI3)
 """Versions of FMI for which FMUs are built."""
 FOLDERS3 = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "aarch64-linux": "aarch64-linux"}
 """Folder names of binaries in FMI 3.0, each by the folder name in FMI 2.0."""
-LOG_CATEGORIES = ("logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll")
 NO_GUID = "{00000000-0000-0000-0000-000000000000}"
 
 
@@ -46,7 +44,10 @@ def write_native_fmu(
     groups = grouped(product.variables) if fmi == FMI3 else ()
     variables = scalars(groups) if groups else product.variables
     data = native_data(product, model, variables, groups)
-    guid = _guid(product, variables, data(NO_GUID))
+    # Equal models have equal GUIDs.
+    interface = json.dumps([product.interface.units, [repr(v) for v in variables]], sort_keys=True)
+    digest = hashlib.sha256(data(NO_GUID) + interface.encode()).hexdigest()
+    guid = "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
     say(f"{product.title}: {product.model} {guid}")
     files = {DATA: data(guid)}
     for platform in platforms:
@@ -55,10 +56,12 @@ def write_native_fmu(
         files[f"binaries/{place}/{product.model}{row.suffix}"] = library(model.kind(), platform, say).read_bytes()
     if fmi == FMI3:
         root = description3(product, groups, guid)
-        files |= accompanying(product, native=True, arrays=[group.variable for group in groups])
+        files |= accompanying(product, arrays=[group.variable for group in groups])
     else:
-        root = description(product, guid, "input_rates" in model.leaves())
-        files |= accompanying(product, native=True)
+        rates = {"canInterpolateInputs": "true"} if "input_rates" in model.leaves() else {}
+        capabilities = {"modelIdentifier": product.model, **CAPABILITIES, **rates}
+        root = description2(product, guid, "cranktrain", capabilities, LOG_CATEGORIES)
+        files |= accompanying(product)
     files["modelDescription.xml"] = xml_bytes(root)
     contents = archived(files)
     write_whole(path, contents, FMU)
@@ -86,49 +89,6 @@ def native_data(
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
     tables["TEXT"] = texts.table()
     return lambda guid: to_bytes(NativeFile(digest, guid, tables))
-
-
-def _guid(product: Product, variables: Sequence[Variable], data: bytes) -> str:
-    """GUID from a digest of data and interface, so that equal models have equal GUIDs."""
-    interface = json.dumps([product.interface.units, [repr(v) for v in variables]], sort_keys=True)
-    digest = hashlib.sha256(data + interface.encode()).hexdigest()
-    return "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
-
-
-def description(product: Product, guid: str, takes_rates: bool) -> Element:
-    """Model description of the Python FMU with the additional capabilities of the binary.
-
-    ``takes_rates`` is true if inputs may be given with their rates.
-    """
-    root = Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "2.0", "modelName": product.model, "guid": guid, "version": model_version(),
-            "author": "Cranktrain contributors", "license": "BSD-3-Clause", "generationTool": "cranktrain",
-            "variableNamingConvention": "structured",
-        },
-    )  # fmt: skip
-    rates = {"canInterpolateInputs": "true"} if takes_rates else {}
-    SubElement(root, "CoSimulation", {"modelIdentifier": product.model, **CAPABILITIES, **rates})
-    categories = SubElement(root, "LogCategories")
-    for name in LOG_CATEGORIES:
-        SubElement(categories, "Category", {"name": name})
-    listed = SubElement(root, "ModelVariables")
-    for variable in product.variables:
-        entry = SubElement(
-            listed,
-            "ScalarVariable",
-            {
-                "name": variable.name, "valueReference": str(variable.reference), "causality": variable.causality,
-                "variability": variable.variability,
-            },
-        )  # fmt: skip
-        initial = {"parameter": "exact", "output": "calculated"}.get(variable.causality)
-        if initial is not None:
-            entry.set("initial", initial)
-        SubElement(entry, variable.type)
-    complete(root, product.interface, product.variables, guid)
-    return root
 
 
 CAPABILITIES = {

@@ -119,7 +119,10 @@ class Emission(Compiling):
         Returns symbol, kinds of the results, library, and module of its entry.
         """
         name = kernel_name(function)
-        kinds, single = _kinds(function, arguments)
+        given = types.unliteral(overload(function, arguments).signature.return_type)
+        single = given != types.none and not isinstance(given, types.BaseTuple)
+        results = () if given == types.none else (given,) if single else given
+        kinds = "".join(_RESULTS[types.unliteral(kind)] for kind in results)
         exported = self._exported(name)
         symbol = f"{self._share}_call_{len(self.called)}" if exported else "call"
         _, library, entry = _entry(symbol, _calling(function, arguments, len(kinds), single))
@@ -188,12 +191,3 @@ def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: b
     text = f"def entry(address, x):\n    record = read(address)\n    result = kernel({handed})\n{stored}    return 0"
     exec(text, scope)
     return scope["entry"]
-
-
-def _kinds(function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, bool]:
-    """Letters for the types of a kernel's results, and True if the kernel returns a single number."""
-    given = types.unliteral(overload(function, arguments).signature.return_type)
-    if given == types.none:
-        return "", True
-    many = isinstance(given, types.BaseTuple)
-    return "".join(_RESULTS[types.unliteral(kind)] for kind in (given if many else (given,))), not many

@@ -13,7 +13,7 @@ from cranktrain.dynamics.outputs.register import families_of, output_counts, out
 from cranktrain.dynamics.run_record import make_run
 from cranktrain.dynamics.simulation import Simulation, input_names
 from cranktrain.dynamics.time.status import FAILED, statuses
-from cranktrain.fmu.archive import Product
+from cranktrain.fmu.description import Product
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.native.exports import functions
 from cranktrain.fmu.native.image import Images, leaf_numbers

@@ -40,7 +40,10 @@ def exports(share: str) -> Exports:
     """Exports of a share, after calls of all kernels that Python calls when it makes runs."""
     if share in MODULES:
         package = MODULES[share].running.rpartition(".")[0]
-        return Exports(_module_run(share, package), _entries(f"{package}.run_record", *ENTRIES), {})
+        path = next(path for path in module_files().values() if module_of(path).name == share)
+        settings = from_bytes(resolve(f"{package}.running:SETTINGS"), module_of(path).read(path).data)
+        run = resolve(f"{package}.settings:make_run")(settings)
+        return Exports(run, _entries(f"{package}.run_record", *ENTRIES), {})
     from cranktrain.fmu.native.typical_run import film_calls, stage_calls, typical_calls, typical_run
 
     run, module = typical_run(), "cranktrain.dynamics.run_record"
@@ -56,13 +59,6 @@ def exports(share: str) -> Exports:
 
 def _entries(module: str, *names: str) -> dict[str, Any]:
     return {name: resolve(f"{module}:{ENTRIES[name]}") for name in names}
-
-
-def _module_run(kind: str, package: str) -> Any:
-    """Run of a module, made from the first module file that ships for it."""
-    path = next(path for path in module_files().values() if module_of(path).name == kind)
-    data = module_of(path).read(path).data
-    return resolve(f"{package}.settings:make_run")(from_bytes(resolve(f"{package}.running:SETTINGS"), data))
 
 
 def functions(kind: str) -> dict[str, Function]:

@@ -126,7 +126,10 @@ class _Variant:
         self._numbers: dict[int, int] = {}
         self._taken: list[tuple[int, int, str]] = []
         self.leaves = [self._leaf(path, leaf) for path, leaf in leaves(run)]
-        self._refuse_overlaps()
+        # An instance would duplicate arrays that overlap.
+        for (start, size, path), (after, _, other) in pairwise(sorted(self._taken)):
+            if start + size > after:
+                raise ValueError(f"{path} and {other} share memory, which a file cannot represent")
 
     def _leaf(self, path: str, leaf: Any, of_record: bool = False) -> tuple[int, int, int]:
         """Row of section LEAF for an array or a number of a run."""
@@ -156,24 +159,14 @@ class _Variant:
                 found.append((8 * k, FUNCTION, number := self.images.functions[ADDRESSES[value]]))
                 self.images.called.add(number)
             elif value in RECORDS:
-                found.append((8 * k, RECORD, self._record(value)))
+                if value not in self._numbers:
+                    record, self._numbers[value] = RECORDS[value], len(self.records)
+                    self.records.append([])
+                    self.records[self._numbers[value]] += [
+                        self._leaf(f"{type(record).__name__}.{path}", leaf, True) for path, leaf in leaves(record)
+                    ]
+                found.append((8 * k, RECORD, self._numbers[value]))
         return tuple(found)
-
-    def _record(self, address: int) -> int:
-        if address not in self._numbers:
-            record = RECORDS[address]
-            self._numbers[address] = number = len(self.records)
-            self.records.append([])
-            name = type(record).__name__
-            self.records[number] += [self._leaf(f"{name}.{path}", leaf, True) for path, leaf in leaves(record)]
-        return self._numbers[address]
-
-    def _refuse_overlaps(self) -> None:
-        """Raise ``ValueError`` for arrays that overlap in memory, which an instance would duplicate."""
-        taken = sorted(self._taken)
-        for (start, size, path), (after, _, other) in pairwise(taken):
-            if start + size > after:
-                raise ValueError(f"{path} and {other} share memory, which a file cannot represent")
 
 
 def leaf_numbers(run: Any, paths: Mapping[str, str]) -> dict[str, int]:

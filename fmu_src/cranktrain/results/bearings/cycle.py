@@ -157,13 +157,14 @@ def bearing_report(run: Sampled, engine: Engine) -> BearingReport:
         )
     cycle = _Cycle(run, last)
     speed = CYCLE / (last.size * float(run.time[-1] - run.time[-2]))
-    plain = engine.plain_numbers
-    return BearingReport(
-        engine,
-        speed,
-        tuple(_main(cycle, i + 1, engine.main_bearing if i in plain else None) for i in range(has[0])),
-        tuple(_big_end(cycle, c, engine) for c in range(wanted[1])),
-    )
+    mains = []
+    for i in range(has[0]):
+        bearing, name = engine.main_bearing if i in engine.plain_numbers else None, f"bearing[{i + 1}]"
+        gap, relative = cycle[f"{name}.gap.angle"], cycle[f"{name}.speed.relative"]
+        velocity = cycle.vector(f"{name}.velocity")
+        mains.append(_bearing(cycle, _Shell(name, MAIN, i + 1, bearing, np.zeros(gap.size), gap, relative, velocity)))
+    big_ends = tuple(_big_end(cycle, c, engine) for c in range(wanted[1]))
+    return BearingReport(engine, speed, tuple(mains), big_ends)
 
 
 def rod_lean(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]:
@@ -223,13 +224,6 @@ class _Shell(NamedTuple):
     gap: Array
     speed: Array
     velocity: ComplexArray
-
-
-def _main(cycle: _Cycle, number: int, bearing: PlainBearing | None) -> BearingCycle:
-    """Results of a main bearing (from 1); ``bearing`` is None for a roller bearing."""
-    name = f"bearing[{number}]"
-    gap, speed, velocity = cycle[f"{name}.gap.angle"], cycle[f"{name}.speed.relative"], cycle.vector(f"{name}.velocity")
-    return _bearing(cycle, _Shell(name, MAIN, number, bearing, np.zeros(gap.size), gap, speed, velocity))
 
 
 def _big_end(cycle: _Cycle, cylinder: int, engine: Engine) -> BearingCycle:

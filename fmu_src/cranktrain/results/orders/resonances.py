@@ -98,15 +98,14 @@ def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
 
 def labelled(found: Sequence[Peak], hz: Array, kinds: Sequence[str]) -> list[Peak]:
     """Peaks labelled with the nearest of the modes ``hz`` (k,), ``kinds`` (k,), if it lies within ``NEAR``."""
-    return [_with_mode(peak, hz, kinds) for peak in found]
-
-
-def _with_mode(peak: Peak, hz: Array, kinds: Sequence[str]) -> Peak:
-    off = np.abs(hz / peak.hz - 1.0)
-    if not off.size or off.min() > NEAR:
-        return peak
-    at = int(off.argmin())
-    return replace(peak, mode_hz=float(hz[at]), kind=kinds[at])
+    result = []
+    for peak in found:
+        off = np.abs(hz / peak.hz - 1.0)
+        if off.size and off.min() <= NEAR:
+            at = int(off.argmin())
+            peak = replace(peak, mode_hz=float(hz[at]), kind=kinds[at])
+        result.append(peak)
+    return result
 
 
 def _maxima(sizes: Array) -> list[int]:

@@ -192,7 +192,9 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     plots.plot_campbell(ax, beside.modes, rays, beside.highest_hz(run_up), sizes, published, marks)
     motion = [(peak.speed / RPM, peak.motion_hz) for peak in beside.motion if math.isfinite(peak.motion_hz)]
     if motion:
-        plots.plot_modes_in_motion(ax, motion)
+        ax.plot(*zip(*motion, strict=True), "D", ms=6, mfc="white", mec=plots.RED, mew=1.4, zorder=6,
+                label="torsional in motion")  # fmt: skip
+        ax.legend(frameon=False, fontsize=8.5, loc="upper left")
     figure.suptitle(f"Campbell diagram, modes at rest on stand-in springs: {title}", fontsize=12, parse_math=False)
     foot(
         figure,
@@ -226,7 +228,10 @@ def _draw_orders(
         labels.append(plots.Label(rpm, height, _named(peak, beside, quantity), colours[peak.order]))
     log, published = beside.logarithmic(run_up, quantity), beside.published(quantity)
     plots.plot_orders_over_speed(ax, curves, others, quantity.name, quantity.unit, labels, published, top, whole, log)
-    plots.shade(ax, speeds, unsteady(run_up))
+    # Each unsteady speed is shaded up to halfway to its neighbours.
+    borders = np.concatenate((speeds[:1], 0.5 * (speeds[1:] + speeds[:-1]), speeds[-1:]))
+    for k in np.flatnonzero(unsteady(run_up)):
+        ax.axvspan(borders[k], borders[k + 1], color="#f1e3d3", lw=0.0, zorder=0)
 
 
 def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:

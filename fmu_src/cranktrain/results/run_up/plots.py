@@ -5,7 +5,6 @@ from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
@@ -51,23 +50,17 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
 
     If there is not enough room, the positions are equidistant.
     """
+    from scipy.optimize import isotonic_regression
+
     order = np.argsort(wanted, kind="stable")
-    apart = min(apart, (high - low) / max(len(order) - 1, 1))
-    places = np.zeros(len(order))
+    if not order.size:
+        return []
+    apart = min(apart, (high - low) / max(order.size - 1, 1))
+    steps = apart * np.arange(order.size)
     # Positions that would touch form a group, which is centred at the mean of its wanted positions.
-    groups: list[list[float]] = []
-    for k, at in enumerate(np.asarray(wanted, dtype=float)[order].tolist()):
-        groups.append([at - k * apart, 1.0])
-        while len(groups) > 1 and groups[-2][0] / groups[-2][1] > groups[-1][0] / groups[-1][1]:
-            last = groups.pop()
-            groups[-1] = [groups[-1][0] + last[0], groups[-1][1] + last[1]]
-    k = 0
-    for total, count in groups:
-        for _ in range(int(count)):
-            places[k] = min(max(total / count, low), high - (len(order) - 1) * apart) + k * apart
-            k += 1
-    found = np.empty(len(order))
-    found[order] = places
+    places = isotonic_regression(np.asarray(wanted, dtype=float)[order] - steps).x
+    found = np.empty(order.size)
+    found[order] = np.clip(places, low, high - steps[-1]) + steps
     return [float(place) for place in found]
 
 
@@ -141,13 +134,6 @@ def plot_orders_over_speed(
     ax.legend(
         frameon=False, fontsize=8.5, title="order", title_fontsize=8.5, loc="upper left", bbox_to_anchor=(1.0, 1.0)
     )
-
-
-def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:
-    """Shade the speeds (s,) where ``which`` is true, each up to halfway to its neighbours."""
-    borders = np.concatenate((speeds[:1], 0.5 * (speeds[1:] + speeds[:-1]), speeds[-1:]))
-    for k in np.flatnonzero(which):
-        ax.axvspan(borders[k], borders[k + 1], color="#f1e3d3", lw=0.0, zorder=0)
 
 
 def plot_waterfall(
@@ -301,13 +287,6 @@ def plot_campbell(
     ax.set_xlabel("engine speed / rev/min")
     ax.set_ylabel("frequency / Hz")
     ax.grid(alpha=0.2)
-
-
-def plot_modes_in_motion(ax: Any, found: Sequence[tuple[float, float]]) -> None:
-    """Mark torsional modes in motion, pairs of rev/min and Hz, in a Campbell diagram."""
-    speeds, hz = zip(*found, strict=True)
-    ax.plot(speeds, hz, "D", ms=6, mfc="white", mec=RED, mew=1.4, zorder=6, label="torsional in motion")
-    ax.legend(frameon=False, fontsize=8.5, loc="upper left")
 
 
 def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> None:

@@ -99,7 +99,10 @@ def governing_history(tensor: Array) -> Array:
     The sign is positive in tension. If shear governs (first invariant below half of the norm), mean stress is treated
     as tension.
     """
-    parts = _deviator(np.asarray(tensor, dtype=float))
+    xx, yy, zz, xy, yz, zx = np.asarray(tensor, dtype=float).T
+    root = math.sqrt(3.0)
+    # Five deviatoric components whose sum of squares is the square of von Mises' stress.
+    parts = np.stack([xx - 0.5 * (yy + zz), 0.5 * root * (yy - zz), root * xy, root * yz, root * zx], axis=1)
     squares = (parts**2).sum(axis=1)
     ranges = squares[:, None] + squares - 2.0 * parts @ parts.T
     i, j = np.unravel_index(int(ranges.argmax()), ranges.shape)
@@ -110,13 +113,6 @@ def governing_history(tensor: Array) -> Array:
     trace = float((tensor[i, :3] - tensor[j, :3]).sum()) / length
     pulls = trace if abs(trace) >= _SHEAR_GOVERNS else float(history.max() + history.min())
     return np.asarray(history if pulls >= 0.0 else -history)
-
-
-def _deviator(tensor: Array) -> Array:
-    """Five deviatoric components (n, 5) whose sum of squares is the square of von Mises' stress."""
-    xx, yy, zz, xy, yz, zx = tensor.T
-    root = math.sqrt(3.0)
-    return np.stack([xx - 0.5 * (yy + zz), 0.5 * root * (yy - zz), root * xy, root * yz, root * zx], axis=1)
 
 
 def counted_cycles(history: Array) -> list[StressCycle]:

@@ -49,5 +49,4 @@ def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
         if not all(one.ndim == 1 and one.dtype.kind in "iuf" for one in (time, angle)) or not rising(time):
             raise StoreError(f"{target}: its time is damaged; run 'cranktrain couple' again")
         return LoadedCoupling(outputs.pop("time"), angle, outputs, attributes)
-    stored = StoredRun.load(target)
-    return LoadedRun(stored.time, stored.angle, stored.outputs, stored.attributes)
+    return LoadedRun.load(target)

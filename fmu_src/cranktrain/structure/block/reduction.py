@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, attach, truncate
 from cranktrain.core.threads import one_thread
 from cranktrain.engine.model import Engine
@@ -28,7 +27,7 @@ from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.fem.craig_bampton import Flexibility
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.own_body import is_body, read_body
-from cranktrain.structure.fem.own_mesh import check_places, content_digest, kept_path, mesh_unit
+from cranktrain.structure.fem.own_mesh import check_names, check_places, content_digest, kept_path, mesh_unit
 from cranktrain.structure.fem.reduction import Progress, ReductionTask, reduced_structure
 
 # Version of the stored body: raised when changed code makes another body from the same inputs.
@@ -69,11 +68,8 @@ def own_block(engine: Engine, path: str | Path) -> ReducedBody:
     """Bare block from a stored body or a superelement; ``InputError`` if it does not belong to this engine."""
     plan, body = block_plan(engine), read_body(path)
     places = interface_places(plan)
-    if missing := [name for name in places if name not in body.interfaces]:
-        raise InputError(
-            f"{path}: no interface named {', '.join(missing)}; found {', '.join(sorted(body.interfaces)) or 'none'} - "
-            "name a node of each bore, liner, head, mount, the thrust faces and the cover"
-        )
+    remedy = " - name a node of each bore, liner, head, mount, the thrust faces and the cover"
+    check_names(path, places, body.interfaces, "interface", remedy)
     # Interfaces whose positions are checked: all except heads and cover.
     held = {name: place for name, place in places.items() if name.startswith(("bore", "liner", "thrust", "mount"))}
     found = dict(zip(body.interfaces, body.positions, strict=True))

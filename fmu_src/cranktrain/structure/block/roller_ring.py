@@ -140,7 +140,6 @@ def ring_compliance(
     -------
     (Z, DEGREE + 1, Z, DEGREE + 1) m/N
     """
-    check_ring(ring)
     say = progress or (lambda stage: None)
 
     def computed() -> Array:

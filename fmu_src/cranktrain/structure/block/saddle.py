@@ -11,7 +11,6 @@ tetrahedra from the load vectors f_i, so it is symmetric by construction:
 """
 
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array, Progress
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import SHELL_SHARE, JournalBearing, Material
-from cranktrain.engine.quantities import Length, check_values, need
+from cranktrain.engine.quantities import Length
 from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
@@ -102,7 +101,6 @@ def bore_compliance(
     with_motion : include the bore's rigid motion in the shapes; only for models in which no body carries this motion
     """
     plan = saddle_for(engine.plain_mains)
-    check_saddle(plan)
     area = np.pi * plan.film_diameter * plan.film_width
     say = progress or (lambda stage: None)
 
@@ -156,22 +154,8 @@ def pattern_loads(model: FEModel, film_diameter: float, film_width: float, waves
     return radial_loads(model, facets, pressure)
 
 
-def check_saddle(saddle: Saddle) -> None:
-    """Refuse dimensions that make no saddle; ``InputError`` names the first one."""
-    s, of, least = saddle, partial(need, "saddle"), 0.55 * saddle.bore_diameter
-    check_values(s, "saddle")
-    of("bore_diameter", s.bore_diameter >= s.film_diameter, "is less than the film's, which lies inside its shells")
-    of("thickness", s.thickness >= s.film_width, "is less than the film's width; give at least that")
-    of("cap_half_width", s.cap_half_width > least, "leaves no iron beside the bore")
-    of("cap_depth", s.cap_depth > least, "leaves no iron below the bore")
-    of("height", s.height > least, "leaves no iron above the bore")
-    of("half_width", s.half_width > s.cap_half_width, "must exceed cap_half_width")
-    of("mesh_size", s.mesh_size >= 0.02 * s.bore_diameter, "would take millions of elements")
-
-
 def saddle_mesh(saddle: Saddle) -> MeshTet2:
     """Mesh with the boundaries ``bore`` (under the film) and ``clamped``, in curved tetrahedra; ``InputError``."""
-    check_saddle(saddle)
     remedy = "mesh_size or a dimension"
     mesh = cad_solid("cranktrain.structure.block.saddle:_solid", asdict(saddle), "saddle", remedy)
     skin = mesh.boundary_facets()

@@ -6,16 +6,16 @@ the engine's cut-off.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
 from cranktrain.core.types import Progress
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
+from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only
 
 
 def bare_crank(
@@ -57,18 +57,7 @@ def complete_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody
     A crank that only twists keeps its axis in place, as in the running model.
     """
     row, complete = crank_level(level), complete_crankshaft(engine, bare)
-    if row.elastic and not row.bends:
-        from cranktrain.structure.crank.torsional import twist_only
-
-        return twist_only(complete)
-    return complete
-
-
-def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """Return the bare crankshaft ``solid`` unchanged; ``InputError`` if it is None."""
-    if solid is None:
-        raise InputError("crank level 'solid' needs the reduced crankshaft; make it by `cranktrain reduce`")
-    return solid
+    return twist_only(complete) if row.elastic and not row.bends else complete
 
 
 def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
@@ -90,25 +79,13 @@ class Maker(NamedTuple):
 
     Attributes
     ----------
-    bare : (engine, bare solid body or None, progress or None) ↦ bare crankshaft; level ``rigid`` has the mass of the
-        solid body if given, else from dimensions, as level ``beam`` has
+    bare : (engine, bare solid body, or None unless the level needs it, progress or None) ↦ bare crankshaft; level
+        ``rigid`` has the mass of the solid body if given, else from dimensions, as level ``beam`` has
     running : (engine, bare crankshaft) ↦ body of the running model with all attached parts
     """
 
-    bare: Callable[[Engine, ReducedBody | None, Progress | None], ReducedBody]
+    bare: Callable[[Engine, Any, Progress | None], ReducedBody]
     running: Callable[[Engine, ReducedBody], ReducedBody]
-
-
-def _rigid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    from cranktrain.structure.crank.torsional import rigid_crank
-
-    return rigid_crank(engine) if solid is None else rigid(solid)
-
-
-def _torsional(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    from cranktrain.structure.crank.torsional import torsional_body
-
-    return torsional_body(engine, solid=solid)
 
 
 def _beam(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
@@ -119,11 +96,11 @@ def _beam(engine: Engine, solid: ReducedBody | None, progress: Progress | None) 
 
 MAKERS = {
     "rigid": Maker(
-        _rigid,
+        lambda engine, solid, _: rigid_crank(engine) if solid is None else rigid(solid),
         lambda engine, bare: rigid(complete_crankshaft(engine, bare)),
     ),
-    "torsional": Maker(_torsional, running_torsional),
+    "torsional": Maker(lambda engine, solid, _: torsional_body(engine, solid=solid), running_torsional),
     "beam": Maker(_beam, running_body),
-    "solid": Maker(bare_solid, running_body),
+    "solid": Maker(lambda _, solid, __: solid, running_body),
 }
 """Maker of each crank level, by its name."""

@@ -7,7 +7,7 @@ roller bearings are rigid parts that are attached afterwards, so changing them n
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,7 +24,7 @@ from cranktrain.engine.parts import Crankshaft, LumpedInertia
 from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.store.hdf5 import load_body, load_extras
 from cranktrain.structure.crank.shape import crank_interfaces, pin_centre, shaping, stations
-from cranktrain.structure.fem.own_mesh import check_places, content_digest, kept_path, mesh_unit
+from cranktrain.structure.fem.own_mesh import check_names, check_places, content_digest, kept_path, mesh_unit
 
 if TYPE_CHECKING:
     from skfem import MeshTet2
@@ -87,17 +87,12 @@ def own_crankshaft(engine: Engine, path: str | Path) -> ReducedBody:
     if "thrust" not in body.interfaces and (own := f"main[{engine.thrust.main}]") in body.interfaces:
         body = with_interface(body, "thrust", own)
     wanted = crank_interfaces(engine.crankshaft)
-    _check_names(path, wanted, body.interfaces, "interface", "name the node of each journal, the pulley, the flywheel")
+    check_names(
+        path, wanted, body.interfaces, "interface", " - name the node of each journal, the pulley, the flywheel"
+    )
     places = dict(zip(body.interfaces, body.positions, strict=True))
     _check_own(engine, {name: places[name] for name in wanted}, path)
     return body
-
-
-def _check_names(path: str | Path, wanted: Sequence[str], found: Iterable[str], what: str, remedy: str) -> None:
-    """Refuse a body or mesh without all ``wanted`` names; ``InputError``."""
-    if missing := [name for name in wanted if name not in found]:
-        named = ", ".join(sorted(found)) or "none"
-        raise InputError(f"{path}: no {what} named {', '.join(missing)}; found {named} - {remedy}")
 
 
 def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> ReductionTask:
@@ -239,8 +234,8 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
         return crankshaft_mesh(engine.crankshaft, engine.thrust.main)
     mesh = read_mesh(mesh_file, mesh_unit(mesh_file))
     wanted = crank_interfaces(engine.crankshaft)
-    remedy = "name the facets of each journal, the pulley, the flywheel and the thrust faces"
-    _check_names(mesh_file, wanted, mesh.boundaries or {}, "surface", remedy)
+    remedy = " - name the facets of each journal, the pulley, the flywheel and the thrust faces"
+    check_names(mesh_file, wanted, mesh.boundaries or {}, "surface", remedy)
     _check_own(engine, {name: surface_area(mesh, name)[1] for name in wanted}, mesh_file)
     return mesh
 

@@ -313,7 +313,10 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
     Raises ``InputError`` for a crank without a torsional mode.
     """
     stiffness = np.diag(crankshaft.omega**2)
-    motions = locked_motions(engine, crankshaft) if engine.plain_numbers else np.eye(crankshaft.n_modes)
+    motions = np.eye(crankshaft.n_modes)
+    if engine.plain_numbers:  # journals of plain mains do not move across the axis
+        mains = [crankshaft.index(f"main[{i + 1}]") for i in engine.plain_numbers]
+        motions = np.asarray(null_space(crankshaft.shapes[mains, :2].reshape(-1, crankshaft.n_modes)))
     springs = main_springs(engine)
     for i in engine.roller_mains:
         for component, value in springs[i].items():
@@ -330,9 +333,3 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
     if first is None:
         raise InputError("crankshaft has no torsional mode; set reduction.torsional_source to solid")
     return float(hz[first])
-
-
-def locked_motions(engine: Engine, crankshaft: ReducedBody) -> Array:
-    """Orthonormal motions (n, k) in which the journals of plain mains do not move across the axis."""
-    mains = [crankshaft.index(f"main[{i + 1}]") for i in engine.plain_numbers]
-    return np.asarray(null_space(crankshaft.shapes[mains, :2].reshape(-1, crankshaft.n_modes)))

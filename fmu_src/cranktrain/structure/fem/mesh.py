@@ -26,7 +26,7 @@ from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import crank_interfaces, interface_names, stations
 from cranktrain.structure.fem.cad_process import run_in_child
-from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
+from cranktrain.structure.fem.own_mesh import UNITS, check_names, check_one_piece
 
 # Corner pairs of a tetrahedron's six mid-side nodes, in the order of netgen (NETGEN_EDGES), and of VTK, Abaqus and
 # Nastran (VTK_EDGES).
@@ -130,11 +130,7 @@ def named_mesh(
         raise InputError(f"mesh unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
     nodes, tets, surfaces = read_surfaces_and_tetrahedra(Path(path))
     names = wanted(surfaces)
-    if missing := [name for name in names if name not in surfaces]:
-        raise InputError(
-            f"{path}: no surface named {', '.join(missing)}; found {', '.join(sorted(surfaces)) or 'none'}: name the "
-            f"surface triangles (or nodes) of {surfaces_of}"
-        )
+    check_names(path, names, surfaces, "surface", f": name the surface triangles (or nodes) of {surfaces_of}")
     length = UNITS[unit] * float(np.ptp(nodes, axis=0).max())
     if not 0.02 < length < 20.0:
         units = ", ".join(UNITS)

@@ -162,17 +162,13 @@ def _add_node(parts: MeshParts, card: _Card) -> None:
             f"{card.place}: GRID {node} is in coordinate system {system}; export nodes in basic coordinates"
         )
     try:
-        at = tuple(_real(text) for text in place)
+        # In Nastran's notation 1.5-3 and 1.5D-3 are 0.0015.
+        at = tuple(float(_EXPONENT.sub(r"E\1", text.upper().replace("D", "E"))) if text else 0.0 for text in place)
     except ValueError:
         raise InputError(
             f"{card.place}: GRID {node} at {shown(', '.join(place))}, which are no three numbers"
         ) from None
     parts.add_node(node, at, card.place)
-
-
-def _real(text: str) -> float:
-    """Value of a number in Nastran's notation, in which ``1.5-3`` and ``1.5D-3`` are 0.0015."""
-    return float(_EXPONENT.sub(r"E\1", text.upper().replace("D", "E"))) if text else 0.0
 
 
 def _add_element(parts: MeshParts, card: _Card) -> tuple[int, int]:

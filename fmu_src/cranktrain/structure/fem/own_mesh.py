@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -72,6 +72,13 @@ def check_one_piece(nodes: Array, tets: Integers, path: str | Path) -> None:
             f"{path}: {np.sum(number > 2)} faces belong to more than two elements, one at ({x:.1f}, {y:.1f}, {z:.1f}) "
             "mm; leave out duplicate elements"
         )
+
+
+def check_names(path: str | Path, wanted: Iterable[str], found: Iterable[str], what: str, remedy: str) -> None:
+    """Raise ``InputError`` for a body or mesh without all ``wanted`` names; ``remedy`` ends the message."""
+    if missing := [name for name in wanted if name not in found]:
+        named = ", ".join(sorted(found)) or "none"
+        raise InputError(f"{path}: no {what} named {', '.join(missing)}; found {named}{remedy}")
 
 
 def check_places(path: str | Path, found: Mapping[str, Array], expected: Mapping[str, Array], tolerance: float) -> None:

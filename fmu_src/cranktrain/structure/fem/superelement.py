@@ -192,9 +192,9 @@ def _sliced(
         rows = element.rows(node)
         felt = np.zeros((6, 6))
         felt[list(rows)] = answers[list(rows.values())]
-        moments[k] = _slice_moments(felt @ np.linalg.inv(rigid_motion(places[k : k + 1])[0]))
+        moments[k] = _moments(felt @ np.linalg.inv(rigid_motion(places[k : k + 1])[0]))
         motion[k, list(rows), 6:] = modes[list(rows.values()), 6:]
-    slices = _with_total(places, moments, _total_moments(inertia))
+    slices = _with_total(places, moments, _moments(inertia))
     rigid = rigid_motion(places) @ coefficients
     motion[:, :, :6] = rigid
     # Elastic modes have no momentum with the mass matrix, so the momentum of their slices is removed too.
@@ -205,7 +205,7 @@ def _sliced(
     return slices, motion, float(np.abs(carried - 1.0).max())
 
 
-def _slice_moments(felt: Array) -> Array:
+def _moments(felt: Array) -> Array:
     """Mass moments (4, 4) of the rigid slice that best fits the inertia forces (6, 6) of a node in rigid motion."""
     moments = np.zeros((4, 4))
     moments[0, 0] = np.trace(felt[:3, :3]) / 3.0
@@ -221,15 +221,6 @@ def _with_total(places: Array, moments: Array, total: Array) -> Slices:
     back[:, 1:, 0] = -places
     share = moments[:, 0, 0] / moments[:, 0, 0].sum()
     return Slices(places, moments + share[:, None, None] * (back @ missing @ back.swapaxes(1, 2)))
-
-
-def _total_moments(inertia: Array) -> Array:
-    """Moments (4, 4) about the origin, from the mass matrix (6, 6) of a rigid body."""
-    total = np.zeros((4, 4))
-    total[0, 0] = inertia[0, 0]
-    total[0, 1:] = total[1:, 0] = _axial(inertia[3:, :3])
-    total[1:, 1:] = second_moments(inertia[3:, 3:])
-    return total
 
 
 def _axial(matrix: Array) -> Array:

@@ -127,7 +127,8 @@ def read_superelement(path: str | Path) -> Superelement:
 def _both(source: Path, files: dict[str, Path], names: dict[str, str | None]) -> tuple[Rows, Array, Array]:
     """Rows, stiffness and mass in the unit of the files; ``names`` select matrices in files with several."""
     if "matrices" in files and is_named(files["matrices"]):
-        return _both(source, {**_without(files, "matrices"), **dict.fromkeys(names, files["matrices"])}, names)
+        others = {own: path for own, path in files.items() if own != "matrices"}
+        return _both(source, others | dict.fromkeys(names, files["matrices"]), names)
     if "matrices" in files:
         rows, found = _user_element(files["matrices"])
     elif {"stiffness", "mass"} <= set(files):
@@ -145,10 +146,6 @@ def _both(source: Path, files: dict[str, Path], names: dict[str, str | None]) ->
     if missing := {"stiffness", "mass"} - set(found):
         raise InputError(f"{files['matrices']}: no {missing.pop()} matrix; write it with MASS=YES, STIFFNESS=YES")
     return rows, found["stiffness"], found["mass"]
-
-
-def _without(files: dict[str, Path], key: str) -> dict[str, Path]:
-    return {own: path for own, path in files.items() if own != key}
 
 
 def _named_entries(

@@ -62,7 +62,10 @@ def throw_factors(quarter: QuarterThrow, material: Material = STEEL) -> ThrowFac
         twisted = _loaded(model, end, antisymmetric, ((0, 0), (1, 1), (2, 1)), np.array([[0.0, 0.0, 1.0]]))
     pin = _fillet(x, y - quarter.throw, z, 0.5 * quarter.pin_diameter, rear, quarter.pin_fillet)
     main = _fillet(x, y, -z, 0.5 * quarter.main_diameter, -front, quarter.main_fillet)
-    width, thick = _web_width(quarter), quarter.web_thickness
+    width, thick = quarter.web_width, quarter.web_thickness
+    if (crank := quarter.crankshaft) is not None:  # halfway between the surfaces of the journals
+        between = 0.5 * (0.5 * quarter.main_diameter + quarter.throw - 0.5 * quarter.pin_diameter)
+        width = float(web_width(bare_outline(crank, crank.throw), np.array([between]))[0])
     at_pin, at_main = (NodalStress.of(model.mesh, material, nodes) for nodes in (pin, main))
 
     def greatest(stress: Array) -> float:
@@ -121,11 +124,3 @@ def _fillet(across: Array, along: Array, z: Array, radius: float, face: float, f
     beside = np.hypot(np.hypot(across, along) - radius - fillet, depth - fillet)
     inside = (depth < 1.001 * fillet) & (depth > -1e-3 * fillet)
     return np.flatnonzero((np.abs(beside - fillet) < 0.05 * fillet) & inside)
-
-
-def _web_width(quarter: QuarterThrow) -> float:
-    """Width B of the web; for a web of a crankshaft the width halfway between the journals' surfaces."""
-    if quarter.crankshaft is None:
-        return quarter.web_width
-    between = 0.5 * (0.5 * quarter.main_diameter + quarter.throw - 0.5 * quarter.pin_diameter)
-    return float(web_width(bare_outline(quarter.crankshaft, quarter.crankshaft.throw), np.array([between]))[0])

@@ -241,10 +241,11 @@ def _figure(
 
     With ``switches`` the second drawing is the logarithmic one, and curves can be chosen in the legend.
     """
-    keys = "".join(
-        _key(k, colour, name, switches is not None)
-        for k, (colour, name) in enumerate(zip(colours, named, strict=False))
-    )
+    keys = ""
+    for k, (colour, name) in enumerate(zip(colours, named, strict=False)):
+        key = f'<i style="background:{colour}"></i>{html.escape(name)}'
+        box = f'<label><input type="checkbox" class="curve" value="{k}" checked/>{key}</label>'
+        keys += f"<span>{key}</span>" if switches is None else box
     grey = "".join(f"<span>{_MORE[what]}{what}</span>" for what in more)
     data = {
         "x": [float(f"{v:.6g}") for v in x],
@@ -253,7 +254,13 @@ def _figure(
         "label": across.label,
     }
     text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
-    turned = "" if switches is None else _switches(switches)
+    turned = ""
+    if switches is not None:
+        boxes = (("to-pp", "peak to peak", switches.peak_to_peak), ("to-log", "logarithmic", switches.log))
+        turned = "".join(
+            f'<label><input type="checkbox" class="{kind}"{" checked" * on}/>{name}</label>' for kind, name, on in boxes
+        )
+        turned = f'<div class="switches">{turned}</div>'
     pictures = "".join(
         f'<svg class="{kind}" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(title)}">{drawing}'
         f'<line class="cursor" x1="0" x2="0" y1="{TOP}" y2="{BOTTOM}"/></svg>'
@@ -263,26 +270,6 @@ def _figure(
         f'<figure class="chart">{turned}<div class="scroll">{pictures}</div><div class="keys">{keys}{grey}</div>'
         f'<div class="readout" aria-live="off"></div>'
         f'<figcaption>{html.escape(title)}</figcaption><script type="application/json">{text}</script></figure>'
-    )
-
-
-def _key(number: int, colour: str, name: str, chosen: bool) -> str:
-    """Legend entry of a curve with its colour; with ``chosen``, with a box to show or hide the curve."""
-    text = f'<i style="background:{colour}"></i>{html.escape(name)}'
-    if not chosen:
-        return f"<span>{text}</span>"
-    return f'<label><input type="checkbox" class="curve" value="{number}" checked/>{text}</label>'
-
-
-def _switches(state: Switches) -> str:
-    """Check boxes for the scale and the kind of amplitude."""
-    boxes = (("to-pp", "peak to peak", state.peak_to_peak), ("to-log", "logarithmic", state.log))
-    return (
-        '<div class="switches">'
-        + "".join(
-            f'<label><input type="checkbox" class="{kind}"{" checked" * on}/>{name}</label>' for kind, name, on in boxes
-        )
-        + "</div>"
     )
 
 

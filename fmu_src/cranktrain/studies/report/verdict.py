@@ -62,8 +62,10 @@ def verdict_table(all_of: list[Verdict]) -> Table:
     """Table of the verdicts as texts."""
     header = ("quantity", "found", "limit", "unit", "verdict", "where", "stated by")
     rows = tuple(
-        (one.what, _text(one.value), _text(one.limit), one.unit, one.said, _where(one), one.key) for one in all_of
-    )
+        (one.what, _text(one.value), _text(one.limit), one.unit, one.said,
+         f"see “{one.where}”" if one.value is None else one.where, one.key)
+        for one in all_of
+    )  # fmt: skip
     return Table("Found and allowed", header, rows)
 
 
@@ -189,11 +191,6 @@ def _bearings(found: Findings) -> Iterator[Verdict]:
 def _stated(limit: float) -> float | None:
     """Limit, or None for 0, which stands for a limit that is not given."""
     return limit or None
-
-
-def _where(one: Verdict) -> str:
-    """Speed or place of a value, or the section that would give the value."""
-    return one.where if one.value is not None else f"see “{one.where}”"
 
 
 def _text(value: float | None) -> str:

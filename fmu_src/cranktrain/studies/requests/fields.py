@@ -172,7 +172,7 @@ class Field:
     @property
     def kind(self) -> str:
         """Description of the value's type, for messages."""
-        said = [_kind_text(kind) for kind in self.kinds if get_origin(kind) is not Literal]
+        said = [str(getattr(kind, "__name__", kind)) for kind in self.kinds if get_origin(kind) is not Literal]
         if self.words and (len(said) < len(self.kinds) or not said):
             said = [one for one in said if one != "str"] + [f"Literal[{', '.join(map(repr, self.words))}]"]
         if self.given:
@@ -289,17 +289,13 @@ class Field:
 def fields_of(question: type[Any]) -> tuple[Field, ...]:
     """Fields of a question: first its own fields, then the fields of its groups."""
     if question not in _FIELDS:
-        _FIELDS[question] = _read_fields(question)
+        hints = get_type_hints(question, include_extras=True)
+        known = {one.name: one for one in fields(question)}
+        owners = {name: group for group in reversed(question.__mro__) for name in _own(group)}
+        order = [*_own(question), *(name for base in question.__bases__ for name in _with_groups(base))]
+        names = dict.fromkeys(name for name in order if name in known)
+        _FIELDS[question] = tuple(_field(name, hints[name], known[name].default, owners[name]) for name in names)
     return _FIELDS[question]
-
-
-def _read_fields(question: type[Any]) -> tuple[Field, ...]:
-    hints = get_type_hints(question, include_extras=True)
-    known = {one.name: one for one in fields(question)}
-    owners = {name: group for group in reversed(question.__mro__) for name in _own(group)}
-    order = [*_own(question), *(name for base in question.__bases__ for name in _with_groups(base))]
-    names = dict.fromkeys(name for name in order if name in known)
-    return tuple(_field(name, hints[name], known[name].default, owners[name]) for name in names)
 
 
 def in_keywords(question: type, text: str) -> str:
@@ -360,7 +356,3 @@ def _listed(value: Any) -> list[Any]:
         return list(value)
     found = value.tolist() if hasattr(value, "tolist") else value
     return found if isinstance(found, list) else [found]
-
-
-def _kind_text(kind: Any) -> str:
-    return str(getattr(kind, "__name__", kind))

@@ -76,7 +76,8 @@ def ramp(
         orders=orders,
         amplitudes={name: amplitudes[:, :, k] for k, name in enumerate(job.outputs)},
         extremes={
-            name: np.array([_spread(rows[part, k + 1]) for part in around]) for k, name in enumerate(job.outputs)
+            name: np.array([(of.min(), of.mean(), of.max()) for of in (rows[part, k + 1] for part in around)])
+            for k, name in enumerate(job.outputs)
         },
         cycles=none,
         repeats=none,
@@ -109,7 +110,3 @@ def _run_through(
         rows.append(simulation.outputs[columns])
         speed = first + rate * time
     return np.array(times), np.array(rows)
-
-
-def _spread(values: Array) -> Array:
-    return np.array([values.min(), values.mean(), values.max()])

@@ -5,7 +5,7 @@ If a file of the same run exists, the run-up continues from it, and the speeds i
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
@@ -104,11 +104,14 @@ def run_up(
             with _workers(job, means, len(wanted)) as workers:
                 outcome.workers = workers.count
                 while wanted:
-                    for found in _told(steady_speeds(workers, wanted, outcome.starts), len(wanted), tell):
+                    count, round_began = len(wanted), time.perf_counter()
+                    for done, found in enumerate(steady_speeds(workers, wanted, outcome.starts), 1):
                         outcome.failed += [found] if isinstance(found, Failed) else []
                         if isinstance(found, SteadySpeed):
                             keep_start(path, tie, found.start)
                             store.keep(found)
+                        left = (time.perf_counter() - round_began) * (count - done) / done
+                        tell(f"{done} of {count} speeds, {_clock(left)} left", done / count)
                     wanted = _missing(store, speeds, means, outcome)
         if all(map(store.holds, speeds)):
             drop_starts(path)
@@ -217,17 +220,6 @@ def _missing(store: Store, speeds: Sequence[float], means: Means, outcome: Outco
         return asked
     between = speeds_between(store.run_up, means.refine, float(np.min(np.diff(speeds))))
     return [speed for speed in between if not store.holds(speed) and speed not in lost]
-
-
-def _told(
-    found: Iterator[SteadySpeed | Failed], count: int, tell: Callable[[str, float], None]
-) -> Iterator[SteadySpeed | Failed]:
-    """Pass on finished speeds and report their number and the estimated remaining time."""
-    began = time.perf_counter()
-    for done, one in enumerate(found, 1):
-        yield one
-        left = (time.perf_counter() - began) * (count - done) / done
-        tell(f"{done} of {count} speeds, {_clock(left)} left", done / count)
 
 
 def _clock(seconds: float) -> str:

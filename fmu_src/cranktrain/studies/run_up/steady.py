@@ -119,6 +119,10 @@ class SteadyRuns:
         job, simulation = self._job, self.simulation
         state = simulation.state
         n = simulation.model.omega2.size
+        learned = result.learned
+        if learned is None and result.settling.repeats == 1:  # the mode that settles last, measured with an impulse
+            mode = torsional_mode(simulation)
+            learned = None if mode is None else Learned(mode)
         start = CycleStart(
             speed=speed,
             motion=motion_of(state, n),
@@ -126,7 +130,7 @@ class SteadyRuns:
             films=state[self._films_begin :].copy(),
             temperatures=simulation.film_temperatures if job.film_temperature != "engine" else None,
             periodic=result.settling.repeats == 1,
-            learned=self._learned(result),
+            learned=learned,
         )
         settling = result.settling
         return SteadySpeed(
@@ -159,13 +163,6 @@ class SteadyRuns:
         if job.film_temperature != "engine" or job.damper_balance:
             result = balanced(simulation, None, run, result, job.film_temperature, job.damper_balance)
         return whole(result)
-
-    def _learned(self, result: Result) -> Learned | None:
-        """Mode that settles last, as found by the run or else measured with an impulse."""
-        if result.learned is not None or result.settling.repeats != 1:
-            return result.learned
-        mode = torsional_mode(self.simulation)
-        return None if mode is None else Learned(mode)
 
     def _extremes(self, result: Result) -> dict[str, Array]:
         """Least, mean and largest value of every output.

@@ -11,7 +11,6 @@ same dissipation over the cycle; e is the residual torque of the law.
 """
 
 from copy import copy
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,18 +36,9 @@ from cranktrain.loads.damper import (
     required_damper,
     shear_layers,
 )
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
 _SETTLED, _ROUNDS = 1e-8, 100
-
-
-class OrderSamples(Protocol):
-    """Transformation between complex amplitudes of orders and samples of a cycle, along an axis."""
-
-    def spectrum(self, signal: Array, axis: int = 0) -> ComplexArray:
-        """Complex amplitudes of the orders of a signal, given by samples of a cycle along an axis."""
-
-    def signal(self, spectrum: ComplexArray, axis: int = 0) -> Array:
-        """Samples of a cycle from complex amplitudes of orders along an axis."""
 
 
 class DamperLink:
@@ -97,7 +87,7 @@ class DamperLink:
             torque += weight[:, None] * rate * (1.0 + (time * shear[:, None] * rate) ** 2) ** exponent
         return torque
 
-    def rest(self, twist: ComplexArray, stiffness: ComplexArray, samples: OrderSamples) -> ComplexArray:
+    def rest(self, twist: ComplexArray, stiffness: ComplexArray, samples: ShaftOrders) -> ComplexArray:
         """Torque of the nonlinear damper minus that of the linear ``stiffness`` at ``twist``, (s, k) N m.
 
         A ring carries no mean torque: it slips against the hub until there is none.
@@ -115,7 +105,7 @@ class DamperLink:
         return result
 
 
-def equivalent(link: DamperLink, free: ComplexArray, compliance: ComplexArray, samples: OrderSamples) -> ComplexArray:
+def equivalent(link: DamperLink, free: ComplexArray, compliance: ComplexArray, samples: ShaftOrders) -> ComplexArray:
     """Complex stiffness (s, k) of a damper in series with ``compliance`` (s, k); ``free`` is its twist without torque.
 
     A nonlinear law is replaced by equivalent linear dampers; ``samples`` converts complex amplitudes to samples. Raises

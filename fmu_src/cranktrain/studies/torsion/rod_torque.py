@@ -87,7 +87,13 @@ class Rods(NamedTuple):
         end = RodEnd(across, along, -along, across, -across, -along)
         swept, swept_slope = np.broadcast_to(self.radius**2, a.shape), np.zeros_like(a)
         if any(self.joints):
-            end = self._hung(a, end)
+            paths = np.array(end)
+            for c, joint in enumerate(self.joints):
+                if joint is not None:
+                    # circle() counts angles from the y axis of the master rod's cylinder.
+                    pin = circle(self.radius[c], a[..., c] + joint.turn - 0.5 * math.pi)
+                    paths[..., c] = hung_on(joint, pin)
+            end = RodEnd(*paths)
             hung = np.array([joint is not None for joint in self.joints])
             swept = np.where(hung, end.vx**2 + end.vy**2, swept)
             swept_slope = np.where(hung, end.vx * end.ax + end.vy * end.ay, 0.0)
@@ -103,16 +109,6 @@ class Rods(NamedTuple):
         inertia = self.big_end * swept + self.oscillating * arm**2 + self.remainder * turn**2
         slope = self.oscillating * arm * arm_slope + self.remainder * turn * turn_slope
         return RodTorque(inertia, 2.0 * (slope + self.big_end * swept_slope), arm, weight)
-
-    def _hung(self, a: Array, end: RodEnd) -> RodEnd:
-        """Paths of the rods' ends (…, c): ``end`` for rods on crank pins, knuckle pins' paths for articulated rods."""
-        found = np.array(end)
-        for c, joint in enumerate(self.joints):
-            if joint is not None:
-                # circle() counts angles from the y axis of the master rod's cylinder, so the angle is referred to it.
-                pin = circle(self.radius[c], a[..., c] + joint.turn - 0.5 * math.pi)
-                found[..., c] = hung_on(joint, pin)
-        return RodEnd(*found)
 
 
 def gas_push(tables: Array, area: float, angle: Array) -> list[Array]:

@@ -128,7 +128,14 @@ class ShaftOrders:
         swing[0] = model.scalars[slots.RIGID_ROTATION]
         self._flywheel: Array = model.ends[0, own]
         self._shaft_twists: Array = model.shafts[: len(line.shafts), own]
-        self._own_shafts(body, model.shafts.shape[1])
+        # Shafts of a crank from a table.
+        found = np.flatnonzero(body.shaft_laws[:, OF_SHAFT])
+        twists = body.twists[found].reshape(found.size, body.n_modes)
+        self._own_twists: Array = np.pad(twists, ((0, 0), (0, model.shafts.shape[1] - body.n_modes)))[:, own]
+        self._own_laws: Array = body.shaft_laws[found]
+        lost = self._own_laws[:, OF_SHAFT] * self._own_laws[:, OF_LOSS]
+        self._hysteresis: Array = self._own_twists.T @ (lost[:, None] * self._own_twists)
+        self.shafts = (*self.link.names, *(body.shafts[k] for k in found))
         ends = (twist, model.ends[1, own], swing, self._flywheel)
         self._rows = np.vstack((rows, *ends, self._shaft_twists, self._own_twists))
         # Loss factors are complex stiffness here. The model's last shafts represent them in time and are left out.
@@ -153,16 +160,6 @@ class ShaftOrders:
         rise = self.push(cylinders, np.ones(1)) - motored
         parts = (-0.5 * still.slope, still.weight, -still.arm * motored, -still.arm * rise)
         self.still = tuple(self.spectrum(self.on_pins(part)) for part in parts)
-
-    def _own_shafts(self, body: ReducedBody, modes: int) -> None:
-        """Shafts of a crank from a table: names, twists (s, n), laws (s, 3), and H (n, n)."""
-        found = np.flatnonzero(body.shaft_laws[:, OF_SHAFT])
-        twists = body.twists[found].reshape(found.size, body.n_modes)
-        self._own_twists: Array = np.pad(twists, ((0, 0), (0, modes - body.n_modes)))[:, slots.ROTATION :]
-        self._own_laws: Array = body.shaft_laws[found]
-        lost = self._own_laws[:, OF_SHAFT] * self._own_laws[:, OF_LOSS]
-        self._hysteresis: Array = self._own_twists.T @ (lost[:, None] * self._own_twists)
-        self.shafts = (*self.link.names, *(body.shafts[k] for k in found))
 
     def at_load(self, load: float) -> "ShaftOrders":
         """Copy of the structure at another load, a fraction of the full-load burn."""
