@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from one_line import one_line
 from scipy.optimize import brentq, fsolve
-from some import some
 from started import at_speed
 from tests.film_tables import RATIO, coarse_table
 from tests.rods import FOUR, beside, part, plain_engine
@@ -24,14 +23,12 @@ from cranktrain.engine.additions import ConnectionTable
 from cranktrain.engine.connections import Film, RingDamper, Roller, Thrust
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import oil_temperature, viscosity
-from cranktrain.engine.roller_bearing import RollerBearing
 from cranktrain.film.elastic.bore_compliance import RIGID_BORE, BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
 from cranktrain.film.laws.film_solution import GROUPS, IN_DOUBLES
 from cranktrain.film.laws.register import PLAIN, bearing_law
-from cranktrain.film.laws.roller_contacts import equilibrium
 from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted, thrust_parameters
-from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient, with_damper_housing
+from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.results.files import output_unit
 from cranktrain.results.summary import run_summary
 from cranktrain.store import film_tables
@@ -101,29 +98,6 @@ def test_a_rotor_on_two_roller_bearings_sags_as_its_rollers_share_its_weight(rat
         np.testing.assert_allclose(sag, exact, rtol=2e-4)
         np.testing.assert_allclose(force, 0.5 * 4.0 * GRAVITY, rtol=2e-3)
     assert found["r.position.z"][-1] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_rotor_beside_its_one_roller_bearing_tilts_as_its_law_says():
-    """Weight with a lever along the axis: place and tilt of the law's own balance of force and moment."""
-    lever, mass = 2e-3, 4.0
-    frame, body = rotor(2.0, mass, lever)
-    # Damping outlasts the precession of a rotor that turns.
-    links = link("a", "roller", ROLLER | {"tilt_damping": 20.0}), link("z", "spring", FREE)
-    run = beside(ct.Topology((frame,), (body,), links), SPEED)
-    values = {key: ROLLER[key] for key in ("rollers", "clearance")}
-    bearing = RollerBearing(
-        length=ROLLER["roller_length"], diameter=ROLLER["roller_diameter"], pitch=ROLLER["pitch_diameter"], **values
-    )
-    weight = mass * GRAVITY
-    exact = equilibrium(bearing, np.array([0.0, -weight, 0.0, -weight * lever / (0.5 * bearing.length)]),
-                        -0.5 * math.pi, 12).place  # fmt: skip
-    assert abs(exact[3]) > 0.05 * abs(exact[1])  # it tilts
-    advance(run, 2)
-    # In space, both downwards.
-    place = entry.law(run, "a").place
-    assert np.hypot(*place[:2]) == pytest.approx(-exact[1], rel=1e-3)
-    assert np.hypot(*place[2:]) == pytest.approx(-exact[3], rel=1e-2)
-    assert place[:2] @ place[2:] == pytest.approx(np.hypot(*place[:2]) * np.hypot(*place[2:]), rel=1e-3)
 
 
 # Axial bearings -------------------------------------------------------------------------------------------------------
@@ -225,36 +199,6 @@ def test_a_ring_against_its_housing_swings_out_as_a_spring_and_damper(ratio, kin
     np.testing.assert_allclose(power, -torque * rate, atol=1e-9 * power.max())
 
 
-def test_a_ring_as_an_added_body_damps_as_the_engines_own_damper():
-    """The six's damper as a law between crank and ring: the same settled cycle.
-
-    Both start a little apart: the start of a run counts added bodies to the crank's inertia, its own ring not.
-    """
-    engine = load_engine("diesel_i6")
-    chosen = {"crank": "beam", "block": "ground", "newton_tolerance": 1e-11, "dense_output": "off"}
-    damper = engine.damper
-    own = ct.assemble(engine, ct.Settings(damper="fitted", **chosen), inherit=False)
-    bare = ct.assemble(with_damper_housing(engine), ct.Settings(**chosen), inherit=False)
-    z, inertia = float(bare.body.positions[bare.body.index("pulley"), 2]), damper.ring_inertia
-    # Across and in tilt the engine's ring moves with the housing; the added one is held at rest.
-    ring = rigid_body("ring", 1.0, np.diag([0.5, 0.5, 1.0]) * inertia, (0, 0, z), {"hub": (0, 0, z)})
-    held = {"stiffness": (1e8, 1e8, 1e8), "damping": (1e4, 1e4, 1e4)} | LEVEL
-    links = (
-        ct.Connection("d", "damper", (ct.End("crank", "pulley"), ct.End("ring", "hub")), ring_data(damper)),
-        ct.Connection("h", "spring", (ct.End("ring", "hub"), ct.End("ground")), held),
-    )
-    added = ct.Topology((), (ct.Body("ring", ring, "crank"),), links)
-    first, second = (
-        simulate(made.engine, made.body, made.settings, SPEED, parts=made.parts._replace(topology=more), settle=1e-9)
-        for made, more in ((own, None), (bare, added))
-    )
-    pairs = {name: name for name in ("pulley.torsion", "pulley.axial", "bearing[3].force.y", "crank.speed")}
-    pairs |= {"damper.torque": "connection[d].torque", "damper.heat": "connection[d].heat"}
-    for name, other in some(pairs.items()):
-        one, two = (run.outputs[key][-run.per_cycle :] for run, key in ((first, name), (second, other)))
-        assert np.abs(one - two).max() < 1e-8 * np.ptp(one), name
-
-
 # The engine's own laws, beside themselves -----------------------------------------------------------------------------
 
 
@@ -312,17 +256,6 @@ def test_a_film_beside_a_main_bearings_carries_what_it_carries(level, steps):
     engine = load_engine("diesel_i6")
     found, _ = doubled(engine, (on_crank("c", "film", "main[3]", film_data(engine, level)),), steps, bearings=level)
     alike(found, "bearing[3]", "connection[c]", 1e-9, *(FILM if level != "linear" else ()))
-
-
-@pytest.mark.parametrize(("level", "collar"), [("impedance", "square"), ("reynolds", "tilting")])
-def test_an_axial_bearing_beside_the_engines_carries_what_it_carries(level, collar):
-    engine = replace(load_engine("diesel_i6"), axial_path=None)
-    data = values_of(engine.thrust, Thrust) | {"collar": collar}
-    found, _ = doubled(engine, (on_crank("c", "thrust", "thrust", data),), 40, bearings=level)
-    one, two = found["thrust.force"], found["connection[c].force.z"]
-    assert np.abs(one).max() > 100.0
-    # The engine's pads know the frame's speed, those of an added collar its own.
-    assert np.abs(one - two).max() < 2e-3 * np.abs(one).max()
 
 
 # Films from a table ---------------------------------------------------------------------------------------------------

@@ -103,40 +103,6 @@ class Geometry:
 WEIGHTS = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
 
 
-def side_by_side(engine):
-    """The engine with plain rods in one plane; not checked, for their big ends overlap."""
-    return replace(
-        engine, articulated_rod=None, cylinders=replace(engine.cylinders, rods_on_pin="side-by-side", rod_offsets=())
-    )
-
-
-def on_the_pin(engine):
-    """The engine with articulated rods of the master's size, whose knuckle pins lie in the middle of the crank pin."""
-    rod = engine.rod
-    return replace(
-        engine, articulated_rod=ArticulatedRod(rod.length, rod.big_end_mass, rod.small_end_mass, rod.inertia, 0.0)
-    )
-
-
-@pytest.mark.parametrize("name", ENGINES)
-@pytest.mark.parametrize(("crank", "bearings"), [("rigid", "linear"), ("torsional", "held")])
-def test_with_knuckles_in_the_middle_all_rods_run_on_the_pin(name, crank, bearings):
-    engine = ENGINES[name]
-    settings = Settings(crank=crank, block="ground", bearings=bearings, pistons="rigid")
-    # One body for both: the damping that a crank which only twists takes over is measured.
-    made, plain = on_the_pin(engine), side_by_side(engine)
-    body = running_crank(plain, crank)
-    found = [simulate(one, body, settings, 150.0, cycles=1) for one in (made, plain)]
-    masters = {str(engine.cylinders.pins.index(pin) + 1) for pin in engine.cylinders.pins}
-    for key, wanted in some(found[1].outputs.items()):
-        if key.startswith("big_end[") and key[8 : key.index("]")] in masters:
-            pin = engine.cylinders.pins[int(key[8 : key.index("]")]) - 1]
-            shared = [c + 1 for c, own in enumerate(engine.cylinders.pins) if own == pin]
-            wanted = sum(found[1].outputs[f"big_end[{c}]{key[key.index(']') + 1 :]}"] for c in shared)
-        scale = np.abs(wanted).max() + 1e-12
-        np.testing.assert_allclose(found[0].outputs[key], wanted, atol=1e-8 * scale, err_msg=key)
-
-
 def pin_force(joint, motion, rod, gas):
     """Force on the crank pin and what ``force_change`` needs, from six values of its motion in the master's axes."""
     own, pin, out = np.array(motion, dtype=float), np.zeros(MASTERS_PIN), np.zeros(16)

@@ -157,22 +157,6 @@ def test_no_force_exceeds_the_friction_of_the_torque():
     assert force.max() >= 0.9 * PATH.friction * torque.min() / PATH.spline_radius
 
 
-def test_a_state_holds_the_joint():
-    """Steps from a copied state are those that followed it, to the bit."""
-    simulation, _ = run_of(PATH, cycles=1)
-    kept = simulation.state.copy()
-    first = float(kept[0])
-
-    def outputs():
-        for k in range(20):
-            simulation.step(first + 2e-4 * (k + 1))
-        return simulation.outputs.copy()
-
-    once = outputs()
-    simulation.state = kept
-    assert np.array_equal(outputs(), once)
-
-
 @pytest.mark.parametrize(
     ("integrator", "order", "coarsest"), [("sdirk2", 1.8, 1.0), ("sdirk3", 2.6, 1.0), ("generalised-alpha", 0.9, 0.5)]
 )
