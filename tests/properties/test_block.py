@@ -13,16 +13,15 @@ from solids import STEEL, ring
 from some import some
 
 from cranktrain.core.reduced_body import rigid, rigid_coordinates
-from cranktrain.engine.checks.block import check_block, check_mounts, mount_stiffness
+from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.block.bore import block_bore_compliance, bore_loads
 from cranktrain.structure.block.mesh import block_interface_names, block_mesh, interface_places, read_block_mesh
-from cranktrain.structure.block.modal import block_modes, block_report
+from cranktrain.structure.block.modal import block_modes
 from cranktrain.structure.block.reduction import block_loads, complete_block, reduced_block, running_block
 from cranktrain.structure.block.saddle import DEGREE, WAVES
-from cranktrain.structure.block.shape import block_plan, block_shape, cut, edges, hull, inset, outlines
+from cranktrain.structure.block.shape import block_plan, block_shape, edges, hull, inset, outlines
 from cranktrain.structure.crank.modal import cranktrain_matrices
-from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.fem.elasticity import finite_elements, sample
 from cranktrain.structure.fem.mesh import surface_area
 
@@ -82,15 +81,6 @@ def inward(point, a, b):
     """Distance of a point from the edge ab, to its left."""
     across = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0])
     return across / np.hypot(b[0] - a[0], b[1] - a[1])
-
-
-def test_polygons():
-    square = hull([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (1.0, 1.0), (1.0, 0.0)])
-    assert polygon_area(square) == pytest.approx(4.0)
-    assert polygon_area(inset(square, (0.1, 0.2, 0.1, 0.2))) == pytest.approx(1.8 * 1.6)
-    assert polygon_area(cut(square, 0.5, above=True)) == pytest.approx(3.0)
-    assert polygon_area(cut(square, 0.5, above=False)) == pytest.approx(1.0)
-    assert cut(square, 2.0, above=True) == []
 
 
 def test_mass_and_inertia_are_the_solids(plan, body):
@@ -183,21 +173,6 @@ def test_running_block_is_static_under_its_loads(engine, body):
     assert len(block_loads(engine, tilting=False)) == len(loads) - 2 * len(engine.crankshaft.main_widths)
 
 
-def test_gas_stretches_the_block_between_head_and_bores(engine, body):
-    """Gas on the head, the bores pulled down by as much: the deck rises over the bores, as a bar of its walls would."""
-    loads = [("head[1]", 1), ("bore[1]", 1), ("bore[2]", 1)]
-    compliance = elastic_compliance(body, loads)
-    force = np.array([1.0, -0.5, -0.5])
-    stretch = force @ compliance @ force
-    b = engine.block
-    length = b.deck_height
-    # Between bounds: the whole plan of the bank as iron, and the liner with one wall only.
-    front, rear = block_plan(engine).ends
-    largest = 2 * b.crankcase_half_width * (rear - front)
-    wall = b.wall_thickness * (rear - front)
-    assert length / (b.youngs_modulus * largest) < stretch < length / (b.youngs_modulus * wall)
-
-
 def test_own_mesh_gives_the_same_surfaces(plan, mesh, tmp_path):
     path = tmp_path / "block.msh"
     spelled = str.maketrans({"[": "_", "]": None, ".": "_"})
@@ -207,16 +182,6 @@ def test_own_mesh_gives_the_same_surfaces(plan, mesh, tmp_path):
         area, centroid = surface_area(mesh, name)
         assert surface_area(found, name)[0] == pytest.approx(area, rel=1e-12)
         assert surface_area(found, name)[1] == pytest.approx(centroid, abs=1e-12)
-
-
-@pytest.mark.slow
-def test_own_mesh_reduces_to_the_same_body(engine, plan, mesh, body, tmp_path):
-    path = tmp_path / "block.msh"
-    write_mesh(path, mesh, {name: name for name in interface_places(plan)})
-    own = reduced_block(engine, path)
-    assert own.interfaces == body.interfaces
-    assert own.digest != body.digest
-    assert own.frequencies_hz[6:40] == pytest.approx(body.frequencies_hz[6:40], rel=1e-7)
 
 
 def test_own_mesh_that_lacks_a_surface_or_lies_elsewhere(engine, plan, mesh, tmp_path):
@@ -335,14 +300,6 @@ def test_mounts_that_do_not_match_or_leave_the_engine_free_are_refused(check, ch
         check(*{check_mounts: (engine.mounts,), check_block: (engine, six.block)}[check])
 
 
-def test_mount_stiffness_of_two_springs():
-    mounts = load_engine("diesel_i6").mounts
-    stiffness = mount_stiffness(mounts)
-    assert stiffness[1, 1] == pytest.approx(sum(mounts.stiffness_y))
-    roll = sum(k * x**2 for k, x in zip(mounts.stiffness_y, mounts.x, strict=True)) + sum(mounts.stiffness_rz)
-    assert stiffness[5, 5] == pytest.approx(roll)
-
-
 def test_bore_takes_the_films_whole_pressure_in_its_middle():
     """On a bore half as wide again as its film and off z = 0: constant pressure widens it with the film's own area."""
     inner, length, middle = 0.045, 0.045, 0.3
@@ -364,15 +321,3 @@ def test_shapes_of_a_blocks_bore_hold_no_motion(engine):
     assert np.all(np.diff(bore.compliance) <= 0) and bore.compliance[-1] > 0
     assert np.all(bore.coefficients[:, 1:3, :2] == 0.0)
     assert bore.area == pytest.approx(np.pi * engine.main_bearing.diameter * engine.main_bearing.width)
-
-
-@pytest.mark.slow
-def test_block_of_the_six():
-    six = load_engine("diesel_i6")
-    body = reduced_block(six, checked=True)
-    assert body.quality["max_relative_error"] < 5e-3
-    assert body.quality["static_error"] < 1e-9
-    report = block_report(six, reduced_crankshaft(six), body)
-    assert len(report["mounts_hz"]) == 6
-    assert np.all((np.array(report["mounts_hz"]) > 3.0) & (np.array(report["mounts_hz"]) < 20.0))
-    assert abs(report["first_torsional_hz"] / 238.0 - 1.0) < 0.02

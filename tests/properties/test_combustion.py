@@ -13,7 +13,6 @@ from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import WIEBE, wiebe_rate
 from cranktrain.modules.combustion.cycle_events import normal
 from cranktrain.modules.combustion.cylinder import volume, volume_rate
-from cranktrain.modules.combustion.file import load
 from cranktrain.modules.combustion.gas import (
     COLUMNS,
     H_0,
@@ -33,7 +32,6 @@ from cranktrain.modules.combustion.settings import build_model
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.combustion.stepping import accept, attempt, first_rates
 from cranktrain.modules.combustion.valve_flow import EVEN, built_in_lift, nozzle_flow, valve_area
-from cranktrain.modules.register import module_files
 
 CLOSED = {"intake_lift": 0.0, "exhaust_lift": 0.0, "start_cycles": 0.0, "angle_source": "speed"}
 """Valves that never open."""
@@ -91,19 +89,6 @@ def test_indicated_pressure_is_the_integral_of_p_dv():
     integral = np.radians(0.05) / 3.0 * (y[0] + y[-1] + 4.0 * y[1:-1:2].sum() + 2.0 * y[2:-2:2].sum())
     swept = volume(model.numbers, math.pi) - volume(model.numbers, 0.0)
     assert output(simulation, rows[-1], "indicated.pressure_mean") == pytest.approx(integral / swept, rel=1e-6)
-
-
-def test_closed_adiabatic_cylinder_of_constant_heat_capacity_keeps_p_v_gamma():
-    r, gamma = 287.0, 1.4
-    settings = single(**CLOSED, wall_factor=0.0, tolerance=1e-10)
-    gas = constant_gas(gamma / (gamma - 1.0) * r, r)
-    simulation = running(settings, gas=gas, angle=math.pi, fuel_mass=0.0)
-    rows = turn(simulation, 720)
-    numbers = build_model(settings).numbers
-    angles = math.pi + np.radians(np.arange(1, 721))
-    constant = output(simulation, rows, "cylinder[1].pressure") * [volume(numbers, a) ** gamma for a in angles]
-    assert np.ptp(constant) < 1e-8 * constant.mean()
-    assert output(simulation, rows, "cylinder[1].pressure").max() > 40.0 * settings.intake_pressure
 
 
 def test_closed_adiabatic_cylinder_of_air_keeps_its_entropy():
@@ -394,26 +379,6 @@ def test_gas_energy_is_continuous_and_its_temperature_the_inverse():
         for t in (250.0, 999.0, 1001.0, 2500.0, 4200.0):
             energy = internal_energy(gas, share, t)
             assert temperature_of(gas, share, energy, 600.0) == pytest.approx(t, rel=1e-10)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('engine = "diesel_i6"', 'engine = "diesel_i7"', "unknown engine 'diesel_i7': did you mean 'diesel_i6'?"),
-        ("[walls]", "[wall]", "unknown table 'wall'; did you mean 'walls'?"),
-        ('mass = { value = 82, unit = "mg"', 'mass = { value = 82, unit = "mm"', "injection.mass: unit 'mm'"),
-        ("intake_opens = { value = -375", "intake_opens = { value = -100", "it opens before it closes"),
-        ('unit = "MJ/kg"', 'unit = "J/kg"', "fuel.heating_value: 4.28e-05 MJ/kg is not within"),
-    ],
-)
-def test_a_wrong_module_file_is_refused_in_one_line(tmp_path, old, new, said):
-    text = module_files()["combustion_i6"].read_text("utf-8")
-    path = tmp_path / "mine.toml"
-    path.write_text(text, "utf-8")
-    assert load(path) == six()
-    path.write_text(text.replace(old, new, 1), "utf-8")
-    with one_line(said):
-        load(path)
 
 
 @pytest.mark.parametrize(

@@ -94,8 +94,3 @@ def test_rows_divide_the_usual_step_and_no_other(degrees, dense, expected):
     assert ROW >= RECORDED
     each = step_each_row(simulation.settings)
     assert each.step == min(math.radians(degrees), RECORDED)
-
-
-def test_films_that_remember_are_stepped_to_each_row():
-    law = LAWS["ehd"]
-    assert law.step_deg <= math.degrees(RECORDED) and law.step_deg <= math.degrees(ROW)

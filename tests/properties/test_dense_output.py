@@ -15,14 +15,7 @@ from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings
 from cranktrain.engine.file import load_engine
-from cranktrain.modules.combustion.file import load
-from cranktrain.modules.combustion.simulation import CombustionSimulation
-from cranktrain.modules.register import module_files
 from cranktrain.structure.assembly import assemble
-from cranktrain_lab.coupling.master import Master
-from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
-from cranktrain_lab.coupling.simulation_unit import SimulationUnit
-from cranktrain_lab.coupling.virtual_engine import gas_connections, gas_exchange
 
 SPEED = 2000 * math.pi / 30
 STEP = math.radians(2.5)
@@ -201,18 +194,6 @@ def test_an_altered_state_does_not_step_from_long_ago(place, end):
     assert entry.count(simulation, "steps") - before <= 2
 
 
-def test_the_state_between_steps_is_the_motion_there():
-    """What reads a state, to look at the motion or to move it, finds that of the present time."""
-    h = math.radians(0.5) / SPEED
-    simulation = started(bearings="linear", step=math.radians(0.5))
-    rows(simulation, 422, 4, h)
-    assert simulation.state[layout.UNDER_WAY] == 1.0
-    exact = started(bearings="linear", step=math.radians(0.03125), dense_output="off")
-    rows(exact, 422, 4, h)
-    for found, wanted in zip(entry.motion(simulation), entry.motion(exact), strict=True):
-        np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-3 * np.abs(wanted).max())
-
-
 # ------------------------------------------------------------------ inputs
 
 
@@ -242,21 +223,6 @@ def test_inputs_that_change_at_every_point_are_stepped_as_before():
             one.pressures[:] = 1e5 * (4.0 + 3.0 * np.sin(0.01 * k + np.arange(6)))
             one.step(k * H / 4)
         assert np.array_equal(fine.outputs, plain.outputs)
-
-
-def test_a_run_beside_the_combustion_is_that_of_every_point():
-    """Pressures of a partner change at each degree, under a master that lets units reconstruct them."""
-    found = []
-    for dense in ("on", "off"):
-        crank, gas = started(dense_output=dense), CombustionSimulation(load(module_files()["combustion_i6"]))
-        gas.inputs[0] = SPEED
-        units = [SimulationUnit(COMBUSTION, gas), SimulationUnit(CRANKTRAIN, crank, begin=lambda: None)]
-        master = Master(units, gas_connections(6, True), gas_exchange("gauss-seidel", OWN))
-        master.initialize()
-        for k in range(360):
-            master.step((k + 1) * math.radians(1.0) / SPEED)
-        found.append(crank.outputs.copy())
-    assert np.array_equal(*found)
 
 
 @pytest.mark.parametrize("rates", [False, True])

@@ -222,14 +222,6 @@ def test_what_has_no_elastic_eye_is_refused_in_one_line():
             ct.assemble(replace(engine, rod=replace(engine.rod, **{key: value})), LEVELS)
 
 
-@pytest.mark.slow
-def test_a_thicker_eye_is_stiffer():
-    engine = ct.load_engine("diesel_i6")
-    thick = replace(engine, rod=replace(engine.rod, cap_wall=0.03))
-    stiff = ct.assemble(thick, LEVELS).parts.big_end_bore
-    assert stiff.compliance[0] < 0.7 * made().parts.big_end_bore.compliance[0]
-
-
 def test_an_fmu_carries_the_eye_or_says_that_it_lacks_it():
     run = made()
     model = FlatModel(run.engine, {"rigid": run.body}, big_end_bore=run.parts.big_end_bore)

@@ -9,7 +9,6 @@ import math
 from dataclasses import replace
 from functools import cache
 
-import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank, six
@@ -17,7 +16,6 @@ from box_block import box_block
 from small_block import single
 from standing import rigid_block
 
-from cranktrain.dynamics.settled.samples import PowerSamples
 from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
@@ -25,7 +23,6 @@ from cranktrain.film.table.database import bearing_settings
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.results.energy import SHARES
 from cranktrain.results.summary import run_summary
-from cranktrain.results.tables import energy_table
 from cranktrain.store.film_tables import film_table
 
 CLOSED = 1e-5
@@ -109,33 +106,8 @@ def test_each_loss_counts():
     assert set(losses) == {share.key for share in SHARES}
 
 
-def test_the_table_shows_what_there_is():
-    found = of_six("impedance", "elastic")
-    title, header, rows = energy_table(found)
-    assert title == "Energy of the last cycle" and header == ("", "J", "of the gas work")
-    assert rows[0] == ("work of the gas", f"{found['gas_work_j']:.6g}", "1")
-    assert "torsional damper" not in {row[0] for row in rows}
-    assert {row[0] for row in rows} >= {"work to the dynamometer", "engine mounts", "unaccounted for"}
-
-
 def test_a_free_speed_has_no_balance():
     engine, body = six()
     settings = Settings(crank="rigid", bearings="impedance", boundary="torque")
     run = simulate(engine, body, settings, 2000 * math.pi / 30, 1)
     assert run_summary(run, "")["energy"] is None
-
-
-def test_what_is_not_a_cycle_has_no_samples():
-    samples = PowerSamples(3)
-    rows = np.arange(5.0 * entry.POWERS).reshape(5, entry.POWERS)
-    samples.begin(rows[0])
-    for row in rows[1:3]:
-        samples.add(row)
-    assert samples.cycle is None
-    for row in rows[3:]:
-        samples.add(row)
-    assert np.array_equal(samples.cycle, rows[1:])
-    samples.begin(rows[4])
-    assert np.array_equal(samples.cycle, rows[1:])
-    samples.add(rows[0])
-    assert samples.cycle is None
