@@ -95,25 +95,6 @@ def test_a_pin_turns_in_its_big_end_by_the_crank_less_the_rod():
         assert bearing.friction_power == pytest.approx(power, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
-def test_a_load_along_the_rod_points_at_the_small_end(name):
-    """Place of pin and piston by the slider-crank's triangle, at dead centres and elsewhere."""
-    engine = load_engine(name)
-    angle = np.linspace(0.0, CYCLE, 97)
-    cylinders = engine.cylinders
-    for c, dead_centre in some(enumerate(engine.firing_angles)):
-        up = 1j * np.exp(1j * cylinders.bank_angles[c])
-        turned = angle + engine.crankshaft.throw_angles[cylinders.pins[c] - 1]
-        pin = 1j * engine.crankshaft.throw * np.exp(1j * turned)
-        across = (pin / up).imag
-        piston = up * ((pin / up).real + np.sqrt(engine.rod.length**2 - across**2))
-        rod = (piston - pin) / engine.rod.length
-        lean, slope = rod_lean(engine, c, angle)
-        assert 1j * np.exp(1j * lean) == pytest.approx(rod, abs=1e-12)
-        assert slope == pytest.approx(CubicSpline(angle, lean).derivative()(angle), abs=2e-3)
-        assert rod_lean(engine, c, np.array([dead_centre]))[0][0] == pytest.approx(cylinders.bank_angles[c], abs=1e-9)
-
-
 def test_the_rods_frame_shows_where_its_shell_is_loaded():
     run = made_up(big_end={"force": lambda crank, i: -2e4j * np.exp(1j * rod_lean(ENGINE, i - 1, crank)[0])})
     for bearing in some(bearing_report(run, ENGINE).big_ends):

@@ -140,21 +140,6 @@ def test_rigid_rotations_see_the_moments_of_inertia():
     np.testing.assert_allclose(np.diag(body.inertia), body.mass / 12 * (sides.sum() - sides), rtol=1e-9)
 
 
-def test_stress_stiffness_without_rigid_replacement_agrees_with_the_rigid_rows():
-    """A balanced body: the finite-element K_σ itself gives the work of the turned centrifugal load."""
-    from cranktrain.structure.fem.elasticity import geometric_stiffness, sample
-
-    model = finite_elements(block((0.08, 0.05, 0.12), (2, 2, 3)), STEEL)
-    motions = rigid_motions(model)
-    free = Flexibility.of(model.stiffness, model.mass, motions)
-    outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
-    stress = geometric_stiffness(model, free.solve((model.mass @ outward)[:, None])[:, 0])
-    inertia = np.diag(motions.T @ (model.mass @ motions))
-    rotations = motions[:, 3:].T @ (stress @ motions[:, 3:])
-    across = 0.5 * (inertia[3] + inertia[4] + inertia[5]) - inertia[3:]  # ∫ρ x², ∫ρ y², ∫ρ z²
-    np.testing.assert_allclose(np.diag(rotations), [across[1], across[0], across[:2].sum()], rtol=1e-9)
-
-
 def test_lumped_mass_keeps_the_frequencies_and_the_factors(model, reduced):
     lumped = lumped_mass(model)
     assert lumped.diagonal().min() > 0.0

@@ -1,28 +1,21 @@
-"""Engines of the library: firing and balance by closed form, forced torsion by an independent chain of discs."""
+"""Engines of the library: firing and balance by closed form."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from docs.engine_library import ROWS, text_of
-from scipy.linalg import eigh
-from some import some
 from started import at_speed, shown
 
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.firing import firing_summary
-from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.free_forces import free_forces
 from cranktrain.structure.assembly import running_crank
-from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.sections import crank_pieces, piece_moments
-from cranktrain.structure.crank.torsional import discs, shaft_matrix, shaft_nodes
-from cranktrain.studies.torsion.frequency_run_up import LINEAR, frequency_run_up
 
 INTERVALS = {
     "single_petrol": [720.0], "v_twin": [450.0, 270.0], "three_petrol": [240.0] * 3, "four_petrol": [180.0] * 4,
@@ -123,83 +116,6 @@ def test_balancer_shafts_take_the_second_order_of_a_four_off():
     shafts = 2.0 * engine.body[0].mass * arm * (2.0 * SPEED) ** 2
     assert with_shafts[2] == pytest.approx(alone[2] - shafts, rel=1e-6)
     assert with_shafts[2] < 0.03 * alone[2] and with_shafts[4] == pytest.approx(alone[4])
-
-
-def chain_twist(engine, speed, shaft, inertia):
-    """Twist of pulley against flywheel (orders 0.5 to 12), rad, of discs on a shaft at uniform mean speed, rad/s.
-
-    Torques of gas and pistons are those of undisturbed rotation; rods count by their mean inertia. Gas at each pin's
-    own angle is no spring on average: its torque is periodic in that angle.
-    """
-    trace = GasTrace.from_engine(engine)
-    count = trace.fired.size
-    theta = np.arange(count) * (4.0 * math.pi / count)
-    share = 1.0 - trace.falloff * (speed / trace.best_speed - 1.0) ** 2
-    pressure = trace.motored + share * (trace.fired - trace.motored) - 1e5
-    area, rod = 0.25 * math.pi * engine.cylinders.bore**2, engine.rod
-    mass = rod.big_end_mass + rod.small_end_mass
-    behind = rod.length * rod.small_end_mass / mass
-    remainder = rod.inertia - mass * behind * (rod.length - behind)
-    oscillating = rod.small_end_mass + engine.cylinders.piston_mass
-    wave = 2j * math.pi * np.fft.fftfreq(count, theta[1])
-
-    def slope(values, times=1):
-        return np.real(np.fft.ifft(wave**times * np.fft.fft(values)))
-
-    places = np.array([-0.5 * engine.crankshaft.nose_length, *engine.crankshaft.main_positions])
-    places[0] -= 0.5 * engine.crankshaft.main_widths[0] + 0.5 * engine.crankshaft.fillet
-    n = len(shaft)
-    mass_matrix, torque = inertia.copy(), np.zeros((n, count), dtype=complex)
-    for k, pin in enumerate(engine.cylinders.pins):
-        radius, z = engine.throws[k], engine.crankshaft.pin_positions[pin - 1]
-        carried = np.array([np.interp(z, np.append(places, 1e9), unit) for unit in np.eye(n)])
-        x = -radius * np.sin(theta) - engine.offsets[k]
-        height, lean = radius * np.cos(theta) + np.sqrt(rod.length**2 - x**2), np.arcsin(x / rod.length)
-        arm = slope(height)
-        push = -pressure * area * arm - speed**2 * (oscillating * slope(height, 2) * arm)
-        push -= speed**2 * remainder * slope(lean, 2) * slope(lean)
-        later = np.exp(-1j * np.arange(count // 2) * 0.5 * engine.firing_angles[k])
-        spectrum = np.fft.fft(push)[: count // 2] * (2.0 / count) * later
-        torque[:, : count // 2] += carried[:, None] * spectrum
-        mean = rod.big_end_mass * radius**2 + np.mean(oscillating * arm**2 + remainder * slope(lean) ** 2)
-        mass_matrix += mean * np.outer(carried, carried)
-    squares, modes = eigh(shaft, inertia)
-    damping = (
-        inertia @ modes @ np.diag(2.0 * engine.damping.ratio * np.sqrt(np.maximum(squares, 0.0))) @ modes.T @ inertia
-    )
-    shaft = shaft.copy()
-    shaft[-1, -1] += engine.drive_line.stiffness
-    damping[-1, -1] += engine.drive_line.damping
-    found = []
-    for k in range(1, 25):
-        omega = 0.5 * k * speed
-        angles = np.linalg.solve(shaft + 1j * omega * damping - omega**2 * mass_matrix, torque[:, k])
-        found.append(angles[0] - angles[-1])
-    return np.array(found)
-
-
-@pytest.mark.parametrize("name", INTERVALS)
-def test_forced_torsion_is_that_of_a_chain_of_discs(name):
-    """Twist of the crank within 2 % (root mean square over orders up to 12)."""
-    engine = load_engine(name).without_additions
-    engine = replace(engine, drive_line_chain=None, load=None)
-    body = crank_body(engine, "torsional")
-    inertia, shaft = discs(engine), shaft_matrix(body.records["shaft_stiffness"])
-    if engine.reduction.torsional_source == "solid":  # what turns with each node of the solid's twists
-        rows = np.array([body.index(node) for node in shaft_nodes(engine)])
-        turns = body.shapes[rows, 5][:, 5:]
-        inertia, back = np.linalg.inv(turns @ turns.T), np.linalg.inv(turns)
-        shaft = back.T @ np.diag(body.omega[5:] ** 2) @ back
-    else:
-        inertia[0, 0] += engine.pulley.polar_inertia
-        inertia[-1, -1] += engine.flywheel.polar_inertia
-    orders = tuple(0.5 * k for k in range(1, 25))
-    speeds = engine.best_speed * np.array([0.5, 0.8])
-    run = frequency_run_up(engine, body, Settings(crank="torsional", gravity=0.0), speeds, orders, LINEAR)
-    twist = run.amplitudes["pulley.torsion"] - run.amplitudes["flywheel.torsion"]
-    for k, speed in some(enumerate(speeds)):
-        wanted = chain_twist(engine, speed, shaft, inertia)
-        assert np.linalg.norm(twist[k] - wanted) < 0.02 * np.linalg.norm(wanted)
 
 
 def test_big_ends_of_a_large_engine_start_in_their_films():
