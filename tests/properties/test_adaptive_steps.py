@@ -41,10 +41,9 @@ def error(tolerance, integrator="esdirk4", name="pulley.torsion"):
     return np.sqrt(np.mean((found - exact[::24]) ** 2)) / np.std(exact)
 
 
-@pytest.mark.parametrize(
-    ("integrator", "tolerances"),
-    [("esdirk4", (1e-4, 1e-6)), ("sdirk4", (1e-2, 1e-4)), ("generalised-alpha", (1e-2, 1e-4))],
-)
+@pytest.mark.parametrize(("integrator", "tolerances"), [
+    ("esdirk4", (1e-4, 1e-6)), ("sdirk4", (1e-2, 1e-4)), ("generalised-alpha", (1e-2, 1e-4)),
+])  # fmt: skip
 def test_error_follows_the_tolerance(integrator, tolerances):
     """A hundredth of the tolerance: the local error of a method of order p (embedded p − 1) falls by it."""
     errors = [error(tolerance, integrator) for tolerance in tolerances]

@@ -311,19 +311,16 @@ def test_radial_engines_fire_every_second_cylinder_evenly(count):
     assert firing_summary(made) == {"order": list(order), "intervals_deg": pytest.approx(count * [720.0 / count])}
 
 
-@pytest.mark.parametrize(
-    ("engine", "of", "changes", "place"),
-    [
-        (RADIAL, "cylinders", {"rods_on_pin": "side-by-side"}, "articulated_rod.length: is there, but no rod hangs"),
-        (RADIAL, "cylinders", {"rod_offsets": (-0.01, -0.01, 0.01, 0.01, 0.0)}, "cylinders.rod_offsets: "),
-        (RADIAL, "articulated_rod", {"length": 0.03}, "articulated_rod.length: 30 mm is too short for cylinder 2"),
-        (RADIAL, "articulated_rod", {"knuckle_angles": (0.0, 1.0)}, "knuckle_angles: 2 angles for 5 cylinders"),
-        (RADIAL, "articulated_rod", {"knuckle_angles": (1.0,) * 5}, "knuckle_angles: is 57.3 deg for cylinder 1"),
-        (RADIAL, "articulated_rod", {"knuckle_radius": 0.3}, "knuckle_radius: 300 mm is no less than"),
-        (RADIAL, "articulated_rod", None, "rods_on_pin: is articulated; add the table [articulated_rod]"),
-        (load_engine("four_petrol"), "cylinders", {"rods_on_pin": "articulated"}, "no pin of cylinders.pins has two"),
-    ],
-)
+@pytest.mark.parametrize(("engine", "of", "changes", "place"), [
+    (RADIAL, "cylinders", {"rods_on_pin": "side-by-side"}, "articulated_rod.length: is there, but no rod hangs"),
+    (RADIAL, "cylinders", {"rod_offsets": (-0.01, -0.01, 0.01, 0.01, 0.0)}, "cylinders.rod_offsets: "),
+    (RADIAL, "articulated_rod", {"length": 0.03}, "articulated_rod.length: 30 mm is too short for cylinder 2"),
+    (RADIAL, "articulated_rod", {"knuckle_angles": (0.0, 1.0)}, "knuckle_angles: 2 angles for 5 cylinders"),
+    (RADIAL, "articulated_rod", {"knuckle_angles": (1.0,) * 5}, "knuckle_angles: is 57.3 deg for cylinder 1"),
+    (RADIAL, "articulated_rod", {"knuckle_radius": 0.3}, "knuckle_radius: 300 mm is no less than"),
+    (RADIAL, "articulated_rod", None, "rods_on_pin: is articulated; add the table [articulated_rod]"),
+    (load_engine("four_petrol"), "cylinders", {"rods_on_pin": "articulated"}, "no pin of cylinders.pins has two"),
+])  # fmt: skip
 def test_what_cannot_be_is_told_in_one_line(engine, of, changes, place):
     with one_line(place):
         check_engine(replace(engine, **{of: changes and replace(getattr(engine, of), **changes)}))
@@ -342,14 +339,11 @@ def test_usual_rods_raise_no_doubts_and_strange_ones_do():
             check_engine(replace(RADIAL, articulated_rod=replace(RADIAL.articulated_rod, **changes)))
 
 
-@pytest.mark.parametrize(
-    ("choices", "says"),
-    [
-        ({"big_ends": "impedance"}, "an articulated rod hangs on its master; leave big ends rigid"),
-        ({"pistons": "guided"}, "guided pistons and block 'ground' do not take the side force"),
-        ({"block": "flexible"}, "guided pistons and block 'flexible' do not take the side force"),
-    ],
-)
+@pytest.mark.parametrize(("choices", "says"), [
+    ({"big_ends": "impedance"}, "an articulated rod hangs on its master; leave big ends rigid"),
+    ({"pistons": "guided"}, "guided pistons and block 'ground' do not take the side force"),
+    ({"block": "flexible"}, "guided pistons and block 'flexible' do not take the side force"),
+])  # fmt: skip
 def test_levels_that_do_not_go_with_it_are_refused_in_one_line(choices, says):
     with one_line(says):
         Simulation(V12, running_crank(V12, "rigid"), Settings(**RIGID | {"bearings": "linear"} | choices)).initialize()

@@ -204,11 +204,10 @@ def test_labview_text_with_an_abscissa_before_each_channel_and_in_segments(tmp_p
     np.testing.assert_allclose(found["b"].values(), np.cos(found["b"].abscissae() / 2), atol=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("head", "scale", "bits", "clock"),
-    [("edge (s)", None, 0, None), ("edge (ticks of 80 MHz)", 80e6, 64, None),
-     ("edge (ticks of 80 MHz)", 80e6, 24, None), ("edge", 10e6, 16, 10e6), ("", 10e6, 32, 10e6)],
-)  # fmt: skip
+@pytest.mark.parametrize(("head", "scale", "bits", "clock"), [
+    ("edge (s)", None, 0, None), ("edge (ticks of 80 MHz)", 80e6, 64, None),
+    ("edge (ticks of 80 MHz)", 80e6, 24, None), ("edge", 10e6, 16, 10e6), ("", 10e6, 32, 10e6),
+])  # fmt: skip
 def test_a_column_of_edges(head, scale, bits, clock, tmp_path):
     """Times of 36 teeth from 1200 to 1800 rev/min, in s or in ticks that wrap around; 2²⁴ of 80 MHz last 0.2 s."""
     found = edges(36, 4, 1200, 1800, ORDERS)

@@ -371,15 +371,11 @@ def test_gas_energy_is_continuous_and_its_temperature_the_inverse():
             assert of_gas.temperature_of(gas, share, energy, 600.0) == pytest.approx(t, rel=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"rod_length": 0.05}, "rod_length 50 mm does not exceed"),
-        ({"compression_ratio": 1.0}, "compression_ratio 1 must be above 1"),
-        ({"lift_source": "imput"}, "did you mean 'input'"),
-        ({"bore": math.nan}, "bore is nan"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "said"), [
+    ({"rod_length": 0.05}, "rod_length 50 mm does not exceed"),
+    ({"compression_ratio": 1.0}, "compression_ratio 1 must be above 1"),
+    ({"lift_source": "imput"}, "did you mean 'input'"), ({"bore": math.nan}, "bore is nan"),
+])  # fmt: skip
 def test_settings_that_no_engine_has_are_refused(changes, said):
     with one_line(said):
         CombustionSimulation(single(**changes))

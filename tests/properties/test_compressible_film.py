@@ -59,11 +59,9 @@ def slider(law, speed, n, **oil):
     return solve_film(h, (LENGTH, 1.0), speeds=(speed, 0.0), viscosity=ETA, pressure_viscosity=law, **oil)
 
 
-@pytest.mark.parametrize(
-    ("alpha", "speed", "highest", "without"),
-    [(0.0, 0.5, 3.4e7, 0.011), (0.0, 15.0, 1.06e9, 0.088), (1.5e-8, 1.0, 2.0e8, 0.093)],
-    ids=["300 bar", "1 GPa", "Roelands, 2000 bar"],
-)
+@pytest.mark.parametrize(("alpha", "speed", "highest", "without"), [
+    (0.0, 0.5, 3.4e7, 0.011), (0.0, 15.0, 1.06e9, 0.088), (1.5e-8, 1.0, 2.0e8, 0.093),
+], ids=["300 bar", "1 GPa", "Roelands, 2000 bar"])  # fmt: skip
 def test_a_slider_of_compressible_oil_is_that_of_its_mass_flow(alpha, speed, highest, without):
     """Peak and load within 0.2 %, of second order; an incompressible oil is 1 to 13 % off."""
     law = roelands(alpha) if alpha else constant

@@ -80,13 +80,11 @@ def works(found, last, _=None):
     return [float(np.ptp(found.of(f"{unit}.gas.work")[last][[0, -1]])) for unit in (COMBUSTION, CRANKTRAIN)]
 
 
-@pytest.mark.parametrize(
-    ("name", "how", "close"),
-    [("six", {}, 2e-5), ("i5", {}, 2e-5), ("single", {}, 2e-5), ("six", {"scheme": "jacobi", "cycles": 5}, 1e-4),
-     ("six", {"scheme": "jacobi", "step_deg": 1.5, "cycles": 5}, 1e-4), ("six", {"step_deg": 3.0, "cycles": 5}, 1e-4),
-     ("six", {"scheme": "iterative", "cycles": 2}, 1e-4), ("six", {"tells": False}, 1e-3)],
-    ids=str,
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "how", "close"), [
+    ("six", {}, 2e-5), ("i5", {}, 2e-5), ("single", {}, 2e-5), ("six", {"scheme": "jacobi", "cycles": 5}, 1e-4),
+    ("six", {"scheme": "jacobi", "step_deg": 1.5, "cycles": 5}, 1e-4), ("six", {"step_deg": 3.0, "cycles": 5}, 1e-4),
+    ("six", {"scheme": "iterative", "cycles": 2}, 1e-4), ("six", {"tells": False}, 1e-3),
+], ids=str)  # fmt: skip
 def test_a_torsional_crank_takes_the_work_that_the_gas_gives(name, how, close, tmp_path_factory):
     """By all schemes; the last combustion knows one angle: what is left are pressures ahead of the newest sample."""
     given, taken = works(*coupled(engine_of(name, tmp_path_factory.mktemp(name)), **how, crank="torsional"))

@@ -143,16 +143,13 @@ def test_connections_by_name_take_the_one_unit_that_has_it():
     }
 
 
-@pytest.mark.parametrize(
-    ("link", "said"),
-    [
-        (Connection(("frist", "x1"), ("second", "x1")), "no unit 'frist'; did you mean 'first'"),
-        (Connection(("first", "x2"), ("second", "x1")), "first has no output 'x2'; did you mean"),
-        (Connection(("first", "x1"), ("second", "x3")), "second has no input 'x3'"),
-        (Connection(("first", "x1"), ("second", "x1"), "middle"), "valid: mean, newest, start"),
-        (Connection(("first", "v1"), ("second", "x1")), "is taken by first.x1 -> second.x1"),
-    ],
-)
+@pytest.mark.parametrize(("link", "said"), [
+    (Connection(("frist", "x1"), ("second", "x1")), "no unit 'frist'; did you mean 'first'"),
+    (Connection(("first", "x2"), ("second", "x1")), "first has no output 'x2'; did you mean"),
+    (Connection(("first", "x1"), ("second", "x3")), "second has no input 'x3'"),
+    (Connection(("first", "x1"), ("second", "x1"), "middle"), "valid: mean, newest, start"),
+    (Connection(("first", "v1"), ("second", "x1")), "is taken by first.x1 -> second.x1"),
+])  # fmt: skip
 def test_connections_that_cannot_be_are_refused(link, said):
     made, links = units(MASSES, FORCE)
     with one_line(said):
@@ -172,11 +169,10 @@ class Broken(Mass):
             self.x[:] = math.nan
 
 
-@pytest.mark.parametrize(
-    ("kind", "time", "said", "points"),
-    [("fails", 0.5 - 1e-9, "second, step from 0.5 s to 0.6 s: bearing", 6), ("spoils", 0.5 - 1e-9, "second: ", 6),
-     ("fails", 0.0, "second, step from 0 s", 1)],
-)  # fmt: skip
+@pytest.mark.parametrize(("kind", "time", "said", "points"), [
+    ("fails", 0.5 - 1e-9, "second, step from 0.5 s to 0.6 s: bearing", 6), ("spoils", 0.5 - 1e-9, "second: ", 6),
+    ("fails", 0.0, "second, step from 0 s", 1),
+])  # fmt: skip
 def test_a_unit_that_fails_is_named_and_the_run_is_kept(kind, time, said, points):
     made, links = units(MASSES, FORCE)
     made[1].__class__ = Broken

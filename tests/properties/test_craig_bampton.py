@@ -9,12 +9,7 @@ from some import some
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import rigid_coordinates
-from cranktrain.structure.fem.craig_bampton import (
-    Flexibility,
-    craig_bampton,
-    eigenmodes,
-    rigid_motions,
-)
+from cranktrain.structure.fem.craig_bampton import Flexibility, craig_bampton, eigenmodes, rigid_motions
 from cranktrain.structure.fem.elasticity import finite_elements
 from cranktrain.structure.fem.frame import Frame, Section
 from cranktrain.structure.fem.interfaces import averaged_interfaces, tied_surfaces

@@ -51,14 +51,11 @@ def test_irregularity_is_that_of_the_kinetic_energy(rigid):
     assert rigid.outputs["crank.irregularity"][rigid.per_cycle // 2] == 0.0  # no full cycle yet
 
 
-@pytest.mark.parametrize(
-    ("engine", "choices"),
-    [
-        ("diesel_i6", {"crank": "torsional", "bearings": "impedance", "damper": True}),
-        ("single_petrol", {"crank": "rigid", "bearings": "impedance"}),
-        ("four_petrol", {"crank": "torsional", "bearings": "impedance"}),
-    ],
-)
+@pytest.mark.parametrize(("engine", "choices"), [
+    ("diesel_i6", {"crank": "torsional", "bearings": "impedance", "damper": True}),
+    ("single_petrol", {"crank": "rigid", "bearings": "impedance"}),
+    ("four_petrol", {"crank": "torsional", "bearings": "impedance"}),
+])  # fmt: skip
 def test_brake_torque_is_on_average_the_shaft_s(engine, choices):
     """Films' squeeze, structure, damper and drive line are taken off; what is left over the cycle is stored energy.
 

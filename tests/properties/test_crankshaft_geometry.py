@@ -136,11 +136,10 @@ def test_oil_holes_take_away_their_bore(single):
     assert lost == pytest.approx(bore, abs=pi / 4 * SINGLE.oil_hole_diameter**3)
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("web_pin_radius", 0.02), ("fillet", 0.03), ("main_widths", (0.04, -0.01)), ("counterweight_radius", 0.03),
-     ("counterweights", (True,)), ("throw", float("nan"))],
-)  # fmt: skip
+@pytest.mark.parametrize(("key", "value"), [
+    ("web_pin_radius", 0.02), ("fillet", 0.03), ("main_widths", (0.04, -0.01)), ("counterweight_radius", 0.03),
+    ("counterweights", (True,)), ("throw", float("nan")),
+])  # fmt: skip
 def test_impossible_dimensions_are_refused_in_one_line(key, value):
     with one_line(key):
         crankshaft_mesh(replace(SINGLE, **{key: value}))

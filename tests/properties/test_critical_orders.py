@@ -55,14 +55,10 @@ def test_a_crank_that_turns_as_a_whole_is_excited_by_multiples_of_its_firings():
     assert found[firing][:4].min() > 1e-3 * found.max()
 
 
-@pytest.mark.parametrize(
-    ("name", "wanted"),
-    [
-        ("diesel_i6", {6.0, 6.5, 7.5, 9.0, 12.0}),
-        (DATA / "gas_i4.toml", {4.0, 6.0, 8.0}),
-        ("diesel_v8", {4.0, 8.0, 12.0}),
-    ],
-)
+@pytest.mark.parametrize(("name", "wanted"), [
+    ("diesel_i6", {6.0, 6.5, 7.5, 9.0, 12.0}), (DATA / "gas_i4.toml", {4.0, 6.0, 8.0}),
+    ("diesel_v8", {4.0, 8.0, 12.0}),
+])  # fmt: skip
 def test_the_orders_of_the_peaks_are_listed(name, wanted):
     engine = load_engine(name)
     found = exciting_orders(engine, crank_body(engine, "beam"))

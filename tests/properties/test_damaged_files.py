@@ -202,13 +202,10 @@ def test_terms_that_do_not_belong_to_one_body_are_refused(tmp_path, made, form, 
 SECTIONS = ("section_interface", "section_mass", "section_polar", "section_diametral")
 
 
-@pytest.mark.parametrize(
-    "records",
-    [
-        {}, {"section_interface": np.full(9, 999.0)}, {"section_interface": np.full(9, np.nan)},
-        {"section_mass": np.ones(2)}, {"section_mass": -np.ones(9)}, {"section_polar": np.ones((3, 3))},
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("records", [
+    {}, {"section_interface": np.full(9, 999.0)}, {"section_interface": np.full(9, np.nan)},
+    {"section_mass": np.ones(2)}, {"section_mass": -np.ones(9)}, {"section_polar": np.ones((3, 3))},
+])  # fmt: skip
 def test_sections_that_no_crank_has_are_refused_by_modal(tmp_path, capsys, records):
     """Records of a body tell mass and inertia along its axis; what is left out of them is named."""
     beams = beam_body(load_engine("diesel_i6"))

@@ -26,11 +26,9 @@ def with_damper(**changes):
     return replace(SIX, damper=replace(SIX.damper, **changes))
 
 
-@pytest.mark.parametrize(
-    "damper",
-    [{}, {"law": "newtonian"}, {"law": "complex-modulus"}, {"kind": "rubber"}],
-    ids=["shear-thinning", "newtonian", "complex modulus", "rubber"],
-)
+@pytest.mark.parametrize("damper", [
+    {}, {"law": "newtonian"}, {"law": "complex-modulus"}, {"kind": "rubber"},
+], ids=["shear-thinning", "newtonian", "complex modulus", "rubber"])  # fmt: skip
 def test_torque_twist_and_heat_are_those_of_the_law(damper):
     engine = with_damper(**damper)
     simulation = at_speed(SPEED, engine, rigid_crank(engine), replace(FITTED, step=math.radians(0.5)))

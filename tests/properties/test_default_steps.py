@@ -81,10 +81,9 @@ def test_rows_lie_within_steps_and_no_further_apart_than_three_degrees(engine):
         assert np.array_equal(run.outputs[name][::2], plain.outputs[name])
 
 
-@pytest.mark.parametrize(
-    "degrees, dense, expected",
-    [(6.0, "on", 3.0), (6.0, "off", 6.0), (5.0, "on", 5.0), (2.5, "on", 2.5), (7.0, "on", 720.0 / 103)],
-)  # fmt: skip
+@pytest.mark.parametrize("degrees, dense, expected", [
+    (6.0, "on", 3.0), (6.0, "off", 6.0), (5.0, "on", 5.0), (2.5, "on", 2.5), (7.0, "on", 720.0 / 103),
+])  # fmt: skip
 def test_rows_divide_the_usual_step_and_no_other(degrees, dense, expected):
     """A step that a user chooses is the distance of rows, too."""
     assembly, speed = levels_of("single_petrol", "torsional", "held"), 300.0

@@ -72,11 +72,10 @@ def test_the_bore_returns_the_work_it_takes():
     assert abs(work.sum()) < 1e-9 * abs(work).sum()
 
 
-@pytest.mark.parametrize(
-    ("count", "highest", "contact", "step", "speed"),
-    [(0, 0.9, None, 1, SPEED), (7, 0.9, None, 0.5, SPEED), (7, 1.15, ROUGH, 0.5, SPEED), (9, 1.15, ROUGH, 1, SPEED),
-     (7, 0.9, ROUGH, 20, SPEED), (7, 0.9, None, 1, 0.0), (7, 0.9, None, 1, -SPEED)],
-)  # fmt: skip
+@pytest.mark.parametrize(("count", "highest", "contact", "step", "speed"), [
+    (0, 0.9, None, 1, SPEED), (7, 0.9, None, 0.5, SPEED), (7, 1.15, ROUGH, 0.5, SPEED), (9, 1.15, ROUGH, 1, SPEED),
+    (7, 0.9, ROUGH, 20, SPEED), (7, 0.9, None, 1, 0.0), (7, 0.9, None, 1, -SPEED),
+])  # fmt: skip
 def test_tangents_are_derivatives_of_the_forces(count, highest, contact, step, speed):
     coupling = 1e-10 * np.random.default_rng(1).normal(size=(count, 4))
     bearing = grooved(count=count, contact=contact, load_coupling=coupling)

@@ -13,13 +13,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from solids import STEEL, block, frequencies, round_bar
 
 from cranktrain.structure.fem.dissection import bisection, nested_dissection
-from cranktrain.structure.fem.elasticity import (
-    QUADRATURE_ORDER,
-    finite_elements,
-    lumped_volume,
-    sample,
-    scalar_basis,
-)
+from cranktrain.structure.fem.elasticity import QUADRATURE_ORDER, finite_elements, lumped_volume, sample, scalar_basis
 from cranktrain.structure.fem.factor import Cholesky, factorise
 
 SIDES = (0.05, 0.08, 0.12)

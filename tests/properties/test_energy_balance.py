@@ -57,12 +57,11 @@ def of_six(bearings, block, step_deg=1.25, **choices):
     return balance(engine, body, 2000, step_deg, parts, bearings=bearings, block=level, **choices)
 
 
-@pytest.mark.parametrize(
-    ("bearings", "block", "step_deg"),
-    [("impedance", "ground", 1.25), ("impedance", "rigid", 1.25), ("impedance", "elastic", 1.25),
-     ("table", "ground", 1.25), ("table", "elastic", 1.25),
-     pytest.param("ehd", "elastic", 0.625, marks=pytest.mark.slow)],
-)  # fmt: skip
+@pytest.mark.parametrize(("bearings", "block", "step_deg"), [
+    ("impedance", "ground", 1.25), ("impedance", "rigid", 1.25), ("impedance", "elastic", 1.25),
+    ("table", "ground", 1.25), ("table", "elastic", 1.25),
+    pytest.param("ehd", "elastic", 0.625, marks=pytest.mark.slow),
+])  # fmt: skip
 def test_six_on_films(bearings, block, step_deg):
     """The method of elastic films is of second order: 5e-5 are left at the usual step, 1e-5 at half of it."""
     assert abs(of_six(bearings, block, step_deg)["residual_of_gas_work"]) < CLOSED

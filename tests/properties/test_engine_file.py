@@ -77,15 +77,12 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
     assert read(tmp_path, with_value(SIX, "rod.length", 0.215, "m")) == load_engine("diesel_i6")
 
 
-@pytest.mark.parametrize(
-    ("value", "said"),
-    [
-        ("1" + 400 * "0", "… is not a finite number"),
-        ("0x" + 4000 * "f", "rod.length: a value too long to show is not a finite number"),
-        (5000 * "1", "not a TOML file: Exceeds the limit"),
-        (3000 * "[" + 3000 * "]", "not a TOML file: brackets are nested too deeply"),
-    ],
-)
+@pytest.mark.parametrize(("value", "said"), [
+    ("1" + 400 * "0", "… is not a finite number"),
+    ("0x" + 4000 * "f", "rod.length: a value too long to show is not a finite number"),
+    (5000 * "1", "not a TOML file: Exceeds the limit"),
+    (3000 * "[" + 3000 * "]", "not a TOML file: brackets are nested too deeply"),
+])  # fmt: skip
 def test_what_is_too_long_is_refused_in_a_short_line(tmp_path, value, said):
     with one_line("own.toml: ", said) as caught:
         read(tmp_path, with_value(SIX, "rod.length", value))
@@ -116,11 +113,10 @@ def test_every_number_has_a_finite_range_and_every_name_a_list(name):
                     check_values(replace(part, **{key: (outside,) if many else outside}), table)
 
 
-@pytest.mark.parametrize(
-    "entry",
-    ["cylinders.piston_mass", "rod.big_end_mass", "rod.small_end_mass", "flywheel.mass", "pulley.mass", "damper.mass",
-     "block.head_mass", "rod.inertia"],
-)  # fmt: skip
+@pytest.mark.parametrize("entry", [
+    "cylinders.piston_mass", "rod.big_end_mass", "rod.small_end_mass", "flywheel.mass", "pulley.mass", "damper.mass",
+    "block.head_mass", "rod.inertia",
+])  # fmt: skip
 def test_grams_for_kilograms_are_doubted_and_the_shipped_engines_are_not(tmp_path, entry):
     table, key = entry.split(".")
     value = getattr(getattr(load_engine("diesel_i6"), table), key)
