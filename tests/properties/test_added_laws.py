@@ -1,16 +1,15 @@
 """Added shafts on an engine's own laws: rollers, axial bearing, torsional damper, films of every level."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields, replace
 
 import entry
 import numpy as np
 import pytest
+from bodies import series
 from one_line import one_line
 from scipy.optimize import brentq, fsolve
-from started import at_speed
+from started import at_speed, shown
 from tests.film_tables import RATIO, coarse_table
 from tests.rods import FOUR, beside, part, plain_engine
 
@@ -61,22 +60,6 @@ def link(name, law, data, interface="middle", other=None):
     return ct.Connection(name, law, (ct.End("r", interface), other or ct.End("ground")), data)
 
 
-def shown(run, name):
-    """Present value of an output."""
-    return float(run.outputs[run.output_names.index(name)])
-
-
-def advance(run, cycles, steps=288):
-    """Steps over so many cycles of the engine; outputs by name over all of them."""
-    rows = np.zeros((round(cycles * steps), run.outputs.size))
-    h = 4.0 * math.pi / float(run.inputs[0]) / steps
-    assert run.series(h, 1, rows) == len(rows)
-    return dict(zip(run.output_names, rows.T, strict=True))
-
-
-# Axial bearings -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("collar", ["square", "tilting"])
 @pytest.mark.parametrize("own_oil", [0.02, 0.0])
 def test_a_rotor_on_an_axial_bearing_sits_where_its_films_carry_the_load(collar, own_oil):
@@ -93,7 +76,7 @@ def test_a_rotor_on_an_axial_bearing_sits_where_its_films_carry_the_load(collar,
     parameters = thrust_parameters(Thrust(**COLLAR).bearing, own_oil or viscosity(oil, oil_temperature(oil, SPEED)))
     half = 0.5 * COLLAR["clearance"]
     exact = brentq(lambda z: thrust_force(z, 0.0, ratio * SPEED, parameters)[0] + load, 0.0, half, xtol=1e-15)
-    found = advance(run, 12)
+    found = series(run, 12 * 288, 288)
     assert found["connection[t].force.z"][-1] == pytest.approx(-load, rel=2e-3)
     assert found["connection[t].position.z"][-1] == pytest.approx(exact, rel=1e-3)
     for name in "ab":  # rollers share the weight
@@ -119,15 +102,12 @@ def test_a_tilting_collar_leans_as_its_pads_carry_a_moment():
         return out[0] + load, (out[1] + torque) * 1e3, out[2] * 1e3
 
     exact = fsolve(missing, (5e-5, 1e-4, 0.0), xtol=1e-12)
-    found = advance(run, 24)
+    found = series(run, 24 * 288, 288)
     tilt = np.hypot(*(found[f"connection[t].rotation.{way}"][-1] for way in "xy"))
     assert found["connection[t].position.z"][-1] == pytest.approx(exact[0], rel=2e-3)
     assert tilt == pytest.approx(np.hypot(*exact[1:]), rel=5e-3)
     moment = np.hypot(*(found[f"connection[t].moment.{way}"][-1] for way in "xy"))
     assert moment == pytest.approx(torque, rel=5e-3)
-
-
-# Torsional dampers ----------------------------------------------------------------------------------------------------
 
 
 def ring_data(damper):
@@ -143,25 +123,20 @@ def test_a_ring_against_its_housing_swings_out_as_a_spring_and_damper(ratio, kin
     """ψ̈ + c/J ψ̇ + k/J ψ = 0 with 1/J = 1/J₁ + 1/J₂; k and c of the law at the table's temperature."""
     engine = load_engine("diesel_i6")
     damper = replace(engine.damper, kind=kind, law=law or engine.damper.law)
-    inertias = 1.0, 2.0
-    frame = ct.Frame("f", ratio, axis=(0.4, -0.2))
-    names = "housing", "ring"
-    bodies = [
-        rigid_body(name, 5.0, np.diag([0.6 * own, 0.6 * own, own]), (0, 0, 0), {"hub": (0, 0, 0)})
-        for name, own in zip(names, inertias, strict=True)
-    ]
+    inertias, frame, hub = {"housing": 1.0, "ring": 2.0}, ct.Frame("f", ratio, axis=(0.4, -0.2)), {"hub": (0, 0, 0)}
+    bodies = {name: rigid_body(name, 5.0, np.diag([0.6 * own, 0.6 * own, own]), (0, 0, 0), hub)
+              for name, own in inertias.items()}  # fmt: skip
     held = {"stiffness": (1e8, 1e8, 1e8), "damping": (1e4, 1e4, 1e4)} | LEVEL
-    links = [ct.Connection(name, "spring", (ct.End(name, "hub"), ct.End("ground")), held) for name in names]
+    links = [ct.Connection(name, "spring", (ct.End(name, "hub"), ct.End("ground")), held) for name in bodies]
     joint = ct.Connection("d", "damper", (ct.End("housing", "hub"), ct.End("ring", "hub")), ring_data(damper))
-    added = tuple(ct.Body(name, body, "f") for name, body in zip(names, bodies, strict=True))
+    added = tuple(ct.Body(name, body, "f") for name, body in bodies.items())
     run = beside(ct.Topology((frame,), added, (*links, joint)), SPEED)
-    first = 10.0
-    state, turn = run.state, bodies[1].shapes[0, 5]
-    part(run, state, "ring")[1] += first * turn / (turn @ turn)
+    state, turn = run.state, bodies["ring"].shapes[0, 5]
+    part(run, state, "ring")[1] += 10.0 * turn / (turn @ turn)
     run.state = state
-    found = advance(run, 0.5)
+    found = series(run, 144, 288)
     parameters = damper_parameters(damper, damper_temperature(damper, SPEED))
-    together = sum(1.0 / own for own in inertias)
+    together = sum(1.0 / own for own in inertias.values())
     c, k = damping_coefficient(parameters) * together, parameters[0] * together
     # From a step on after which accelerations fit the velocity that was given to the ring.
     twist, rate = (found[f"connection[d].{name}"][4:] for name in ("twist", "twist_rate"))
@@ -176,15 +151,12 @@ def test_a_ring_against_its_housing_swings_out_as_a_spring_and_damper(ratio, kin
     np.testing.assert_allclose(power, -torque * rate, atol=1e-9 * power.max())
 
 
-# The engine's own laws, beside themselves -----------------------------------------------------------------------------
-
-
 def doubled(engine, links, steps, **settings):
     """Outputs over the first steps of a run whose added connections hold the crank beside its own bearings."""
     made = ct.assemble(engine, ct.Settings(crank="beam", block="ground", **settings), inherit=False)
     topology = ct.Topology((), (), links)
     run = at_speed(SPEED, made.engine, made.body, made.settings, None, made.parts._replace(topology=topology))
-    found = advance(run, steps / 288)
+    found = series(run, steps, 288)
     return found, run
 
 
@@ -235,8 +207,6 @@ def test_a_film_beside_a_main_bearings_carries_what_it_carries(level, steps):
     alike(found, "bearing[3]", "connection[c]", 1e-9, *(FILM if level != "linear" else ()))
 
 
-# Films from a table ---------------------------------------------------------------------------------------------------
-
 TABLED = {
     "diameter": 0.04, "width": 0.04 * RATIO, "clearance": 4e-5, "contact_height": 1e-6, "contact_pressure": 3e8,
     "relief_depth": 6e-6, "roughness": 4e-7, "level": "table", "viscosity": 0.01,
@@ -257,7 +227,7 @@ def test_added_films_read_the_table_of_their_proportions():
     """As the law of the mains does at the same place, tilt and velocities; near to the film that is solved."""
     tables = (coarse_table(),)
     run = beside(rotor_on(TABLED), SPEED, tables)
-    found = advance(run, 0.5)
+    found = series(run, 144, 288)
     rear, film = entry.law(run, "rear"), Film(**TABLED)
     rows = bearing_parameters(film, film.viscosity)[None]
     films = law_films(bearing_law("table"), PLAIN, Bearings(rows, film, parts={"table": tables[0]}))
@@ -266,7 +236,7 @@ def test_added_films_read_the_table_of_their_proportions():
     for k, way in enumerate("xy"):
         assert found[f"connection[rear].force.{way}"][-1] == pytest.approx(answer.force[k], rel=1e-6)
     assert found["connection[rear].pressure_max"][-1] == pytest.approx(answer.pressure, rel=1e-6)
-    solved = advance(beside(rotor_on(TABLED | {"level": "reynolds"}), SPEED), 0.5)
+    solved = series(beside(rotor_on(TABLED | {"level": "reynolds"}), SPEED), 144, 288)
     for way in "xy":
         one, two = found[f"r.position.{way}"], solved[f"r.position.{way}"]
         assert np.abs(one - two).max() < 0.02 * np.ptp(two)
@@ -297,9 +267,6 @@ def test_films_that_lack_a_table_or_a_bore_are_told():
             call()
 
 
-# Laws with a memory ---------------------------------------------------------------------------------------------------
-
-
 def soft_bore():
     """A bore with three made-up shapes: it widens, and becomes oval both ways."""
     forms = np.zeros((3, 5, 2))
@@ -317,7 +284,7 @@ def test_a_film_with_a_memory_beside_a_mains_carries_what_it_carries(bore, toler
     parts = Parts(bore=compliance, topology=ct.Topology((), (), links))
     settings = ct.Settings(crank="beam", block="ground", bearings="ehd", newton_tolerance=tolerance)
     run = at_speed(SPEED, engine, made.body, settings, None, parts)
-    found = advance(run, 24 / 288)
+    found = series(run, 24, 288)
     alike(found, "bearing[3]", "connection[c]", close, *FILM)
     in_lanes = entry.film_record(run).memory.calls[:, GROUPS].sum()
     assert (in_lanes > 0.0) == (tolerance is None)
@@ -355,7 +322,7 @@ def test_a_film_with_a_memory_converges_with_the_step():
     """Its voids follow the stages: the error falls faster than by a method of first order, whose slope would be 1.2."""
     start = after_half_a_cycle(576).state.copy()
     runs = [after_half_a_cycle(steps, start) for steps in (144, 288, 576, 2304)]
-    places = [np.array([shown(run, f"r.position.{way}") for way in "xy"]) for run in runs]
+    places = [np.array([shown(run)[f"r.position.{way}"] for way in "xy"]) for run in runs]
     errors = [float(np.hypot(*(place - places[-1]))) for place in places[:-1]]
     assert errors[0] < 0.05 * float(np.hypot(*places[-1]))
     assert errors[0] > errors[1] > errors[2]
@@ -367,7 +334,7 @@ def test_a_state_holds_what_connections_remember(law):
     """Going on from a copy of the state gives the same outputs to the bit."""
     topology = rotor_on_oil() if law == "film" else sliding(SPLINE, 4.0)
     run = beside(topology, SPEED)
-    advance(run, 0.1)
+    series(run, 29, 288)
     state = run.state
     h = 4.0 * math.pi / SPEED / 288
     begin, rows = round(run.time / h), np.zeros((2, 40, run.outputs.size))
@@ -382,8 +349,6 @@ def test_a_state_holds_what_connections_remember(law):
     else:
         assert kept.pop("front") == kept.pop("rear") > 2 and not any(kept.values())
 
-
-# The joint ------------------------------------------------------------------------------------------------------------
 
 SPLINE = {
     "joint": "spline", "joint_stiffness": 1e7, "joint_damping": 2e3, "turning_stiffness": 4e4, "turning_damping": 60.0,
@@ -412,18 +377,18 @@ def sliding(joint, share):
 
 def test_a_joint_that_holds_is_a_spring_along_the_axis():
     run = beside(sliding(SPLINE, 0.02), SPEED)
-    found = advance(run, 4)
+    found = series(run, 4 * 288, 288)
     assert found["connection[j].torque"][-1] == pytest.approx(-CARRIED, rel=1e-6)
     assert found["connection[j].force.z"][-1] == pytest.approx(-0.02 * HOLDS, rel=1e-4)
     bolted = beside(sliding(SPLINE | {"joint": "bolted"}, 5.0), SPEED)
-    found = advance(bolted, 4)
+    found = series(bolted, 4 * 288, 288)
     assert found["connection[j].slip"][-1] == pytest.approx(5.0 * HOLDS / SPLINE["joint_stiffness"], rel=1e-3)
 
 
 def test_a_joint_that_slides_leaves_the_force_beyond_friction():
     """m v̇ = F − μ |T|/r from when it slides; the friction follows the torque that it carries."""
     run = beside(sliding(SPLINE, 3.0), SPEED)
-    found = advance(run, 0.5)
+    found = series(run, 144, 288)
     friction = -found["connection[j].force.z"][36:]
     torque = found["connection[j].torque"][36:]
     np.testing.assert_allclose(friction, np.abs(torque) * SPLINE["friction"] / SPLINE["spline_radius"], rtol=2e-2)
@@ -432,8 +397,6 @@ def test_a_joint_that_slides_leaves_the_force_beyond_friction():
     assert gained == pytest.approx(2.0 * HOLDS / 4.0, rel=1e-2)
     assert speed[-1] > 1.0
 
-
-# In an engine ---------------------------------------------------------------------------------------------------------
 
 FAST = 4000.0 * math.pi / 30.0
 
@@ -491,8 +454,6 @@ def closed(engine, settings, left):
     assert run.settling.repeats == 1  # whatever carries rounding alone, as a collar that nothing tilts
     assert abs(run_summary(run, "")["energy"]["residual_of_gas_work"]) < left
 
-
-# What is refused ------------------------------------------------------------------------------------------------------
 
 RING = {
     "kind": "rubber", "stiffness": 9e4, "loss_factor": 0.25, "frequency": 200.0, "temperature_speeds": (100.0,),

@@ -1,7 +1,5 @@
 """Rods that hang on a master rod: limits, tangents, balance of momentum and energy, torsion, strokes, messages."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from bodies import series
 from started import at_speed
 
 from cranktrain.dynamics.cycle_run import communication_step, row_step
@@ -29,13 +30,9 @@ def started(assembly, speed, **choices):
 
 
 def cycle(assembly, speed, cycles=4, **choices):
-    """Outputs (240, n) of the last cycle, 3 degrees apart."""
-    simulation = started(assembly, speed, **choices)
-    rows = np.empty((240, simulation.outputs.size))
-    h = 4.0 * math.pi / speed / 240
-    for k in range(cycles):
-        assert simulation.series(h, 240 * k + 1, rows) == 240
-    return {name: rows[:, k].copy() for k, name in enumerate(simulation.output_names)}
+    """Outputs (240,) of the last cycle by name, 3 degrees apart."""
+    found = series(started(assembly, speed, **choices), 240 * cycles, 240)
+    return {name: rows[-240:] for name, rows in found.items()}
 
 
 def test_a_step_that_is_given_rules():

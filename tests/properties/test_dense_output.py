@@ -56,9 +56,6 @@ def rows(simulation, count, points=1, h=H):
     return np.array(found)
 
 
-# ------------------------------------------------------------------ steps
-
-
 METHODS = [{"integrator": name} for name in ("esdirk4", "esdirk47", "sdirk3", "bdf2", "generalised-alpha")]
 OTHERS = [{"control": "adaptive", "tolerance": 1e-4}, {"bearings": "linear", "boundary": "torque"}]
 
@@ -90,9 +87,6 @@ def test_a_communication_step_little_shorter_than_the_step_is_stepped():
     for k in range(1, 30):
         simulation.step(k * 0.95 * H)
         assert simulation.state[layout.UNDER_WAY] == 0.0 and simulation.state[layout.SUBSTEPS] >= 1.0
-
-
-# ------------------------------------------------------------------ motion between steps
 
 
 @pytest.mark.parametrize("integrator", ["sdirk3", "esdirk4"])
@@ -161,9 +155,6 @@ def test_time_and_angle_never_part():
     assert simulation.state[layout.SHAFT_ANGLE] - begun == pytest.approx(SPEED * time, rel=1e-9)
 
 
-# ------------------------------------------------------------------ states
-
-
 def test_a_state_between_steps_goes_on_to_the_bit():
     simulation = started()
     rows(simulation, 42, points=4)
@@ -192,9 +183,6 @@ def test_an_altered_state_does_not_step_from_long_ago(place, end):
     before = entry.count(simulation, "steps")
     simulation.step(simulation.time + H / 3)
     assert entry.count(simulation, "steps") - before <= 2
-
-
-# ------------------------------------------------------------------ inputs
 
 
 def test_an_input_that_changes_ends_the_step_where_it_changes():
@@ -252,9 +240,6 @@ def test_pressures_that_are_given_for_the_first_time_end_the_trace_at_once():
     assert fine.outputs[torque] == pytest.approx(plain.outputs[torque], rel=5e-3)
 
 
-# ------------------------------------------------------------------ failures
-
-
 def test_a_stall_is_told_where_a_run_of_every_point_tells_it():
     found = []
     for dense in ("on", "off"):
@@ -279,9 +264,6 @@ def test_inputs_that_are_no_numbers_are_refused_between_steps():
     with one_line("speed"):
         simulation.step(simulation.time + H / 4)
     assert np.array_equal(simulation.state, kept)
-
-
-# ------------------------------------------------------------------ other models on the way
 
 
 def test_temperatures_may_change_between_steps():

@@ -1,7 +1,5 @@
 """Elastic films of big ends: the film in axes that turn with the rod, its rigid limit, its effect, what is refused."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache
@@ -48,9 +46,6 @@ def last_cycle(name, rpm, bore="elastic", level="ehd", step_deg=0.0, grid=FINE, 
     last = run.angle > run.angle[-1] - 4.0 * math.pi + 1e-9
     outputs = {n.removeprefix("big_end[1]."): v[last] for n, v in run.outputs.items() if n.startswith("big_end[1].")}
     return run.angle[last] % (4.0 * math.pi), outputs, run_summary(run, "")["energy"]
-
-
-# The law in turning axes ----------------------------------------------------------------------------------------------
 
 
 class Film:
@@ -111,9 +106,6 @@ def test_tangents_in_turning_axes_are_those_of_differences():
             slope = (ends[0] - ends[1]) / (2.0 * size)
             scale = np.abs(tangent[:2]).max()
             assert tangent[:2, k] == pytest.approx(slope, rel=0.02, abs=0.02 * scale)
-
-
-# Runs -----------------------------------------------------------------------------------------------------------------
 
 
 def test_a_rigid_bore_gives_the_film_of_the_impedance_map():
@@ -195,9 +187,6 @@ def test_other_engines_run(name, rpm):
     assert 0.0 < found["film_thickness_min"].min() < found["film_thickness_min"].max()
     assert 0.0 < found["pressure_max"].max() < 1e9
     assert abs(energy["residual_j"]) < 0.01 * energy["gas_work_j"]
-
-
-# Choices and refusals -------------------------------------------------------------------------------------------------
 
 
 def test_elastic_big_ends_choose_the_integrator_as_elastic_mains_do():

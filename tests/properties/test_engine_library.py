@@ -1,7 +1,5 @@
 """Engines of the library: firing and balance by closed form."""
 
-from __future__ import annotations
-
 import math
 import warnings
 
