@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 import pytest
 from bodies import six
-from started import at_speed
 
 from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.loads.built_in_trace import KINKS, NO_KINK, fill_kinks
@@ -59,21 +58,6 @@ def test_a_tolerance_that_no_step_meets_is_told():
     with pytest.warns(UserWarning, match=r"steps missed the tolerance of 1e-10 at the shortest step; use a shorter"):
         result = simulate(*six(), settings, SPEED, 1)
     assert result.counters["missed_steps"] > 0
-
-
-def test_a_run_goes_on_from_its_state_to_the_bit():
-    def started():
-        return at_speed(SPEED, *six(), Settings(step=STEP, control="adaptive", tolerance=1e-4))
-
-    first, second = started(), started()
-    h = STEP / SPEED
-    for k in range(1, 31):
-        first.step(k * h)
-        if k == 20:
-            second.state = first.state
-        if k > 20:
-            second.step(k * h)
-    assert np.array_equal(first.state, second.state)
 
 
 def test_kinks_are_where_a_trace_breaks():

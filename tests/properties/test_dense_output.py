@@ -155,8 +155,9 @@ def test_time_and_angle_never_part():
     assert simulation.state[layout.SHAFT_ANGLE] - begun == pytest.approx(SPEED * time, rel=1e-9)
 
 
-def test_a_state_between_steps_goes_on_to_the_bit():
-    simulation = started()
+@pytest.mark.parametrize("settings", [{}, OTHERS[0]], ids=str)
+def test_a_state_between_steps_goes_on_to_the_bit(settings):
+    simulation = started(**settings)
     rows(simulation, 42, points=4)
     assert simulation.state[layout.UNDER_WAY] == 1.0
     kept, shown = simulation.state, simulation.outputs.copy()
@@ -164,7 +165,7 @@ def test_a_state_between_steps_goes_on_to_the_bit():
     simulation.state = kept
     assert np.array_equal(simulation.outputs, shown)
     assert np.array_equal(rows(simulation, 30, points=4), expected)
-    other = started()
+    other = started(**settings)
     other.state = kept
     assert np.array_equal(other.outputs, shown)
     assert np.array_equal(rows(other, 30, points=4), expected)
