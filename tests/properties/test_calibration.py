@@ -79,12 +79,9 @@ def test_sensitivities_are_the_derivatives_of_frequencies(coarse, task):
     found = match(task.targets, modes)
     slopes = sensitivities(problem, at, modes, found.places)
     for j in some(range(at.size)):
-        ends = []
-        for side in (1e-3, -1e-3):
-            moved = at.copy()
-            moved[j] *= 1.0 + side
-            ends.append(np.log(match(task.targets, problem.modes(moved)).hz))
-        np.testing.assert_allclose(slopes[:, j], (ends[0] - ends[1]) / 2e-3, atol=2e-5)
+        moved = (at * (1.0 + side * np.eye(3)[j]) for side in (1e-3, -1e-3))
+        ahead, behind = (np.log(match(task.targets, problem.modes(one)).hz) for one in moved)
+        np.testing.assert_allclose(slopes[:, j], (ahead - behind) / 2e-3, atol=2e-5)
 
 
 def test_values_stay_within_their_bounds_and_reports_say_which_are_at_one(coarse, task):
@@ -123,10 +120,9 @@ def test_an_interrupt_while_new_bodies_are_meshed_keeps_what_the_search_found(co
     bodies = iter([body])
 
     def meshed(engine, progress):
-        try:
-            return next(bodies)
-        except StopIteration:
-            raise KeyboardInterrupt from None
+        for one in bodies:
+            return one
+        raise KeyboardInterrupt
 
     def dimension(before, after, *_):
         return [Change("crankshaft", zero, zero)] if before.crankshaft != after.crankshaft else []

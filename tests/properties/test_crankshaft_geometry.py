@@ -46,26 +46,16 @@ def single():
 
 def web_volume(c: Crankshaft) -> float:
     """Hull of two circles, and the counterweight less what the hull covers of it (η ≤ 0, where it is a half disc)."""
-    slope = (c.web_main_radius - c.web_pin_radius) / c.throw
-    lean = np.arcsin(slope)
-    tangent = c.throw * cos(lean)
-    hull = (
-        (pi / 2 + lean) * c.web_main_radius**2
-        + (pi / 2 - lean) * c.web_pin_radius**2
-        + tangent * (c.web_main_radius + c.web_pin_radius)
-    )
-    r, b = c.counterweight_radius, c.counterweight_half_width
+    main, pin, r, b = c.web_main_radius, c.web_pin_radius, c.counterweight_radius, c.counterweight_half_width
+    lean = np.arcsin((main - pin) / c.throw)
+    hull = (pi / 2 + lean) * main**2 + (pi / 2 - lean) * pin**2 + c.throw * cos(lean) * (main + pin)
     counterweight = b * sqrt(r**2 - b**2) + r**2 * np.arcsin(b / r)
-    return c.web_thickness * (hull + counterweight - pi / 2 * c.web_main_radius**2)
+    return c.web_thickness * (hull + counterweight - pi / 2 * main**2)
 
 
 def fillet_volume(radius: float, fillet: float) -> float:
-    """Ring between a journal, a plane and a quarter circle (Pappus)."""
-    area = (1 - pi / 4) * fillet**2
-    from_corner = fillet * (1 - 1 / (6 * (1 - pi / 4)))
-    # Distance of the centroid from the corner of its square: f (10 − 3π)/(12 − 3π).
-    assert from_corner == pytest.approx(fillet * (10 - 3 * pi) / (12 - 3 * pi))
-    return 2 * pi * (radius + from_corner) * area
+    """Ring between a journal, a plane and a quarter circle (Pappus), whose centroid is f (10 − 3π)/(12 − 3π) high."""
+    return 2 * pi * (radius + fillet * (10 - 3 * pi) / (12 - 3 * pi)) * (1 - pi / 4) * fillet**2
 
 
 @pytest.mark.parametrize("c", [SINGLE, EIGHT], ids=["single", "v8"])

@@ -137,15 +137,11 @@ def test_equivalent_damping_dissipates_as_much(law):
 
 def test_temperature_follows_its_table_and_its_heat_balance():
     speeds, temperatures = DAMPER.temperature_speeds, DAMPER.temperatures
-    assert law_of.damper_temperature(DAMPER, speeds[0]) == temperatures[0]
-    assert law_of.damper_temperature(DAMPER, 0.5 * (speeds[0] + speeds[1])) == pytest.approx(
-        0.5 * (temperatures[0] + temperatures[1])
-    )
-    assert law_of.damper_temperature(DAMPER, 2.0 * speeds[-1]) == temperatures[-1]
-    values = [law_of.balanced_temperature(DAMPER, power) for power in (0.0, 100.0, 500.0)]
-    assert values[0] == DAMPER.ambient_temperature
-    assert values[1] - values[0] == pytest.approx(100.0 / (DAMPER.heat_transfer * DAMPER.cooling_area))
-    assert values[0] < values[1] < values[2]
+    for speed in (speeds[0], 0.5 * (speeds[0] + speeds[1]), 2.0 * speeds[-1]):
+        assert law_of.damper_temperature(DAMPER, speed) == pytest.approx(np.interp(speed, speeds, temperatures))
+    for power in (0.0, 100.0, 500.0):
+        warmth = DAMPER.ambient_temperature + power / (DAMPER.heat_transfer * DAMPER.cooling_area)
+        assert law_of.balanced_temperature(DAMPER, power) == pytest.approx(warmth)
 
 
 def test_a_damper_outside_its_law_is_refused():

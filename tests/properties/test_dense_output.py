@@ -260,8 +260,7 @@ def test_a_stall_is_told_where_a_run_of_every_point_tells_it():
 def test_inputs_that_are_no_numbers_are_refused_between_steps():
     simulation = started()
     rows(simulation, 42, points=4)
-    kept = simulation.state
-    simulation.inputs[0] = math.nan
+    kept, simulation.inputs[0] = simulation.state, math.nan
     with one_line("speed"):
         simulation.step(simulation.time + H / 4)
     assert np.array_equal(simulation.state, kept)

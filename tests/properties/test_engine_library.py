@@ -18,13 +18,13 @@ from cranktrain.structure.crank.sections import crank_pieces, piece_moments
 INTERVALS = {
     "single_petrol": [720.0], "v_twin": [450.0, 270.0], "three_petrol": [240.0] * 3, "four_petrol": [180.0] * 4,
     "five_petrol": [144.0] * 5, "v6_split": [120.0] * 6, "v8_cross": [90.0] * 8, "v12_petrol": [60.0] * 12,
-    "generator_four": [180.0] * 4, "two_stroke_six": [60.0] * 6,
+    "generator_four": [180.0] * 4, "two_stroke_six": [60.0] * 6, "diesel_i6": [120.0] * 6, "diesel_v8": [90.0] * 8,
 }  # fmt: skip
 SPEED = 50.0
 
 
 def test_every_engine_is_listed_here():
-    assert set(INTERVALS) == {*ROWS, "two_stroke_six"}
+    assert set(INTERVALS) == {*ROWS, "two_stroke_six", "diesel_i6", "diesel_v8"}
 
 
 @pytest.mark.parametrize("name", ROWS)
@@ -34,10 +34,13 @@ def test_files_are_those_that_the_rows_make(name):
 
 @pytest.mark.parametrize("name", INTERVALS)
 def test_firing_is_that_of_the_layout(name):
+    """Cylinders fire in their order from crank angle 0 of the first on."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         engine = load_engine(name)
     assert firing_summary(engine)["intervals_deg"] == pytest.approx(INTERVALS[name], abs=1e-6)
+    angles = np.degrees([engine.firing_angles[c - 1] for c in engine.cylinders.firing_order])
+    assert angles == pytest.approx(np.cumsum([0.0, *INTERVALS[name][:-1]]), abs=1e-6)
 
 
 def free_orders(engine):
