@@ -112,9 +112,7 @@ def test_a_tilting_collar_leans_as_its_pads_carry_a_moment():
 
 def ring_data(damper):
     """Data of a law 'damper' as an engine's damper has them."""
-    own = {entry.name for entry in fields(RingDamper)}
-    values = {entry.name: getattr(damper, entry.name) for entry in fields(damper) if entry.name in own}
-    return values | {"fluid": damper.law}
+    return values_of(damper, RingDamper) | {"fluid": damper.law}
 
 
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
@@ -436,10 +434,7 @@ def test_energy_of_balancers_on_the_engines_laws_closes(tables, block, left):
 
 @pytest.mark.slow
 def test_energy_of_balancers_on_oil_that_is_remembered_closes():
-    """Level ehd in a rigid bore, whose voids follow the stages, in doubles.
-
-    Rounding in lanes of singles changes the flow of oil from cycle to cycle by 5e-6 of its alternating part.
-    """
+    """Level ehd in a rigid bore, in doubles: rounding of singles changes the oil's flow from cycle to cycle by 5e-6."""
     tables = {"film": ("film", Film(**OF_BALANCERS | {"level": "ehd", "bore": "rigid"}))}
     engine = on_other_bearings(load_engine(FOUR), tables)
     chosen = {"block": "flexible", "step": math.radians(1.25), "newton_tolerance": IN_DOUBLES}

@@ -136,18 +136,17 @@ def test_bearings_without_films_have_loads_alone():
 
 def test_only_limits_that_are_given_are_held_against():
     report = bearing_report(made_up(), ENGINE)
-    specific = 1e4 / (ENGINE.main_bearing.diameter * ENGINE.main_bearing.width)
-    found = {}
-    for share in (0.999, 1.001):
+    specific, lacking = 1e4 / (ENGINE.main_bearing.diameter * ENGINE.main_bearing.width), {
+        "main_pressure", "main_pv", "big_end_film", "big_end_specific_load", "big_end_pv"
+    }  # fmt: skip
+    exceeded = {("main", "film"), ("main", "specific_load"), ("big_end", "pressure")}
+    for share, wanted in ((0.999, exceeded), (1.001, set())):
         limits = BearingLimits(
             main_film=5e-6 / share, main_specific_load=specific * share, big_end_pressure=5e7 * share
         )
         held = replace(report, engine=replace(ENGINE, bearing_limits=limits))
-        found[share] = {(v.bearing.partition("[")[0], v.what) for v in violations(held)}
-        assert missing_limits(held) == [
-            "main_pressure", "main_pv", "big_end_film", "big_end_specific_load", "big_end_pv"
-        ]  # fmt: skip
-    assert found == {0.999: {("main", "film"), ("main", "specific_load"), ("big_end", "pressure")}, 1.001: set()}
+        assert {(v.bearing.partition("[")[0], v.what) for v in violations(held)} == wanted
+        assert set(missing_limits(held)) == lacking
     bare = replace(report, engine=replace(ENGINE, bearing_limits=None))
     assert violations(bare) == [] and len(missing_limits(bare)) == 8
 

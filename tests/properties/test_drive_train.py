@@ -71,10 +71,7 @@ def started(engine, boundary="speed", crank=None, load=30.0, speed=SPEED):
 
 @pytest.mark.parametrize(("name", "order"), [("single_petrol", 0.5), ("diesel_i6", 3.0)])
 def test_torque_through_a_dual_mass_flywheel_is_that_of_two_masses(name, order):
-    """Settled cycles against the same system as a chain of discs, and against the closed forms of two masses.
-
-    The single's main order lies below the resonance of the secondary mass, that of the six above it.
-    """
+    """Against a chain of discs, and closed forms below (single) and above (six) the secondary mass's resonance."""
     engine, line = bare(name), bare(name).drive_line
     inertia, stiffness, damping = SPRINGS[name]
     settings = Settings(crank="rigid", bearings="held", block="ground", step=math.radians(1.25))

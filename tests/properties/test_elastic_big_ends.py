@@ -158,11 +158,7 @@ def test_a_run_of_all_elastic_films_keeps_both_kinds_apart():
 
 @pytest.mark.slow
 def test_least_film_and_peak_converge_with_grid_and_step():
-    """Above rated speed, where inertia loads the cap most; at the crank angles of usual steps in all runs.
-
-    The peak rises slowly and falls by a fifth within half a degree, where a node ruptures: it depends on where it is
-    read by as much as on how it is solved.
-    """
+    """Above rated speed, at crank angles of usual steps: the peak falls by a fifth within half a degree."""
     step = made().settings.step
 
     def figures(**how):

@@ -105,10 +105,7 @@ def test_the_result_does_not_depend_on_the_warm_start():
 
 @pytest.mark.parametrize("steady", [True, False])
 def test_forces_converge_with_the_grid(steady):
-    """Second order in smooth films; the rupture front costs some of it. Moving: all forces of a piece of orbit.
-
-    The groove has a width: the end of one without is a point of which no grid sees enough.
-    """
+    """Second order in smooth films; the rupture front costs some of it. Moving: all forces of a piece of orbit."""
     forces = []
     for n_phi, n_z in ((24, 5), (48, 11), (96, 23)):
         bearing, history = grooved(ElasticGrid(n_phi, n_z, groove=1 / 3), 7), []

@@ -63,10 +63,7 @@ def test_mass_is_exact_and_definite(consistent):
 
 
 def test_lumped_volume_of_each_element_stays_its_own():
-    """Hinton, Rock and Zienkiewicz scale element by element: parts add up to the whole, however curved.
-
-    The diagonal of a straight ten-node tetrahedron, 6 and 32 of 420, gives a corner 1/36 and a mid-side node 4/27.
-    """
+    """Hinton, Rock and Zienkiewicz: 1/36 at corners and 4/27 at mid-sides of a straight ten-node tetrahedron."""
     plain = block(SIDES, (2, 2, 2))
     straight = Basis(plain, ElementTetP2(), intorder=5, elements=[0])
     shares = lumped_volume(straight)[straight.element_dofs[:, 0]] / straight.dx.sum()
