@@ -161,26 +161,20 @@ def test_a_body_from_a_file_moves_as_the_same_body_in_the_table(tmp_path):
 
 
 @pytest.mark.parametrize(("ends", "said"), [
-    ("wheel.off ground", "connection 'film': 'wheel.off' circles 5 mm from the axis of frame 'back'"),
-    ("wheel.hub other.hub", "connection 'film': 'other.hub' circles 400 mm from the axis of frame 'back'"),
+    ("wheel.off ground", "'wheel.off' circles 5 mm from the axis of frame 'back'"),
+    ("wheel.hub other.hub", "'other.hub' circles 400 mm from the axis of frame 'back'"),
+    ("wheel.hub", "ends: the first one lies on the axis of its crank, where no piston would move"),
 ])  # fmt: skip
-def test_a_bearing_that_circles_an_axis_is_refused(ends, said):
+def test_a_bearing_that_circles_an_axis_and_a_rod_on_its_cranks_are_refused(ends, said):
     frames = ct.Frame("back", -2.0), ct.Frame("far", 1.0, axis=(0.4, 0.0))
-    bodies = tuple(
-        ct.Body(name, rigid_body(name, 2.0, np.eye(3), (0, 0, 0), {"hub": (0, 0, 0), "off": (5e-3, 0, 0)}), frame)
-        for name, frame in (("wheel", "back"), ("other", "far"))
-    )
-    first, second = (ct.End(*end.split(".")) for end in ends.split())
-    with one_line(said):
-        pack(ct.Topology(frames, bodies, (ct.Connection("film", "film", (first, second), vars(FILM)),)))
-
-
-def test_a_rod_on_the_axis_of_its_crank_is_refused():
-    body = rigid_body("crank2", 5.0, np.eye(3), (0, 0, 0), {"front": (0, 0, 0)})
+    places = {"hub": (0, 0, 0), "off": (5e-3, 0, 0)}
+    bodies = tuple(ct.Body(name, rigid_body(name, 2.0, np.eye(3), (0, 0, 0), places), frame)
+                   for name, frame in (("wheel", "back"), ("other", "far")))  # fmt: skip
     rod = {"length": 0.1, "big_end_mass": 0.2, "small_end_mass": 0.1, "piston_mass": 0.3}
-    link = ct.Connection("rod", "slider_crank", (ct.End("crank2", "front"), ct.End("ground")), rod)
-    with one_line("connection 'rod': ends: the first one lies on the axis of its crank, where no piston would move"):
-        pack(ct.Topology((ct.Frame("back", -1.0),), (ct.Body("crank2", body, "back"),), (link,)))
+    law, data = ("film", vars(FILM)) if " " in ends else ("slider_crank", rod)
+    first, second = (ct.End(*end.split(".")) for end in f"{ends} ground".split()[:2])
+    with one_line("connection 'c': ", said):
+        pack(ct.Topology(frames, bodies, (ct.Connection("c", law, (first, second), data),)))
 
 
 def test_families_leave_out_names_with_brackets_of_their_own():

@@ -162,14 +162,13 @@ def test_added_bodies_that_are_not_linear_are_left_out_and_said_to_be():
     assert live.whole.body and not live.engine.body
 
 
-def test_values_outside_a_knob_and_of_no_knob_are_refused():
+@pytest.mark.parametrize(("key", "value", "said"), [
+    ("pulley.polar_inertia", 1e3, " is not within"), ("damper.viscosity", 1.0, "no such knob"),
+])  # fmt: skip
+def test_values_outside_a_knob_and_of_no_knob_are_refused(key, value, said):
     engine = load_engine("single_petrol")
-    for key, value, said in (
-        ("pulley.polar_inertia", 1e3, " is not within"),
-        ("damper.viscosity", 1.0, "no such knob"),
-    ):
-        with one_line(key, said):
-            knobs.changes_of(engine, knobs.knobs_of(engine), knobs.Chosen({key: value}))
+    with one_line(key, said):
+        knobs.changes_of(engine, knobs.knobs_of(engine), knobs.Chosen({key: value}))
 
 
 def test_history_undoes_what_was_let_go():
