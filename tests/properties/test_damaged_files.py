@@ -104,13 +104,13 @@ def test_times_of_a_long_result_rise_from_block_to_block(tmp_path):
 
 @pytest.mark.parametrize(("name", "value"), [
     ("cycles", -3), ("repeats", -1), ("left", -1e-5), ("orders", 0.5), ("extremes", np.inf), ("extremes", -1e300),
-    ("speeds", 1e300), ("amplitudes", 1e308), ("amplitudes", np.inf),
+    ("speeds", -1.0), ("speeds", 1e300), ("amplitudes", 1e308), ("amplitudes", np.inf),
 ])  # fmt: skip
 def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys, name, value):
     """Of a journal as of the file; numbers beyond measure would overflow where they are drawn."""
     path = tmp_path / "up.h5"
     made = run_up(path)
-    with_value(path, name, value)
+    with_value(path, name, value, 0 if (name, value) == ("speeds", -1.0) else -1)
     for call in (("export", path, "--to", tmp_path / "t.csv"), ("plot", path, "--plots", tmp_path / "new")):
         assert "up.h5: holds numbers that no run-up has" in refused(capsys, *call)
     with one_line("holds numbers that no run-up has", kind=StoreError):
