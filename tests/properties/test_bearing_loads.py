@@ -212,6 +212,9 @@ def test_the_error_of_the_grid_is_told_with_elastic_films_alone(level, tmp_path,
     [line] = grid_said(capsys, "--result", other, own)
     assert f"level {level}: the least film of main[3], 1.50 um, is {of_film}" in line
     assert f"largest pressure of main[5], 200 MPa, {of_pressure}" in line
+    assert main(["bearing-loads", "diesel_i6", "--result", other, own, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["speeds"]
+    assert sorted(bool(speed["grid_errors"]) for speed in told) == [False, True]
     faster = made_up(main=films)
     faster.time /= 1.1
     run_up = run_up_of(made_up(), faster, outputs=bearing_outputs(ENGINE))

@@ -146,6 +146,7 @@ def test_a_checkbox_changes_the_scale():
     for chosen in (page._now.drowned, True, False):
         assert (linear.visible, log.visible) == (not page._log.value, page._log.value)
         page._log.value = chosen
+    assert {id(one.data_source) for one in linear.renderers} == {id(one.data_source) for one in log.renderers}
     scale = log.y_range
     top = np.degrees(max(page._now.order(order).max() for order in page._orders.value))
     assert scale.start == pytest.approx(1e-3 * top) and scale.end > top
