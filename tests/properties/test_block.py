@@ -20,7 +20,7 @@ from cranktrain.structure.block.mesh import block_interface_names, block_mesh, i
 from cranktrain.structure.block.modal import block_modes
 from cranktrain.structure.block.reduction import block_loads, complete_block, reduced_block, running_block
 from cranktrain.structure.block.saddle import DEGREE, WAVES
-from cranktrain.structure.block.shape import block_plan, block_shape, edges, hull, inset, outlines
+from cranktrain.structure.block.shape import block_plan, block_shape, cut, edges, hull, inset, outlines
 from cranktrain.structure.crank.modal import cranktrain_matrices
 from cranktrain.structure.fem.elasticity import finite_elements, sample
 from cranktrain.structure.fem.mesh import surface_area
@@ -81,6 +81,13 @@ def inward(point, a, b):
     """Distance of a point from the edge ab, to its left."""
     across = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0])
     return across / np.hypot(b[0] - a[0], b[1] - a[1])
+
+
+def test_polygons():
+    square = hull([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (1.0, 1.0), (1.0, 0.0)])
+    parts = square, inset(square, (0.1, 0.2, 0.1, 0.2)), cut(square, 0.5, above=True), cut(square, 0.5, above=False)
+    assert [polygon_area(part) for part in parts] == pytest.approx([4.0, 1.8 * 1.6, 3.0, 1.0])
+    assert cut(square, 2.0, above=True) == []
 
 
 def test_mass_and_inertia_are_the_solids(plan, body):
